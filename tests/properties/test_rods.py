@@ -19,12 +19,15 @@ from tests.bodies import rigid_crank
 import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_body
-from cranktrain.dynamics.model import slots as slots
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
+from cranktrain.dynamics.settled.slow_modes import SlowModes
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.arrays import Base, added
+from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
+from cranktrain.dynamics.topology.laws import pieces_of
 from cranktrain.dynamics.topology.modes import law_at
 from cranktrain.dynamics.topology.tables import added_topology
 from cranktrain.dynamics.topology.terms import Direction, terms_of
@@ -32,6 +35,8 @@ from cranktrain.dynamics.topology.values import REST
 from cranktrain.engine.additions import BodyTable
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, NUMBERS, SIZE
+from cranktrain.results.strength.cut_loads import unbalanced_share
+from cranktrain.results.strength.recorded_cycle import recorded_cycle
 from cranktrain.results.summary import run_summary
 from cranktrain.structure.additions import shaft_body
 from cranktrain.structure.assembly import checked
@@ -493,6 +498,71 @@ def test_energy_of_rods_as_bodies_closes(block, cylinders, left):
     own, added = (run_summary(run, "")["energy"] for run in both("four", cylinders, block, 3000.0))
     assert abs(added["residual_of_gas_work"]) < left
     assert added["gas_work_j"] == pytest.approx(own["gas_work_j"], rel=0.01)
+
+
+@pytest.mark.parametrize("added", ["balancers", "rods"])
+def test_cut_loads_with_added_connections_balance(added):
+    """Forces of gears and films at the crank's interfaces, and its inertia: balanced to what the run solves to."""
+    engine = load_engine(FOUR)
+    if added == "rods":
+        engine = replace(engine, frame=(), body=(), connection=())
+    made = ct.assemble(engine, ct.Settings(crank="beam", block="ground", newton_tolerance=1e-11), inherit=False)
+    more = rods_of(engine, made.body, (1, 2, 3, 4), None) if added == "rods" else None
+    run = Simulation(engine, made.body, made.settings, None, made.parts._replace(topology=more))
+    run.inputs[0] = 300.0
+    cycle = recorded_cycle(run, engine, 0.5)
+    assert list(cycle.added) == (["main[3]"] if added == "balancers" else [f"pin[{k}]" for k in range(1, 5)])
+    assert np.abs(np.concatenate([*cycle.added.values()])).max() > 500.0
+    assert unbalanced_share(cycle) < 1e-5
+
+
+def test_slow_modes_leave_rods_on_their_pins():
+    """Drive line and block move them as the mechanism does: no joint opens, none but what slides along has a rate."""
+    engine = replace(load_engine(FOUR), frame=(), body=(), connection=())
+    made = ct.assemble(engine, ct.Settings(crank="beam", block="flexible"), inherit=False)
+    top = rods_of(engine, made.body, (1, 2, 3, 4), made.parts.block)
+    speed = 300.0
+    run = Simulation(engine, made.body, made.settings, None, made.parts._replace(topology=top))
+    run.inputs[0] = speed
+    run.initialize()
+    model, modes = run.model, SlowModes(run.model, speed)
+    links = model.links
+    frames, found = np.zeros((len(links.frames), at.MOVED)), np.zeros((len(links.terms), 2))
+    move_frames(links.frames, 0.0, frames)
+    fill_coefficients(links.terms, frames, speed, found)
+    turning, standing = len(model.ports), len(model.block_ports)
+    n, size = model.ports.shape[1], model.block_ports.shape[1]
+
+    def at_ports(q):
+        u = np.zeros(int(model.layout[slots.PORTS]))
+        u[:turning], u[turning : turning + standing] = model.ports @ q[:n], model.block_ports @ q[n : n + size]
+        for row in model.bodies.rows.astype(int):
+            own = slice(row[at.OWN_PORT], row[at.OWN_PORT] + row[at.PORTS])
+            modal = q[row[at.MODE] : row[at.MODE] + row[at.MODES]]
+            u[row[at.PORT] : row[at.PORT] + row[at.PORTS]] = model.bodies.shapes[own, : row[at.MODES]] @ modal
+        return u
+
+    joints = np.zeros(links.scales.size, dtype=bool)
+    for connection, row in zip(
+        [one for one in top.connections for _ in pieces_of(one, *map(top.end_frame, one.ends))], links.rows, strict=True
+    ):
+        if connection.name.startswith(("big", "small")):
+            joints[int(row[at.FIRST]) : int(row[at.FIRST]) + 2] = True
+    assert modes.drive_line is not None and modes.block is not None
+    turns = np.abs(model.block.motion[5, :6]) > 1e-3  # a rigid mode of the block that rolls
+    cases = [(modes.drive_line, k, True) for k in range(4)]
+    cases += [(modes.block, k, k >= 6 or turns[k]) for k in range(12) if k % 6 not in (3, 4)]
+    for part, k, has_rates in cases:
+        y = np.eye(part.matrix.shape[0])[k]
+        motion = part.lift(y)
+        place, rate = np.zeros(links.scales.size), np.zeros(links.scales.size)
+        u, v = at_ports(motion.place), at_ports(motion.velocity)
+        for term, (c, c_rate) in zip(links.terms, found, strict=True):
+            place[int(term[at.COMPONENT])] += c * u[int(term[at.TERM_PORT])]
+            rate[int(term[at.COMPONENT])] += c * v[int(term[at.TERM_PORT])] + c_rate * u[int(term[at.TERM_PORT])]
+        assert np.abs(place).max() < 1e-9
+        if has_rates:
+            assert np.abs(rate[joints]).max() < 1e-9 * speed
 
 
 # Slips ----------------------------------------------------------------------------------------------------------------

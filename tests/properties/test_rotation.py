@@ -13,7 +13,7 @@ import pytest
 from bodies import free_six, rigid_crank, six
 
 from cranktrain.core.reduced_body import truncate
-from cranktrain.dynamics.model import slots as slots
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.model.workspace import make_work
 from cranktrain.dynamics.simulation import Settings, Simulation

@@ -10,7 +10,7 @@ from bodies import free_six, rigid_crank
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import keep_record
-from cranktrain.dynamics.model import slots as slots
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate

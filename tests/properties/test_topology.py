@@ -16,7 +16,7 @@ from tests.bodies import rigid_crank
 import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import attach, check, rigid_body
-from cranktrain.dynamics.model import slots as slots
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology import slots as at

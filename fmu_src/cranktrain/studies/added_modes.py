@@ -30,8 +30,9 @@ def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     are those of the crank by kind of motion, and of each added body.
     """
     crank = complete_crankshaft(engine.without_additions, body)
-    at_rest = CrankAtRest(crank, *cranktrain_matrices(engine.without_additions, crank))
     topology = on_ground(added_topology(engine, crank, None, read_added(engine)))
+    matrices = cranktrain_matrices(engine.without_additions, crank, topology.cylinders)
+    at_rest = CrankAtRest(crank, *matrices)
     topology = replace(topology, connections=tuple(map(_on_springs, topology.connections)))
     modes = topology_modes(topology, at_rest)
     own = energy_shares(engine.without_additions, crank, modes.shapes[: crank.n_modes], rods=True)

@@ -96,22 +96,30 @@ def link_forces(model, work, frame, pressures, ratio):
             gaps[added.F, first + r] = links.out[r]
         link_block(row, links.out, ratio, frame_turn(work, row) * frame[at.WHIRL], work.added.blocks[k])
         if row[added.RUBS] > 0.0:
-            # The second end feels the opposite about its own centre, beside which the first one lies.
-            friction = links.out[FRICTION]
-            if row[added.TURN_A] >= 0.0:
-                f[int(row[added.TURN_A])] += row[added.SENSE_A] * friction
-            if row[added.TURN_B] >= 0.0:
-                across = gaps[added.D, first] * links.out[1] - gaps[added.D, first + 1] * links.out[0]
-                f[int(row[added.TURN_B])] -= row[added.SENSE_B] * (friction + across)
+            rub(row, links.out, gaps[added.D], f)
     load_ports(model, work, gaps[added.F], f)
     for k in range(links.leans.shape[0]):
-        lean(model, work, frame, k, f)
+        lean(model, work, frame, k, u, f)
     displaced_moments(model, work, frame, u, f)
     return status
 
 
+@inlined_kernel
+def rub(row, out, gaps, f):
+    """Add the friction torque of a connection to the rotations of its ends, f (m,).
+
+    The second end feels the opposite about its own centre, beside which the first one lies.
+    """
+    first = int(row[added.FIRST])
+    if row[added.TURN_A] >= 0.0:
+        f[int(row[added.TURN_A])] += row[added.SENSE_A] * out[FRICTION]
+    if row[added.TURN_B] >= 0.0:
+        across = gaps[first] * out[1] - gaps[first + 1] * out[0]
+        f[int(row[added.TURN_B])] -= row[added.SENSE_B] * (out[FRICTION] + across)
+
+
 @kernel
-def lean(model, work, frame, k, f):
+def lean(model, work, frame, k, u, f):
     """Turn what an end that slides feels with the wall it slides on; its power as it does, W.
 
     The gas acts along the liner, its wall presses square to it, wherever it leans. An end that slides far would gain
@@ -131,7 +139,6 @@ def lean(model, work, frame, k, f):
         y += force * (math.sin(turned) * slide[added.SLIDES_X] + math.cos(turned) * slide[added.SLIDES_Y])
     own = int(row[added.SLIDER_PORT])
     wall = int(row[added.WALL_PORT])
-    u = work.port[at.U]
     ud = work.port[at.UD]
     angle = u[wall + 5]
     x, y = -angle * y, angle * x

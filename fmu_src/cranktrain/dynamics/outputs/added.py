@@ -7,7 +7,15 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
-from cranktrain.dynamics.motion.added_connections import lean, link_law, measure_links, turn_frames, turn_terms
+from cranktrain.dynamics.motion.added_connections import (
+    lean,
+    link_law,
+    load_ports,
+    measure_links,
+    rub,
+    turn_frames,
+    turn_terms,
+)
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import FRICTION, OBSERVE, RUBBING, SPEED
@@ -15,7 +23,10 @@ from cranktrain.film.laws.films import FRICTION, OBSERVE, RUBBING, SPEED
 
 @law_kernel
 def observe_added(model, work, state, members, out):
-    """Speeds and places of added bodies, forces and motion of added connections; adds their energy and losses."""
+    """Speeds and places of added bodies, forces and motion of added connections; adds their energy and losses.
+
+    Leaves in ``work.added.answered`` what added connections do to all ports.
+    """
     shown = model.links.shown
     turn_frames(model, work, work.frames[0, at.THETA])
     row = 0
@@ -27,10 +38,10 @@ def observe_added(model, work, state, members, out):
     frame = work.frames[0]
     turn_terms(model, work, frame[at.THETA], frame[at.WHIRL])
     measure_links(model, work, work.port[at.STATE_U], work.port[at.STATE_UD])
+    forces = work.added.answered
     for k in range(work.port.shape[1]):
-        work.port[at.U, k] = work.port[at.STATE_U, k]
         work.port[at.UD, k] = work.port[at.STATE_UD, k]
-        work.port[at.FORCES, k] = 0.0
+        forces[k] = 0.0
     for k in range(model.links.rows.shape[0]):
         link_law(model, work, frame, work.pressures[0], k, OBSERVE, model.links.out)
         lost = link_loss(model, work, frame, k)
@@ -41,11 +52,14 @@ def observe_added(model, work, state, members, out):
         first = int(model.links.rows[k, added.FIRST])
         for r in range(int(model.links.rows[k, added.SIZE])):
             work.added.gaps[added.F, first + r] = model.links.out[r]
+        if model.links.rows[k, added.RUBS] > 0.0:
+            rub(model.links.rows[k], model.links.out, work.added.gaps[added.D], forces)
         while row < shown.shape[0] and int(shown[row, added.SHOWN_OF]) == k:
             out[row] = link_value(model, k, shown[row])
             row += 1
+    load_ports(model, work, work.added.gaps[added.F], forces)
     for k in range(model.links.leans.shape[0]):
-        power = lean(model, work, frame, k, work.port[at.FORCES])
+        power = lean(model, work, frame, k, work.port[at.STATE_U], forces)
         if model.links.rows[int(model.links.leans[k, added.LEANING]), added.IS_GAS] > 0.0:
             work.powers[at.GAS_WORK] += power
         else:
@@ -98,7 +112,7 @@ def wandering(model, work, frame, j):
             )
             lever_rate = frames[int(term[added.LEVER_FRAME]), added.PLACE_X1 + int(term[added.LEVER_WAY])]
             factor = term[added.AMPLITUDE] * math.cos(apart + term[added.ANGLE]) * lever_rate
-            rate += factor * work.port[at.U, int(term[added.TERM_PORT])]
+            rate += factor * work.port[at.STATE_U, int(term[added.TERM_PORT])]
     return frame[at.OMEGA] * rate
 
 

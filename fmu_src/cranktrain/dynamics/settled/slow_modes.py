@@ -55,6 +55,26 @@ class SlowPart(Protocol):
         """What of y has energy, so scaled that its square is twice the energy, J."""
 
 
+def frames_at_start(model: ModelArrays) -> Array:
+    """Frames of added bodies (F, MOVED) at crank angle 0, where cycles end."""
+    moved = np.zeros((len(model.links.frames), added.MOVED))
+    move_frames(model.links.frames, 0.0, moved)
+    return moved
+
+
+def body_shares(model: ModelArrays, row: Array) -> Array:
+    """Modal motion (3, n) of an added body that is tied to the crank, turned about z and moved along x and y."""
+    own = slice(int(row[added.OWN_MODE]), int(row[added.OWN_MODE] + row[added.MODES]))
+    turned = row[added.SENSE] * model.bodies.euler_load[own]
+    return np.asarray(row[added.TIED] * np.vstack((turned, model.bodies.translation[:2, own])))
+
+
+def frame_change(frame: Array) -> Array:
+    """How the turn of a frame and the motion of its origin change by the crank angle, in its own axes (3,)."""
+    turn, x, y = frame[[added.TURN, added.OWN_X1, added.OWN_Y1]]
+    return np.array([frame[added.TURN2], frame[added.OWN_X2] + turn * y, frame[added.OWN_Y2] - turn * x])
+
+
 class DriveLine:
     """The crank on its connecting shaft, y = (β, β̇, δ, w)."""
 
@@ -65,17 +85,12 @@ class DriveLine:
         self._turn[:t] = wound.turn
         # How the turning itself moves the frames of added bodies on, at crank angle 0, where cycles end.
         self._moves = np.zeros(model.omega2.size)
-        moved = np.zeros((len(model.links.frames), added.MOVED))
-        move_frames(model.links.frames, 0.0, moved)
+        moved = frames_at_start(model)
         for row in model.bodies.rows:
-            own, size, first = int(row[added.OWN_MODE]), int(row[added.MODES]), int(row[added.MODE])
-            frame = moved[int(row[added.FRAME_OF])]
-            turn, euler = frame[added.TURN], row[added.SENSE] * model.bodies.euler_load[own : own + size]
-            shares = row[added.TIED] * np.vstack((euler, model.bodies.translation[:2, own : own + size]))
-            x, y = frame[[added.OWN_X1, added.OWN_Y1]]
-            self._turn[first : first + size] += np.array([turn, x, y]) @ shares
-            change = frame[added.TURN2], frame[added.OWN_X2] + turn * y, frame[added.OWN_Y2] - turn * x
-            self._moves[first : first + size] += speed * (np.array(change) @ shares)
+            size, first = int(row[added.MODES]), int(row[added.MODE])
+            frame, shares = moved[int(row[added.FRAME_OF])], body_shares(model, row)
+            self._turn[first : first + size] += frame[[added.TURN, added.OWN_X1, added.OWN_Y1]] @ shares
+            self._moves[first : first + size] += speed * (frame_change(frame) @ shares)
         self._weight = self._turn.copy()
         first = int(model.layout[at.PIN_ROTATIONS])
         for c, (rod, pin) in enumerate(zip(model.cylinders, model.pins, strict=True)):
@@ -117,9 +132,10 @@ class BlockOnMounts:
     def __init__(self, model: ModelArrays, speed: float) -> None:
         n, t = model.omega2.size, int(model.layout[at.TURNING_MODES])
         self._turning, self._speed = t, speed
-        self._gyroscopic, self._bodies = model.gyroscopic.T, model.bodies
+        self._gyroscopic, self._bodies, self._frames = model.gyroscopic.T, model.bodies, frames_at_start(model)
         units = np.eye(model.block_ports.shape[1])[:6]
         self._carried = np.column_stack([carried(model, unit) for unit in units])
+        self._turned_back = self._moves_back(model)
         # Rods and pistons lie in no mode; those of guided pistons hold their motion across alone.
         weight = self._carried.copy()
         first, across = 2 * model.bearings.shape[0] + 1, model.layout[at.PISTONS] == 0.0
@@ -142,14 +158,32 @@ class BlockOnMounts:
         self.matrix[6:, :6] = -np.linalg.solve(self.mass, self.stiffness)
         self.matrix[6:, 6:] = -np.linalg.solve(self.mass, damping)
 
+    def _moves_back(self, model: ModelArrays) -> Array:
+        """Velocity (n, 6) of added bodies beside _swept: the crank turns on, turned back against the block."""
+        found, turn = np.zeros_like(self._carried), model.block.motion[at.ROTATION, :6]
+        for row in self._bodies.rows:
+            n, first = int(row[added.MODES]), int(row[added.MODE])
+            shares, moved = body_shares(model, row), self._frames[int(row[added.FRAME_OF])]
+            # A frame whose origin moves takes the block's turn about the crank's axis with it.
+            around = np.array([0.0, -moved[added.OWN_Y1], moved[added.OWN_X1]])
+            found[first : first + n] += self._speed * np.outer((around - frame_change(moved)) @ shares, turn)
+            back = np.zeros(found.shape[0])
+            back[first : first + n] = moved[[added.TURN, added.OWN_X1, added.OWN_Y1]] @ shares
+            found -= np.outer(self._swept(back), turn)
+        return found
+
     def _swept(self, place: Array) -> Array:
         """Velocity in space of what stands at ``place`` in the turning frame, whose axes are those of space now."""
         out = np.zeros_like(place)
         out[: self._turning] = self._speed * (self._gyroscopic @ place[: self._turning])
         for row in self._bodies.rows:
             own, n, first = int(row[added.OWN_MODE]), int(row[added.MODES]), int(row[added.MODE])
-            turned = self._bodies.gyroscopic[own : own + n, :n].T @ place[first : first + n]
-            out[first : first + n] += row[added.RATE] * self._speed * turned
+            # A body turned about its frame's origin keeps its place in it.
+            shifted, turn = place[first : first + n].copy(), self._bodies.turn[own : own + n]
+            shifted[at.ROTATION] -= turn @ shifted / turn[at.ROTATION]
+            turned = self._bodies.gyroscopic[own : own + n, :n].T @ shifted
+            rate = row[added.SENSE] * self._frames[int(row[added.FRAME_OF]), added.TURN]
+            out[first : first + n] += rate * self._speed * turned
         return out
 
     def split(self, motion: Motion) -> Array:
@@ -160,7 +194,7 @@ class BlockOnMounts:
         """Crank, rods and pistons go along; the crank does not turn."""
         change = self.matrix @ y
         place = self._carried @ y[:6]
-        velocity = self._carried @ y[6:] - self._swept(place)
+        velocity = self._carried @ y[6:] - self._swept(place) + self._turned_back @ y[:6]
         acceleration = self._carried @ change[6:] - 2.0 * self._swept(velocity) - self._swept(self._swept(place))
         return Motion(place, velocity, acceleration, 0.0, 0.0)
 

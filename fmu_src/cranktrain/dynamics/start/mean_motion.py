@@ -15,7 +15,7 @@ import numpy as np
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model import slots as slots
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.workspace import start_room
 from cranktrain.dynamics.motion.gas import gas_force, trace_pressure

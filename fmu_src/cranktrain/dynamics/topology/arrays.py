@@ -249,7 +249,9 @@ def _ports(body: Body, held: Mapping[str, Mapping[str, None]]) -> int:
     return PORTS * len(names) + _turns_whole(body.reduced, len(names))
 
 
-def _in_modes(body: Body, frame: Frame, held: Sequence[str], block: ReducedBody | None, part: Array | None) -> _Body:
+def _in_modes(
+    body: Body, frame: Frame, held: Sequence[str], block: ReducedBody | None, part: Array | None, tied: bool
+) -> _Body:
     """A body in modes of which ``part`` (n, z) are its own, None: its own ones."""
     reduced, n = body.reduced, body.reduced.n_modes
     turn = np.zeros(n)
@@ -258,7 +260,7 @@ def _in_modes(body: Body, frame: Frame, held: Sequence[str], block: ReducedBody 
     own = _Body(
         reduced.gyroscopic, reduced.stress_stiffness - reduced.centrifugal, reduced.centrifugal_load,
         reduced.euler_load, reduced.translation, turn,
-        np.zeros((n, PORTS)) if block is None else _carried(reduced, frame, block),
+        np.zeros((n, PORTS)) if block is None else _carried(reduced, frame, block, tied),
         np.concatenate([np.zeros((0, n)), *shapes, *([turn[None]] if _turns_whole(reduced, len(held)) else [])]),
     )  # fmt: skip
     if part is None:
@@ -296,7 +298,9 @@ def _bodies(
         for k, (body, ports) in enumerate(zip(group.bodies, own_counts, strict=True)):
             reduced, frame, row = body.reduced, topology.frame(body.frame), arrays.rows[number]
             names = held.get(body.name, {})
-            own = _in_modes(body, frame, list(names), base.block, None if group.parts is None else group.parts[k])
+            own = _in_modes(
+                body, frame, list(names), base.block, None if group.parts is None else group.parts[k], body.name in tied
+            )
             span = slice(row_at, row_at + size)
             row[: at.CARRIED] = (
                 base.modes + mode, size, first + port, ports, row_at, port, frames[frame], frame.rate, frame.sense,
@@ -348,7 +352,7 @@ def _reflected(body: ReducedBody, frame: Frame) -> float:
     if frame.slider is None:
         return frame.rate**2 * float(body.euler_load @ body.euler_load)
     motions = [frame.moved(angle) for angle in AROUND]
-    swept = [body.translation[:2].T @ m[[at.OWN_X1, at.OWN_Y1]] + m[at.TURN] * body.euler_load for m in motions]
+    swept = [follows(body, moved, frame.sense) for moved in motions]
     return float(np.mean([row @ row for row in swept]))
 
 
@@ -360,15 +364,25 @@ def _grounded(topology: Topology, body: Body) -> bool:
     )
 
 
-def _carried(body: ReducedBody, frame: Frame, block: ReducedBody) -> Array:
-    """Modal motion (n, 6) of a body that goes along with the rigid modes of the block, at crank angle 0."""
+def _carried(body: ReducedBody, frame: Frame, block: ReducedBody, tied: bool) -> Array:
+    """Modal motion (n, 6) of a body that goes along with the rigid modes of the block, at crank angle 0.
+
+    The crank does not turn with the block, so that bodies ``tied`` to it turn back against it as the crank does.
+    """
     motion = rigid_coordinates(block)
     moved = motion[:3] - skew(frame.origin) @ motion[3:]
     across = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
     seen = np.concatenate((across @ moved, across @ motion[3:]))
     result = np.zeros((body.n_modes, PORTS))
     result[:PORTS] = np.linalg.solve(rigid_coordinates(body), seen)
+    if tied:
+        result -= np.outer(follows(body, frame.moved(0.0), frame.sense), motion[5])
     return result
+
+
+def follows(body: ReducedBody, moved: Array, sense: float) -> Array:
+    """Modal motion (n,) of a body by the crank angle with which its frame moves, as in ``moved`` (MOVED,)."""
+    return np.asarray(body.translation[:2].T @ moved[[at.OWN_X1, at.OWN_Y1]] + sense * moved[at.TURN] * body.euler_load)
 
 
 def _connections(

@@ -102,6 +102,13 @@ def _tensor(moments: tuple[float, ...]) -> Array:
     return tensor
 
 
+def held_on_crank(engine: Engine, more: Topology | None = None) -> list[str]:
+    """Interfaces of the crank that connections of file and script hold, in the order of their ports."""
+    ends = [split_end(text) for table in engine.connection for text in table.ends]
+    ends += [(end.body, end.interface) for connection in (more or Topology()).connections for end in connection.ends]
+    return list(dict.fromkeys(interface for body, interface in ends if body == CRANK))
+
+
 def added_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ...]:
     """Names of what added bodies show, then of what added connections do, of file and script, in order."""
     topology = more or Topology()

@@ -1,11 +1,11 @@
 """Loads in the crank: the resultant of all that acts on one side of a cut, forces and inertia, over a recorded cycle.
 
-On the crank act main bearings, rods at the pins, thrust bearing, drive line (torque and axial force) and damper,
-gravity, and the inertia of its pieces (journals, pins, webs, each in two halves, and the parts fixed to it), which move
-as rigid bodies with the interfaces beside them. Forces act where the displaced points are. What all this lacks to be
-balanced, since pieces are not the elastic body and a run solves its equations to a tolerance, is spread over the pieces
-as one rigid acceleration at each instant. :func:`imbalance` says what of it is the run's own: the reduced body's six
-rigid motions give its inertia exactly.
+On the crank act main bearings, rods at the pins, thrust bearing, drive line (torque and axial force), damper, added
+connections, gravity, and the inertia of its pieces (journals, pins, webs, each in two halves, and the parts fixed to
+it), which move as rigid bodies with the interfaces beside them. Forces act where the displaced points are. What all
+this lacks to be balanced, since pieces are not the elastic body and a run solves its equations to a tolerance, is
+spread over the pieces as one rigid acceleration at each instant. :func:`imbalance` says what of it is the run's own:
+the reduced body's six rigid motions give its inertia exactly.
 
 Left out: the elastic motion of a piece in itself, and moments on a collar that feels its tilt.
 """
@@ -162,6 +162,10 @@ def named_loads(cycle: RecordedCycle) -> list[tuple[str, PointLoads]]:
     found.append(_at(cycle, "flywheel", axial[:, None] * AXIS, zero, moves=False))
     found.append(_at(cycle, "flywheel", zero, -out["shaft.torque"][:, None] * AXIS))
     found.append(_at(cycle, "pulley", zero, out["damper.torque"][:, None] * AXIS))
+    for name, load in cycle.added.items():
+        across = load[:, :3] * (1.0 - AXIS)
+        found.append(_at(cycle, name, across, load[:, 3:]))
+        found.append(_at(cycle, name, load[:, :3] - across, zero, moves=False))
     return found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.dynamics.settled.judging import TOLERANCE, Settling
 from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.topology import slots as added
+from cranktrain.dynamics.topology.tables import held_on_crank
 from cranktrain.engine.model import Engine
 
 CYCLE = 4.0 * math.pi
@@ -36,6 +38,7 @@ class RecordedCycle:
     outputs : name → (n,) values
     settling : how settled the run is
     axial_force : on the flywheel, N
+    added : interface → (n, 6) force and moment of added connections, in axes of the frame
     """
 
     engine: Engine
@@ -52,6 +55,7 @@ class RecordedCycle:
     outputs: dict[str, Array]
     settling: Settling
     axial_force: float = 0.0
+    added: dict[str, Array] = field(default_factory=dict)
 
     @property
     def crank_angle(self) -> Array:
@@ -70,6 +74,7 @@ class RecordedCycle:
             self,
             **{name: getattr(self, name)[samples] for name in names},
             outputs={name: values[samples] for name, values in self.outputs.items()},
+            added={name: values[samples] for name, values in self.added.items()},
         )
 
     def last(self) -> RecordedCycle:
@@ -98,7 +103,6 @@ def recorded_cycle(
     InputError, SolverError
         as of :func:`cranktrain.dynamics.simulation.simulate`
     """
-    engine.refuse_additions("cut loads, stress and fatigue")
     simulation.initialize()
     found = run_cycles(simulation, None, settle, progress, say)
     step = communication_step(float(simulation.inputs[0]), simulation.settings.step)
@@ -106,6 +110,10 @@ def recorded_cycle(
     modes, all_modes = simulation.body.n_modes, simulation.model.omega2.size
     frame, rows = np.empty((count, 3)), np.empty((count, simulation.outputs.size))
     motion = np.empty((3, count, modes))
+    links = simulation.model.links.interfaces
+    first_ports = links[links[:, added.OWNER] == added.OF_CRANK, added.PORT_X].astype(int)
+    held = held_on_crank(engine, simulation.parts.topology)
+    loads = np.empty((len(held), count, 6))
     begin = simulation.time
     for k in range(count):
         simulation.step(begin + (k + 1) * step)
@@ -115,6 +123,8 @@ def recorded_cycle(
             first = offset(block, all_modes)
             motion[rate, k] = state[first : first + modes]
         rows[k] = simulation.outputs
+        for load, port in zip(loads, first_ports, strict=True):
+            load[k] = simulation.work.added.answered[port : port + 6]
     return RecordedCycle(
         engine=engine,
         body=simulation.body,
@@ -129,5 +139,7 @@ def recorded_cycle(
         damping=simulation.model.damping[:modes].copy(),
         outputs=dict(zip(simulation.output_names, rows.T.copy(), strict=True)),
         settling=found.settling,
+        # Discs of the drive line are none of the crank's own interfaces.
+        added={name: load for name, load in zip(held, loads, strict=True) if name in simulation.body.interfaces},
         axial_force=float(simulation.inputs[engine.n_cylinders + at.AXIAL_INPUT]),
     )

@@ -17,6 +17,7 @@ less on some cranks.)
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -103,13 +104,16 @@ def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Ar
     return np.sqrt(squares) / (2.0 * np.pi), energy_shares(engine, crankshaft, modes, rods=True)
 
 
-def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
-    """Stiffness and mass (n, n) of the assembled cranktrain at rest, in the modes of the complete ``crankshaft``."""
+def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody, without: Collection[int] = ()) -> tuple[Array, Array]:
+    """Stiffness and mass (n, n) of the assembled cranktrain at rest, in the modes of the complete ``crankshaft``.
+
+    ``without`` are cylinders, counted from 1, whose rods are other bodies.
+    """
     stiffness = np.diag(crankshaft.omega**2) + bearing_stiffness(engine, crankshaft)
-    return stiffness, np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft)
+    return stiffness, np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft, without)
 
 
-def rod_masses(engine: Engine, crankshaft: ReducedBody) -> Array:
+def rod_masses(engine: Engine, crankshaft: ReducedBody, without: Collection[int] = ()) -> Array:
     """Mean mass of the rods (n, n) in a crankshaft's modes, each where it stands on its pin."""
     mass = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
 
@@ -117,7 +121,9 @@ def rod_masses(engine: Engine, crankshaft: ReducedBody) -> Array:
         return np.asarray(crankshaft.shapes[crankshaft.index(name), component])
 
     rod_mass = mean_rod_mass(engine)
-    for pin, offset in zip(engine.cylinders.pins, engine.rod_offsets, strict=True):
+    for cylinder, (pin, offset) in enumerate(zip(engine.cylinders.pins, engine.rod_offsets, strict=True), 1):
+        if cylinder in without:
+            continue
         # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
         for component, tilt in ((0, offset * row(f"pin[{pin}]", 4)), (1, -offset * row(f"pin[{pin}]", 3))):
             at_rod = row(f"pin[{pin}]", component) + tilt

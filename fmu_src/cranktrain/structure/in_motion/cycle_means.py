@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import communication_step
-from cranktrain.dynamics.model import slots as slots
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.state import TIME
 from cranktrain.dynamics.simulation import Simulation

@@ -39,7 +39,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eig
 
 from cranktrain.core.reduced_body import Array, ReducedBody
-from cranktrain.dynamics.model import slots as slots
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.bodies import locked_on_axis
 from cranktrain.dynamics.simulation import Simulation, fitted_engine

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.dynamics.model import slots as slots
+from cranktrain.dynamics.model import slots
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force

@@ -19,7 +19,7 @@ import numpy as np
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model import slots as slots
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
     INPUTS_NOW,

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model import slots as slots
+from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.state import (
     MODAL_BLOCKS,
     OMEGA_REFERENCE,
