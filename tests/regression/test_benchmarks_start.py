@@ -44,7 +44,7 @@ class Start(NamedTuple):
 
 SIX_AT_1000 = "--engines diesel_i6 --blocks ground --speeds 1000"
 STARTS = {
-    "additions": Start("--discs 1 --laps 1", quick=True),
+    "additions": Start("--discs 1 --rods 1 --laps 1", quick=True),
     "balance": Start(),
     "bearing_stiffness": Start(constants={"FACTORS": [1.0]}, quick=True),
     "block_bores": Start(constants={"SHAPES": 7, "AROUND": 36, "ACROSS": 3, "DIRECTIONS": 2}),
