@@ -74,7 +74,6 @@ class MainJournals(NamedTuple):
     collar: bool  # whether the thrust bearing's collar feels its tilt
 
 
-# In one piece: one group of ports after the other.
 def lay_ports(
     engine: Engine,
     body: ReducedBody,
@@ -107,13 +106,10 @@ def lay_ports(
     scales = clearances + [0.5 * engine.thrust.clearance] + ([TWIST_SCALE] * c if turns else [PIN_SCALE] * (2 * c))
     if engine.big_end_bearing is not None:
         scales += [engine.big_end_bearing.clearance] * (2 * len(rods))
-    first_pin = 2 * b + 1
-    first_rod = first_pin + 2 * c
+    first_pin, first_rod = 2 * b + 1, 2 * b + 1 + 2 * c
     tilts = len(scales)
     laws = [[2 * i, 2 * i + 1] for i in range(b)]
-    for k in range(c):
-        pin = [first_pin + k] if turns else [first_pin + 2 * k, first_pin + 2 * k + 1]
-        laws.append([*pin, first_rod + 2 * k, first_rod + 2 * k + 1] if rods else pin)
+    laws += _pin_laws(c, first_pin, first_rod if rods else 0, turns)
     thrust_law = len(laws)
     laws.append([2 * b])
     rod_laws = len(laws)
@@ -137,15 +133,11 @@ def lay_ports(
         rows += [shapes[index("pulley"), 5:6] - shapes[index("ring"), 5:6]]
         scales += [TWIST_SCALE]
         laws.append([damper])
-    if axial_joint:
-        rows += [windup[None]]
+    rows += [windup[None]] if axial_joint else []
     if not turns:
         rows += [pin[2:] for pin in pins] + [shapes[k, 5:6] for k in mains]
     turning = np.ascontiguousarray(np.concatenate(rows))
-    table = np.zeros((len(laws), 5))
-    for row, law in zip(table, laws, strict=True):
-        row[at.COUPLED] = len(law)
-        row[at.FIRST : at.FIRST + len(law)] = law
+    table = _law_table(laws)
     if journals.collar:
         table[thrust_law, at.TURNED] = len(turning) - b + engine.thrust.main - 1
     layout = np.zeros(at.LAYOUT)
@@ -154,8 +146,7 @@ def lay_ports(
     ]  # fmt: skip
     still, pairs, axial = _block_ports(engine, block, journals, len(turning), tilts, layout)
     layout[at.PORTS] = len(turning) + len(still)
-    layout[at.JOURNAL_ROTATIONS] = len(turning) - b
-    layout[at.MAINS] = len(engine.crankshaft.main_widths)
+    layout[at.JOURNAL_ROTATIONS], layout[at.MAINS] = len(turning) - b, len(engine.crankshaft.main_widths)
     layout[at.PIN_ROTATIONS] = first_pin if turns else len(scales) + (axial_joint > 0)
     layout[at.AXIAL_JOINT], layout[at.WINDUP] = axial_joint, len(scales)
     layout[at.SLIDING] = axial_joint > 0 and engine.axial_path is not None and engine.axial_path.joint == "spline"
@@ -163,6 +154,24 @@ def lay_ports(
         layout[at.PISTONS] = layout[at.PORTS]
         layout[at.PORTS] += 2 * c
     return Ports(turning, still, table, np.array(scales), pairs, axial, layout)
+
+
+def _pin_laws(cylinders: int, first_pin: int, first_rod: int, turns: bool) -> list[list[int]]:
+    """Newton ports of each cylinder's law: of its pin, whose journals turn alone or move, and of its free big end."""
+    found = []
+    for k in range(cylinders):
+        pin = [first_pin + k] if turns else [first_pin + 2 * k, first_pin + 2 * k + 1]
+        found.append([*pin, first_rod + 2 * k, first_rod + 2 * k + 1] if first_rod else pin)
+    return found
+
+
+def _law_table(laws: list[list[int]]) -> Array:
+    """Table of the connections, see ``ModelArrays.connections``."""
+    table = np.zeros((len(laws), 5))
+    for row, law in zip(table, laws, strict=True):
+        row[at.COUPLED] = len(law)
+        row[at.FIRST : at.FIRST + len(law)] = law
+    return table
 
 
 def with_added_ports(ports: Ports, more: Added) -> Ports:

@@ -200,7 +200,6 @@ def plain_cycles(
     return Recorded(rows, settling, done == cycles * count, first)
 
 
-# In one piece: what a cycle tells decides what the next one is.
 def settled_cycles(
     recorder: Recorder,
     judge: Judge,
@@ -215,7 +214,7 @@ def settled_cycles(
     The simulation's time begins at 0 with each. ``progress`` is told the share done, ``say`` cycles and what is left.
     Where a period is doubtful it is looked for at once.
     """
-    simulation = recorder.simulation
+    simulation, tell = recorder.simulation, say or (lambda text: None)
     most = min(most, TRIED) if expected.tries else most
     modes = SlowModes(simulation.model, float(simulation.inputs[0]), expected.learned)
     creep = creep_of(simulation.model, modes)
@@ -252,8 +251,8 @@ def settled_cycles(
         left = past.left
         worst += [max(left.values(), default=0.0)] if left else []
         settling = Settling(done, 0, tolerance, left)
-        if say is not None and left:
-            say(f"cycle {done}: {worst[-1]:.1e} is left, to be {tolerance:g}")
+        if left:
+            tell(f"cycle {done}: {worst[-1]:.1e} is left, to be {tolerance:g}")
         if progress is not None:
             share = max(share, done / most, _gained(worst, tolerance))
             progress(min(share, 1.0))
@@ -267,8 +266,7 @@ def settled_cycles(
         rises = creep is None and len(worst) > RISES and min(worst[-RISES:]) > min(worst[:-RISES])
         if (rises or _gains_no_more(worst, patience)) and simulation.solve_films_anew():
             worst = worst[-1:]
-            if say is not None:
-                say(f"cycle {done}: films that follow the cycle before do not settle; solved anew from here on")
+            tell(f"cycle {done}: films that follow the cycle before do not settle; solved anew from here on")
         stays = _gains_no_more(worst, patience if block == 1 else PATIENCE_OF_BLOCKS)
         if stays and creep is not None and creep.fresh_start():
             worst = worst[-1:]

@@ -269,9 +269,7 @@ class ElasticGrid:
         way = np.zeros((k, 4)) if load_coupling is None else np.asarray(load_coupling, dtype=float)
         if way.shape != (k, 4) or not np.isfinite(way).all():
             raise InputError(f"elastic film: load coupling of the form {way.shape}; give ({k}, 4) finite values")
-        rough = np.zeros(CONTACT_CONSTANTS) if contact is None else np.asarray(contact, dtype=float)
-        if rough.shape != (CONTACT_CONSTANTS,) or not (np.isfinite(rough).all() and (rough >= 0.0).all()):
-            raise InputError("elastic film: contact must be the constants of asperity.contact_constants")
+        rough = _roughness(contact)
         mask = np.zeros((self.n_phi, self.n_z)) if supply is None else np.asarray(supply, dtype=float)
         if mask.shape != (self.n_phi, self.n_z) or not np.isin(mask, (0.0, 1.0)).all():
             raise InputError(f"elastic film: the supply mask must be {self.n_phi} x {self.n_z} of 0 and 1")
@@ -298,6 +296,14 @@ class ElasticGrid:
             values,
             contact_table() if rough[0] > 0.0 else np.zeros((8, 2)),
         )
+
+
+def _roughness(contact: Array | None) -> Array:
+    """Constants of rough surfaces (CONSTANTS,), zero without any; ``InputError`` for others than constants."""
+    rough = np.zeros(CONTACT_CONSTANTS) if contact is None else np.asarray(contact, dtype=float)
+    if rough.shape != (CONTACT_CONSTANTS,) or not (np.isfinite(rough).all() and (rough >= 0.0).all()):
+        raise InputError("elastic film: contact must be the constants of asperity.contact_constants")
+    return rough
 
 
 def _check_sizes(diameter: float, width: float, clearance: float, viscosity: float, supply_pressure: float) -> None:
