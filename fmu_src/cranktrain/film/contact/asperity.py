@@ -7,12 +7,13 @@ radius β. Over a mean gap h the surfaces press and touch with
 
     F_n(H) = ∫_H^∞ (s − H)ⁿ exp(−s²/2) / √(2π) ds
 
-A lining yields at its hardness p_H, which the pressure approaches:  p → p/(1 + (p/p_H)³)^⅓, a choice that leaves light
-contact as it is (0.3 % at a fifth of the hardness) and stays smooth.
+A lining yields at its hardness p_H. The pressure approaches this limit:  p → p/(1 + (p/p_H)³)^⅓, a choice that leaves
+light contact as it is (0.3 % at a fifth of the hardness) and stays smooth.
 
-The integrals are taken exactly and kept as cubic splines of their logarithm over H (twice continuously differentiable).
-Above H = 5 they fade out smoothly and vanish from H = 6 on, where the pressure would be some pascal at most. They hold
-for H < 0 too: an overloaded film goes there. Far below zero F_n(H) → |H|ⁿ, of which four terms are taken.
+The integrals are computed exactly and stored as cubic splines of their logarithm over H (twice continuously
+differentiable). Above H = 5 they fade out smoothly and vanish from H = 6 on, where the pressure would be some pascal at
+most. They are valid for H < 0 too, which occurs in an overloaded film. Far below zero F_n(H) → |H|ⁿ; four terms of this
+expansion are used.
 
 Source: J. A. Greenwood, J. H. Tripp, The Contact of Two Nominally Flat Rough Surfaces, Proc. Inst. Mech. Eng. 185
 (1970) 625.
@@ -44,7 +45,7 @@ GAP_STEP = 0.04
 SMOOTH_SPEED = 0.01
 """Sliding speed, m/s, within which boundary friction changes its sign."""
 TABLE_TOP = 14.0
-"""End of the table of the integrals; the resultants of a bearing's slice at HIGHEST still need what lies beyond it."""
+"""End of the table of the integrals; resultants of a bearing's slice at HIGHEST need values beyond HIGHEST."""
 
 # Constants of one rough contact.
 SIGMA, PRESSURE, AREA, FRICTION, SHEAR, PER_HARDNESS, CONSTANTS = range(7)
@@ -214,7 +215,7 @@ def contact_integrals(gap_ratio, table, faded):
 
 @kernel
 def contact_pressure(h, constants, table):
-    """Contact pressure over the mean gap ``h`` (m): p (Pa), dp/dh (Pa/m), share of the area that truly touches."""
+    """Contact pressure over the mean gap ``h`` (m): p (Pa), dp/dh (Pa/m), fraction of the area in true contact."""
     gap_ratio = h / constants[SIGMA]
     if gap_ratio >= HIGHEST:
         return 0.0, 0.0, 0.0

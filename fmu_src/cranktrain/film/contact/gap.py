@@ -1,20 +1,21 @@
-r"""The gap between a journal and a shell with an axial profile, and what of it a film between rough surfaces has.
+r"""Gap between a journal and a shell with an axial profile, and the mean gap of the oil between rough surfaces.
 
-A shell that has run in is relieved at its edges: over the share w of each half width its radius grows by
+A shell that has run in is relieved at its edges: over the fraction w of each half width its radius grows by
 
     g(ζ) = d ((|ζ| − 1 + w)/w)^p    for |ζ| > 1 − w,    0 elsewhere,
 
-ζ = 2z/L. The profile is the same all round, so a film on it still sees the half sum of the surface speeds alone.
+ζ = 2z/L. The profile is the same all round, so the film still depends on half the sum of the surface speeds only.
 
-Surfaces of the combined standard deviation σ leave oil the mean gap h_T of Gaussian heights, also where their mean
-planes meet or overlap. With H the distance of the mean planes, u = H/σ, Φ and φ the normal distribution and its density
+Between surfaces of the combined standard deviation σ the oil has the mean gap h_T of Gaussian heights, also where the
+mean planes of the surfaces meet or overlap. With H the distance of the mean planes, u = H/σ, Φ and φ the normal
+distribution and its density
 
     h = √(h_T² + (0.1 σ)²),    h_T = σ (u Φ(u) + φ(u)),    dh/dH = h_T Φ(u)/h.
 
-The second term is chosen: it keeps a fully closed gap from sealing. Between u = 5 and 6, where contact ends as well, it
-fades out, so that surfaces that do not touch have h = H. A film on h is squeezed by dh/dt, and its pressure works on
-dh: source and pressure are both weighted by dh/dH, the share of the area that is not in contact. Weighted on one side
-only, surfaces that cannot close would go on pumping.
+The second term is chosen so that a fully closed gap does not seal. It fades out between u = 5 and 6, where contact ends
+as well, so h = H for surfaces that do not touch. The film is squeezed by dh/dt, and its pressure does work on dh, so
+source and pressure are both weighted by dh/dH, the fraction of the area that is not in contact. With a weight on one
+side only, surfaces that cannot close would pump oil for ever.
 
 Source of h_T: N. Patir, H. S. Cheng, J. Lubr. Technol. 100 (1978) 12.
 """
@@ -29,9 +30,9 @@ from cranktrain.film.contact.asperity import FADING, HIGHEST
 CLEAR = HIGHEST
 """H/σ from which on the mean gap is the gap (to 2e-10 σ)."""
 LEFT_OPEN = 0.1
-"""What a closed gap keeps open, over σ; chosen."""
+"""Smallest mean gap of closed surfaces, over σ; chosen."""
 SMOOTH = 5.0e-5
-"""σ over the clearance of surfaces that are said to be smooth: altered below 4e-4 clearances only."""
+"""Roughness σ used for "smooth" surfaces, over the clearance; it changes the film only below 4e-4 of the clearance."""
 STRAIGHT = (0.0, 0.5, 2.0)
 """Profile of a straight shell."""
 _SAMPLES, _STEPS = 8, 60
@@ -47,7 +48,7 @@ def over(profile: tuple[float, float, float], unit: float = 1.0) -> tuple[float,
 
 @kernel
 def relief(zeta, profile):
-    """Relief g of a shell at ζ; ``profile`` its depth d, in any unit, share w and exponent p."""
+    """Relief g of a shell at ζ; ``profile`` holds its depth d (any unit), width fraction w and exponent p."""
     depth, share, exponent = profile
     s = abs(zeta) - 1.0 + share
     if depth == 0.0 or s <= 0.0:

@@ -10,10 +10,10 @@ is that of a straight shell with the same least gap m, times √((c − m)/e) = 
 goes with 1/√e (0.3 % at a relief of a seventh of the clearance). N, the load ∫ p R dφ and the touching length of the
 straight shell are sampled once per bearing over m. Slices are summed by Lobatto's rule over parts of the width that
 become finer towards the edges, which are points of the rule; the points do not move with the journal, so tangents are
-exactly those of the sum. Pressed in deeper than 20 σ, N goes on as the cube of the depth; where the lining yields it
-approaches the hardness over the whole diameter.
-Boundary friction opposes sliding with the shear stress τ₀ on the real contact and the coefficient μ on the pressure; it
-acts on the journal as a torque and as a force across the line of centres.
+exactly those of the sum. Beyond a depth of 20 σ, N is continued as the cube of the depth; if the lining yields, N
+approaches the hardness over the whole diameter. Boundary friction opposes sliding with the shear stress τ₀ on the real
+contact and the coefficient μ on the pressure; it acts on the journal as a torque and as a force across the line of
+centres.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ from cranktrain.film.contact.gap import STRAIGHT, over, relief
 SLICES = 16
 """Lobatto's points on each part of the width."""
 PARTS = (0.0, 0.5, 0.85, 1.0)
-"""Where the parts of half the width end, of the share that is relieved; half of it where the shell is straight."""
+"""Ends of the parts of half the width, over the relieved width; over half the width if the shell is straight."""
 
 # Constants of the bearing, behind those of its contact.
 RADIUS, CLEARANCE, WIDTH, DEEP = range(CONSTANTS, CONSTANTS + 4)
@@ -102,7 +102,7 @@ def bearing_contact(bearing: PlainBearing, table: Array | None = None) -> Journa
 def _usual_contact(
     radius: float, clearance: float, width: float, constants: tuple[float, ...], profile: tuple[float, float, float]
 ) -> JournalContact:
-    """Contact of a bearing on the usual table: an FMU's builder asks for it once a combination of levels."""
+    """Contact of a bearing on the usual table; an FMU's builder calls this once for each combination of levels."""
     return journal_contact_data(radius, clearance, width, np.array(constants), None, profile)
 
 

@@ -1,25 +1,25 @@
 """Balance of oil at the nodes of a film that ruptures and refills, with its derivatives.
 
-One unknown u per node: u ≥ 0 is the pressure of a full film, P = p₀ u with p₀ = 12 η (R/c)²; u < 0 is minus the void
-share of a ruptured one, so that its fill is θ = 1 + u and its pressure zero (Jakobsson–Floberg–Olsson by
-complementarity). With H = h/c and ω the journal's speed, the bore at rest, each node balances
+Each node has one unknown u. u ≥ 0 is the pressure of a full film, P = p₀ u with p₀ = 12 η (R/c)². u < 0 is minus the
+void fraction of a ruptured film, which has the fill θ = 1 + u and zero pressure (Jakobsson–Floberg–Olsson by
+complementarity). With H = h/c, the journal's speed ω and the bore at rest, each node balances
 
     ∂(θH)/∂t + ∂φ(½ω θH − H³ ∂φΠ) − (D/L)² ∂ζ(H³ ∂ζΠ) = 0        (1/s)
 
 on node-centred finite volumes: H³ at the middle of faces around and of a wedge between axial neighbours, θ from the
 node upstream with a limited correction to second order from the step's start, no pressure flow into ruptured nodes but
-what their full neighbours press there. The rate has two forms, after what the node was at the step's start:
+what their full neighbours press there. The rate has two forms, depending on the state of the node at the step's start:
 
-* full: ∂H/∂t from the velocities of the stage, minus the void share's growth, − |u| H/Δt. A full film thus keeps the
-  order of the stage's own rule;
+* full: ∂H/∂t from the velocities of the stage, minus the growth of the void fraction, − |u| H/Δt. A full film thus
+  keeps the order of the integrator;
 * void: [θH − (θH)_start]/Δt, backward Euler from the start. The oil of ruptured regions is conserved to rounding.
 
 Under pressure Π is the reduced pressure and θ of a full node its ρ/ρ₀ (:mod:`cranktrain.film.elastic.oil`), which grows
 by backward Euler from the start of the step.
 
-The fill then lies in [0, 1] by itself: it is a mean of what was there and what flows in. H stands for the mean gap of
-rough surfaces, :mod:`cranktrain.film.contact.gap`: a journal beyond its bore leaves it open a little, what carries
-there is contact. The matrix ∂R/∂u is an M-matrix by columns.
+The fill then lies in [0, 1] without a limit, because it is a mean of the previous fill and the inflow. H is the mean
+gap of rough surfaces, :mod:`cranktrain.film.contact.gap`. A journal displaced beyond its bore still has a small gap;
+its load is carried by contact. The matrix ∂R/∂u is an M-matrix by columns.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ from cranktrain.film.elastic.height import node_films
 
 
 class Rates(NamedTuple):
-    """What turns time into the balance's rates, 1/s."""
+    """Factors that convert to rates of the balance, 1/s."""
 
     half_speed: float  # ½ω of the journal
     per_step: float  # 1/Δt, Δt from the step's start to the stage
@@ -93,7 +93,7 @@ class Flow(NamedTuple):
 
 @kernel
 def film_start(film, place, shift, start, rates, nodes, faces):
-    """What the step starts from: oil θH of void nodes, which they are, and how sharply their oil is carried on."""
+    """State at the start of the step: oil θH of void nodes, mask of void nodes, and limiter of their transport."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     lines = n_z + 2
@@ -169,7 +169,7 @@ def _sharpen(film, start, rates, nodes, extra):
 
 @kernel
 def film_rates(film, place, pace, known, per_gain, nodes):
-    """What ∂H/∂t (1/s) of nodes full at the start is besides H/g into DRIVEN: the journal's part, and −H_Δ/g."""
+    """Write ∂H/∂t (1/s) without H/g of nodes full at the start into DRIVEN: the journal's part, and −H_Δ/g."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     driven = nodes[DRIVEN]
@@ -194,7 +194,7 @@ def grid_factors(constants):
 
 @kernel
 def flow_factors(constants, half_speed):
-    """Factors of the flow through faces, 1/s those of what the surfaces carry."""
+    """Factors of the flow through faces; those of the flow carried by the surfaces in 1/s."""
     around, across, per_angle = grid_factors(constants)
     drive = half_speed * per_angle
     return Flow(around, across, max(drive, 0.0), max(-drive, 0.0))
@@ -272,7 +272,7 @@ def _four_balances(film, rates, flow, at, nodes, faces, band, residual):
     q_down = i_down * (n_z + 2) + j + 1
     one = splat(1.0)
     free = one - load(film.supply, f)
-    # Flow across the bore, and what the distance of the surfaces changes of it.
+    # Flow across the bore, and its derivatives by the distance of the surfaces.
     is_open = load(nodes, (OPEN, q))
     p = load(nodes, (REDUCED, q))
     per_after = flow.across * load(film.sides, (AFTER_SIDE, j + 1))
@@ -290,7 +290,7 @@ def _four_balances(film, rates, flow, at, nodes, faces, band, residual):
     own = slope * (to_after * by_own + to_before * by_own_too)
     store(nodes, (AFTER, q), free * (to_after * by_after * load(nodes, (SLOPE, q + 1))))
     store(nodes, (BEFORE, q), free * (to_before * by_before * load(nodes, (SLOPE, q - 1))))
-    # What a node stores, after what it was at the step's start.
+    # Oil stored in a node; the form depends on the node's state at the step's start.
     void = load(nodes, (VOID, q))
     dense = load(nodes, (DENSE, q))
     held = one + load(nodes, (COMPRESSED, q))
@@ -338,7 +338,7 @@ def _four_balances(film, rates, flow, at, nodes, faces, band, residual):
 
 @inlined_kernel
 def _put_rows(band, row, j, n_z, entries):
-    """Write four rows of the band: own answers, what swelling adds, and minus those by the neighbours."""
+    """Write four rows of the band: own derivatives, terms of swelling, and minus the derivatives by the neighbours."""
     answer, swelling, by_up, before, after, by_down = entries
     for k in range(LANES):
         at = band[row + k]
@@ -371,9 +371,9 @@ def side_conductance(h, beside):
 
 @kernel
 def carried(flow, nodes, ahead, q, q_down):
-    """What the surfaces carry from node q to ``q_down`` over the face's film, 1/s: voids of the node upstream.
+    """Flow carried by the surfaces from node q to ``q_down`` over the face's film, 1/s, with the upstream node's voids.
 
-    Compression is that of both, in the share ``ahead`` of the node downstream, which is 0 where there is none.
+    Compression is weighted between both nodes; ``ahead`` is the weight of the downstream node, 0 without compression.
     """
     up = q if flow.forward > 0.0 else q_down
     content = 1.0 + nodes[VOID, up]
@@ -385,10 +385,10 @@ def carried(flow, nodes, ahead, q, q_down):
 
 @kernel
 def compression_ahead(film, flow, nodes, h, q, q_down):
-    """Share of the compression downstream in what is carried through the face of film ``h`` between two nodes.
+    """Weight of the downstream node's compression in the flow carried through the face of film ``h``.
 
-    A half, of second order, as long as pressure drives more through the face than compression does; less beyond, so
-    that the matrix keeps its signs.
+    A half (second order) as long as pressure drives more flow through the face than compression carries; less beyond,
+    so that the matrix keeps its signs.
     """
     if film.constants[COMPRESSIBLE] == 0.0:
         return 0.0

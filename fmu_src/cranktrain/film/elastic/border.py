@@ -1,10 +1,10 @@
 """Shapes of the bore as the border of the film's matrix: generalised forces, Schur complement, tangents.
 
-A film solution answers to eight sources at once: the residual and the bore's shapes, later the journal's displacements
-and velocities. Of each only its generalised forces ∫ S p dA are kept, S running over the shapes of x, y, a, b (−cos φ,
-−sin φ, −ζ cos φ, −ζ sin φ) and those of the bore. Elasticity δ = C ∫ S (p + p_c) dA then is a small dense system in δ,
-joined by one column of nodes where the ring of columns has no gap. Pressure works on the mean gap h(H) of rough
-surfaces: it counts with dh/dH, as the squeeze does.
+The film is solved for eight right-hand sides at once: first the residual and the bore's shapes, later the journal's
+displacements and velocities. Of each solution only the generalised forces ∫ S p dA are kept. S runs over the shapes of
+x, y, a, b (−cos φ, −sin φ, −ζ cos φ, −ζ sin φ) and the shapes of the bore. Elasticity δ = C ∫ S (p + p_c) dA is then a
+small dense system in δ. One column of nodes is added to it if the ring of columns has no gap. Pressure does work on the
+mean gap h(H) of rough surfaces, so it is multiplied by dh/dH, like the squeeze.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def load_unit(constants):
 
 @kernel
 def shape_value(film, q, i, line, m):
-    """Generalised shape m at node q: 0..3 those of x, y, a, b, then the bore's."""
+    """Generalised shape m at node q: 0..3 are the shapes of x, y, a, b, the others the bore's."""
     if m >= 4:
         return film.shapes[q, m - 3]
     value = -film.trig[i, COS] if m % 2 == 0 else -film.trig[i, SIN]
@@ -73,7 +73,7 @@ def solution_loads(film, first, chain, begin, end, work):
 
 @kernel
 def _motion_loads(film, first, chain, block, work):
-    """Those of x, y, a, b."""
+    """Shapes of x, y, a, b."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     columns = work.columns[block]
@@ -108,7 +108,7 @@ def _motion_loads(film, first, chain, block, work):
 
 @kernel
 def _shape_loads(film, first, chain, block, group, work):
-    """Those of four columns of shapes from column ``group`` on; column 0 is no shape."""
+    """Values of four columns of shapes from column ``group`` on; column 0 is not a shape."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     columns = work.columns[block]
@@ -346,7 +346,7 @@ def past_tangents(film, per_gain, first, ring, work, out):
 
 @kernel
 def _answer(film, first, ring, moving, work):
-    """Answer of nodes and shapes to the eight sources in the last block, of which ``moving`` are by x, y, a, b."""
+    """Response of nodes and shapes to the eight sources of the last block; the first ``moving`` are by x, y, a, b."""
     n_z = int(film.constants[N_Z])
     size = int(film.constants[N_PHI]) * n_z
     chain = size - n_z if ring else size

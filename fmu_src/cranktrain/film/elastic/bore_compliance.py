@@ -10,11 +10,11 @@ which are orthonormal in that mean. Two kinds are made:
 
 * *local*: ⟨s_k m⟩ = 0 for every motion of the bore as a whole, m = (cos φ, sin φ, ζ cos φ, ζ sin φ), which the body
   that holds the bore carries in its own modes. On its way to the supports the film's resultant also changes the bore's
-  form, by s_k g_k · ∫ p m dA; that is as large as the local share. δ contains it where q_k is taken with the weights
-  s_k + g_k · m / c_k of :meth:`BoreCompliance.weights` in place of s_k. The law is then not symmetric: exact for a
-  given load, but it leaves out the bore's motion that would return the energy.
-* *with motion*: the m are part of the shapes, for a bore that no other body holds. The law is symmetric and contains
-  all of the above; it cannot make energy.
+  form, by s_k g_k · ∫ p m dA; this part is as large as the local part. It is included in δ if q_k is computed with the
+  weights s_k + g_k · m / c_k of :meth:`BoreCompliance.weights` instead of s_k. The law is then not symmetric. It is
+  exact for a given load, but leaves out the bore's motion that would return the energy.
+* *with motion*: the motions m are part of the shapes, for a bore that no other body holds. The law is symmetric and
+  contains all of the above effects; it cannot generate energy.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 
 LOBE = np.radians(120.0)
-"""Extent of the film pressure by which the captured share is measured: half a cosine around, a parabola across."""
+"""Extent of the film pressure that measures the captured fraction: half a cosine around, a parabola across."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +40,10 @@ class BoreCompliance:
 
     Attributes
     ----------
-    coefficients : (k, 2 waves + 1, degree + 1) share of each pattern in each shape, see :func:`patterns`
+    coefficients : (k, 2 waves + 1, degree + 1) factor of each pattern in each shape, see :func:`patterns`
     compliance : (k,) m/N, falling; c_k
     load_coupling : (k, 4) m/N, g_k; zero for shapes with motion
-    captured : (k,) share of the strain energy in the first 1 … k shapes under a film pressure of extent ``LOBE``,
+    captured : (k,) fraction of the strain energy in the first 1 … k shapes under a film pressure of extent ``LOBE``,
         averaged over its direction
     area : of the film, m²
     grid : nodes of films that run in the bore; None: those of :mod:`cranktrain.film.laws.ehd`
@@ -113,7 +113,7 @@ def reduced_compliance(patternwise: Array, area: float, count: int, with_motion:
     matrix = 0.5 * (matrix + matrix.T)
     values, vectors = np.linalg.eigh(matrix[np.ix_(local, local)])
     values, vectors = values[::-1], vectors[:, ::-1]
-    # An eigenvector's sign is the solver's whim: the largest share is made positive.
+    # The sign of an eigenvector is arbitrary: the largest component is made positive.
     vectors = vectors * np.sign(vectors[np.abs(vectors).argmax(axis=0), np.arange(local.size)])
     energy = values * ((_lobe(around, along)[:, local] @ vectors) ** 2).sum(axis=0)
     coefficients = np.zeros((count, around * along))

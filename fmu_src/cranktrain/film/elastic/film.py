@@ -1,21 +1,21 @@
 """Elasto-hydrodynamic film, solved online: mass-conserving Reynolds' equation coupled with the elastic bore.
 
-The film h = c + g(ζ) − (x + ζa) cos φ − (y + ζb) sin φ + Σ_k δ_k S_k(φ, ζ), g the relief of the shell, follows the
-journal and a few shapes of the bore (those of an elastic journal add to the same compliance). Shapes yield to film and
-contact pressure together,
+The film is h = c + g(ζ) − (x + ζa) cos φ − (y + ζb) sin φ + Σ_k δ_k S_k(φ, ζ) with the relief g of the shell. It
+depends on the motion of the journal and on a few shapes of the bore (the compliance of an elastic journal is added to
+the bore's). The shapes deflect under film and contact pressure together,
 
     δ_k = Σ_l C_kl ∫ S_l (p + p_c) dA   (+ Σ_r g_kr ∫ (cos φ, sin φ, ζ cos φ, ζ sin φ)_r (p + p_c) dA),
 
 and move by the rule of the integrator's stage, δ̇ = (δ − Δ)/g with Δ from the past and g = γh. Oil balances, rupture and
 refilling are those of :mod:`cranktrain.film.elastic.balance`; p_c(h) is Greenwood and Tripp's.
 
-Solution: semi-smooth Newton on node unknowns and shapes at once. The balance is a band; the shapes are its border. A
-node changes sides when its unknown changes sign; with a fixed film that active set ends from any start, because the
-matrix is an M-matrix. The ring of columns is cut inside a ruptured region whose transport within Δt does not reach
-around; where there is none, one column of nodes joins the border. A Newton step may not close the film by more than a
-share of itself. The converged set is solved afresh, so the result does not depend on the warm start beyond the limits
-of the film (STEP_LIMIT and those after it); tangents are those of the converged set (implicit function), the shapes'
-answer included.
+Solution: a semi-smooth Newton method solves node unknowns and shapes together. The balance is a band matrix; the shapes
+are its border. A node changes between full and ruptured when its unknown changes sign. For a fixed film this active-set
+method converges from any start, because the matrix is an M-matrix. The ring of columns is cut inside a ruptured region
+whose transport within Δt does not reach around. Without such a region one column of nodes joins the border. A Newton
+step may close the film by at most a fraction of its thickness. The converged set is solved once more, so the result
+depends on the initial guess only within the tolerances of the film (STEP_LIMIT and those after it). Tangents of the
+converged set follow from the implicit function theorem and include the response of the shapes.
 
 Viscosity and density by pressure: :mod:`cranktrain.film.elastic.oil`. Bore at rest, p = 0 (gauge) at both ends, supply
 nodes at their pressure. Inertial axes.
@@ -80,11 +80,11 @@ ROUGHEST, LOWERING, EASING, LAST = 0.3, 0.4, 20, 60
 LEAST = 2.0e-3
 """Film over the clearance below which a Newton step is measured by this."""
 CLOSING = 0.7
-"""Share of itself by which a Newton step may close the film."""
+"""Fraction of its thickness by which a Newton step may close the film."""
 TINY = 1.0e-30
-"""Void share by which a node that has just ruptured is known."""
+"""Void fraction that marks a node that has just ruptured."""
 SWITCH = 1.0e-11
-"""Change of sign that is rounding: of the void share, and of pressure over the largest."""
+"""Changes of sign below these limits are rounding: of the void fraction, and of pressure over the largest."""
 
 
 @kernel
@@ -210,7 +210,7 @@ def _cut(film, rates, nodes):
         return 0, True
     if length >= n_phi:
         length = n_phi
-    # What flows into the second ruptured column reaches the last one weakened by this factor each time.
+    # Oil that flows into the second ruptured column is reduced by this factor in every column up to the last one.
     _, _, per_angle = grid_factors(film.constants)
     courant = rates.half_speed * per_angle / rates.per_step if rates.per_step > 0.0 else 1.0e300
     weakened = (length - 1) * math.log(courant / (1.0 + courant)) if courant > 0.0 else -1.0e300
@@ -222,7 +222,7 @@ def _cut(film, rates, nodes):
 
 @kernel
 def _take_sides(film, unknowns, nodes):
-    """Pressure and void share of every node from its unknown; which side it is on."""
+    """Pressure and void fraction of every node from its unknown, and whether it is full."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     supply = film.constants[SUPPLY_PRESSURE] / pressure_unit(film.constants)
@@ -339,7 +339,7 @@ def _sources(film, per_gain, first, ring, blocks, work):
 
 @kernel
 def _reach(film, step, nodes):
-    """Share of a step of the shapes that keeps the film open, and its largest change over the film.
+    """Fraction of a step of the shapes that keeps the film open, and its largest change over the film.
 
     Leaves the change of the whole step at every node.
     """
@@ -372,7 +372,7 @@ def _advance(film, first, ring, step, unknowns, work):
     columns = work.columns
     answer = work.border
     right = n_shapes + n_z
-    # The residual's solution counts once, the others by the border's answer.
+    # The residual's solution has the factor one, the others the factors from the border's solution.
     step[0] = 1.0
     for k in range(1 + n_shapes, step.shape[0]):
         step[k] = answer[k - 1, right] if ring and k <= right else 0.0

@@ -1,9 +1,9 @@
 """Grid, bore shapes and compliance of one elastic film, packed for :mod:`cranktrain.film.elastic.film`.
 
-The grid is fixed to the bore: n_φ nodes around, evenly, and n_z nodes, gathered at the edges, between the two ends
-ζ = ±1, which carry no unknown. Bore shapes are given at all n_z + 2 axial lines, because the least film of a tilted
-journal lies at an end. Supply acts at nodes: a circumferential groove narrower than the axial spacing is a line, a
-small hole a point whose yield depends on the grid (its size is the node's share of the bore).
+The grid is fixed to the bore. It has n_φ evenly spaced nodes around, and n_z nodes between the two ends ζ = ±1,
+concentrated at the edges; the ends carry no unknown. Bore shapes are given at all n_z + 2 axial lines, because the
+least film of a tilted journal lies at an end. Supply acts at nodes. A circumferential groove narrower than the axial
+spacing is a line. A small hole is a point; its flow depends on the grid, because its size is the area of the node.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ Array = NDArray[np.float64]
 N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, ROUGHNESS = range(9)
 # Step of the oil's table (Pa; 0: a constant oil), its row, whether the oil is compressible.
 OIL_STEP, OIL_ROW, COMPRESSIBLE = 9, 10, 11
-# How far a solution goes: largest change of the film over itself in the last Newton step (what is left is its square);
-# of pressure over the highest, or of a void share; what a node may have gone beyond its side then; the share of
-# transport around the ring that the matrix may miss.
+# Tolerances of a solution: largest relative change of the film in the last Newton step (the error is about its square);
+# largest change of pressure over the highest, or of a void fraction; how far a node may then have the wrong sign; the
+# fraction of transport around the ring that the matrix may neglect.
 STEP_LIMIT, MOVE_LIMIT, SIDE_LIMIT, AROUND_LIMIT = 12, 13, 14, 15
 CONSTANTS = 16
 
@@ -42,7 +42,7 @@ OUT_SIZE = 49
 LIMITS = (1.0e-4, 1.0e-3, 1.0e-11, 1.0e-9)
 """STEP_LIMIT to AROUND_LIMIT of a film that is solved as far as makes sense."""
 SMOOTH = 5.0e-4
-"""Roughness over the clearance that a film between smooth surfaces is given: overlapping ones leave oil a gap."""
+"""Roughness over the clearance used for smooth surfaces, so that overlapping surfaces still have a gap."""
 
 # Rows of ElasticWork.vectors, all over the clearance: journal, its velocity, shapes now, the same at the step's start,
 # Δ of the stage's rule, and the last Newton step of the shapes; sums over the film, one a shape.
@@ -57,7 +57,7 @@ OWN, AFTER, BEFORE, SQUEEZE, DRIVEN, CONTACT, CONTACT_SLOPE, CHANGE = 9, 10, 11,
 REDUCED, MOBILITY, COMPRESSED, DENSE, THICKENING, START_COMPRESSED = 17, 18, 19, 20, 21, 22
 # Weight of film pressure in ζ, see cranktrain.film.elastic.weights.
 WEIGHT = 23
-# Flow through a face and its derivative by the surfaces' distance; share of the compression downstream in it.
+# Flow through a face and its derivative by the surfaces' distance; weight of the downstream compression in it.
 FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA, FACE_FLOW, FACE_AHEAD = range(6)
 # Columns of ElasticFilm.trig and ElasticFilm.lines.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
@@ -122,7 +122,7 @@ class ElasticWork(NamedTuple):
     vectors: Array
     """(VECTORS, ·) short vectors."""
     residual: Array
-    """(n,) what the balance leaves over."""
+    """(n,) residual of the balance."""
 
 
 class FilmHistory(NamedTuple):
@@ -321,7 +321,7 @@ def _shape_table(forms: Array) -> Array:
     k, n_phi, lines = forms.shape
     nodes = forms.reshape(k, n_phi * lines)
     inside = forms[:, :, 1:-1]
-    # Cubic through four nodes: the film at the faces is what conductance depends on, to the third power.
+    # Cubic through four nodes, because the conductance depends on the third power of the film at the faces.
     faces = (9.0 * (inside + np.roll(inside, -1, 1)) - np.roll(inside, 1, 1) - np.roll(inside, -2, 1)) / 16.0
     table = np.zeros((n_phi * (2 * lines - 2), BLOCK * ((k + BLOCK) // BLOCK)))
     table[:, 1 : k + 1] = np.concatenate([nodes, faces.reshape(k, n_phi * (lines - 2))], axis=1).T

@@ -1,9 +1,9 @@
 """Oil of an elastic film under pressure: viscosity by Barus or Roelands, density by Dowson and Higginson.
 
-With f = η/η₀, r = ρ/ρ₀ and the reduced pressure q = ∫₀ᵖ r/f dp, what pressure drives through a film is that of a
-constant oil at q, and a full gap holds r instead of 1. q is tabled over p, one table a bearing: Roelands' law depends
-on the viscosity at ambient pressure; between its points q is a cubic with the exact slopes r/f. Beyond ``HIGHEST`` the
-viscosity stays what it is there: these laws are not measured further.
+With f = η/η₀, r = ρ/ρ₀ and the reduced pressure q = ∫₀ᵖ r/f dp, the pressure-driven flow equals that of an oil of
+constant properties at the pressure q, and the content of a full gap is r instead of 1. q is tabulated over p, one table
+per bearing, because Roelands' law depends on the viscosity at ambient pressure. Between the points q is a cubic with
+the exact slopes r/f. Beyond ``HIGHEST`` the viscosity is constant, because these laws are not measured further.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def reduced_pressure(table, step, pressure):
 
 @kernel
 def pressure_change(change, thickening):
-    """``change`` of pressure by the tangent, less where it falls far: exponentially thickening oil loses less."""
+    """``change`` of pressure by the tangent, reduced for a large decrease, where exponential oil loses less."""
     fall = -thickening * change
     return change * math.log(1.0 + fall) / fall if fall > SMALL_FALL else change
 

@@ -1,4 +1,4 @@
-"""What users read of a converged elastic film: forces, least film, peak pressure, flows, friction, contact."""
+"""Outputs of a converged elastic film: forces, least film, peak pressure, flows, friction, contact."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ from cranktrain.film.elastic.height import pressure_unit
 
 @kernel
 def film_result(film, speed, per_gain, work, out):
-    """Forces and what else users read, from the converged film, into ``out`` (OUT_SIZE,) but for the tangents."""
+    """Write forces and other outputs of the converged film, without tangents, into ``out`` (OUT_SIZE,)."""
     constants = film.constants
     count = 4 + int(constants[N_SHAPES])
     nodes = work.nodes
     if constants[N_SHAPES] > 0.0:
-        # What the last Newton step went on to: shapes and loads then agree to rounding.
+        # Values after the last Newton step: shapes and loads then agree to rounding.
         for q in range(nodes.shape[1]):
             if nodes[CONTACT, q] > 0.0:
                 nodes[CONTACT, q] += nodes[CONTACT_SLOPE, q] * nodes[CHANGE, q]
@@ -122,7 +122,7 @@ def _contents(film, nodes):
     for i in range(int(film.constants[N_PHI])):
         for line in range(lines):
             q = i * lines + line
-            # At the ends the oil is that of the nodes beside them.
+            # At the ends the oil has the state of the neighbouring nodes.
             fill = 1.0 + nodes[VOID, i * lines + min(max(line, 1), lines - 2)]
             held = 1.0 + nodes[COMPRESSED, q]
             h = nodes[OPEN, q]
@@ -170,7 +170,7 @@ def _contact(film, nodes):
 
 @kernel
 def _flows(film, speed, per_gain, work):
-    """Flow out of both ends and out of the supply nodes: what leaves the balanced nodes.
+    """Flow out of both ends and out of the supply nodes, that is, out of the balanced nodes.
 
     The outer half nodes at the ends hold and squeeze nothing.
     """
@@ -200,7 +200,7 @@ def _flows(film, speed, per_gain, work):
 
 @kernel
 def _node_outflow(film, half_speed, per_gain, i, line, work):
-    """Oil that a supply node gives to its neighbours and to its own growing film, over the node's share (1/s)."""
+    """Oil from a supply node to its neighbours and to its own growing film, over the node's area (1/s)."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     lines = n_z + 2
@@ -256,7 +256,7 @@ def _crest(film, nodes, q):
     """How far pressure rises between node ``q``, the highest, and its axial neighbours above it.
 
     The profile is that of :mod:`cranktrain.film.elastic.weights`: film linear, flow linear. Its crest is where the flow
-    across changes its sign; where no line stands there, the highest node misses a third of a narrow ridge.
+    across changes its sign. If no line lies there, the highest node underestimates a narrow ridge by a third.
     """
     lines = int(film.constants[N_Z]) + 2
     i = q // lines
@@ -309,7 +309,7 @@ def _vertex(before, here, after):
     """How far the parabola through three neighbours goes beyond the middle one, and where, in steps from it."""
     bend = before - 2.0 * here + after
     lean = 0.5 * (after - before)
-    # Beside a supply at its pressure there is an edge, not a summit.
+    # Next to a supply at its pressure there is an edge, not a maximum.
     if bend == 0.0 or before == here or after == here or abs(lean) > abs(bend):
         return 0.0, 0.0
     return -0.5 * lean * lean / bend, -lean / bend

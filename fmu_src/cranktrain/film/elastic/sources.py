@@ -115,7 +115,7 @@ def motion_sources(film, nodes, faces, first, columns):
 def past_sources(film, per_gain, nodes, first, block, columns):
     """−∂R/∂Δ of eight columns of shapes, from column 8 ``block`` on, into ``columns`` (n_phi n_z, 8), in band order.
 
-    Δ moves no surface: it is felt through δ̇ = (δ − Δ)/g alone, with ``per_gain`` 1/g.
+    Δ moves no surface. It acts only through δ̇ = (δ − Δ)/g, with ``per_gain`` 1/g.
     """
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])

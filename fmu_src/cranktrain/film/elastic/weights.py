@@ -1,7 +1,7 @@
 r"""Weights of film pressure across the bore: its integral along ζ from the pressures on the axial lines.
 
-Where an edge closes, pressure is no polynomial of ζ: it falls where the film is thin. Flow across the bore is smooth
-instead. Between two lines, with t from 0 to 1, spacing d, a film of height H linear in t and the flow
+At a closing edge the pressure is not a polynomial of ζ, because it falls where the film is thin. The flow across the
+bore is smooth there. Between two lines, with t from 0 to 1, spacing d, a film of height H linear in t and the flow
 
     q = −H³ p_ζ = q_c + q′ d (t − ½)
 
@@ -10,16 +10,18 @@ the integral of the pressure is exactly
     ∫ p dζ = d (H p + H′ p′)/(H + H′) + d³ q′ C/G,      G = 2 H² H′²/(H + H′),
 
 C the variance of t under the weight 1/H³, here by two Gauss points, ⅓ (H₊ H₋)³/(H₊³ + H₋³)². The pressure of the wider
-end counts more, because most of the drop lies at the narrow one. q′ is the difference of the flows G Δp/d of the
-spacings before and after, over the distance of their middles; of the own and one neighbour at an end of the bore and at
-a supply, where the flow jumps. With H = H′ these are weights of second order with the term of the curvature.
+end has the larger weight, because most of the pressure drop lies at the narrow end. q′ is the difference of the flows G
+Δp/d of the spacings before and after, over the distance of their middles. At an end of the bore and at a supply, where
+the flow jumps, it is taken from the spacing itself and one neighbour. With H = H′ these are weights of second order
+with the term of the curvature.
 
-Where an edge is closed, heights differ by tens from line to line and the term of q′ would give weights that are large
-and of both signs. The term is therefore bounded: no line loses more than half of its part of the two spacings to each
-of two neighbours, so that no weight is negative.
+At a closed edge the heights of neighbouring lines differ by factors of ten and more, and the term of q′ would give
+large weights of both signs. The term is therefore bounded: no line loses more than half of its part of the two spacings
+to each of two neighbours, so no weight is negative.
 
-The heights are those at the start of the step, so that weights are constant within a solution and its tangents exact.
-They change the result by what a film closes within a step, times what they gain over the trapezoid.
+The heights are taken at the start of the step, so the weights are constant within a solution and the tangents are
+exact. The resulting error is the relative change of the film within a step times the correction to the trapezoidal
+rule.
 """
 
 from __future__ import annotations
@@ -56,7 +58,7 @@ def film_weights(film, place, shift, nodes):
             over, _, _ = side_conductance(h[q], h[q + 1])
             conductance[q] = over / (film.lines[line + 1, ZETA] - film.lines[line, ZETA])
         for line in range(n_z + 1):
-            # The flow jumps at a supply: only neighbours on the same side of it tell how the flow changes.
+            # The flow jumps at a supply: only neighbours on the same side of the supply give the change of the flow.
             before = line > 0 and film.supply[i * n_z + line - 1] == 0.0
             after = line < n_z and film.supply[i * n_z + line] == 0.0
             _add_spacing(film, first, line, line - 1 if before else line, line + 1 if after else line, nodes)
@@ -64,7 +66,7 @@ def film_weights(film, place, shift, nodes):
 
 @inlined_kernel
 def _add_spacing(film, first, line, low, high, nodes):
-    """Add the weights of the spacing behind a line; flows of the spacings ``low`` and ``high`` tell q′."""
+    """Add the weights of the spacing behind a line; q′ follows from the flows of the spacings ``low`` and ``high``."""
     h = nodes[FILM]
     weights = nodes[WEIGHT]
     conductance = nodes[CHANGE]
@@ -85,7 +87,7 @@ def _add_spacing(film, first, line, low, high, nodes):
     variance = near * far / (3.0 * (near + far) * (near + far))
     apart = film.lines[high, ZETA] + film.lines[high + 1, ZETA] - film.lines[low, ZETA] - film.lines[low + 1, ZETA]
     bend = 2.0 * length * length * variance / (conductance[q] * apart)
-    # Both flows count alike, so that an even flow adds nothing; no line loses more than it has.
+    # Both flows have equal weights, so a uniform flow adds nothing; no line loses more than it has.
     bend = min(bend, 0.5 * _wedge_weight(film, h, first, high + 1) / conductance[first + high])
     bend = min(bend, 0.5 * _wedge_weight(film, h, first, low) / conductance[first + low])
     by_high = bend * conductance[first + high]

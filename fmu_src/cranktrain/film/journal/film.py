@@ -12,15 +12,15 @@ w = ṫ − ω̄ e_z×t):
     ∂φ(h³ ∂φΠ) + (D/L)² ∂ζ(h³ ∂ζΠ) = −h′ (v + ζ w)·n,   Π ≥ 0,   P = 12 η (R/c)² Π,   Π = 0 at ζ = ±1.
 
 Rupture and reformation follow from complementarity: Π ≥ 0, and no flow is created where Π = 0. The matrix is an
-M-matrix, so an active set that drops tension and takes up compression node by node ends at the one solution, from any
-start; the last set is solved afresh, so the result does not depend on the start.
+M-matrix. An active-set method that removes nodes in tension and adds nodes in compression therefore reaches the unique
+solution from any start. The last set is solved once more, so the result does not depend on the start.
 
 With the four sources b = h′ (n, ζ n) and A λ = b on that set: Π = Σ v_k λ_k, F = −⟨b, Π⟩ (pressure works on the mean
 gap), −⟨b_j, λ_k⟩ = ∂F_j/∂v_k is symmetric, and
 
     ∂F_j/∂e_k = Σ λ_j (∂A/∂e_k) Π − Σ [∂b_j/∂e_k Π + λ_j ∂(Σ v b)/∂e_k]
 
-sums over faces and nodes: both exact for the discrete film at a fixed set. As a node ruptures they jump, see
+with sums over faces and nodes. Both are exact for the discrete film at a fixed set. When a node ruptures they jump, see
 :mod:`cranktrain.film.journal.rupture_border`.
 
 Grid: node-centred finite volumes with midpoint faces on the nodes of :mod:`cranktrain.film.journal.grid`.
@@ -78,8 +78,8 @@ def journal_film(grid, ratio2, at, work, active, out):
 
     ``out`` (36,): from FORCE on force and moments F = −∫∫ Π (n, ζ n) dφ dζ (N: times 12 η (R/c)² R L/2; the moment
     ∫ z dF, N m: times L/2 more); from STIFFNESS on ∂F_j/∂(ex, ey, tx, ty) at fixed (v, w), row-major; from DAMPING on
-    ∂F_j/∂(v, w). On half the width all that belongs to tilt is zero.
-    Returns the number of passes of the active set, negative where it did not settle or a pivot failed.
+    ∂F_j/∂(v, w). With half the width all terms of tilt are zero. Returns the number of passes of the active set,
+    negative where it did not settle or a pivot failed.
     """
     put_four(work.squeeze, V_X, (at.vx, at.vy, at.wx, at.wy))
     work.squeeze[RATIO2] = ratio2
@@ -91,7 +91,7 @@ def journal_film(grid, ratio2, at, work, active, out):
 
 @kernel
 def _gathering(grading, edge, at):
-    """Vector m towards which nodes gather: a mean of the two ends, weighted by what is left of their films.
+    """Vector m towards which nodes are concentrated: a mean of the two ends, weighted by their remaining films.
 
     ``edge`` is the relief of the shell there.
     """
@@ -174,7 +174,7 @@ def _distances(n, middle, end, zeta, profile, out):
 
 @kernel
 def _conductances(n, least, sigma, factor, factors, conduct, slope):
-    """Conductances of faces whose distance H stands in ``conduct``, ``least`` the least of them; derivatives by H."""
+    """Conductances of faces and derivatives by H; ``conduct`` holds the distance H, ``least`` is the least H."""
     if least >= CLEAR * sigma:
         for j in range(n):
             h = conduct[j]
@@ -242,7 +242,7 @@ def journal_tangents(grid, at, work, active, out):
         _add_lane(out, DAMPING + 8, 1, scaled(cos, f), -width)
         _add_lane(out, DAMPING + 12, 1, scaled(sin, f), -width)
     if sides > 1.5:
-        # Half the width knows nothing of tilt.
+        # Half the width has no tilt.
         for j in range(4):
             for k in range(4):
                 if j > 1 or k > 1:
@@ -318,9 +318,9 @@ def film_observables(grid, work):
     """Largest pressure and side flow of the film that ``journal_film`` left in ``work``.
 
     Returns max Π, by parabolas through the largest node (P: times 12 η (R/c)²); the flow out of both ends
-    Σ ∫H³ |∂ζΠ| dφ (m³/s: times 2 c R³/L). It is that of the discrete balance: what crosses the last face inside, and
-    what the strip beyond the last node adds where the film reaches it; so it equals what the gap displaces in the
-    whole film. A film that may draw oil in (full, guembel) counts what leaves only.
+    Σ ∫H³ |∂ζΠ| dφ (m³/s: times 2 c R³/L). The flow is that of the discrete balance: the flow through the last face
+    inside, and the squeeze flow of the strip beyond the last node where the film reaches it. It therefore equals the
+    volume displaced by the gap of the whole film. For a film that may draw oil in (full, guembel) only outflow counts.
     """
     p = work.pressure
     axial = grid.axial
@@ -371,7 +371,7 @@ def film_shear(ex, ey, tx, ty):
 
 @kernel
 def shell_shear(at, shear, sigma):
-    """½ ∫∫ h′/h dφ dζ of a filled gap: 2π/√(1 − ε²) of a slice that does not touch, Gauss' rule over the width.
+    """½ ∫∫ h′/h dφ dζ of a filled gap: 2π/√(1 − ε²) for a slice without contact, Gauss' rule over the width.
 
     ``shear`` and ``sigma`` are those of a :class:`JournalGrid`. The torque on the journal that shears a filled film is
     −η R³ L (ω_j − ω_b)/c times this, less half of e × F + t × Q.

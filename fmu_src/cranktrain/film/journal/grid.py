@@ -1,11 +1,11 @@
 """Where a journal film is sampled: nodes, cells, weights and grooves, and the memory of one solution.
 
-Plain bores take nodes that gather at the least film by Sommerfeld's substitution cos ψ = (cos γ + m)/(1 + m cos γ),
-uniform in γ; they follow the journal, in position and in m. Grooved bores have nodes at rest.
-Axial nodes gather at the edges, where a tilted film is least and a wide one drops. The weight of source and force, one
-and the same so that damping stays symmetric, is the mean of the finite-volume cell and of a quadrature of fourth order:
-with the first alone the force of a short bearing's parabola would be n⁻² low, with the second as much high (the
-solution feels it too), and the mean leaves the next order.
+In plain bores the nodes are concentrated at the least film by Sommerfeld's substitution cos ψ = (cos γ + m)/(1 + m cos
+γ), uniform in γ. They follow the journal, in position and in m. Grooved bores have nodes at rest. Axial nodes are
+concentrated at the edges, where a tilted film is thinnest and the pressure of a wide film drops. Source and force have
+the same weight, so that damping is symmetric. The weight is the mean of the finite-volume cell and of a quadrature of
+fourth order. For the parabola of a short bearing the force would be n⁻² too low with the first weight and as much too
+high with the second (which also changes the solution); with the mean only the next order remains.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PRESETS = {"loop": (64, 12), "default": (96, 16), "fine": (192, 32)}
 GRADING = 0.85
 """m over the eccentricity in the substitution."""
 EDGE_GRADING = 0.7
-"""Share of the sine in the axial spacing ζ(s) = (1 − a) s + a sin(π s/2): 0 is uniform, 1 Chebyshev's."""
+"""Weight a of the sine in the axial spacing ζ(s) = (1 − a) s + a sin(π s/2): 0 is uniform, 1 Chebyshev's."""
 
 WIDE, WIDEST = 4.0, 1000.0
 """B/D from which, and up to which, axial nodes gather the closer at the ends the wider the bearing is."""
@@ -132,7 +132,7 @@ def journal_grid(
     fed_at_widest : keep the pressure at zero on the line of the widest gap (opposite to where nodes gather), as an oil
         groove there would
     sealed : no flow over the ends, so that pressure is uniform over the width: the infinitely long bearing
-    ratio : B/D, where known: beyond ``WIDE`` axial nodes gather at the ends so closely that they see the pressure drop
+    ratio : B/D, where known: beyond ``WIDE`` axial nodes are so close at the ends that they resolve the pressure drop
         there within a radius
 
     Raises
@@ -223,7 +223,7 @@ def axial_nodes(s: Array, ratio: float) -> tuple[Array, Array]:
         grading = EDGE_GRADING
         node = (1.0 - grading) * s + grading * np.sin(0.5 * math.pi * s)
         return node, 1.0 - grading + grading * 0.5 * math.pi * np.cos(0.5 * math.pi * s)
-    # ζ = tanh βs/tanh β: at the ends the step is the same share of the diameter for all of these bearings.
+    # ζ = tanh βs/tanh β: at the ends the step is the same fraction of the diameter for all of these bearings.
     low, high = 0.1, 20.0
     for _ in range(60):
         beta = 0.5 * (low + high)
@@ -274,7 +274,7 @@ def journal_work(grid: JournalGrid) -> JournalWork:
 
 
 def cold_start(grid: JournalGrid) -> Array:
-    """Active set that knows nothing, (N, m); ``journal_film`` updates it in place."""
+    """Active set without an initial guess, (N, m); ``journal_film`` updates it in place."""
     return np.full(grid.blocked.shape, -1.0)
 
 

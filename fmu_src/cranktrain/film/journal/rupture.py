@@ -1,8 +1,9 @@
 """Where a journal film ruptures: pressure, and the nodes that carry it, by an active set.
 
 Complementarity: on each node either Π > 0 and the balance A Π = b holds, or Π = 0 and the surplus b − A Π is not
-positive. A is an M-matrix, so dropping all nodes in tension and taking up all that their neighbours press on ends at
-the one solution, from any start. With the set known the four unit solutions A λ = g follow from its factors.
+positive. A is an M-matrix. An active-set method that removes all nodes in tension and adds all ruptured nodes with a
+positive surplus therefore reaches the unique solution from any start. Once the set is known, the four unit solutions A
+λ = g follow from its factors.
 """
 
 from __future__ import annotations
@@ -102,7 +103,7 @@ def unit_sources(axial, work, share, unit):
 
 @kernel
 def _foresee(n, blocked, at, work, active, tolerance):
-    """Let the last unit solutions say what the new velocity changes in the set, where they belong to this set."""
+    """Predict the change of the set by the new velocity from the last unit solutions, if they belong to this set."""
     columns = active.shape[0]
     p = work.pressure
     for i in range(columns):
@@ -154,7 +155,7 @@ def _change_set(n, blocked, work, active, tolerance):
 def _share_of_compression(n, p, share):
     """Derivative of ∫max(p, 0) by each p, in cells: one or zero, but between two nodes where p changes sign.
 
-    There the triangle that is left counts, not half a cell: else the force would have steps, and its derivative noise
+    There the remaining triangle counts, not half a cell. Otherwise the force would have steps, and its derivative noise
     of first order.
     """
     columns = p.shape[0]

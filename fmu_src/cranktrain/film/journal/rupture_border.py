@@ -7,9 +7,9 @@ fulfil exactly but for a shift; with the first ruptured node at x = 0, cells of 
 
     q = ½κ h² (1 + 2x*/h),      x*/h = r − ½,      r = q/(κh²) in [0, 1],
 
-r being the share of the ruptured node's surplus that its neighbours press on it. The unit solutions fall to zero at x*,
-h (½ + r) from the last node: the conductance of that face is divided by ½ + r (Shortley and Weller 1938). As r reaches
-1 the node joins the film at r = 0 with the same border, so the tangents pass smoothly.
+where r is the fraction of the ruptured node's surplus that comes from its neighbours' pressure. The unit solutions fall
+to zero at x*, h (½ + r) from the last node: the conductance of that face is divided by ½ + r (Shortley and Weller
+1938). As r reaches 1 the node joins the film at r = 0 with the same border, so the tangents pass smoothly.
 """
 
 from __future__ import annotations

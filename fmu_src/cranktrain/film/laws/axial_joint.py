@@ -39,9 +39,9 @@ from cranktrain.film.laws.films import (
 )
 
 LEAST_LIMIT = 1.0e-3
-"""Friction (N) that is left where no torque presses the teeth together."""
+"""Friction limit (N) without a torque that presses the teeth together."""
 DEFLECTION, DEFLECTION_RATE, REMEMBERED = range(3)
-"""What the state keeps: z (m) and ż (m/s)."""
+"""Values in the state: z (m) and ż (m/s)."""
 SLIP, WINDUP_TORQUE = range(2)
 """Place: displacement of the flywheel against the shaft (m), torque that the drive line's springs carry (N m)."""
 STIFFNESS, DAMPING, LIMIT_BY_TORQUE = range(3)

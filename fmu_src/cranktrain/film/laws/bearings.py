@@ -28,16 +28,16 @@ _MISSING = {
 
 @dataclass(frozen=True)
 class Bearings:
-    """What the data of a law are made from.
+    """Input from which the data of a law are made.
 
     Attributes
     ----------
     parameters : (b, COLUMNS) of each bearing, see :mod:`cranktrain.film.laws.parameters`
-    plain : the plain bearing that all are, but for their viscosity
+    plain : the plain bearing; all bearings are equal except for their viscosity
     rollers : or the roller bearings
     parts : film table or elastic bore, by the names that the law's row gives
     solved : (1,) where the law counts films that lie outside their table
-    oil : what pressure does to viscosity and density, for laws that follow it
+    oil : dependence of viscosity and density on pressure, for laws that use it
     """
 
     parameters: Array
@@ -65,7 +65,7 @@ def law_films(law: Law, kind: str, bearings: Bearings) -> Films:
     Raises
     ------
     InputError
-        where the law lacks what it needs, or the table is of another bearing
+        where the law lacks a part that it needs, or the table belongs to another bearing
     """
     films = no_films(len(bearings.parameters))
     enter_law(films, range(len(bearings.parameters)), law, kind, bearings)

@@ -120,7 +120,7 @@ SMALLEST = ElasticGrid(12, 5)
 """Grid of levels that do not read it."""
 
 KEPT = 4 + OIL + 1 - PRESSURE_MAX
-"""What the state keeps of a film's result: the force, and what follows the tangents."""
+"""Parts of a film's result in the state: the force, and the values after the tangents."""
 
 
 SOLVED, CARRIED, LAST, EVALUATIONS, TANGENTS, PASSES, CALLS = range(7)
@@ -130,7 +130,7 @@ run so far: solutions, those with tangents, and Newton iterations of all of them
 
 
 class ElasticMemory(NamedTuple):
-    """What the films of b journals read and write during a step; N nodes, k shapes."""
+    """Memory that the films of b journals read and write during a step; N nodes, k shapes."""
 
     start: Array  # (b, N) node unknowns at the step's start
     start_place: Array  # (b, 4) in space, m
@@ -169,7 +169,7 @@ def elastic_bore(
     oil: Oil | None = None,
     cycles: PastCycles | None = None,
 ) -> ElasticBore:
-    """Elastic films of as many journals as there are ``viscosities`` (b,), Pa s; ``oil`` says what pressure does.
+    """Elastic films of one journal per entry of ``viscosities`` (b,), Pa s; ``oil`` gives the dependence on pressure.
 
     With ``cycles`` each cycle of a run is kept for the next one.
     """
@@ -209,7 +209,8 @@ def elastic_arrays(
     oil: OilTables | None = None,
 ) -> ElasticFilm:
     """Data of one elastic film of a main bearing at ``viscosity`` (Pa s); the mains differ in that alone."""
-    # Its edges are lines of the grid: a groove as wide as lines happen to lie moves least films by a quarter.
+    # The edges of the groove are lines of the grid. With a groove rounded to existing lines least films change by a
+    # quarter.
     grid = replace(grid, groove=bearing.supply_width / bearing.width)
     zetas, angles = grid.zetas, grid.angles
     across = np.abs(zetas[1:-1]) <= grid.groove + 1.0e-9
@@ -342,11 +343,11 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
 
 @kernel
 def _take_limits(constants, tolerance):
-    """How far films are solved within an iteration of their journals to a tolerance, in clearances.
+    """Tolerance of films within an iteration of their journals to a tolerance, in clearances.
 
-    Newton leaves about the square of its last step, and the journals' next iteration goes on from there: no film is
-    solved much further than they are, and never closer than a single film (LIMITS). The factors are chosen:
-    ``python -m benchmarks.elastic_cost``.
+    The error after a Newton step is about the square of the step, and the next iteration of the journals starts from
+    there. So a film is not solved much more accurately than the journals, and never more accurately than a single film
+    (LIMITS). The factors are chosen: ``python -m benchmarks.elastic_cost``.
     """
     root = math.sqrt(tolerance)
     step, move, side, around = LIMITS
@@ -358,7 +359,7 @@ def _take_limits(constants, tolerance):
 
 @kernel
 def _take_oil(bore, i, viscosity):
-    """Let film i be of another viscosity, Pa s; 1 where it is too thin for what pressure does to it."""
+    """Set another viscosity of film i, Pa s; returns 1 if it is too low for the law of viscosity over pressure."""
     bore.viscosities[i] = viscosity
     constants = bore.film.constants
     if constants[OIL_STEP] == 0.0:
@@ -376,7 +377,7 @@ def _take_oil(bore, i, viscosity):
 
 @inlined_kernel
 def _keep_memory(own, i, stage, memory):
-    """Keep what film i is at the last stage of a step."""
+    """Record film i at the last stage of a step."""
     nodes = own.start.shape[1]
     shapes = own.shapes.shape[1]
     for k in range(nodes):
@@ -399,7 +400,7 @@ def _move(own, place, velocity, cos, sin):
 
 @kernel
 def _carried_on(bore, i):
-    """Whether the force of film i, ``memory.line``, follows from that of a cycle ago."""
+    """Whether the force of film i, ``memory.line``, is extrapolated from the previous cycle."""
     own = bore.memory
     if bore.past.marks[FOUND] < 0.0:
         return False
@@ -430,7 +431,7 @@ def _solve(bore, i, numbers, tangents):
     own.calls[i, TANGENTS] += 1.0 if tangents else 0.0
     own.calls[i, PASSES] += own.out[i, ITERATIONS]
     if status != CONVERGED:
-        # The next attempt, of a shorter step, begins with what is sure.
+        # The next attempt, with a shorter step, starts from the last converged state.
         for k in range(own.start.shape[1]):
             own.unknowns[i, k] = own.start[i, k]
         for k in range(own.shapes.shape[1]):

@@ -1,21 +1,22 @@
-"""Films and other bearings as the running model sees them: an address each, whatever the law behind it.
+"""Interface of films and other bearings to the running model: one address per bearing, for any law.
 
-A journal is described by the displacement of its middle (x, y) and that of its end at ζ = 1 against the middle (a, b),
-m, with velocities in space, in the axes of a frame; forces on these four are (F_x, F_y, Q_x, Q_y), N, with Q = ∫ ζ dF.
-A law without tilt has zero moments.
+A journal is described by the displacement (x, y) of its middle and the displacement (a, b) of its end at ζ = 1 against
+the middle, m, with velocities in space, in the axes of a frame. The forces on these four are (F_x, F_y, Q_x, Q_y), N,
+with Q = ∫ ζ dF. A law without tilt has zero moments.
 
-A law is a kernel ``law(record, action, i, place, velocity, numbers, memory, out) -> status`` whose data and memory lie
-in a record of its own. It knows these actions:
+A law is a kernel ``law(record, action, i, place, velocity, numbers, memory, out) -> status``. Its data and memory are
+in a record of its own. These actions exist for every law:
 
 * FORCE: force and tangents of film i, and its friction torque, into ``out``;
-* OBSERVE: the same and the figures that are shown;
+* OBSERVE: the same, and the figures for outputs;
 
 and laws whose films remember what happened to them also those of a step, in this order: OPEN_STEP takes the memory from
 the state; OPEN_STAGE the times of a stage; CLOSE_STAGE solves the films at the stage's last place; CLOSE_STEP leaves
-the memory in the state. RATE tells how fast a film closes: ``out[0]``, 1/s. The status is 0, or tells of a failure.
+the memory in the state. RATE gives the relative rate at which a film closes: ``out[0]``, 1/s. The status is 0, or a
+failure.
 
-Laws whose record holds more of the oil than the bearings' parameters (trait VISCOUS) are told of another one by OIL:
-film i is of the viscosity in ``numbers`` from then on.
+Some records hold more data of the oil than the bearings' parameters (trait VISCOUS). The action OIL sets another
+viscosity in these records: film i then has the viscosity in ``numbers``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Kinematics of the gap between a journal and its bore: what the classic bearing tools list beside forces.
+"""Kinematics of the gap between a journal and its bore, as listed by classic bearing tools.
 
-A journal of straight axis stands in a rigid round bore of radial clearance c with its middle at e = (x, y) and its ends
-at e ± t, t = (a, b) the displacement of the end ζ = +1 against the middle. At ζ the film is
-h(φ, ζ) = c + g(ζ) − (e + ζ t)·(cos φ, sin φ), g the relief of the shell.
+A journal with a straight axis is in a rigid round bore of radial clearance c. Its middle is at e = (x, y) and its ends
+are at e ± t, where t = (a, b) is the displacement of the end ζ = +1 against the middle. At ζ the film is
+h(φ, ζ) = c + g(ζ) − (e + ζ t)·(cos φ, sin φ) with the relief g of the shell.
 
 * *Eccentric velocity* ė: velocity of the journal's middle against the bore, in space.
 * *Effective eccentric velocity* |v|, v = ė − ω̄ e_z×e with ω̄ = (ω_J + ω_B)/2: the velocity seen from a frame that turns
@@ -10,8 +10,8 @@ h(φ, ζ) = c + g(ζ) − (e + ζ t)·(cos φ, sin φ), g the relief of the shel
 * *Relative speed* ω_J − ω_B of journal against bore: it shears the film.
 * *Speed of the gap* δ̇ = (x ẏ − y ẋ)/e²: the line of centres turns, and the wedge with it; 0 where the journal is
   centred and the line has no direction.
-* *Hydrodynamically effective speed* ω_J + ω_B − 2δ̇: surfaces that both run with the wedge draw nothing into it; the
-  film loses its wedge at half-speed whirl, δ̇ = ω̄. With it |v|² = ė_r² + (e (ω_J + ω_B − 2δ̇)/2)².
+* *Hydrodynamically effective speed* ω_J + ω_B − 2δ̇: surfaces that both move with the wedge draw no oil into it. The
+  film loses its wedge action at half-speed whirl, δ̇ = ω̄. With it |v|² = ė_r² + (e (ω_J + ω_B − 2δ̇)/2)².
 * *Least gap* min (c + g(ζ) − |e + ζ t|): in a straight shell at one of the ends, because |e + ζ t| is convex; a relief
   moves it inwards. It lies where p = e + ζ t points, and changes at the rate −p·ṗ/|p|.
 

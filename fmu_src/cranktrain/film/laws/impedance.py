@@ -13,8 +13,8 @@ interpolated by bicubic B-splines, twice continuously differentiable, over x = �
 exact derivatives of that interpolation. tests/properties/test_film_impedance.py states its error against the film
 solved online.
 
-Below a film of ``contact_height`` the surfaces carry by contact: N = ½ p_c L D [(h_c − h)/h_c]², a stand-in that keeps
-a journal at rest or overloaded in its bore.
+If the film is thinner than ``contact_height`` the surfaces carry load by contact: N = ½ p_c L D [(h_c − h)/h_c]². This
+simplified contact keeps a journal at rest or under overload in its bore.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def impedance_films(bearings: Bearings) -> ImpedanceFilms:
 def impedance_map(kappa2: float) -> Array:
     """Spline coefficients of ln M, β, p̂ and q̂, (4, N_ECCENTRICITY + 2, N_ANGLE + 3), for κ² = 10 (R/L)².
 
-    Made once in a process: who asks again gets the same array.
+    Made once in a process; later calls return the same array.
     """
     eps = (1.0 - np.exp(-_DX * np.arange(N_ECCENTRICITY))) / STRETCH
     values = np.empty((N_FUNCTIONS, N_ECCENTRICITY, N_ANGLE))

@@ -1,17 +1,18 @@
-"""What films were over the last cycle of a run, stage by stage, so that the next cycle need not find it anew.
+"""Record of elastic films over the last cycle of a run, stage by stage, from which the next cycle extrapolates.
 
-Where a cycle nearly repeats the one before, a film's force is that of a cycle ago at the same stage, carried on by its
-tangents there,
+If a cycle nearly repeats the previous cycle, a film's force is extrapolated by its tangents from the same stage of the
+previous cycle,
 
     F = F₁ + K (x − x₁) + C (v − v₁) + D (Δ − Δ₁) + e,
 
-with place x and velocity v of the journal, Δ what the shapes of its bore bring along from the past, and e what the same
-formula missed at the stage before. A stage then needs one solution of the film, at the place where it ends, which
-begins beside that of a cycle ago and becomes the record for the next cycle. As cycles come to repeat, x → x₁ and e → 0:
-the force becomes that of the film itself, and the cycle that repeats is the same as with films solved as ever.
+with position x and velocity v of the journal, the known part Δ of the bore's shapes from the past, and the error e of
+the same formula at the previous stage. A stage then needs one solution of the film, at its end position. The solution
+starts from that of the previous cycle and becomes the record for the next cycle. When cycles become periodic, x → x₁
+and e → 0. The force is then that of the film itself, and the periodic cycle equals that with films solved at every
+stage.
 
-Stages belong together whose steps begin at the same angle of the shaft within the cycle and are equally long. Where
-there is none, or the journal is farther from where it was than a share of the film, the film is solved as ever.
+Stages correspond if their steps begin at the same shaft angle within the cycle and have the same length. The film is
+solved as usual if there is no corresponding stage, or if the journal moved by more than a fraction of the film.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ STILL = 1.0e-3
 FARTHEST = 2.0
 """Steps of the speed, over the one before, up to which a cycle is expected on a line through two."""
 MOST_STAGES = 2400
-"""Stages of a cycle that there is room for; those beyond go without."""
+"""Largest number of recorded stages of a cycle; further stages are not recorded."""
 
 # Which record is written; stages of the other one, and of this; where the present step is in the other one, and the
 # angle at which it begins; the present stage in this one, and in the other one, or −1; up to which change of place over
@@ -158,7 +159,7 @@ def begin_step(past, angle):
         marks[WRITTEN] = 0.0
         marks[AT] = 0.0
     marks[BEGIN] = within
-    # A step that is taken again takes the place of the one that failed.
+    # A repeated step replaces the failed one.
     written = past.keys[int(marks[SIDE])]
     while marks[WRITTEN] > 0.0 and written[int(marks[WRITTEN]) - 1, KEY_BEGIN] > within - SAME_ANGLE:
         marks[WRITTEN] -= 1.0
@@ -207,7 +208,7 @@ def found_at(past):
 
 @inlined_kernel
 def distance(known, place, least):
-    """Change of a journal's place (4,) from what is known over the film there, or ``least`` (m) where that is more."""
+    """Change of a journal's position (4,) from the record, over the larger of the film there and ``least`` (m)."""
     x = place[X] - known[PLACE + X]
     y = place[Y] - known[PLACE + Y]
     a = place[END_X] - known[PLACE + END_X]
@@ -219,7 +220,7 @@ def distance(known, place, least):
 def carried_on(known, motion, shapes, defect, out):
     """Force with its tangents, ``out[0:36]``, at a motion (2, 4) and a past of the ``shapes`` (k,), from the known.
 
-    ``defect`` (4,) is what such a force missed at the stage before.
+    ``defect`` (4,) is the error of this extrapolation at the previous stage.
     """
     count = shapes.shape[0]
     place = motion[0]
@@ -238,7 +239,7 @@ def carried_on(known, motion, shapes, defect, out):
 
 @kernel
 def begin_as_known(known, unknowns, shapes):
-    """Begin a film's solution where that of a cycle ago ended."""
+    """Start a film's solution from the solution of the previous cycle."""
     first = REST + 5 * shapes.shape[0]
     for k in range(shapes.shape[0]):
         shapes[k] = known[first + k]
@@ -249,7 +250,7 @@ def begin_as_known(known, unknowns, shapes):
 
 @kernel
 def begin_beside(known, before, unknowns, shapes):
-    """The same, as far beside it as the solution of the stage ``before``, still in ``unknowns`` and ``shapes``, was."""
+    """The same, plus the deviation of the stage ``before``, still in ``unknowns`` and ``shapes``, from its record."""
     first = REST + 5 * shapes.shape[0]
     for k in range(shapes.shape[0]):
         shapes[k] += known[first + k] - before[first + k]

@@ -1,14 +1,14 @@
 """Largest pressure of an elastic film in a cycle, and whether the axial lines of its grid resolve it.
 
-A tilted journal presses on one edge of its shell: pressure stands there on a fraction of the width. A film whose
-pressure one axial line carries alone is not resolved: the lines on both sides of it are without pressure. The measure
+A tilted journal presses on one edge of its shell, so the pressure extends over a fraction of the width only. A film is
+not resolved if a single axial line carries the pressure and the lines on both sides of it have no pressure. The measure
 is the *drop*,
 
     1 − (p_before + p_after)/(2 p),
 
-p the largest pressure of all nodes, the others those of the axial neighbours of the same column, 0 where they are
-ruptured or an end of the bore. It is 1 for one line alone; lines at a spacing s on a parabola of half width w leave
-(s/w)². It is taken when the pressure is the largest of the cycle.
+where p is the largest pressure of all nodes and the others are pressures of the axial neighbours in the same column (0
+if ruptured or at an end of the bore). The drop is 1 for a single line, and (s/w)² for lines at a spacing s on a
+parabola of half width w. It is evaluated when the pressure is the largest of the cycle.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def keep_peak(peaks, pressure, unknowns, n_z, angle):
 
 @kernel
 def pressure_drop(unknowns, n_z):
-    """Drop of pressure from the largest of all nodes to the lines beside it; 0 for a film without pressure."""
+    """Drop of pressure from the node of the largest pressure to its axial neighbours; 0 for a film without pressure."""
     top = 0
     for k in range(unknowns.shape[0]):
         if unknowns[k] > unknowns[top]:

@@ -1,8 +1,8 @@
 """The register of bearing laws, from the lowest fidelity level to the highest: one row a law, one file a law.
 
-Command line, FMU interface, plan and studies read their lists of bearing levels here, and nobody asks for a law by its
-name: what a run needs to know of a law is a property of its row. Adding a law is one file with its kernel
-(:mod:`cranktrain.film.laws.films` says what a kernel is given) and one row.
+Command line, FMU interface, plan and studies read their lists of bearing levels here. No code compares the name of a
+law: every property of a law that a run needs is in its row. A new law needs one file with its kernel
+(:mod:`cranktrain.film.laws.films` describes the arguments of a kernel) and one row.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ PLAIN, ROLLER, BIG_END = "plain", "roller", "big_end"
 """Kinds of bearing that a law may serve: plain and roller main bearings, and the rods' big ends."""
 MAINS = (PLAIN, ROLLER)
 OIL_LAWS = ("pressure_law", "compressibility")
-"""Keys of the engine file's [oil] that say what pressure does to the oil."""
+"""Keys of the engine file's [oil] for the dependence of the oil on pressure."""
 CHEAP, MODERATE, DEAR, DEAREST = "cheap", "moderate", "dear", "dearest"
 """Classes of cost, about 1, 3, 30 and 100 times a run with ``linear``."""
 
 
 @dataclass(frozen=True)
 class Form:
-    """A law as it serves one kind of bearing.
+    """Form of a law for one kind of bearing.
 
     Attributes
     ----------
-    kernel : the law's kernel, or where it is; empty where there is no bearing
+    kernel : the law's kernel, or its module and name; empty if there is no bearing
     record : makes the kernel's data, ``record(bearings) -> named tuple``, see :mod:`cranktrain.film.laws.bearings`
-    parts : fields of ``Parts`` that it needs
-    tilt : whether it feels the journal's tilt
+    parts : fields of ``Parts`` that the law needs
+    tilt : whether the force depends on the journal's tilt
     closes : whether the least gap limits the step
     contact : whether its force has a kink at the contact height, which adaptive steps look for
     memory : ``memory(record)``, how many values one film keeps in the state; empty where it keeps none
-    viscous : whether its record holds more of the oil than the bearings' parameters, and is told by action OIL
+    viscous : whether its record holds more data of the oil than the bearings' parameters, set by action OIL
     """
 
     kernel: Named = ""
@@ -59,12 +59,12 @@ class Law:
     film : whether it has an oil film: gap, pressure, friction, flow
     oil : laws of the oil under pressure that its films follow, keys of the engine file's [oil]
     clearance : whether journals have play; without, the thrust bearing has none either
-    square_collar : whether the thrust bearing's collar is taken as square to its axis; else it feels its tilt
-    usual_for : kinds of bearing, or crank levels, whose level it is where none is chosen
+    square_collar : whether the thrust bearing's collar is taken as square to its axis; otherwise its tilt is included
+    usual_for : kinds of bearing, or crank levels, for which it is the default level
     cost : class of cost
-    block : block level that its runs take where none is chosen, if engine and crank allow it
-    integrator, film_change, tolerance : usual integrator of its runs, share of itself by which a film may close over a
-        step, and Newton tolerance of the ports in clearances
+    block : default block level of its runs, if engine and crank allow it
+    integrator, film_change, tolerance : default integrator of its runs, fraction of its thickness by which a film may
+        close over a step, and Newton tolerance of the ports in clearances
     """
 
     name: str
@@ -203,7 +203,7 @@ for _law in (
         cost=DEAREST,
         integrator="sdirk2",
         film_change=0.15,
-        # Least films keep to 5e-4 of what they are with a tenth of it; steps are off by 1e-2.
+        # With a tenth of this tolerance least films change by 5e-4; the steps cause an error of 1e-2.
         tolerance=1.0e-4,
     ),
     Law(

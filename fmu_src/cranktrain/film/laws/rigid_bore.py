@@ -68,7 +68,7 @@ ALIGNED = (96, 12)
 
 
 class RigidBore(NamedTuple):
-    """Data of the films, and their memory; results never depend on what that holds."""
+    """Data of the films, and their memory; results never depend on the contents of the memory."""
 
     parameters: Array  # (b, COLUMNS) of each bearing, see film.laws.parameters; they differ in viscosity only
     grid: JournalGrid
@@ -267,7 +267,7 @@ def _solved_figures(bore, own, out):
 
 @kernel
 def _rough_force(bore, own, place, speed, out):
-    """Add what asperities carry to force and tangents, and the friction torque of film and asperities."""
+    """Add the asperities' contribution to force and tangents, and the friction torque of film and asperities."""
     c = own[CLEARANCE]
     x, y, a, b = four(place, 0)
     fx, fy, qx, qy = four(out, 0)
@@ -284,7 +284,7 @@ def _rough_force(bore, own, place, speed, out):
 
 @kernel
 def _film_drag(grid, own, at, speed):
-    """Torque of a filled film that is sheared at ``speed``, rad/s, by what its surfaces do not touch, N m."""
+    """Torque (N m) of a filled film that is sheared at ``speed``, rad/s, on the area without contact."""
     radius = own[RADIUS]
     shear = shell_shear(at, grid.shear, grid.settings[ROUGHNESS])
     return own[VISCOSITY] * radius * radius * radius * own[WIDTH] * speed / own[CLEARANCE] * shear

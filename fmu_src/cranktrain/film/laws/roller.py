@@ -1,16 +1,17 @@
 """Law ``roller``: cylindrical roller bearings between the journals and their seats.
 
 Each bearing follows its rollers (:mod:`cranktrain.film.laws.roller_contacts`) or a linear stand-in, F = −k (x, y) and M
-= −k_t times the slopes. Beside either acts viscous damping of the motion in space, isotropic, loaded or not. A
-journal's end, where its displacement by tilt is measured and Q acts, lies half a roller's length beside its middle, so
-that Q = M/(l/2).
+= −k_t times the slopes. In addition, isotropic viscous damping acts on the motion in space, with or without load. The
+end of a journal, where its displacement by tilt is measured and Q acts, is half a roller's length from its middle, so Q
+= M/(l/2).
 
-Rollers are at rest with the first one straight below the journal, or go round with the cage: ψ_0 = −π/2 + γθ, θ being
-the frame's angle with its whole turns and γ = ½(1 − D/d_m) the ratio of pure rolling. They excite at the frequency of
-their passage then.
+Rollers are at rest with the first one directly below the journal, or go round with the cage: ψ_0 = −π/2 + γθ with the
+frame's angle θ, including whole turns, and the ratio of pure rolling γ = ½(1 − D/d_m). Moving rollers excite vibration
+at their passing frequency.
 
-Among what is shown, ``eccentricity`` is over the clearance column of :func:`roller_parameters`, the pressure is Hertz's
-at the inner ring, and the least gap is the one between the journal and its nearest roller. Friction and flow are zero.
+Among the outputs, ``eccentricity`` is over the clearance column of :func:`roller_parameters`, the pressure is the Hertz
+pressure at the inner ring, and the least gap is the gap between the journal and its nearest roller. Friction and flow
+are zero.
 """
 
 from __future__ import annotations
@@ -130,7 +131,7 @@ def roller_parameters(rollers: RollerBearings) -> Array:
     for i, row in enumerate(parameters):
         bearing = main_roller(rollers, i)
         row[CLEARANCE] = 0.5 * bearing.clearance + bearing.travel
-        # What is left of it where rollers bear more than their rating: step control asks how fast it goes.
+        # Remaining gap if rollers carry more than their rating: step control uses its rate.
         row[CONTACT_HEIGHT] = bearing.travel
         row[K_X] = row[K_Y] = rollers.stiffness[i]
         row[C_X] = row[C_Y] = rollers.damping[i]

@@ -1,13 +1,13 @@
 r"""Cylindrical roller bearing: how its rollers share a load, with clearance, tilt and profile.
 
-Rollers j = 0 … Z − 1 stand at angles ψ_j = ψ_0 + 2πj/Z between rigid rings. Where the journal is displaced by (x, y) in
-its middle and by (a, b) more at its end ζ = 1, both contacts of roller j together approach at ζ by
+Rollers j = 0 … Z − 1 are at the angles ψ_j = ψ_0 + 2πj/Z between rigid rings. If the journal is displaced by (x, y) in
+its middle and additionally by (a, b) at its end ζ = 1, the total approach of both contacts of roller j at ζ is
 
     δ_j(ζ) = (x + aζ) cos ψ_j + (y + bζ) sin ψ_j − G_r/2 − 2 P(ζ),
 
 G_r being the diametral radial clearance of the standards (ISO 5753: the whole play from side to side) and P the relief
-of the roller's profile. Each slice carries q = K δ^(10/9) per share of the length where δ > 0; slices are points of
-Gauss's rule. K = k l^(8/9) with δ and l in mm:
+of the roller's profile. Each slice carries q = K δ^(10/9) times its fraction of the length if δ > 0; slices are points
+of Gauss's rule. K = k l^(8/9) with δ and l in mm:
 
 * ``palmgren``: δ = 3.84e-5 Q^0.9/l^0.8 in each of the two contacts (steel on steel), so k = 7.68e-5^(−10/9) = 37 309.6;
 * ``iso16281``: k = 35 948 of ISO/TS 16281, both contacts.
@@ -41,11 +41,11 @@ SLICES = 30
 """Gauss points along a roller."""
 ITERATIONS = 200
 RESIDUAL = 1.0e-11
-"""Out-of-balance force that counts as none, over the load."""
+"""Tolerance of the force balance, over the load."""
 
 # Columns of a bearing's constants.
 COUNT, HALF_CLEARANCE, STIFFNESS_FACTOR, PRESSURE_FACTOR, TURN_COS, TURN_SIN, N_CONSTANTS = range(7)
-# Rows of its slices: place ζ, share of the length, relief 2P (m).
+# Rows of its slices: position ζ, fraction of the length, relief 2P (m).
 ZETA, SHARE, RELIEF = range(3)
 # What roller_force writes: forces (4), tangents (4, 4), energy, load of the most loaded roller and its number, pressure
 # of the most loaded slice, rollers loaded, largest approach (negative: least gap).
@@ -89,7 +89,7 @@ def roller_constants(bearing: RollerBearing) -> Array:
 
 
 def roller_slices(bearing: RollerBearing, count: int = SLICES) -> Array:
-    """Slices along a roller, (3, count): ζ in (−1, 1), share of the length, relief 2P of both contacts (m)."""
+    """Slices along a roller, (3, count): ζ in (−1, 1), fraction of the length, relief 2P of both contacts (m)."""
     zeta, weight = _gauss(count)
     straight = max(0.0, 1.0 - LONG_ROLLER * bearing.diameter / bearing.length)
     s = np.maximum(np.abs(zeta) - straight, 0.0) / (1.0 - straight)
@@ -174,8 +174,8 @@ def _approach(bearing: RollerBearing, place: Array, first_angle: float, slices: 
 def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, slices: int = SLICES) -> LoadedBearing:
     """Place at which the bearing carries a load.
 
-    The rollers' energy is convex, so Newton's method with a line search on energy less work of the load ends at the
-    place, wherever it starts. A direction that no roller resists (few rollers within a clearance) keeps its start.
+    The rollers' energy is convex, so Newton's method with a line search on energy minus work of the load converges from
+    any start. In a direction that no roller resists (few rollers within a clearance) the initial guess is kept.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, s
 def _line_search(
     bearing: RollerBearing, place: Array, step: Array, load: Array, energy: float, first_angle: float, slices: int
 ) -> float:
-    """Share of a step that lowers the energy less the load's work enough (Armijo), or that leaves no force behind."""
+    """Fraction of a step that lowers energy minus work of the load enough (Armijo), or that balances the forces."""
     promised = float((load + force_at(bearing, place, first_angle, slices)[:4]) @ step)
     share = 1.0
     for _ in range(40):

@@ -9,10 +9,10 @@ so that one number, its damping S(h), gives the force F = S V of both; the last 
 slopes along the pad. S is solved once per bearing: sine series across the pad, finite volumes along it, kept as a cubic
 spline of h² S over ln h. A pad sees the collar at its middle.
 
-A pad that is pulled apart ruptures: a film of absolute pressure zero or more pulls with F/√(1 + (F/F_a)²), F_a ambient
-pressure on the pad. Below ``contact_height`` the collar touches: a linear spring, the bearing's stiffness in series
-with the block's, and a damper, shared by the pads. docs/decisions/0006-thrust-film.md says what is left out, and how
-much it is.
+The film of a pad that is pulled apart ruptures: with an absolute pressure of zero or more it pulls with F/√(1 +
+(F/F_a)²), where F_a is ambient pressure on the pad. At gaps below ``contact_height`` the collar touches. The contact is
+a linear spring (the bearing's stiffness in series with the block's) and a damper, distributed to the pads.
+docs/decisions/0006-thrust-film.md lists the effects that are left out, and their size.
 
 The closed bearing beside main bearings without clearance is a spring of its own stiffness and the same damper.
 Source: Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication (2004), fixed-incline slider.
@@ -48,12 +48,12 @@ TILTED_BY_PLACE, TILTED_BY_VELOCITY = 3, 12
 
 
 def closed_stiffness(thrust: ThrustBearing) -> float:
-    """Stiffness of the closed bearing, N/m: collar and shells in series with the block's share."""
+    """Stiffness of the closed bearing, N/m: collar and shells in series with the block."""
     return 1.0 / (1.0 / thrust.closed + 1.0 / thrust.block_stiffness)
 
 
 def touching_stiffness(thrust: ThrustBearing) -> float:
-    """Stiffness of the contact of collar and shells in a run, N/m, in series with the block's share."""
+    """Stiffness of the contact of collar and shells in a run, N/m, in series with the block."""
     return 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
 
 
@@ -140,7 +140,7 @@ class ThrustPads(NamedTuple):
 
 
 def closed_pads(thrust: ThrustBearing, viscosity: float) -> ThrustPads:
-    """The bearing that is taken as closed: its spring is that of ``closed_stiffness``."""
+    """Closed thrust bearing: a spring of ``closed_stiffness``."""
     return thrust_pads(replace(thrust, contact_stiffness=thrust.closed), viscosity)
 
 

@@ -1,4 +1,4 @@
-"""Band matrices without pivoting, and several right-hand sides at once: what every film solver spends its time on.
+"""Band matrices without pivoting, with several right-hand sides at once: the main cost of every film solver.
 
 Reynolds' equation on a grid whose axial index runs fastest gives a band as wide as one line of axial nodes, and an
 M-matrix by columns, which needs no pivoting. Right-hand sides are kept side by side, [unknown, right-hand side], so

@@ -15,10 +15,10 @@ A liquid whose density grows with pressure fills a full node by more than one: 1
 tangent of its density (:mod:`cranktrain.film.reynolds.liquid`). The surfaces carry what is compressed weighted between
 both sides of a face, so that the entries beside the diagonal stay negative, and voids from upstream.
 
-Solved by Newton's method, which here is an active set: each pass solves the band matrix of the present mixture. After
-``FREE_PASSES`` passes the step is limited so that the sum of all |imbalances| falls; after ``STRICT_PASSES`` a wrong
-sign within rounding is accepted. Reynolds' rupture needs no such limit: its pressures rise from pass to pass, though a
-zone that starts too small grows by one layer per pass only.
+The problem is solved by Newton's method, which here is an active-set method: each pass solves the band matrix of the
+current mixture. After ``FREE_PASSES`` passes the step is limited so that the sum of all |imbalances| falls. After
+``STRICT_PASSES`` a wrong sign within rounding is accepted. Reynolds' rupture needs no limit of the step, because its
+pressures rise from pass to pass; a zone that starts too small grows by only one layer per pass.
 
 Sources: Elrod, J. Lubr. Technol. 103 (1981) 350 (fill transported upwind); Giacopini et al., J. Tribol. 132 (2010)
 041702 (complementarity); Rheinboldt, J. Math. Anal. Appl. 32 (1970) 274 (M-functions).
@@ -44,7 +44,7 @@ FULL_FILM, REYNOLDS, CONSERVING = 0, 1, 2
 
 
 class Liquid(NamedTuple):
-    """Content of full nodes as far as it is more than their volume, (n_x, n_z) each; zeros: incompressible."""
+    """Content of full nodes in excess of their volume, (n_x, n_z) each; zeros: incompressible."""
 
     excess: Array  # e
     slope: Array  # k, 1/Pa
@@ -54,7 +54,7 @@ class Liquid(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """What makes the oil balance, (n_x, n_z) each.
+    """Terms of the oil balance, (n_x, n_z) each.
 
     Face (i, j) of ``g_x``, ``c_x`` lies between nodes i and i + 1 (the last one between the last and the first node:
     zero unless periodic), of ``g_z``, ``c_z`` between j and j + 1.
@@ -101,7 +101,7 @@ class Side(NamedTuple):
 
 @kernel
 def oil_balance(balance, pressure, deficit, out):
-    """Oil that each node gains plus what leaves it through faces (m³/s) into ``out``, zero where the balance is met."""
+    """Residual of the oil balance (m³/s) into ``out``: growth of each node plus outflow through its faces."""
     g_x, g_z, c_x, c_z, source, store, liquid = balance
     n_x, n_z = pressure.shape
     for i in range(n_x):
@@ -135,7 +135,7 @@ def _given_side(pressure, deficit, liquid, place, i, j):
 
 @kernel
 def _carried_shares(c, ahead, one, other):
-    """Weights of both sides' contents in what is carried: compression from both, voids from upstream."""
+    """Weights of both sides' contents in the carried flow: compression from both, voids from upstream."""
     first = 1.0 - ahead if c > 0.0 else ahead
     upstream = 1.0 if c > 0.0 else 0.0
     return first if one.full else upstream, 1.0 - first if other.full else 1.0 - upstream
@@ -143,7 +143,7 @@ def _carried_shares(c, ahead, one, other):
 
 @kernel
 def _face_flow(g, c, ahead, one, other):
-    """Flow (m³/s) through a face between two known Sides: pressure, and what the surfaces carry."""
+    """Flow (m³/s) through a face between two known Sides: driven by pressure, and carried by the surfaces."""
     first, second = _carried_shares(c, ahead, one, other)
     return g * (one.pressure - other.pressure) + c * (1.0 + first * one.content + second * other.content)
 

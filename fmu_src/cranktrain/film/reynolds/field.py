@@ -61,7 +61,7 @@ CAVITATION = {"full": FULL_FILM, "guembel": FULL_FILM, "reynolds": REYNOLDS, "ma
 MEMORY = 1e8
 """Time step of a film without one, over the time in which the largest flow through a face fills the gap."""
 MAX_STAGES = 100
-"""Stages in which the time step of such a film is lengthened where it does not settle at once."""
+"""Stages in which the time step of a steady mass-conserving film is lengthened if it does not settle at once."""
 AMBIENT = Edges()
 
 
@@ -96,7 +96,7 @@ class FilmSolution:
     stored: float
     """Growth of the oil in the film, m³/s."""
     mass_defect: float
-    """|oil that appears| over all that enters, leaves, grows and that the surfaces carry."""
+    """|oil that appears| over the sum of inflow, outflow, growth and flow carried by the surfaces."""
     passes: int
     """Active-set passes."""
 
@@ -216,7 +216,7 @@ def _lasting(volumes: Array, *flows: Array) -> Array:
 
 
 class Problem(NamedTuple):
-    """What is to be solved; the result is written into ``unknowns``."""
+    """Problem to be solved; the result is written into ``unknowns``."""
 
     cavitation: str
     balance: Balance
@@ -277,7 +277,7 @@ def _load(pressure: Array, grid: Rectangle) -> tuple[float, tuple[float, float]]
 
 
 def _mass_defect(balance: Balance, growing: Array, flows: Mapping[str, float], defect: float) -> float:
-    """Oil that appears over all that enters, leaves, grows and that the surfaces carry; 0 where it is rounding."""
+    """Oil that appears over inflow, outflow, growth and flow carried by the surfaces; 0 if it is rounding."""
     carried = float(max(np.abs(balance.c_x).sum(axis=1).max(), np.abs(balance.c_z).sum(axis=0).max()))
     through = carried + sum(abs(f) for f in flows.values()) + float(np.abs(growing).sum())
     rounding = 1e-15 * float(balance.store.sum())  # of the oil that is there, when nothing moves it
@@ -403,7 +403,7 @@ def _settle(
 
 
 def _failure(status: int, cavitation: str) -> str:
-    """What went wrong, and what helps."""
+    """Reason of the failure, and a remedy."""
     if status == SINGULAR:
         return f"film ({cavitation}): nothing determines the pressure; open an edge, or let oil leave a closing film"
     return f"film ({cavitation}): ruptured zones did not settle; try a finer grid or a smaller change of the film"

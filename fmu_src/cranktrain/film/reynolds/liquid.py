@@ -4,10 +4,10 @@ With r(p) = ρ(p)/ρ(0) and f(p) = η(p)/η(0) the flow of mass, over ρ(0), and
 
     q_x = Ū c h − h³/(12 η₀) ∂q/∂x,    q = ∫₀ᵖ r/f dp,    c = r where the gap is full, the fill θ where it is ruptured,
 
-so that the complementarity of :mod:`cranktrain.film.reynolds.cavitation` stays as it is, with q for the pressure, but
-for r(q): Newton's method takes its tangent. The content of a face between two full nodes is the mean of both sides
-(second order) as long as pressure carries more through it than compression does, and comes from upstream beyond.
-A Newton step goes on in p or in q, whichever moves less: r is nearly linear in p, what pressure carries linear in q.
+so the complementarity of :mod:`cranktrain.film.reynolds.cavitation` is unchanged, with q as the pressure, except for
+r(q), which Newton's method linearises. The content of a face between two full nodes is the mean of both sides (second
+order) as long as pressure carries more through it than compression does, and comes from upstream beyond. A Newton step
+is taken in p or in q, whichever changes less: r is nearly linear in p, and the pressure-driven flow is linear in q.
 
 Source: Almqvist and Wall, in Advances in Tribology (2016), doi 10.5772/63533 (complementarity of mass flow with
 density and viscosity by pressure); Bertocchi et al., Tribol. Int. 67 (2013) 61.
@@ -43,7 +43,7 @@ def incompressible(shape: tuple[int, ...]) -> Liquid:
 
 
 def mass_flow_law(law: Law | None, density: Density | None) -> Law | None:
-    """f/r as a law of its own: what the reduced pressure q is of; None where both are constant."""
+    """f/r as one law, from which the reduced pressure q follows; None if both are constant."""
     if density is None:
         return law
     if law is None:
@@ -58,7 +58,7 @@ def tangent(pressure: Array, law: Law, density: Density, balance: Balance, swell
     excess = content - 1.0 - slope * reduced_pressure(law, pressure)
 
     def ahead(axis: int, g: Array, c: Array) -> Array:
-        """Share of the side downstream: half, or less where compression would carry upstream."""
+        """Weight of the downstream side: a half, or less if compression would carry upstream."""
         other = np.roll(slope, -1, axis=axis)
         carried = np.abs(c) * np.where(c > 0.0, other, slope)
         return np.asarray(np.minimum(0.5, g / np.maximum(carried, 1e-300)))

@@ -1,4 +1,4 @@
-"""What a solved film is asked for: flows through edges and grooves, largest pressure, shear on both surfaces."""
+"""Results of a solved film: flows through edges and grooves, largest pressure, shear on both surfaces."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def outflows(
 ) -> tuple[dict[str, float], float]:
     """Flow out at each edge and supply, which its nodes' balances lack, and the oil that appears elsewhere."""
     flows = {name: float(-surplus[owner == k].sum()) for k, name in enumerate(names)}
-    # A corner belongs to the edge in x, but what slides along z leaves through the edge in z.
+    # A corner belongs to the edge in x, but flow carried along z leaves through the edge in z.
     for x_edge, i in (("x0", 0), ("x1", -1)):
         for z_edge, j, sign in (("z0", 0, -1.0), ("z1", -1, 1.0)):
             if x_edge in flows and z_edge in flows and owner[i, j] == names.index(x_edge):

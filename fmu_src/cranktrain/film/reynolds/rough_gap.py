@@ -62,7 +62,7 @@ class RoughGap(NamedTuple):
     faces: Faces
     """∫φ h³ and ∫h_T over the faces."""
     slip_x: Array
-    """∫σ φ_s dz over the face, m²: what the difference of the surfaces' speeds carries besides."""
+    """∫σ φ_s dz over the face, m²: factor of the additional flow by the difference of the surfaces' speeds."""
     slip_z: Array
     mean: Array
     """h_T of the node's volume, m."""

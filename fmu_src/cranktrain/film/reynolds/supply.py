@@ -1,4 +1,4 @@
-"""What holds the pressure of a film: its edges, and the grooves and holes that feed it."""
+"""Boundary conditions of a film's pressure: edges, and the grooves and holes that feed the film."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ EDGES = ("x0", "x1", "z0", "z1")
 
 @dataclass(frozen=True)
 class Edges:
-    """What holds at the four edges: a pressure (Pa, a number or one per node), or None for an edge without flow.
+    """Conditions at the four edges: a pressure (Pa, a number or one per node), or None for an edge without flow.
 
-    None is also a plane of symmetry. ``fill`` is how full the gap is that surfaces carry in across an edge at p = 0,
-    at the first face inside.
+    None is also a plane of symmetry. ``fill`` is the fill of the gap carried in by the surfaces across an edge at p =
+    0, at the first face inside.
     """
 
     x0: ArrayLike | None = 0.0

@@ -1,4 +1,4 @@
-"""Control volumes around the nodes of a rectangle, and what flows through the faces between them.
+"""Control volumes around the nodes of a rectangle, and flow through the faces between them.
 
 A node's volume reaches half way to its neighbours; those at edges are halves and quarters. Films are given at nodes,
 and a face lies half way where the film is the mean (second order); or constant in each cell between nodes, for films

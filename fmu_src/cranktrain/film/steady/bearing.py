@@ -1,4 +1,4 @@
-"""A plain bearing under a steady load: where the journal runs, what it costs, and how it answers to small motions.
+"""A plain bearing under a steady load: equilibrium, friction and flow, and stiffness and damping.
 
 The equilibrium of film force and load is found by Newton's method with the film's own tangents, in the journal's two
 displacements or, with a moment, in displacements and tilt. With F̂(e, v) of :mod:`cranktrain.film.journal.film` and
@@ -11,10 +11,10 @@ Whirl threshold of a rigid rotor of mass m per bearing, from the 2 × 2 coeffici
     k_eq = (k_xx c_yy + k_yy c_xx − k_xy c_yx − k_yx c_xy)/(c_xx + c_yy),
     Ω_w² = [(k_eq − k_xx)(k_eq − k_yy) − k_xy k_yx]/(c_xx c_yy − c_xy c_yx),   ω_s² m = k_eq (ω/Ω_w)².
 
-Supply. A bearing without oil cannot carry; where it comes from matters at small loads. ``widest-gap`` keeps p = 0 on
-the line of the widest gap, an axial groove there, as Butenschön's and Raimondi and Boyd's steady tables do; it is the
-choice for steady rotation. ``none`` leaves reformation to Reynolds' condition: attitude up to 4.4° more and side flow
-up to 14 % more at L/D = 1, less than 0.5 % in load from ε = 0.4 on. ``two-axial`` are two grooves at ±90° to the load.
+Supply. The position of the oil supply matters at small loads. ``widest-gap`` keeps p = 0 on the line of the widest gap,
+like an axial groove there, as in the steady tables of Butenschön and of Raimondi and Boyd. It is the choice for steady
+rotation. ``none`` leaves reformation to Reynolds' condition: attitude up to 4.4° more and side flow up to 14 % more at
+L/D = 1, less than 0.5 % in load from ε = 0.4 on. ``two-axial`` are two grooves at ±90° to the load.
 """
 
 from __future__ import annotations
@@ -274,7 +274,7 @@ def first_guess(ratio: float, load: float, full: bool = False) -> tuple[float, f
 
 @kernel
 def equilibrium(film, ratio2, applied, half_speed, freedoms, state, out, system):
-    """Journal position (and tilt) where the film carries ``applied`` (4,), both over F₀ at speed one.
+    """Journal position (and tilt) at which the film carries ``applied`` (4,), both over F₀ at speed one.
 
     ``film`` is a JournalFilm; ``state`` (4,) = (e, t): first guess, then result; ``freedoms`` 2 or 4; ``out`` (36,) the
     film's result; ``system`` (4, 5) scratch. Each step leaves at least a third of the least film. Returns the number of

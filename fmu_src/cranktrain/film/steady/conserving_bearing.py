@@ -1,9 +1,9 @@
-"""Journal bearings whose film conserves oil: the film at a place, dimensionless.
+"""Journal bearings with an oil-conserving film: dimensionless film at a given journal position.
 
-Rupture and reformation follow from the oil balance of :mod:`cranktrain.film.reynolds.field`: where the film has
-ruptured the fill is what the surfaces carry, and the film forms again where that fills the gap. Fed on the line of the
-widest gap this is the film of Reynolds' rupture; with grooves it forms later, as a groove in a narrow place feeds the
-wide gap behind it with less than it holds.
+Rupture and reformation follow from the oil balance of :mod:`cranktrain.film.reynolds.field`. In the ruptured region the
+fill is determined by the oil that the surfaces carry, and the film reforms where this oil fills the gap. If oil is
+supplied on the line of the widest gap, the film equals that of Reynolds' rupture. With grooves it reforms later,
+because a groove in a narrow gap feeds less oil than the wider gap behind it can hold.
 
 Steady motion; a rate of the eccentricity is taken as it is at an instant, the fill of an opening gap unchanged. Oil
 comes from the supply only (and, in a gap that does not rotate, is there from the start).
@@ -109,7 +109,7 @@ def conserving_film(
     unit = 0.25 * PSI**2
     force = -unit * (n @ pressed.sum(axis=1))
     leverage = -0.5 * unit * (n @ (pressed @ grid.zeta))
-    # What leaves at an end: what crosses the last face inside, and what the strip beyond displaces where it has oil.
+    # Flow out of an end: flow through the last face inside, and squeeze flow of the strip beyond where it has oil.
     flow = 0.0
     for end, inside in ((0, 1), (-1, -2)):
         step = 0.5 * width * abs(grid.zeta[end] - grid.zeta[inside])

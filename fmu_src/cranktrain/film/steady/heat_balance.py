@@ -1,13 +1,13 @@
 r"""Effective temperature of a bearing's film from its heat balance.
 
-A share λ of the friction power heats the oil that flows through; the rest leaves through journal and housing:
+A fraction λ of the friction power heats the oil that flows through; the rest leaves through journal and housing:
 
     λ P(η) = ρ c_p Q(η) (T_out − T_in),      T_eff = T_in + κ (T_out − T_in),      η = η(T_eff)
 
-P is the friction power, Q the oil flow and κ where between inlet and outlet the film's viscosity is taken (½, its mean,
-unless told otherwise). Hotter oil is thinner and rubs less, so that T_in + κ λ P/(ρ c_p Q) − T falls wherever P/Q does
-not rise with temperature, and has one zero: secants find it within a bracket that only shrinks, halved where a secant
-would leave it.
+P is the friction power and Q the oil flow. κ sets the temperature between inlet and outlet at which the film's
+viscosity is evaluated (½, the mean, by default). Hotter oil is thinner and has less friction, so T_in + κ λ P/(ρ c_p Q)
+− T falls with T if P/Q does not rise with temperature. It then has one zero. Secants find the zero within a shrinking
+bracket; the bracket is halved if a secant would leave it.
 
 Source: DIN 31652 (ISO 7902-1), heat balance of a bearing cooled by its oil.
 """
@@ -22,7 +22,7 @@ from cranktrain.engine.lubricant import viscosity
 from cranktrain.engine.parts import Oil
 
 MEAN = 0.5
-"""Share of the oil's temperature rise at which the film's viscosity is taken."""
+"""Fraction of the oil's temperature rise at which the film's viscosity is evaluated."""
 STEPS = 100
 LARGEST_RISE = 100.0
 """Most that a film of a run is taken to be warmer than its supply, K: no bearing metal or engine oil lasts beyond."""
@@ -93,15 +93,15 @@ def effective_temperature(
 def balanced_temperature(
     oil: Oil, inlet: float, temperature: float, power: float, flow: float, place: float = MEAN
 ) -> tuple[float, str]:
-    """Temperature at which a bearing that ran at ``temperature`` would balance, K, and what bounds it, if anything.
+    """Temperature at which a bearing that ran at ``temperature`` would balance, K, and the active bound, if any.
 
-    Of the run only its mean friction ``power`` (W) and ``flow`` (m³/s) are known. At other viscosities it is taken to
-    follow the same orbit: friction grows with the viscosity, and the flow, which eccentricity and speed set, stays.
-    Where the load is given the orbit does shift; a new run tells by how much, and the two repeated settle on the
-    balance itself.
+    Only the run's mean friction ``power`` (W) and ``flow`` (m³/s) are known. At other viscosities the journal is
+    assumed to follow the same orbit: friction grows with the viscosity, and the flow, which depends on eccentricity and
+    speed, is unchanged. With a given load the orbit changes. A new run gives the change, and repeating run and balance
+    converges to the heat balance.
 
-    The film stays between the inlet, where friction takes no power, and ``LARGEST_RISE`` above it, where the flow
-    cannot carry the heat. The second result names the bound that holds, and is empty between them.
+    The film's temperature lies between the inlet temperature (no friction power) and ``LARGEST_RISE`` above it (the
+    flow cannot carry the heat). The second result names the active bound, and is empty between the bounds.
     """
     if not power > 0.0:
         return inlet, "friction takes no power: as warm as its supply"

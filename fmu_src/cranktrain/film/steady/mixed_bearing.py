@@ -4,17 +4,17 @@ The film is :func:`cranktrain.film.reynolds.field.solve_film` on the journal's g
 
     h = c − (e + ζ t)·n + Σ_k δ_k s_k(φ, ζ),    n = (cos φ, sin φ),
 
-with any rupture, the flow factors of rough surfaces, viscosity and density by pressure. Asperities press with Greenwood
-and Tripp's p_c(h) beside it and rub with the boundary friction μ p_c + τ₀ A_real/A. The bore yields to both pressures,
-δ_k = c_k ∫ w_k (p + p_c) dA, see :mod:`cranktrain.film.elastic.bore_compliance`.
+with any rupture, the flow factors of rough surfaces, viscosity and density by pressure. In addition asperities press
+with Greenwood and Tripp's p_c(h) and have the boundary friction μ p_c + τ₀ A_real/A. The bore deflects under both
+pressures, δ_k = c_k ∫ w_k (p + p_c) dA, see :mod:`cranktrain.film.elastic.bore_compliance`.
 
-The equilibrium of forces (and moments) and of the bore's shapes is one system for Newton's method, its Jacobian by
-differences and updated by Broyden's rank-one correction. Stiffness and damping are those of differences between films,
-the first between steady ones, the second at an instant (the fill of an opening gap unchanged), the bore's answer
-eliminated: it follows at once.
+The equilibrium of forces (and moments) and of the bore's shapes is one system for Newton's method. Its Jacobian is
+computed by differences and updated by Broyden's rank-one correction. Stiffness and damping are differences between
+films: stiffness between steady films, damping at an instant (the fill of an opening gap unchanged). The response of the
+bore is eliminated, because the bore follows without delay.
 
 Friction is that of a filled gap, as in :mod:`cranktrain.film.steady.bearing`: ∫ η(p) U R/h_T dA, half of e × F of the
-film, and what asperities rub.
+film, and the friction of the asperities.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ MOST_STEPS = 40
 RESIDUAL = 1.0e-6
 """Force that may be missing at an equilibrium, over the load, and shapes over the clearance."""
 DIFFERENCE = 0.02
-"""Step of the differences: displacement over the gap or the eccentricity, velocity over that of the wedge."""
+"""Step of the differences: displacement over the gap or the eccentricity, velocity over the wedge velocity."""
 OPEN = 0.5
 """Least gap of a rough film over the roughness that the oil sees: flow factors are published down to there."""
 OPENINGS = 30
@@ -59,17 +59,17 @@ TOWARDS_CAP = -0.5 * math.pi
 GROWTH = 3.0
 """Times as much as before that may be missing after a step."""
 CLOSING = 0.5
-"""Share of itself, or of the roughness, by which a Newton step may close the film."""
+"""Fraction of the film thickness, or of the roughness, by which a Newton step may close the film."""
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What acts besides the journal's motion.
+    """Effects in addition to the journal's motion.
 
     Attributes
     ----------
     cavitation : of :func:`cranktrain.film.reynolds.field.solve_film`
-    oil : whose ``pressure_law`` and ``compressibility`` act; None: constant oil
+    oil : gives ``pressure_law`` and ``compressibility``; None: constant properties
     roughness : of the surfaces; None: smooth
     contact : constants of :func:`cranktrain.film.contact.asperity.contact_constants`; None: asperities carry nothing
     bore : elastic bore; None: rigid
@@ -247,7 +247,7 @@ class _Running:
         return _Loads(parts[0] + parts[1], parts[1], shapes, film, gap, float(rubbed) * radius, pressing, area)
 
     def residual(self, y: Array, loads: _Loads) -> Array:
-        """What is missing: forces over the largest wanted, shapes over the clearance; (free,)."""
+        """Residual: forces over the largest applied force, shapes over the clearance; (free,)."""
         missing = (loads.force - self.wanted) / self.unit
         shapes = y[4:] - loads.shapes / self.journal.clearance
         return np.concatenate((missing, shapes))[self.free]
@@ -268,7 +268,7 @@ class _Running:
         return y
 
     def approached(self, nodes: ConservingGrid, y: Array) -> Array:
-        """The shapes at the place of ``y``, which may lie beyond the round bore: on the way there the bore opens."""
+        """The shapes at the position of ``y``, which may lie beyond the undeformed bore because the bore opens."""
         place, reached = y[:2].copy(), 0.0
         share = min(1.0, 0.8 / max(float(np.hypot(*place)), 1e-12))
         for _ in range(2 * OPENINGS):
@@ -328,7 +328,7 @@ class _Running:
         )
 
     def _tried(self, y: Array, change: Array, before: float) -> tuple[Array, Array]:
-        """The unknowns after a step, shortened until not far more is missing than ``before``, and what is there."""
+        """The unknowns after a step, shortened until the residual is not far above ``before``, and their film."""
         for _ in range(OPENINGS):
             try:
                 there = self.residual(y + change, self.loads(y + change))
@@ -340,7 +340,7 @@ class _Running:
         return y, np.full(self.free.size, before)
 
     def _share(self, y: Array, change: Array) -> float:
-        """Share of a step that leaves the film open."""
+        """Fraction of a step that leaves the film open."""
         rough = self.bearing.around.roughness
         gap = self.gap(y)
         least = 0.0 if rough is None else rough.height / self.journal.clearance
@@ -373,9 +373,9 @@ class _Running:
         return found[0], found[1] * self.journal.speed
 
     def side_flow(self, film: FilmSolution) -> float:
-        """Flow out of both ends, m³/s: what the strips at the ends displace counts where there is pressure beside them.
+        """Flow out of both ends, m³/s; the end strips' squeeze flow counts where the film has pressure next to them.
 
-        The strips are full all around to the solver, and what they displace then sums to zero.
+        For the solver the strips are full all around, and their squeeze flow then sums to zero.
         """
         flow = film.flows["z0"] + film.flows["z1"]
         for end, inside in ((0, 1), (-1, -2)):
@@ -443,7 +443,7 @@ def _densities(pressures, out):
 
 @kernel
 def _touch(gaps, constants, table, out):
-    """Contact pressure (Pa) and share of the area that touches at every gap (n,), m, into ``out`` (2, n)."""
+    """Contact pressure (Pa) and fraction of the area in contact at every gap (n,), m, into ``out`` (2, n)."""
     for k in range(gaps.shape[0]):
         p, _, area = contact_pressure(gaps[k], constants, table)
         out[0, k] = p

@@ -1,8 +1,8 @@
 """One plain bearing in steady rotation, under a load or at a place, in engineering units.
 
-Films between smooth rigid surfaces of constant oil that need not conserve oil are those of
-:mod:`cranktrain.film.steady.bearing`; all others, and all at a given place, of
-:mod:`cranktrain.film.steady.mixed_bearing`, in which all of it works together.
+Films between smooth rigid surfaces with constant oil properties and without oil conservation are solved by
+:mod:`cranktrain.film.steady.bearing`. All other films, and all films at a given journal position, are solved by
+:mod:`cranktrain.film.steady.mixed_bearing`, which combines all effects.
 """
 
 from __future__ import annotations
@@ -58,10 +58,10 @@ class Bearing(Surfaces):
     clearance_um : radial
     speed_rpm : of the journal in a bore at rest, rev/min
     viscosity_mpas, viscosity_pas : dynamic, mPa s or Pa s
-    inlet_temperature_c : instead of the viscosity: the film is as warm as its heat balance makes it
+    inlet_temperature_c : instead of the viscosity; the film's temperature follows from its heat balance
     oil_viscosity_40, oil_viscosity_100 : kinematic viscosities at 40 and 100 °C, mm²/s
     oil_density : kg/m³
-    heat_share : share of the friction power that warms the oil
+    heat_share : fraction of the friction power that heats the oil
     cavitation : reynolds, guembel, full or mass-conserving
     supply : widest-gap or none; None as the cavitation suggests
     grooves : two-axial, at ±90° to the load, each of ``groove_deg``
@@ -156,7 +156,7 @@ class Bearing(Surfaces):
         return warm
 
     def _checked(self, moment: Moment | None, label: Callable[[str], str]) -> str:
-        """Where the oil comes from; refuses what does not go together with ``InputError``."""
+        """Oil supply; ``InputError`` for an invalid combination."""
         for name, (low, high, what) in _BOUNDS.items():
             value = getattr(self, name)
             if value is not None:
@@ -210,12 +210,12 @@ class Bearing(Surfaces):
             )
 
     def _surroundings(self) -> Surroundings:
-        """What acts beside the journal's motion."""
+        """Effects in addition to the journal's motion."""
         roughness, contact = self.rough()
         oil = None
         if self.pressure_law != "none" or self.compressibility != "none":
             slope = 1e-9 * (self.pressure_viscosity or 0.0)
-            # Of this oil nothing is read but what pressure does to it.
+            # Only the dependence of this oil on pressure is used.
             oil = Oil(
                 density=self.oil_density, temperature_speeds=(0.0,), temperatures=(ZERO_CELSIUS,), supply_pressure=0.0,
                 pressure_law=self.pressure_law, pressure_viscosity=slope, compressibility=self.compressibility,

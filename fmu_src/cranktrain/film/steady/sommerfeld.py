@@ -72,7 +72,7 @@ def prescribed_film(
     """
     _check(length_ratio, eccentricity, squeeze, squeeze_only, tilt, cavitation)
     feeds = cavitation in ("reynolds", "mass-conserving") and not squeeze_only
-    # A journal that leaves the wall presses oil from the widest gap; a groove there would let it out.
+    # A journal that moves away from the wall displaces oil in the widest gap; a groove there would let it out.
     by_default = feeds and (squeeze >= 0.0 or cavitation == "mass-conserving")
     chosen = supply or ("widest-gap" if by_default else "none")
     if chosen not in SUPPLIES[:2]:

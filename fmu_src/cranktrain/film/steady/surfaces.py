@@ -1,11 +1,11 @@
 """Rough surfaces of one plain bearing as a user has them: roughness, asperities, contact modulus, hardness, friction.
 
-Greenwood and Tripp's contact takes the products ηβσ and σ/β. A profile gives them, or the density η of the asperities
-and the radius β of their tips, so that either form is taken:
+Greenwood and Tripp's contact needs the products ηβσ and σ/β. A measured profile gives either these products, or the
+density η of the asperities and the radius β of their tips. Both forms are accepted:
 
     σ/β = roughness / radius,    ηβσ = density · radius · roughness
 
-What is not given is that of the engine files (:class:`cranktrain.engine.parts.PlainBearing`).
+Missing values are those of the engine files (:class:`cranktrain.engine.parts.PlainBearing`).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ BOUNDS = {
     "boundary_friction": (0.0, 1.0, "of the contact pressure"),
     "boundary_shear_mpa": (0.0, 1e4, "MPa"),
 }
-"""Lowest and highest value of each field, and what a refusal says of it."""
+"""Lowest and highest value of each field, and the text of a refusal."""
 EITHER = (("asperity_factor", "asperity_density"), ("asperity_ratio", "asperity_radius_um"))
 """Pairs of fields that say the same."""
 

@@ -29,7 +29,7 @@ ALIGNED_MARGIN = 0.005
 
 
 SOLVED_SHARE = PLANE_ECCENTRICITY + 1
-"""What aligned_force writes behind a film of the plane: the share of the solved film."""
+"""Value that aligned_force writes after a film of the plane: the weight of the solved film."""
 
 
 @kernel

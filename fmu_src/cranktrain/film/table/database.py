@@ -9,15 +9,15 @@ centres, with the velocity of pure squeeze v = |v|(cos γ, sin γ) and the tilt 
 * tilted, over (ε, γ, a, b): ln M, β, the moments over |F|, and what tilt rates off the sampled family add
   (:mod:`cranktrain.film.table.family`); ln p̂ apart.
 
-A velocity has four components and a table with tilt room for one direction: the family says which rates of tilt are
-sampled, and how two of its points represent any other.
+A velocity has four components, but a table with tilt has room for one direction only. The family defines the sampled
+rates of tilt, and how two of its points represent any other rate.
 
 The tilted films are extrapolated (Richardson) from two axial divisions, spaced by a sine towards the ends: at a strong
 tilt the pressure lies within a few per cent of the width, where even intervals err by 5 to 10 %. The
 interpolation (:mod:`cranktrain.film.table.interpolation`) is measured against the same films at every cell's centre.
 
-What a table of L/D 0.353 is worth (``python -m benchmarks film_table``; errors of the larger of force over |F| and
-moment over |F| L/2, against films of twice as many nodes):
+Accuracy of a table of L/D 0.353 (``python -m benchmarks film_table``; the error is the larger of force error over |F|
+and moment error over |F| L/2, against films of twice as many nodes):
 
 * without tilt, 2000 random states: at most 0.08 % to ε 0.95, 0.16 % to 0.99, of the films it was made of;
 * on the family, 600 random states to ε 0.95 and the tilt range, touching edges included: 0.4 % at the 95th percentile,
@@ -81,13 +81,13 @@ RUN_IN_RANGE = 1.0
 
 @dataclass(frozen=True)
 class TableSettings:
-    """What a table is made for; two equal ones give equal tables.
+    """Settings of a table; equal settings give equal tables.
 
     length_ratio : L/D, the whole width
     groove : none, or circumferential: zero pressure all round at z = 0
     resolution : coarse, default or fine
     tilt : whether the tilted table is built
-    tilt_range : largest A and B, share of the possible tilt
+    tilt_range : largest A and B, as fraction of the possible tilt
     relief_depth, relief_share, relief_exponent : profile of the shell, its depth over the clearance
     roughness : σ over the clearance, see :mod:`cranktrain.film.contact.gap`
     """
@@ -157,7 +157,7 @@ def bearing_settings(bearing: PlainBearing, resolution: str = "default", tilt: b
 
 @dataclass(frozen=True)
 class FilmTable:
-    """A built table and what it is worth.
+    """A built table and its interpolation error.
 
     aligned_error : (n_ε − 1, n_γ) force error at cell centres over |F|
     tilted_error : (n_ε − 1, n_γ, n_t − 1, n_t − 1) the larger of force error over |F| and moment error over |F| L/2
@@ -194,7 +194,7 @@ class FilmTable:
 
 
 def tilt_shares(settings: TableSettings, middle: bool = False) -> Array:
-    """Shares A or B of the nodes, or of the cells' middles."""
+    """Relative tilts A or B of the nodes, or of the cells' middles."""
     n = settings.shape[2]
     s = (np.arange(n - 1) + 0.5) / (n - 1) if middle else np.linspace(0.0, 1.0, n)
     return settings.tilt_range * np.tanh(s * math.atanh(TILT_STRETCH)) / TILT_STRETCH
@@ -299,7 +299,7 @@ def sample_slab(settings: TableSettings, name: str) -> Array:
 
 
 def compile_sampling() -> None:
-    """Compile what :func:`sample_slab` calls: processes that compile at the same time spoil each other's cache."""
+    """Compile the kernels of :func:`sample_slab`; processes compiling at the same time would corrupt the cache."""
     one, out = np.array([0.5]), np.zeros(2 * OUT_SIZE)
     grid = journal_grid(12, 6, half=True)
     sample_aligned(0.5, one, 4.0, solved_film(grid), out, np.zeros((1, 4)))
@@ -325,7 +325,7 @@ def table_axes(settings: TableSettings) -> Array:
 
 
 def what_is_wrong(table: FilmTable) -> str:
-    """What of a table that was read cannot be its settings'; empty where nothing is."""
+    """Contradiction between a table that was read and its settings; empty if there is none."""
     n_eps, n_gamma = N_ALIGNED
     n, g, t = table.settings.shape
     tilt, axes = table.settings.tilt, table_axes(table.settings)

@@ -1,8 +1,8 @@
 """The velocities that the tilted film table samples, and how it represents all others.
 
-A film answers to two velocities of pure squeeze: v of the journal's middle and w of its tilt (in axes along and across
-the line of centres, over the clearance). The table has room for the direction of v alone. It samples a tilt that turns
-with the line of centres,
+A film's force depends on two velocities of pure squeeze: v of the journal's middle and w of its tilt (in axes along and
+across the line of centres, over the clearance). The table has only the direction of v as a coordinate. It is sampled
+for a tilt that turns with the line of centres,
 
     w_ref = ρ v_t e_z×t,    ρ = ε³/(ε⁴ + δ⁴),
 
@@ -11,16 +11,16 @@ centres may turn at any rate, and δ keeps the family finite). With the rest d =
 
     v + ζ w = (v + λ d) + ζ w_ref + (ζ − λ) d :
 
-λ is free. Where the pressure lies about ζ = λ the last term does little, so the film is that of the family at v + λ d
-with a small, linear rest. The pressure lies on both sides of a lever ζ_c that a tilt moves to the narrow end. Two
-points of the family, λ = ζ_c ± σ, also give what no linear term can: d at one end adds pressure and at the other cannot
-take off more than there is, so the force grows with |d| whichever way it points.
+λ is free. If the pressure is concentrated around ζ = λ the last term is small, so the film is that of the family at v +
+λ d with a small linear remainder. The pressure is centred at a lever ζ_c, which a tilt moves to the narrow end. Two
+points of the family, λ = ζ_c ± σ, also represent a nonlinear effect: d adds pressure at one end, but at the other end
+it cannot remove more pressure than there is, so the force grows with |d| for either sign of d.
 
     F = ½ Σ_± [F_family(v + λ_± d) + R(v + λ_± d) d],    R = ∂F/∂w − ζ_c ∂F_family/∂v,
 
 ζ_c = LEVER ρ ε A with A the tilt along the line of centres as a share of the possible one. R is tabled, so damping is
 exact on the family. For |d| ≪ |v| the two points merge: σ rises from zero between the rates |d|/|v| in ONE_POINT,
-and one point is read below. R knows a direction of v + λ d only; it fades where |v + λ d| < FADED |d|.
+and one point is read below. R depends on the direction of v + λ d only; it fades out where |v + λ d| < FADED |d|.
 
 LEVER and SPREAD are chosen for least error over states of a running six from 1000 to 2600 rev/min, in shells relieved
 by 0.15 clearances (``python benchmarks/film_table.py`` states what is left).

@@ -59,7 +59,7 @@ SCRATCH = PLACE_AT + PLACE
 
 
 class TableArrays(NamedTuple):
-    """What kernels read: contiguous, float64 but for ``tilted``, float32: films wait for its memory.
+    """Arrays that kernels read: contiguous, float64 except ``tilted``, float32 because its memory limits speed.
 
     aligned : (4, n_ε + 2, n_γ + 3) spline coefficients
     tilted : (n_ε + 2, n_γ + 3, n_t + 2, 12 (n_t + 2)) spline coefficients; (1, 1, 1, 1) where not built
@@ -222,8 +222,8 @@ def _share_place(share, tilt_range, cells, place):
 def tilted_place(eps, share_a, share_b, table, scratch):
     """Find ε ≤ TILTED_MAX and 0 ≤ A, B ≤ tilt range on the tilted table's axes, for the interpolations below.
 
-    ``scratch`` keeps it in its last numbers: three cells, weights and their derivatives along ε, A and B. What it held
-    of nodes elsewhere is forgotten.
+    ``scratch`` keeps it in its last numbers: three cells, weights and their derivatives along ε, A and B. Values of
+    nodes elsewhere are discarded.
     """
     c = table.tilted
     n = c.shape[0] - 2

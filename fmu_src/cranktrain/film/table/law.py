@@ -51,11 +51,11 @@ from cranktrain.film.table.tilted import (
 TABLED, BLENDED, SOLVED, FAILED = 0, 1, 2, -1
 TILTED_MARGIN = 0.01
 SHARE_MARGIN = 0.03
-"""Margins inside the edges, in ε, and in A and B as a share of the tilt range."""
+"""Margins inside the edges, in ε, and in A and B as a fraction of the tilt range."""
 CENTRED = 1.0e-3
 """Below this eccentricity the line of centres has no direction to speak of: its turning is taken at this radius."""
 
-# Behind the tangents, laid out as journal_film does, table_force writes the eccentricity and the solved film's share.
+# After the tangents, in the layout of journal_film, table_force writes the eccentricity and the solved film's weight.
 ECCENTRICITY, SOLVED_SHARE, FORCE_SIZE = range(OUT_SIZE, OUT_SIZE + 3)
 
 

@@ -1,9 +1,9 @@
-"""Which tilts a film table calls possible.
+"""Range of possible tilts of a film table.
 
 A journal tilted by a along its line of centres has the gap 1 + g(ζ) − ε − ζ a there. The tilt is possible until the
-least of it is one roughness below zero, at a_max(ε): in a straight shell its end then lies at ρ = ε + a_max = 1 + σ, a
-relieved one has room for more at a small eccentricity. With any tilt (a, b) the end may lie on the circle of ρ(ε).
-ρ is a polynomial through that, and the table is made for the polynomial.
+least gap is one roughness below zero, at a_max(ε). In a straight shell the journal's end then lies at ρ = ε + a_max = 1
++ σ; a relieved shell allows more tilt at a small eccentricity. With any tilt (a, b) the end may lie on the circle of
+ρ(ε). ρ is a polynomial through that, and the table is made for the polynomial.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def _functions(at, rate, lever, film, value):
     value[TURN] = math.atan2(across, radial)
     value[MOMENT_R] = qr / force
     value[MOMENT_T] = qt / force
-    # R: what the damping by w has more than the family's slope at the lever.
+    # R: damping by w minus the family's slope at the lever.
     for q in range(4):
         by_r, by_t, by_a, by_b = four(film, DAMPING + 4 * q)
         value[REST + 2 * q] = (by_a - lever * by_r) / force

@@ -66,7 +66,7 @@ def table_work() -> TableWork:
 
 @inlined_kernel
 def _by(functions, row, force, across, moments, rates, ways):
-    """One derivative of a family's force and of its rest, over the speed.
+    """One derivative of a family's force and of its remainder, over the speed.
 
     ``row`` of ``functions``; ``force``, the same across, and what multiplies the moments' own derivatives; ``rates`` d;
     ``ways`` the rest, size and by how much γ itself turns.
@@ -222,7 +222,7 @@ def tabled_film(at, table, work, out, slopes):
 
 @kernel
 def _family_sum(rates, lever, table, work, out, slopes):
-    """The family's film at the two points ζ_c ± σ, ζ_c = ``lever``, into ``out[0:4]`` and ``work.slopes``.
+    """Film at the two points ζ_c ± σ, ζ_c = ``lever``: force and moment to ``out[0:4]``, slopes to ``work.slopes``.
 
     Returns twice ∂σ/∂q over |v|², and q = |d|²/|v|².
     """
