@@ -638,12 +638,18 @@ def test_a_file_takes_rod_and_pistons_place_from_its_cylinder():
         ("bore = {", 'angles = { value = [0, 90], unit = "deg", origin = "chosen" }\nbore = {',
          "either the cylinder whose gas it is"),
         ('ends = ["piston[1].pin", "ground"]', 'ends = ["rod[1].big", "ground"]', "the first end is a piston"),
+        ('frame = "piston"\n', "", "cylinder 1 are left out; add a body in a frame with motion 'piston'"),
     ],
 )  # fmt: skip
 def test_slips_are_told(old, new, said):
     assert old in TABLES
     with pytest.raises(InputError, match=re.escape(said)):
         checked(from_text(TABLES.replace(old, new, 1)), ct.Settings(crank="beam"))
+
+
+def test_a_cylinder_without_its_gas_is_told():
+    with pytest.raises(InputError, match="cylinder 1 are left out; add a connection with law 'gas'"):
+        from_text(TABLES.split("[[connection]]")[0])
 
 
 def from_text(tables):

@@ -170,6 +170,7 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
     known = ["rest", "crank", *(frame.name for frame in frames)]
     for body in bodies:
         _check_body(body, known)
+    _check_replaced(frames, bodies, connections)
     names = ["crank", "block", GROUND, *(body.name for body in bodies)]
     for connection in connections:
         where = f"connection '{connection.name}'"
@@ -186,6 +187,23 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
             own = next((body.interfaces for body in bodies if body.name == held and not body.file), ())
             text = f"body '{held}' has no interface '{interface}'; {nearest(interface, own)}"
             need(where, "ends", not own or interface in own, text)
+
+
+def _check_replaced(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...],
+                    connections: tuple[ConnectionTable, ...]) -> None:  # fmt: skip
+    """Refuse a cylinder whose own rod, piston and gas are left out with nothing in place of one of them."""
+    used = {body.frame for body in bodies}
+    gas = {table.gas.cylinder for table in connections if table.gas is not None}
+    for frame in frames:
+        if not frame.cylinder:
+            continue
+        made = {one.motion for one in frames if one.cylinder == frame.cylinder and one.name in used}
+        missing = [f"a body in a frame with motion '{motion}'" for motion in ("rod", "piston") if motion not in made]
+        missing += [] if frame.cylinder in gas else ["a connection with law 'gas'"]
+        text = (
+            f"the engine's own rod, piston and gas of cylinder {frame.cylinder} are left out; add {', '.join(missing)}"
+        )
+        need(f"frame '{frame.name}'", "cylinder", not missing, text)
 
 
 def _check_rod(frame: FrameTable, cylinders: int) -> None:
