@@ -296,6 +296,15 @@ def link_compliance(model, work, cos, sin, slot, out):
     answered = work.added.answered
     for i in range(count):
         unit_answer(model, work, i, slot, answered)
+        for j in range(count):
+            out[n + i, n + j] = 0.0
+            if model.links.meets[i, j] > 0.0:
+                out[n + i, n + j] = component(model, work, j, answered)
+        if model.links.meets[i, count] == 0.0:
+            for j in range(n):
+                out[n + i, j] = 0.0
+                out[j, n + i] = 0.0
+            continue
         # The engine's components: what turns less what stands, as in every step of the iteration.
         for j in range(n):
             out[n + i, j] = answered[j]
@@ -306,8 +315,6 @@ def link_compliance(model, work, cos, sin, slot, out):
             out[n + i, t + 1] -= cos * answered[s + 1] - sin * answered[s]
         for p in range(model.axial.shape[0]):
             out[n + i, int(model.axial[p, 0])] -= answered[int(model.axial[p, 1])]
-        for j in range(count):
-            out[n + i, n + j] = component(model, work, j, answered)
         engine_column(model, work, cos, sin, slot, i, out)
 
 

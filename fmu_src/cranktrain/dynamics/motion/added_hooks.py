@@ -27,7 +27,7 @@ from cranktrain.dynamics.motion.added_connections import (
     link_steps,
     turn_terms,
 )
-from cranktrain.dynamics.motion.linear_algebra import solve_rows
+from cranktrain.dynamics.motion.linear_algebra import factor_sparse_rows, solve_rows
 from cranktrain.dynamics.motion.newton_matrix import fill_jacobian
 from cranktrain.dynamics.topology import slots as added
 
@@ -69,13 +69,26 @@ def steps_hook(model, work, step):
 
 @law_kernel
 def newton_hook(model, work):
-    """Share of the added connections in the Newton matrix, by the tangents found last. Returns 0."""
+    """Newton matrix with the added connections, by the tangents found last, and its factors.
+
+    Components of one added body alone are eliminated first, because they do not couple with those of another body. Only
+    components of crank and block fill the matrix. Returns 0, or 1 where the matrix is singular.
+    """
     for k in range(work.added.blocks.shape[0]):
         for j in range(work.added.blocks.shape[1]):
             work.added.factored[k, j] = work.added.blocks[k, j]
     n = model.scales.shape[0] + model.links.scales.shape[0]
     fill_jacobian(work.relative, model.links.table, work.added.factored, n, work.jacobian)
-    return 0
+    order = model.links.order
+    whole = work.added.permuted
+    for i in range(n):
+        row = work.jacobian[int(order[i])]
+        for j in range(n):
+            whole[i, j] = row[int(order[j])]
+    for i in range(n):
+        for j in range(n):
+            work.jacobian[i, j] = whole[i, j]
+    return factor_sparse_rows(work.jacobian, work.jacobian.shape[0])
 
 
 @law_kernel
@@ -87,15 +100,17 @@ def solve_hook(model, work):
     whole = work.added.newton[0]
     for k in range(whole.shape[0]):
         whole[k] = 0.0
-    for k in range(own):
-        whole[k] = step[k]
-    for k in range(count):
-        whole[own + k] = work.added.gaps[added.STEP, k]
+    order = model.links.order
+    for k in range(own + count):
+        j = int(order[k])
+        whole[k] = step[j] if j < own else work.added.gaps[added.STEP, j - own]
     solve_rows(work.jacobian, work.jacobian.shape[0], work.added.newton, 0)
-    for k in range(own):
-        step[k] = whole[k]
-    for k in range(count):
-        work.added.gaps[added.STEP, k] = whole[own + k]
+    for k in range(own + count):
+        j = int(order[k])
+        if j < own:
+            step[j] = whole[k]
+        else:
+            work.added.gaps[added.STEP, j - own] = whole[k]
     return 0
 
 

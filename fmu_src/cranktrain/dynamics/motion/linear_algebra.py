@@ -65,22 +65,48 @@ def factor_rows(a, n):
         i = k + 4
         while i < n:
             height = 4 if i + 3 < n else 1
-            for r in range(i, i + height):
-                f0 = a[r, k] * a[k, k]
-                f1 = (a[r, k + 1] - f0 * a[k, k + 1]) * a[k + 1, k + 1]
-                f2 = (a[r, k + 2] - f0 * a[k, k + 2] - f1 * a[k + 1, k + 2]) * a[k + 2, k + 2]
-                f3 = (a[r, k + 3] - f0 * a[k, k + 3] - f1 * a[k + 1, k + 3] - f2 * a[k + 2, k + 3]) * a[k + 3, k + 3]
-                a[r, k] = f0
-                a[r, k + 1] = f1
-                a[r, k + 2] = f2
-                a[r, k + 3] = f3
-            if height == 4:
-                subtract_four(a, n, i, k)
-            else:
-                subtract_one(a, n, i, k)
+            eliminate(a, n, i, height, k)
             i += height
         k += 4
     return factor_block(a, n, k, n)
+
+
+@kernel
+def factor_sparse_rows(a, n):
+    """The same where many elements are zero: rows that four pivots do not reach are left alone."""
+    k = 0
+    while k + 3 < n:
+        if factor_block(a, n, k, k + 4) != 0:
+            return 1
+        i = k + 4
+        while i < n:
+            height = 4 if i + 3 < n else 1
+            size = 0.0
+            for r in range(i, i + height):
+                size += abs(a[r, k]) + abs(a[r, k + 1]) + abs(a[r, k + 2]) + abs(a[r, k + 3])
+            if size != 0.0:
+                eliminate(a, n, i, height, k)
+            i += height
+        k += 4
+    return factor_block(a, n, k, n)
+
+
+@inlined_kernel
+def eliminate(a, n, i, height, k):
+    """Subtract four pivots from k on from four rows from i on, or from one."""
+    for r in range(i, i + height):
+        f0 = a[r, k] * a[k, k]
+        f1 = (a[r, k + 1] - f0 * a[k, k + 1]) * a[k + 1, k + 1]
+        f2 = (a[r, k + 2] - f0 * a[k, k + 2] - f1 * a[k + 1, k + 2]) * a[k + 2, k + 2]
+        f3 = (a[r, k + 3] - f0 * a[k, k + 3] - f1 * a[k + 1, k + 3] - f2 * a[k + 2, k + 3]) * a[k + 3, k + 3]
+        a[r, k] = f0
+        a[r, k + 1] = f1
+        a[r, k + 2] = f2
+        a[r, k + 3] = f3
+    if height == 4:
+        subtract_four(a, n, i, k)
+    else:
+        subtract_one(a, n, i, k)
 
 
 @inlined_kernel

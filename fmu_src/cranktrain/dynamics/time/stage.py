@@ -265,8 +265,10 @@ def newton_step(model, work, stage, keep_matrix):
         n_newton = model.scales.shape[0] + model.links.scales.shape[0]
         fill_jacobian(compliance, model.connections, work.factored, n_newton, work.jacobian)
         if model.layout[at.ADDED] > 0.0:
-            call_kernel(model.links.hooks[added.AT_NEWTON], (model, work))
-        if factor_rows(work.jacobian, work.jacobian.shape[0]) != 0:
+            singular = call_kernel(model.links.hooks[added.AT_NEWTON], (model, work))
+        else:
+            singular = factor_rows(work.jacobian, work.jacobian.shape[0])
+        if singular != 0:
             return SINGULAR
     solve_step(model, work)
     return OK

@@ -68,6 +68,8 @@ class AddedConnections(NamedTuple):
     terms: Array  # (T, TERM) in the order of their components
     starts: Array  # (C + 1,) first term of each component
     scales: Array  # (C,)
+    meets: Array  # (C, C + 1) 1 where a component's force moves another one, at last one of the engine's own
+    order: Array  # (n,) components, the engine's among them, in the order of their elimination
     slides: Array  # (C, SLIDES)
     leans: Array  # (L, LEAN)
     interfaces: Array  # (I, INTERFACE)
@@ -92,6 +94,7 @@ class AddedWork(NamedTuple):
     compliance: Array  # (slots, M, V)
     frames: Array  # (F, MOVED) angle and place of each frame, and their derivatives by the crank angle
     coefficients: Array  # (T, 2) of each term, and its rate
+    permuted: Array  # (n, n) the Newton matrix in the order of elimination
     gaps: Array  # (GAPS, C)
     answered: Array  # (m,) motion of all ports by one component's force
     axes: Array  # (B, 2) displacement of each body's centre of mass across its axis, m
@@ -145,7 +148,8 @@ def added(topology: Topology, base: Base) -> Added:
     for k, name in enumerate(block_ports):
         port_of[BLOCK, name] = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * k
     names = [body.name for group in joined for body in group.bodies]
-    connections = _connections(topology, names, port_of, base.newton, frames)
+    grouped = {body.name: k for k, group in enumerate(joined) for body in group.bodies}
+    connections = _connections(topology, names, port_of, base.newton, frames, grouped)
     return Added(
         bodies,
         connections,
@@ -386,7 +390,12 @@ def follows(body: ReducedBody, moved: Array, sense: float) -> Array:
 
 
 def _connections(
-    topology: Topology, names: list[str], port_of: Mapping[tuple[str, str], int], newton: int, numbers_of: _Frames
+    topology: Topology,
+    names: list[str],
+    port_of: Mapping[tuple[str, str], int],
+    newton: int,
+    numbers_of: _Frames,
+    grouped: Mapping[str, int],
 ) -> AddedConnections:
     """Arrays of the connections, bodies in the order of ``names``; compiles their laws."""
     rows, tables, terms, starts, shown = [], [], [], [0], []
@@ -438,32 +447,60 @@ def _connections(
     # Laws of films look at all rows: those of other laws are filled up.
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
     bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]
-    k = len(rows)
-    entry = np.zeros((k, 3), dtype=np.int64)
-    place, velocity, out = np.zeros((k, 4)), np.zeros((k, 4)), np.zeros(SIZE)
-    numbers, memory = np.zeros(NUMBERS), np.zeros(1)
     films = _table(bearings, COLUMNS)
-    for number, (piece, row) in enumerate(zip(kept, entry, strict=True)):
-        is_film = piece.parameters is not None
-        row[1] = keep_record(piece.record(films) if is_film else piece.record, entry)
-        row[2] = number if is_film else 0
-        row[0] = kernel_address(piece.kernel, 0, 0, 0, place[0], velocity[0], numbers, memory, out)
+    entry, place, velocity, numbers, out = _entries(kept, films)
     interfaces = []
     last = {body: port for (body, _), port in port_of.items()}
     for (body, _), port in port_of.items():
         own = body not in (CRANK, BLOCK) and _turns_whole(topology.body(body).reduced, 1)
         owner = at.OF_CRANK if body == CRANK else at.OF_BLOCK if body == BLOCK else names.index(body)
         interfaces.append([owner, port, port + 1, last[body] + PORTS if own else port + 5])
+    meets, order = _neighbours(len(scales), newton, terms, port_of, grouped)
     loaded = np.unique([*np.array(terms).reshape(-1, at.TERM)[:, at.TERM_PORT], *(row[3] for row in interfaces)])
     arrays = AddedConnections(
         _table([frame.row for frame in numbers_of], at.FRAME), _table(rows, at.CONNECTION), _table(tables, 5),
-        _table(terms, at.TERM), np.array(starts, dtype=float), np.array(scales, dtype=float),
+        _table(terms, at.TERM), np.array(starts, dtype=float), np.array(scales, dtype=float), meets,
+        order,
         _table(slides, at.SLIDES), _table(leans, at.LEAN),
         _table(interfaces, at.INTERFACE), loaded.astype(float), entry, place, velocity, numbers, out, films,
         np.array(oil, dtype=float), _table(shown, at.SHOWN),
         np.zeros(at.HOOKS, dtype=np.int64),
     )  # fmt: skip
     return arrays
+
+
+def _entries(pieces: Sequence[Piece], films: Array) -> tuple[IntArray, Array, Array, Array, Array]:
+    """Addresses of laws and records (K, 3), and the arrays with which they are called; compiles the laws."""
+    k = len(pieces)
+    entry = np.zeros((k, 3), dtype=np.int64)
+    place, velocity, out = np.zeros((k, 4)), np.zeros((k, 4)), np.zeros(SIZE)
+    numbers, memory = np.zeros(NUMBERS), np.zeros(1)
+    for number, (piece, row) in enumerate(zip(pieces, entry, strict=True)):
+        is_film = piece.parameters is not None
+        row[1] = keep_record(piece.record(films) if is_film else piece.record, entry)
+        row[2] = number if is_film else 0
+        row[0] = kernel_address(piece.kernel, 0, 0, 0, place[0], velocity[0], numbers, memory, out)
+    return entry, place, velocity, numbers, out
+
+
+def _neighbours(
+    count: int, newton: int, terms: Sequence[Any], port_of: Mapping[tuple[str, str], int], grouped: Mapping[str, int]
+) -> tuple[Array, Array]:
+    """Which components move each other (C, C + 1), and the order (n,) in which all are eliminated.
+
+    Components of one added body alone, or of one group, come first, body by body: they do not couple with another's.
+    """
+    own = np.zeros((count, len(grouped) + 2), dtype=bool)
+    columns = {CRANK: len(grouped), BLOCK: len(grouped) + 1} | dict(grouped)
+    owners = {port + k: columns[body] for (body, _), port in port_of.items() for k in range(PORTS)}
+    for term in terms:
+        own[int(term[at.COMPONENT]), owners[int(term[at.TERM_PORT])]] = True
+    alone = (own.sum(axis=1) == 1) & ~own[:, -2:].any(axis=1)
+    first = np.flatnonzero(alone)
+    first = first[np.argsort(own[first].argmax(axis=1), kind="stable")]
+    order = np.concatenate((newton + first, newton + np.flatnonzero(~alone), np.arange(newton)))
+    meets = np.column_stack((own.astype(int) @ own.T.astype(int) > 0, own[:, -2:].any(axis=1)))
+    return meets.astype(float), order.astype(float)
 
 
 def _slide(pair: tuple[Direction, Direction], frames: Sequence[Frame], numbers_of: _Frames) -> list[float]:
@@ -497,7 +534,8 @@ def added_work(bodies: AddedBodies, connections: AddedConnections, ports: int, n
     f = len(connections.frames)
     z = zeros
     return AddedWork(
-        z((w, w)), z((slots, n, w)), z((slots, m, w)), z((slots, m, v)), z((f, at.MOVED)), z((t, 2)), z((at.GAPS, c)),
+        z((w, w)), z((slots, n, w)), z((slots, m, w)), z((slots, m, v)), z((f, at.MOVED)), z((t, 2)),
+        z((newton, newton)), z((at.GAPS, c)),
         z(ports), z((len(bodies.rows), 2)), z((k, 16)), z((k, 16)), z((1, -4 * (-newton // 4))),
         np.full(at.SIZES, np.nan),
     )  # fmt: skip
