@@ -1,1 +1,1 @@
-"""Units that are simulated together: a master, its schemes, what it makes of the values that it hands on."""
+"""Units that are simulated together: a master, its schemes, and the reconstruction of exchanged values."""

@@ -23,7 +23,7 @@ newest that is known, for units that reconstruct by themselves; that at the step
 class Connection:
     """One output to one input, each as ``(unit, variable)``.
 
-    ``modify`` makes of the time (s) and the value in the input's unit what is written: noise, a drop-out.
+    ``modify`` computes the written value from the time (s) and the value in the input's unit: noise, a drop-out.
     """
 
     source: tuple[str, str]
@@ -38,9 +38,9 @@ class Connection:
 
 
 class Wiring(NamedTuple):
-    """What one unit's linked inputs take from the outputs of all: ``scale · values[places] + shift``, within bounds.
+    """Values of one unit's linked inputs from the outputs of all: ``scale · values[places] + shift``, within bounds.
 
-    ``places`` count in the means of all outputs, the newest and those at the step's start, one behind the other.
+    ``places`` are indices into one vector: means of all outputs, newest values, and values at the step's start.
     """
 
     names: tuple[str, ...]

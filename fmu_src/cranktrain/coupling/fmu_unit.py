@@ -1,6 +1,6 @@
 """An FMI 2.0 co-simulation FMU, anyone's, as a unit under a master; FMPy loads it.
 
-What is called once a step goes to the library directly, with arrays that are made once.
+Functions that are called once per step are called in the library directly, with arrays that are made once.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ class FmuUnit:
             own._log = [*own._log[-_MESSAGES:], message.decode("utf-8", "replace")]
 
     def _refused_input(self, status: int) -> str:
-        """Which of the inputs a unit refuses, as far as one that still answers can tell."""
+        """The input that a unit refuses, if the unit still responds."""
         if status != fmi2.fmi2Fatal:
             for name, reference, value in zip(self._in_names, self._in_refs, self._in, strict=False):
                 one = ctypes.byref(ctypes.c_uint(reference)), 1, ctypes.byref(ctypes.c_double(value))
@@ -204,7 +204,7 @@ class FmuUnit:
             raise UnitError(f"{what}: {self._said(STATUS.get(status, f'status {status}'))}")
 
     def _said(self, otherwise: str) -> str:
-        """The last of the log that tells something."""
+        """The last informative message of the log."""
         return next((" ".join(text.split()) for text in reversed(self._log) if text.strip()), otherwise)
 
     def _checked(self, name: str, value: Any) -> Any:
@@ -291,5 +291,5 @@ def _start(variable: ModelVariable) -> float:
 
 
 def _line(error: Exception) -> str:
-    """What an error says, in one line."""
+    """Message of an error, in one line."""
     return " ".join(str(error).split())[:300] or type(error).__name__

@@ -1,12 +1,13 @@
-"""The reference master: units side by side from one communication point to the next.
+"""The reference master: steps coupled units from one communication point to the next.
 
-All values that are exchanged lie in one vector: the outputs of all units, each in its own unit. Three of it are at
-hand for a step, behind one another: their means over the step as reconstructed, the newest values known, those at
-the step's start. A unit's inputs are taken from there by its wiring; schemes differ in when they refresh which part.
-Units without inputs take their step first in every scheme: what they will say does not depend on the others.
+All exchanged values are in one vector: the outputs of all units, each in its own unit of measurement. A step uses three
+such vectors, stored one after the other: reconstructed means over the step, newest known values, and values at the
+step's start. The connections of a unit select its inputs from these vectors. Schemes differ in the order in which they
+update them. Units without inputs take their step first in every scheme, because their outputs do not depend on the
+others.
 
-Where an input feeds an output without a step, the output belongs to the newest inputs: they are set and read once more
-at the communication point.
+If an output depends on an input without a step, it must belong to the newest inputs. These inputs are therefore set,
+and the outputs read, once more at the communication point.
 
 Sources of the schemes: Busch, ZAMM 96 (2016) 1061–1081; Gomes, Thule, Broman, Larsen, Vangheluwe, *Co-simulation: a
 survey*, ACM Computing Surveys 51 (2018) 49.
@@ -32,7 +33,7 @@ from cranktrain.coupling.unit import Unit, UnitError
 PASSES = 4
 """Times at most that inputs are handed through outputs which they feed at a communication point."""
 STEADY = 1.0e-12
-"""Change of such outputs, over their size, that ends it."""
+"""Relative change of such outputs that ends this iteration."""
 RESOLVED = 1.0e-6
 """Least range of an output, over its size, on which scheme ``iterative`` judges its change."""
 
@@ -143,7 +144,7 @@ class Master:
         return float(self.written[unit][k] if unit else self.newest[k])
 
     def initialize(self, time: float = 0.0) -> None:
-        """Start all units, with their own start values where nothing comes in, and exchange what they say first."""
+        """Start all units, with their own start values for unconnected inputs, and exchange their first outputs."""
         self.time = time
         for unit in self._order:
             unit.initialize(time)
@@ -228,7 +229,7 @@ class Master:
             self.newest[part] = self._asked(unit, unit.read)
 
     def _asked(self, unit: Unit, call: Callable[..., Any], *arguments: Any) -> Any:
-        """What a call says; its error names the unit and the time."""
+        """Result of a call; an error names the unit and the time."""
         try:
             return call(*arguments)
         except UnitError as error:
@@ -241,7 +242,7 @@ class Master:
             raise UnitError(f"{unit.name}, step from {self.time:.6g} s to {self.time + size:.6g} s: {error}") from None
 
     def _one_by_one(self, units: Sequence[Unit], size: float, place: float) -> None:
-        """Step units one after the other, each with what those before it say of the step's end."""
+        """Step units one after the other, each with the outputs of the previous units at the step's end."""
         for unit in units:
             self._write(unit)
             self._advance(unit, size)
@@ -252,7 +253,7 @@ class Master:
             self.means[part] = self._samples.mean_to(place, self.newest[part], part, self._degree)
 
     def _expect(self, unit: Unit, place: float) -> None:
-        """Set a unit's inputs to what is known or expected at the step's end, for outputs that they feed."""
+        """Set a unit's inputs to known or extrapolated values at the step's end, for outputs that depend on them."""
         n = len(self.names)
         expected = self._samples.at(place, self._degree)
         before = self._order[: self._order.index(unit)]
@@ -295,7 +296,7 @@ class Master:
 
 
 def jacobi(master: Master, size: float, place: float) -> None:
-    """All units at once, with what was known at the step's start."""
+    """All units at once, with the values known at the step's start."""
     samples, first = master._samples, master._samples.places[0]
     master.means[:] = samples.mean(first, place, master._degree)
     count = sum(not master._wirings[unit.name].names for unit in master._order)
@@ -325,7 +326,7 @@ def iterative(master: Master, size: float, place: float) -> None:
     for unit in master._order:
         master._states[unit.name] = unit.keep(master._states.get(unit.name))
     expected = samples.at(place, max(1, master._degree))
-    # A signal that has hardly moved yet is not asked to agree below what its numbers can tell apart.
+    # A signal that has hardly changed yet need not agree more closely than its rounding.
     scales = np.maximum(master.scales[coupled], RESOLVED * np.abs(master.newest[coupled]))
     master._quasi_newton.begin()
     for sweep in range(exchange.sweeps):

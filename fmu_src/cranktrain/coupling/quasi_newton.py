@@ -14,7 +14,7 @@ from cranktrain.core.reduced_body import Array
 MOST = 8
 """Differences that are kept within a step."""
 DISTINCT = 1.0e-10
-"""Singular values below this share of the largest tell nothing."""
+"""Singular values below this fraction of the largest are ignored."""
 
 
 class QuasiNewton:
@@ -24,7 +24,7 @@ class QuasiNewton:
         self.begin()
 
     def begin(self) -> None:
-        """Forget what was found: another step begins."""
+        """Discard the data of the last step."""
         self._results: list[Array] = []
         self._changes: list[Array] = []
 

@@ -1,8 +1,8 @@
-"""What a master makes of the values that it knows for the step to come: polynomials in time, or in crank angle.
+"""Extrapolation of exchanged values over the next step: polynomials in time, or in crank angle.
 
 Degree 0 holds the newest value, 1 draws a line, 2 a parabola through the newest points. Over the crank angle the same
-is done with the angle at the communication points as the abscissa. A unit that holds its inputs over a step is given
-the polynomial's mean over it; what the degree leaves out is then of the order of the step to the degree plus one.
+is done with the angle at the communication points as the abscissa. A unit that holds its inputs over a step gets the
+polynomial's mean over the step; the error is then of the order of the step to the power of the degree plus one.
 
 Extrapolation of a value that jumped overshoots: inputs stay within the bounds that they declare.
 """
@@ -48,7 +48,7 @@ class Samples:
         self.places: list[float] = []
 
     def add(self, place: float, values: Array) -> None:
-        """Take the values of a communication point; where the abscissa stands still nothing before it tells more."""
+        """Take the values of a communication point; if the abscissa does not move, earlier points are discarded."""
         if self.places and place == self.places[0]:
             self.places = []
         self.values[1:] = self.values[:-1]

@@ -30,7 +30,7 @@ class Steps:
     Attributes
     ----------
     size : s; the first one where an error controls them
-    error : of what a reconstruction expected of an output, over the output's range so far; None for equal steps
+    error : of the extrapolated value of an output, over the output's range so far; None for equal steps
     least, most : bounds of controlled steps, s
     """
 
@@ -51,7 +51,7 @@ class Steps:
 
 
 class Bond(NamedTuple):
-    """Power that two units exchange, as each of them knows it.
+    """Power that two units exchange, computed on each side.
 
     Both sides are sums of products of two values, each ``(unit, variable)``, an output or a connected input.
     """
@@ -68,8 +68,8 @@ class Coupled(NamedTuple):
     ----------
     names, units : outputs ``unit.variable``, (n,), and their units of measurement
     times, values : communication points (k,), s, and outputs there (k, n)
-    residuals : of each power bond (k,), W: what one side gives less what the other takes
-    steps, refused, sweeps : steps taken, those of them taken again, and evaluations of all units
+    residuals : of each power bond (k,), W: power given by one side minus power taken by the other
+    steps, refused, sweeps : steps taken, repeated steps among them, and evaluations of all units
     seconds : wall time, initialization left out
     ended : why it ended early; empty where it did not
     """
@@ -121,7 +121,7 @@ def run(
 
 
 def _points(master: Master, stop: float, steps: Steps, record: Record) -> Iterator[float | None]:
-    """Take the steps; yields at each the share done, now and then, or None."""
+    """Take the steps; yields after each None or, now and then, the completed fraction."""
     start, looked = master.time, time.perf_counter()
     walk = _equal(master, stop, steps) if steps.error is None else _controlled(master, stop, steps, record)
     for _ in walk:
@@ -144,7 +144,7 @@ def _equal(master: Master, stop: float, steps: Steps) -> Iterator[None]:
 
 
 def _controlled(master: Master, stop: float, steps: Steps, record: Record) -> Iterator[None]:
-    """Steps by how far the units are from what was expected of them."""
+    """Step control by the difference between extrapolated and received outputs."""
     assert steps.error is not None
     size, degree = steps.size, max(1, DEGREES[master.exchange.reconstruction])
     coupled, again = master.coupled, master.restorable
@@ -167,7 +167,7 @@ def _controlled(master: Master, stop: float, steps: Steps, record: Record) -> It
 
 
 class Record:
-    """What a run keeps of its communication points."""
+    """Recorded communication points of a run."""
 
     def __init__(self, master: Master, bonds: Sequence[Bond]) -> None:
         self._master = master

@@ -13,7 +13,7 @@ from cranktrain.coupling.unit import Port, UnitError
 
 
 class Stepped(Protocol):
-    """What the simulations of all modules have."""
+    """Common interface of the simulations of all modules."""
 
     input_names: tuple[str, ...]
     output_names: tuple[str, ...]

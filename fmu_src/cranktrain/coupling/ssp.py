@@ -1,6 +1,6 @@
 """A coupled system as an SSP: its FMUs, connections, units and parameter sets in one archive that other masters read.
 
-SSP 1.0 knows neither schemes nor reconstruction: each master brings its own. Equal systems give equal bytes.
+SSP 1.0 contains neither schemes nor reconstruction; each master has its own. Equal systems give equal bytes.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def write_ssp(
     ----------
     units : each with the path of its FMU, by name
     values : start values by unit and variable
-    outputs : what is shown of each unit beside what is connected
+    outputs : outputs of each unit that are shown in addition to the connected ones
     stop : end of the default experiment, s
 
     Raises

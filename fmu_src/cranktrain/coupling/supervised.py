@@ -1,8 +1,8 @@
-"""Coupled runs in a process of their own: a unit that never comes back, or dies, costs its run only.
+"""Coupled runs in a process of their own: a unit that hangs or dies ends its own run only.
 
-The process writes each communication point to a file as it comes, and tells in shared memory which call of which unit
-is under way. The one that watches it ends it where a call takes longer than it may, or notes that it died, and has the
-file. Instances of FMUs and what they extracted end with the process and its folder.
+The process writes each communication point to a file at once, and writes the current call and unit to shared memory.
+The supervising process ends it if a call takes too long, or notices that it died, and keeps the file. FMU instances and
+their extracted files are removed with the process and its folder.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ GRACE = 5.0
 
 
 class System(Protocol):
-    """Units, what a master needs besides, ``outputs`` to read beside those connected, and powers that are exchanged."""
+    """Units, further input of a master, ``outputs`` to read in addition to connected ones, and exchanged powers."""
 
     @property
     def units(self) -> Mapping[str, Unit]: ...  # noqa: D102
@@ -67,7 +67,7 @@ class Limits:
 
 
 class _Header(NamedTuple):
-    """What a process says of its run before it begins."""
+    """Description of a run that its process sends before the run begins."""
 
     units: list[str]
     outputs: tuple[str, ...]
@@ -116,7 +116,7 @@ class _Watcher:
         self._grace = GRACE
 
     def follow(self, progress: Callable[[float], None] | None) -> Coupled:
-        """The run, once it is through; raises what ended it."""
+        """The finished run; raises the error that ended it."""
         heard = self._hear(progress)
         if isinstance(heard, _Header):
             self._header = heard
@@ -152,7 +152,7 @@ class _Watcher:
             raise UnitError(f"{self._place()}: {self._died()}; the units before are sound, mend this one") from None
 
     def _place(self) -> str:
-        """Unit, call and time that the process told last."""
+        """Unit, call and time that the process reported last."""
         notes = self._notes
         if self._header is None:
             return "the units, being made"
@@ -166,7 +166,7 @@ class _Watcher:
         return f"ended its process with code {code}"
 
     def found(self, ended: str) -> Coupled | None:
-        """What the file holds of the run; None where it did not begin."""
+        """The part of the run in the file; None if the run did not begin."""
         header, notes = self._header, self._notes
         if header is None or not self._points.is_file():
             return None
@@ -201,7 +201,7 @@ class _Watcher:
 def _work(
     make: Callable[[], System], stop: float, steps: Steps, points: Path, notes: Notes, told: Pipe, parent: int
 ) -> None:
-    """In the process: run, write and tell; then close the units and leave at once, without what they left behind."""
+    """In the process: run, write and report; then close the units and exit at once, without any clean-up."""
     leave_to_parent(parent)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     os.dup2(2, 1)  # standard output is the parent's own: a unit may print

@@ -1,4 +1,4 @@
-"""What a master knows of a unit, an FMU or anything else that takes steps: names, values, steps, states."""
+"""Interface of a unit (an FMU or any object that takes steps) to a master: names, values, steps, states."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Port:
 
 
 class UnitError(CranktrainError):
-    """A unit that refused a value or a step: its name, the time and what it said."""
+    """A unit refused a value or a step: its name, the time and its message."""
 
 
 class Unit(Protocol):
@@ -70,7 +70,7 @@ class Unit(Protocol):
         """Go from ``time`` to ``time + size``, s; ``UnitError`` where it cannot."""
 
     def keep(self, held: Any = None) -> Any:
-        """The state; ``held`` is one of before, whose place may be taken."""
+        """The state; ``held`` is an earlier state whose memory may be reused."""
 
     def restore(self, state: Any) -> None:
         """Set a state of ``keep``."""

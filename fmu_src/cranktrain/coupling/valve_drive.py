@@ -1,7 +1,7 @@
-"""The valve train as a unit of the virtual engine: what it takes and gives.
+"""The valve train as a unit of the virtual engine: its inputs and outputs.
 
-It steps first and turns the crank's angle on by itself. Combustion and cranktrain go on linearly from its lifts and its
-torque, which therefore are those of the step's start; a cranktrain that holds gets the master's mean.
+It steps first and extrapolates the crank's angle by itself. Combustion and cranktrain extrapolate its lifts and torque
+linearly, so these outputs must belong to the step's start. A cranktrain that holds its inputs gets the master's mean.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ ANGLE, SPEED, TORQUE = "crank.angle", "crank.speed", "valvetrain.torque"
 LIFTS = {"lift.source": "input"}
 """Start values of a combustion beside a valve train."""
 READ = ("valvetrain.torque_mean", "contact.loss", "drive.apart", "friction.power")
-"""Outputs that a run keeps beside those that are connected."""
+"""Outputs that a run records in addition to the connected ones."""
 BOND = Bond("valve_drive", given=[((VALVETRAIN, TORQUE), (VALVETRAIN, SPEED))],
             taken=[((CRANKTRAIN, TORQUE), (CRANKTRAIN, SPEED))])  # fmt: skip
 

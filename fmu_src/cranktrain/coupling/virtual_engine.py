@@ -1,8 +1,8 @@
-"""The modules of the virtual engine side by side: how cranktrain, combustion and valve train are connected.
+"""The virtual engine: connections of cranktrain, combustion and valve train.
 
-The combustion turns the angle on by the speed and says which angle its pressures belong to; the cranktrain reconstructs
-them by that angle (reconstruction ``own``). With any other reconstruction the master does so, over the crank angle, and
-the cranktrain holds what it is given.
+The combustion extrapolates the angle by the speed and outputs the angle to which its pressures belong. The cranktrain
+reconstructs the pressures by this angle (reconstruction ``own``). With any other reconstruction the master reconstructs
+them over the crank angle, and the cranktrain holds its inputs.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ READ = {
     COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls"),
     VALVETRAIN: valve_drive.READ,
 }
-"""Outputs that a run keeps beside those that are connected."""
+"""Outputs that a run records in addition to the connected ones."""
 GAS = Bond("gas", given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
            taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, SPEED))])  # fmt: skip
 
@@ -46,10 +46,10 @@ class Partners:
 
 
 class VirtualEngine(NamedTuple):
-    """Units, connections and what a master needs besides.
+    """Units, connections and further input of a master.
 
-    ``values`` are start values and ``outputs`` what is read beside what is connected, by unit; ``bonds`` are the powers
-    that units exchange.
+    ``values`` are start values and ``outputs`` the outputs to read in addition to connected ones, by unit; ``bonds``
+    are the powers that units exchange.
     """
 
     units: dict[str, FmuUnit]
@@ -119,13 +119,13 @@ def gas_connections(cylinders: int, own: bool) -> list[Connection]:
 
 
 def gas_exchange(scheme: str, reconstruction: str) -> Exchange:
-    """What the master does between communication points: over the crank's angle, or nothing."""
+    """Reconstruction by the master between communication points: over the crank's angle, or none."""
     own = reconstruction == OWN
     return Exchange(scheme, "hold" if own else reconstruction, None if own else (CRANKTRAIN, ANGLE))
 
 
 def summary(run: Coupled, speed: float) -> dict[str, Any]:
-    """What a coupled run at constant speed (rad/s) says in a few numbers, over its last cycle."""
+    """Summary of a coupled run at constant speed (rad/s), over its last cycle."""
     angle, cycle = speed * run.times, 4.0 * math.pi / speed
     last = run.times >= run.times[-1] - cycle * (1.0 + 1.0e-9)
     residuals = {name: float(np.sqrt(np.mean(values[last[1:]] ** 2))) for name, values in run.residuals.items()}

@@ -1,4 +1,4 @@
-"""What a process tells of the calls to its units, in memory that it shares with the one that watches it."""
+"""Report of the calls to a process's units, in memory shared with the supervising process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WORDS = ("after a call", "initialization", "its inputs", "its outputs", "step", 
 
 
 class Notes(ctypes.Structure):
-    """What is told.
+    """Entries of the report.
 
     ``unit`` counts in the master's order, ``call`` as above, ``count`` rises with each call and each end of one;
     ``time`` (s) is the last communication point, ``seconds`` the run's wall time, ``stop`` asks the process to end.
@@ -29,7 +29,7 @@ class Notes(ctypes.Structure):
 
 
 class Watched:
-    """A unit whose calls are told; see :class:`cranktrain.coupling.unit.Unit`."""
+    """A unit whose calls are reported; see :class:`cranktrain.coupling.unit.Unit`."""
 
     def __init__(self, unit: Unit, place: int, notes: Notes) -> None:
         self._unit, self._place, self._notes = unit, place, notes
@@ -55,7 +55,7 @@ class Watched:
         return found
 
     def step(self, time: float, size: float) -> None:
-        """See the protocol; ends as an interrupt does where that is asked for."""
+        """See the protocol; ends like an interrupt if the process is to stop."""
         if self._notes.stop:
             raise KeyboardInterrupt
         self._told(STEP, self._unit.step, time, size)
@@ -73,7 +73,7 @@ class Watched:
         self._told(END, self._unit.close)
 
     def _told(self, call: int, function: Any, *arguments: Any) -> Any:
-        """Call, and tell which call is under way meanwhile."""
+        """Call, and report the current call meanwhile."""
         notes = self._notes
         notes.unit, notes.call = self._place, call
         notes.count += 1

@@ -1,1 +1,1 @@
-"""An engine described: its parts as data, its file, and what is refused."""
+"""Description of an engine: its parts as data, its file, and checks of its values."""

@@ -12,7 +12,8 @@
     stiffness = { value = 2e8, unit = "N/m", ... }
 
 Places are those of the engine's axes at crank angle 0. An end is a body and one of its interfaces; ``crank`` and
-``block`` are the engine's own, ``ground`` has none. With ``place`` both ends are held rigidly where that is.
+``block`` are the engine's own, ``ground`` has none. With ``place`` both ends are points at this position, rigidly fixed
+to their interfaces.
 """
 
 from __future__ import annotations
@@ -36,10 +37,10 @@ class FrameTable:
 
     Attributes
     ----------
-    motion : ``turning``, or that of the ``rod`` or ``piston`` on a crank that does so
+    motion : ``turning``, or the motion of the ``rod`` or ``piston`` on a turning crank
     ratio, axis : of the frame, or of the crank that moves it
     angle : of a turning frame at crank angle 0, rad
-    cylinder : of the engine whose rod or piston it is, counted from 1: this one brings all that follows, and its own
+    cylinder : cylinder of the engine whose rod or piston it is, counted from 1; it gives all values below, and its own
         rod, piston and gas are left out
     pin : place of the crank's pin across at crank angle 0, x and y, m
     length, bank, offset : of the rod; angle of the cylinder from the y axis; of its axis from the crank's, m, rad
@@ -73,7 +74,7 @@ class BodyTable:
     along : axis of the frame along which stations lie, ``z``, or ``y`` of a rod: then they and the interfaces' ``y``
         are distances from the frame's origin, a rod's big end, and one ``z`` tells the plane in which it moves
     youngs_modulus, poisson_ratio, density, damping_ratio : of a shaft
-    cutoff_hz : highest natural frequency of a shaft's modes; what stiffer ones give way stays
+    cutoff_hz : highest natural frequency of a shaft's modes; the static compliance of stiffer modes is kept
     discs, disc_masses, disc_polar, disc_diametral, disc_x, disc_y : interfaces of a shaft that carry a disc, its mass
         and moments of inertia, polar about z, and how far its centre of mass lies from the interface
     """

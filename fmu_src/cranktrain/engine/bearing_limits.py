@@ -1,4 +1,4 @@
-"""What the shells of an engine's plain bearings bear: the table ``[bearing_limits]`` of an engine file."""
+"""Limits for the shells of an engine's plain bearings: the table ``[bearing_limits]`` of an engine file."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class GearMesh:
 
 @dataclass(frozen=True)
 class Coupling:
-    """What two bodies of frames with one ratio feel as they twist against each other.
+    """Torque between two bodies, in frames of equal ratio, that twist relative to each other.
 
     Attributes
     ----------
@@ -104,12 +104,12 @@ class Film(JournalBearing):
 
 @dataclass(frozen=True)
 class RigidGear:
-    """Two gears whose teeth give way by nothing; their frames' ratios are those of the teeth."""
+    """Two gears with rigid teeth; the ratios of their frames match the teeth."""
 
 
 @dataclass(frozen=True)
 class Planetary:
-    """A planetary gear whose teeth give way by nothing; ends: sun, ring, carrier, and where wanted the planets.
+    """A planetary gear with rigid teeth; ends: sun, ring, carrier, and optionally the planets.
 
     Attributes
     ----------

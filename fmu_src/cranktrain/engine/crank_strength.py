@@ -19,7 +19,7 @@ Forming = Annotated[str, OneOf("forming", FORMINGS)]
 
 @dataclass(frozen=True, kw_only=True)
 class CrankStrength:
-    """What the fatigue of the crankshaft is judged by.
+    """Material data for the fatigue of the crankshaft.
 
     ``tensile_strength`` is the least that the material is specified with (Pa), ``forming`` one of ``FORMINGS``,
     ``roughness`` the average roughness depth Rz of the fillets' surface (m). ``fillet_treatment`` is the gain in

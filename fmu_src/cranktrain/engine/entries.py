@@ -29,7 +29,7 @@ Origin = Literal["chosen", "derived", "calibrated", "published"]
 Text = Annotated[str, Meta(min_length=1)]
 
 _made: dict[str, tuple[Any, bool, float | None]] = {}
-"""What the entries measure for which a form was made, whether they hold lists, and their value for nothing given."""
+"""Quantity of each form of entries, whether they are lists, and their default value."""
 
 
 def keys_of(part: type, plain: Collection[str] = (), without: Collection[str] = ()) -> list[Any]:
@@ -85,7 +85,7 @@ def _si(entry: Any, kind: tuple[type, bool, Any], where: str) -> Any:
 
 
 def said(fault: Fault, where: str) -> str:
-    """What is said of a fault in an entry; empty of others."""
+    """Message for a fault in an entry; empty for other faults."""
     place, entry, value = f"{where}: {fault.place}", fault.owner, fault.value
     whole = fault.wanted is not None and issubclass(fault.wanted, Entry) and fault.problem == "value"
     if whole or (issubclass(entry, Entry) and (fault.problem, fault.key) == ("missing", "value")):
@@ -149,7 +149,7 @@ def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) 
 
 
 def _in_unit(rule: Quantity, unit: str, many: bool, beyond: float | None) -> dict[str, Any]:
-    """The range in one unit, wider by the rounding that a converted value may miss an end by."""
+    """The range in one unit, extended by the rounding error of a converted value."""
     scales, shift = UNITS[rule.dimension], OFFSETS.get(unit, 0.0)
     own, margin = _unit(rule), 2.0 * ROUNDING
     low, high = (end * scales[own] + OFFSETS.get(own, 0.0) for end in (rule.low, rule.high))
@@ -183,6 +183,6 @@ def _title(part: type, rule: Any, plain: type) -> str:
 
 @cache
 def _names_in(module: str) -> dict[Any, str]:
-    """Names of the annotations of a module, by what they measure."""
+    """Names of the annotations of a module, by their quantities."""
     found = {getattr(kind, "__metadata__", (None,))[0]: name for name, kind in vars(sys.modules[module]).items()}
     return {rule: name for rule, name in found.items() if isinstance(rule, Quantity | OneOf)}

@@ -1,9 +1,9 @@
-"""The registers of fidelity levels but those of bearings, which :mod:`cranktrain.film.laws.register` holds.
+"""The registers of fidelity levels, except those of bearings (:mod:`cranktrain.film.laws.register`).
 
 Crank: ``rigid`` moves as a whole; ``torsional`` also twists; ``beam`` also bends and stretches; ``solid`` has stresses.
 Each level is one row. Command line, FMU interface, plan and studies read the tables, in the order of the rows, which is
-from the lowest to the highest level. What each output needs is said in :mod:`cranktrain.studies.answers`; who makes the
-body of a crank level, in :mod:`cranktrain.structure.crank.level`.
+from the lowest to the highest level. :mod:`cranktrain.studies.answers` lists the levels that each output needs;
+:mod:`cranktrain.structure.crank.level` makes the body of a crank level.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.model import Engine
 
 RIGID_SHARE = 0.25
-"""Share of the first torsional frequency up to which a rigid crank answers: there 1/(1 − 1/16) is 7 % too little."""
+"""Highest frequency of a rigid crank over the first torsional one; its amplitude there is low by 1/(1 − 1/16), 7 %."""
 RIGID_CUT_SHARE = 0.02
 """Likewise over the running model's cut-off, where the engine file publishes no torsional frequency."""
 TORSIONAL_SHARE = 0.25
-"""Share of the running model's cut-off up to which discs on a shaft answer: above the second torsional frequency of
-either shipped engine, which they meet within 6 %, below the third."""
+"""Highest frequency of discs on a shaft over the running model's cut-off. It lies above the second torsional frequency
+of both shipped engines, which the discs meet within 6 %, and below the third."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class Level:
 
     Attributes
     ----------
-    title : what it is, one line, for help and documentation
-    reason : why a lower level does not do where this one is needed
+    title : description in one line, for help and documentation
+    reason : why a lower level is not sufficient where this level is needed
     """
 
     name: str
@@ -41,15 +41,15 @@ class Level:
 
 @dataclass(frozen=True)
 class CrankLevel(Level):
-    """A fidelity level of the crank: what its body is made of and what it answers.
+    """A fidelity level of the crank: source of its body, and range of validity.
 
     Attributes
     ----------
-    highest_frequency : of the engine, Hz: up to which the level answers
-    needs_solid : whether it is made of the solid body, which takes a minute where it is not in the cache
-    takes_mesh : whether a user's own mesh of the crankshaft counts
-    bends : whether journals move across where the crank deforms; such a crank needs bearings that carry it
-    inherits : the level whose damping in motion it takes over, because it cannot compute it; empty where there is none
+    highest_frequency : of an engine, highest frequency at which the level is valid, Hz
+    needs_solid : whether it is made from the solid body, which takes a minute if it is not in the cache
+    takes_mesh : whether a user's own mesh of the crankshaft is used
+    bends : whether deformation moves journals across the axis; such a crank needs bearings that carry it
+    inherits : the level whose damping in motion is used, because this level cannot compute it; empty if none
     """
 
     highest_frequency: Callable[[Engine], float] = lambda engine: engine.reduction.running_cutoff_hz

@@ -101,8 +101,8 @@ def oil_constants(oil: Oil) -> Array:
 def pressure_constants(oil: Oil, viscosity: float) -> tuple[int, float, float]:
     """Law (an integer) and its two constants for :func:`pressure_factor`; ``viscosity`` at ambient pressure, Pa s.
 
-    Raises ``InputError``: an unknown law, a negative slope, or a viscosity below the one that Roelands' law shares by
-    all oils.
+    Raises ``InputError``: an unknown law, a negative slope, or a viscosity below the common viscosity of all oils in
+    Roelands' law.
     """
     if oil.pressure_law not in PRESSURE_LAWS:
         near = nearest(oil.pressure_law, PRESSURE_LAWS)

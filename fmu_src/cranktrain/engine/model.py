@@ -1,7 +1,7 @@
 """The engine as data: frozen dataclasses in SI, read from an engine file.
 
-Angles are radians here; an engine file gives each value with its unit and its origin. The tables of an engine
-file are in :mod:`cranktrain.engine.parts`, what their numbers measure in :mod:`cranktrain.engine.quantities`.
+Angles are radians here; an engine file gives each value with its unit and its origin. The tables of an engine file are
+in :mod:`cranktrain.engine.parts`, the quantities of their numbers in :mod:`cranktrain.engine.quantities`.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ class Engine:
     """One engine, complete.
 
     Its crank runs in plain bearings, ``main_bearing``, in roller bearings, ``main_roller``, or in both. ``clutch``
-    is fixed to the same interface as the flywheel. What is optional serves the levels that ask for it; ``damper`` runs
-    only then.
-    ``frame``, ``body`` and ``connection`` are added to crank and block (:mod:`cranktrain.engine.additions`).
+    is fixed to the same interface as the flywheel. Optional parts are for the levels that need them; ``damper`` is used
+    only if it is requested. ``frame``, ``body`` and ``connection`` are added to crank and block
+    (:mod:`cranktrain.engine.additions`).
     """
 
     name: str
@@ -110,7 +110,7 @@ class Engine:
 
     @property
     def plain_mains(self) -> parts.JournalBearing:
-        """Plain main bearing, for what needs an oil film; ``InputError`` where the mains are rollers."""
+        """Plain main bearing, for computations with an oil film; ``InputError`` if the mains are rollers."""
         if self.main_bearing is None:
             raise InputError(
                 f"engine '{self.name}' has no [main_bearing]: its mains are roller bearings without an oil film; "
@@ -134,7 +134,7 @@ class Engine:
         return replace(self, frame=(), body=(), connection=())
 
     def refuse_additions(self, what: str) -> None:
-        """Refuse, for ``what`` does not know them, bodies and connections that the file adds; ``InputError``."""
+        """Refuse bodies and connections added by the file, which ``what`` does not support; ``InputError``."""
         if self.body or self.connection:
             raise InputError(
                 f"engine '{self.name}' has added bodies and connections, of which {what} know nothing; "

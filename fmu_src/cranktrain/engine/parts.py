@@ -11,7 +11,7 @@ from cranktrain.engine import quantities as q
 
 
 class Relief(NamedTuple):
-    """Axial profile of a shell: depth (m), share of each half width, exponent; :mod:`cranktrain.film.contact.gap`."""
+    """Axial profile of a shell: depth (m), part of each half width, exponent; :mod:`cranktrain.film.contact.gap`."""
 
     depth: float = 0.0
     share: float = 0.5
@@ -164,10 +164,10 @@ class PlainBearing:
 
 @dataclass(frozen=True, kw_only=True)
 class JournalBearing(PlainBearing):
-    """Main bearing: a plain bearing, its linear stand-in (N/m, N s/m), and how far its shell is relieved at its edges.
+    """Main bearing: a plain bearing, its linear stand-in (N/m, N s/m), and the relief of its shell at the edges.
 
-    ``stiffness_x`` and ``stiffness_y`` are the film's; ``block_stiffness_x`` and ``block_stiffness_y`` the bore's share
-    in series where the block is the rigid ground. The relief is ``relief_depth`` at the edge and rises over
+    ``stiffness_x`` and ``stiffness_y`` belong to the film; ``block_stiffness_x`` and ``block_stiffness_y`` represent
+    the block in series if the block level is ``ground``. The relief is ``relief_depth`` at the edge and rises over
     ``relief_share`` of each half width with ``relief_exponent``.
     """
 
@@ -189,7 +189,7 @@ class JournalBearing(PlainBearing):
 
     @property
     def in_rigid_bores(self) -> JournalBearing:
-        """The bearing without the block's share."""
+        """The bearing without the block's stiffness."""
         return replace(self, block_stiffness_x=math.inf, block_stiffness_y=math.inf)
 
     @property
@@ -285,7 +285,7 @@ class Oil:
 
 @dataclass(frozen=True, kw_only=True)
 class PistonGuidance:
-    """How a piston is carried across its cylinder: two layers of springs between skirt and liner.
+    """Support of a piston across its cylinder: two layers of springs between skirt and liner.
 
     Heights are those above the pin; ``mass_height`` is that of the piston's centre of mass, ``tilt_inertia`` the moment
     of inertia about an axis through it along the crank. ``clearance`` is the skirt's radial play, 0 for springs without
@@ -320,7 +320,7 @@ class DriveLine:
 
 @dataclass(frozen=True, kw_only=True)
 class AxialPath:
-    """How the drive line holds the crank along its axis (SI).
+    """Axial path: support of the crank along its axis by the drive line (SI).
 
     A ``mass`` of the connecting shaft moves along the axis, held at the dynamometer by ``stiffness`` and ``damping``.
     The ``joint`` between flywheel and shaft gives by ``joint_stiffness`` and ``joint_damping``. A ``bolted`` joint does

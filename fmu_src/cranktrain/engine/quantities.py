@@ -1,4 +1,4 @@
-"""What the values of an engine file measure and may be: the annotations of their fields.
+"""Quantities and ranges of an engine file's values: the annotations of their fields.
 
 The reader of engine files takes units from them, :func:`check_values` bounds. Everything is a float in SI.
 """
@@ -51,13 +51,13 @@ UNITS: dict[str, dict[str, float]] = {
 }
 OFFSETS = {"degC": ZERO_CELSIUS}
 ROUNDING = 1e-9
-"""Share of an end of a range by which a value converted to SI may miss it."""
+"""Relative tolerance at the ends of a range, for values converted to SI."""
 
 
 class Quantity(NamedTuple):
-    """What a field measures and the range it lies in, both ends included, in the unit that messages use; a hint.
+    """Quantity of a field and its range, both ends included, in the unit that messages use; a hint.
 
-    Ranges are wide: from models that stand on a table to marine engines. Beyond them a value is a slip.
+    Ranges are wide, from table-top models to marine engines. A value outside its range is a mistake.
     """
 
     dimension: str
@@ -67,7 +67,7 @@ class Quantity(NamedTuple):
     hint: str = "check its unit"
 
     def wrong(self, value: float) -> str:
-        """What is wrong with a value (SI); empty where nothing is."""
+        """Fault of a value (SI); empty if there is none."""
         unit = self.unit or next(iter(UNITS[self.dimension]))
         scale, shift = UNITS[self.dimension][unit], OFFSETS.get(unit, 0.0)
         low, high = (end * scale + shift for end in (self.low, self.high))
@@ -86,7 +86,7 @@ class OneOf(NamedTuple):
     names: tuple[str, ...]
 
     def wrong(self, value: str) -> str:
-        """What is wrong with a name; empty where nothing is."""
+        """Fault of a name; empty if there is none."""
         return "" if value in self.names else f"unknown {self.noun} '{value}'; {nearest(value, self.names)}"
 
 
@@ -214,7 +214,7 @@ TorsionalSource = Annotated[str, OneOf("source", TORSIONAL_SOURCES)]
 
 @cache
 def kinds(part: type) -> dict[str, tuple[type, bool, Any]]:
-    """Fields of a dataclass: type of a value, whether there are many, and what it measures (None where unsaid)."""
+    """Fields of a dataclass: type of a value, whether it is a list, and its quantity (None if not stated)."""
     found = {}
     for name, hint in get_type_hints(part, include_extras=True).items():
         many = get_origin(hint) is tuple

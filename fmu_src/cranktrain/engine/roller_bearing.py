@@ -1,4 +1,4 @@
-"""What a cylindrical roller bearing is, and which values describe one: refused in one line before anything is computed.
+"""Description of a cylindrical roller bearing; invalid values are refused in one line before any computation.
 
 Contacts and travel: :mod:`cranktrain.film.laws.roller_contacts`, which computes with these bearings.
 """
@@ -80,7 +80,7 @@ def iso_profile(length: float, diameter: float) -> float:
 
 
 def check_roller_bearing(bearing: RollerBearing) -> None:
-    """Refuse what is no cylindrical roller bearing.
+    """Refuse values that do not describe a cylindrical roller bearing.
 
     Raises ``InputError``: one line that starts with the quantity.
     """

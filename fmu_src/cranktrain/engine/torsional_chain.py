@@ -7,9 +7,9 @@
                                       loss_factor = 0.0
                                       ratio = 1.0
 
-A disc's ``damping`` is absolute, a shaft's is relative. ``ratio`` is that of a gear at the shaft's first end: the shaft
-twists by ratio θ₁ − θ₂ and loads disc 1 by ratio times its torque. Without ``stiffness`` it is a rigid mesh,
-θ₂ = ratio θ₁, and disc 2 is no coordinate of its own. ``"ground"`` in place of a disc is at rest.
+A disc's ``damping`` is absolute, a shaft's is relative. ``ratio`` is the ratio of a gear at the shaft's first end: the
+shaft twists by ratio θ₁ − θ₂ and loads disc 1 by ratio times its torque. A shaft without ``stiffness`` is a rigid gear
+mesh, θ₂ = ratio θ₁, and disc 2 has no coordinate of its own. ``"ground"`` in place of a disc is at rest.
 
 The same as CSV, one line a disc and the shaft that leaves it, to the disc of the next line or to ``to``:
 
@@ -17,8 +17,8 @@ The same as CSV, one line a disc and the shaft that leaves it, to the disc of th
     main[7],0.02,0,,1.9e6,2.0,,
     flywheel,0.87,0,,,,,
 
-A shaft is there where one of its columns is filled. A disc with several shafts stands on several lines, its inertia on
-the first; so does an end that is no disc, without inertia.
+A line has a shaft if one of the shaft's columns is filled. A disc with several shafts has several lines, with its
+inertia on the first. An end that is not a disc is written in the same way, without inertia.
 
 In place of a crank a chain is taken by :mod:`cranktrain.structure.crank.chain`. As drive line behind the flywheel, see
 :mod:`cranktrain.loads.torsional_line`, it ends at ``flywheel`` and ``dynamometer``, which are no discs of the table.
@@ -45,7 +45,7 @@ GROUND = "ground"
 MOST_ROWS = 1000
 FLYWHEEL, DYNAMOMETER = "flywheel", "dynamometer"
 LINE_ENDS = (FLYWHEEL, DYNAMOMETER)
-"""What a drive line joins; no discs of its table."""
+"""Ends of a drive line; they are not discs of its table."""
 SHAFT_COLUMNS = {
     "to": "between",
     "stiffness": "stiffness",
@@ -53,7 +53,7 @@ SHAFT_COLUMNS = {
     "loss_factor": "loss_factor",
     "ratio": "ratio",
 }
-"""Columns of a CSV table that are a shaft's, and what they are called there."""
+"""Columns of a CSV table for a shaft, and the corresponding keys."""
 DISC_COLUMNS = {"disc": "name", "inertia": "inertia", "damping": "damping"}
 
 
@@ -302,7 +302,7 @@ def read_drive_line(path: str | Path) -> DriveLineChain:
 
 
 def coordinates(chain: Chain, where: str = "chain") -> Array:
-    """Rotations (discs, n) of the discs by the coordinates that rigid meshes leave."""
+    """Rotations (discs, n) of the discs by the independent coordinates (rigid meshes eliminate the others)."""
     # Every disc turns by a factor times the leader of its group.
     leader, factor = list(range(len(chain.discs))), np.ones(len(chain.discs))
     for k, shaft in enumerate(chain.shafts, 1):

@@ -34,7 +34,7 @@ from cranktrain.fmu.terminals_and_icons import FOLDER, icons, terminals_and_icon
 from cranktrain.store.whole_file import Kind, check_place, marked, whole_file
 
 CARRIED = Path(__file__).parent / "carried"
-"""What a wheel carries of the repository, see setup.py."""
+"""Parts of the repository in a wheel, see setup.py."""
 ROOT = CARRIED if CARRIED.is_dir() else SOURCES.parent
 DESCRIPTION = ROOT / "modelDescription"
 SLAVE = (CARRIED if CARRIED.is_dir() else SOURCES) / "cranktrain_slave.py"
@@ -57,10 +57,10 @@ class Product:
     title : of the documentation
     interface : its variables
     counts : members of each family of variables, see :func:`cranktrain.fmu.description.expand`
-    pages : folder of ``documentation/index.html``, what stands in ``frame.html``, and of ``model.png``
+    pages : folder of ``documentation/index.html``, ``frame.html`` and ``model.png``
     running : module that the slave asks for ``read_model``, ``simulation`` and ``announced_compilation``
-    data : what ``read_model`` reads
-    starts : values of the data that variables start from
+    data : input of ``read_model``
+    starts : values of the data that are start values of variables
     fixed : settings that no variable changes
     """
 
@@ -108,7 +108,7 @@ def fmu_path(product: Product, folder: str | Path) -> Path:
 
 
 def need_sources() -> None:
-    """``InputError`` where the sources of the FMU do not lie beside the package."""
+    """``InputError`` if the sources of the FMU are not beside the package."""
     if not (DESCRIPTION / "interface.toml").is_file() or not SLAVE.is_file():
         raise InputError(
             f"an FMU is built from cranktrain's clone or wheel; {ROOT} has no modelDescription or {SLAVE.name}: "
@@ -161,7 +161,7 @@ def _csv(rows: list[list[str]]) -> bytes:
 
 @dataclass(frozen=True)
 class Contents:
-    """What goes into resources/: names, and bytes by name."""
+    """Contents of resources/: names, and bytes by name."""
 
     model: str
     guid: str
@@ -324,7 +324,7 @@ REFERENCE = {
     "_ref.csv": "reference of an FMU of cranktrain",
     "_ref.opt": "options of a reference of cranktrain",
 }
-"""Endings of the files of a reference run, and what they are."""
+"""File name endings of a reference run, and their contents."""
 XML = marked("model description of cranktrain", 'author="Cranktrain')
 
 

@@ -52,12 +52,9 @@ def build_fmu(
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
     platforms : of a native FMU, which needs no Python (``linux64``, ``win64``), without any this machine's; empty: the
         Python FMU
-    say : told each stage of long work
+    say : gets each stage of long work
 
-    Raises
-    ------
-    InputError
-        what cannot be read or built
+    Raises ------ InputError for input that cannot be read or built
     """
     full_interface()
     platforms = usual_platforms(say) if platforms is None else [checked_platform(name).folder for name in platforms]
@@ -117,7 +114,7 @@ def whole_model(
     body: str | Path | None = None,
     say: Progress = lambda text: None,
 ) -> FlatModel:
-    """An engine with what each of its levels needs, from the cache or made now; see :func:`build_fmu`."""
+    """An engine with the data of all its levels, from the cache or made now; see :func:`build_fmu`."""
     if not block:
         engine = replace(engine, block=None)
 
@@ -158,7 +155,7 @@ def is_scene(name: str | Path) -> bool:
 def build_scene(
     scene: Scene, folder: str | Path, say: Progress = lambda text: None, platforms: Sequence[str] = ()
 ) -> Path:
-    """Plan a scene and write its FMU into ``folder``; returns its path. Says what it carries and how large it is."""
+    """Plan a scene and write its FMU into ``folder``; returns its path. Prints its contents and size."""
     from cranktrain.studies.planning.planning import plan
     from cranktrain.studies.planning.scene_model import SceneModel
 

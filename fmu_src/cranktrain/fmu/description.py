@@ -44,7 +44,7 @@ REGISTERS: dict[str, Callable[[], dict[str, str]]] = {
     "dampers": lambda: _titles(DAMPERS.values()),
     "integrators": lambda: _titles(INTEGRATORS.values()),
 }
-"""Registers that interface.toml names: the names of their rows and what they are."""
+"""Registers named in interface.toml: the names of their rows and their titles."""
 
 TYPES = ("Real", "String")
 _NAMED = re.compile(r"\[[^\]]*[^\d,\]]")
@@ -86,7 +86,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Interface:
-    """What interface.toml and units.toml say.
+    """Contents of interface.toml and units.toml.
 
     ``speed`` is the input that holds the engine's speed. ``reference`` are the inputs of the reference run, linear from
     the start of the default experiment to its end; without values they stay at their start.
@@ -231,17 +231,17 @@ def naming(variables: Sequence[Variable]) -> str:
 
 
 def plain(variable: Variable) -> dict[str, Any]:
-    """What a slave needs to know of a variable, JSON-able."""
+    """Description of a variable for a slave, JSON-able."""
     keep = ("name", "causality", "type", "start", "min", "max", "choices", "setting", "reference", "description")
     return {key: value for key, value in asdict(variable).items() if key in keep}
 
 
 def complete(root: Element, interface: Interface, variables: Sequence[Variable], guid: str) -> None:
-    """Add to the wrapping library's model description what it leaves out, in place.
+    """Add missing entries to the wrapping library's model description, in place.
 
     Units, start values in full precision, bounds, the order of interface.toml, the default experiment, InitialUnknowns,
-    and the dependencies of outputs. Outputs are computed in doStep and do not answer to an input before the next one:
-    their list of dependencies is empty. In initialization mode they depend on everything, the default of FMI.
+    and the dependencies of outputs. Outputs are computed in doStep and depend on an input only from the next step on,
+    so their list of dependencies is empty. In initialization mode they depend on everything, the default of FMI.
     """
     root.set("guid", guid)
     root.set("description", interface.description)

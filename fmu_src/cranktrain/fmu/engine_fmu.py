@@ -49,7 +49,7 @@ def product(
     fixed: Mapping[str, Any] = MappingProxyType({}),
     suffix: str = "",
 ) -> Product:
-    """What goes into the FMU of an engine, see :func:`build`."""
+    """Contents of the FMU of an engine, see :func:`build`."""
     return Product(
         model=model_name(engine, interface, suffix),
         title=engine.title,
@@ -63,13 +63,13 @@ def product(
 
 
 def full_interface() -> Interface:
-    """The interface with all variables; ``InputError`` where the sources of the FMU do not lie beside the package."""
+    """The interface with all variables; ``InputError`` if the sources of the FMU are not beside the package."""
     need_sources()
     return read_interface(DESCRIPTION)
 
 
 def engine_interface(engine: Engine) -> Interface:
-    """The full interface with what the bodies and connections show that an engine's file adds."""
+    """The full interface with the outputs of bodies and connections that an engine's file adds."""
     interface = full_interface()
     more = tuple(
         Variable(

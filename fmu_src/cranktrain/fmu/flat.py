@@ -63,11 +63,12 @@ _SHAPES = ("coefficients", "compliance", "load_coupling", "captured")
 
 
 class FlatModel(NamedTuple):
-    """What a flat binary holds.
+    """Contents of a flat binary.
 
     ``cranks`` are crankshafts by their level, ``damped`` likewise those with the damper's housing on the pulley.
     ``added`` are shafts and bodies from files that the engine adds, by their name.
-    ``bore`` moves as a whole, on ground; ``block_bore`` leaves that to the modes of a flexible block.
+    ``bore`` includes its motion as a whole, on ground; for ``block_bore`` this motion is in the modes of a flexible
+    block.
     """
 
     engine: Engine
@@ -116,7 +117,7 @@ def to_bytes(model: FlatModel) -> bytes:
 
 
 def _about(body: ReducedBody) -> dict[str, Any]:
-    """What a body holds besides arrays."""
+    """Contents of a body other than arrays."""
     return {
         "schema": BODY_SCHEMA,
         "name": body.name,
@@ -133,7 +134,7 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
     Parameters
     ----------
     data : the bytes
-    name : what to call them in an error
+    name : name of the data in an error
 
     Raises
     ------

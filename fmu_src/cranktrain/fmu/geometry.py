@@ -1,8 +1,8 @@
-"""Geometry in a cranktrain FMU: dimensions that partners read, and those of them that may be set.
+"""Geometry in a cranktrain FMU: dimensions for other modules, and the dimensions that may be set.
 
-Bore and compression ratio act through the gas alone and may differ from the engine file's, the bore on ground only: a
-flexible block was made round it. Crank and rods were made for all else, which must be theirs, so that a parameter set
-of another engine is noticed.
+Bore and compression ratio act through the gas only and may differ from the engine file's values. The bore may differ on
+ground only, because a flexible block was made for its bore. All other dimensions must equal those of crank and rods, so
+a parameter set of another engine is noticed.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ def start_values(engine: Engine) -> dict[str, Any]:
 
 
 def with_geometry(engine: Engine, chosen: Mapping[str, Any], names: Mapping[str, str]) -> tuple[Engine, dict[str, Any]]:
-    """The engine with the dimensions among ``chosen``, and what else was chosen.
+    """The engine with the dimensions among ``chosen``, and the other chosen values.
 
     Parameters
     ----------
     chosen : values by setting; a cylinder's firing angle is ``firing_angles[1]``
-    names : what the FMU calls a setting
+    names : the FMU's names of settings
 
     Raises
     ------

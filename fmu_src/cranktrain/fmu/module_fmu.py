@@ -14,7 +14,7 @@ from cranktrain.modules.register import Module, module_of
 
 
 def module_product(path: str | Path) -> Product:
-    """What goes into the FMU of a module file; ``InputError`` where the file cannot be used."""
+    """Contents of the FMU of a module file; ``InputError`` if the file cannot be used."""
     module = module_of(Path(path))
     made = module.read(Path(path))
     interface = module_interface(module)

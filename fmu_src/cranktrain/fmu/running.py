@@ -1,4 +1,4 @@
-"""What an FMU's slave asks of the package: the model's data, and a simulation at the levels of its parameters."""
+"""Functions for an FMU's slave: the model's data, and a simulation at the levels of its parameters."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from cranktrain.loads.gas_pressure import GasTrace
 __all__ = ["announced_compilation", "read_model", "simulation"]
 
 COMPILATION = "four minutes"
-"""What all kernels of a level take, measured from an empty cache, see docs/fmu.md."""
+"""Compilation time of all kernels of a level, measured from an empty cache, see docs/fmu.md."""
 _PARTS = {
     "block": ("block", "the reduced block"),
     "table": ("bearings", "the film table of the main bearings"),
     "bore": ("bearings", "the elastic bore of the main bearings"),
     "big_end_table": ("big_ends", "the film table of the big ends"),
 }
-"""Parts of a run: the setting that asks for them, and what they are called."""
+"""Parts of a run: the setting that needs them, and their names."""
 
 
 def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Simulation:
@@ -38,9 +38,9 @@ def simulation(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, 
 
 
 class Chosen(NamedTuple):
-    """What a simulation of chosen levels is made of, in the order of its parameters.
+    """Input of a simulation at chosen levels, in the order of its parameters.
 
-    ``settings`` leave open what nobody chose: what they amount to depends on what is chosen later.
+    ``settings`` may be incomplete: their defaults depend on later choices.
     """
 
     engine: Engine
@@ -51,11 +51,11 @@ class Chosen(NamedTuple):
 
 
 def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[str, str]) -> Chosen:
-    """What a simulation is made of at the levels of ``chosen``, the values of settings.
+    """Input of a simulation at the levels of ``chosen``, the values of settings.
 
     Parameters
     ----------
-    names : what the FMU calls a setting
+    names : the FMU's names of settings
 
     Raises
     ------
@@ -82,7 +82,7 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
 
 
 def announced_compilation(instance: str) -> AbstractContextManager[None]:
-    """Let the user of an instance know what takes so long while kernels compile."""
+    """Tell the user of an instance that kernels are being compiled."""
     return announced(instance, COMPILATION)
 
 

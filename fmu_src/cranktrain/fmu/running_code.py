@@ -16,7 +16,7 @@ from cranktrain.film.laws.register import forms
 SOURCES = Path(__file__).resolve().parents[2]
 """Folder of the package."""
 RUNNING = "cranktrain.fmu.running"
-"""What the slave of a cranktrain asks; other modules have their own."""
+"""Module that the slave of a cranktrain uses; other modules have their own."""
 FOREIGN = {"numpy", "numba", "llvmlite"} | set(sys.stdlib_module_names)
 
 
@@ -32,8 +32,8 @@ def registered_modules() -> list[str]:
 def running_code(running: str = RUNNING) -> dict[str, bytes]:
     """Source of every module that a running model imports, by path inside the package.
 
-    Follows module-level imports from ``running``, of the cranktrain's what the registers name, and texts of the form
-    ``"package.module:name"``; refuses what an FMU cannot carry.
+    Follows module-level imports from ``running``, for the cranktrain also the modules named in registers, and texts of
+    the form ``"package.module:name"``. Refuses modules that an FMU cannot contain.
     """
     found: dict[str, bytes] = {}
     waiting = [running, *(registered_modules() if running == RUNNING else [])]

@@ -1,7 +1,8 @@
-"""The interface of a scene's FMU: of the full list of variables those that its levels answer and its user wants.
+"""The interface of a scene's FMU: the variables that its levels provide and the scene lists.
 
-Inputs stay. Outputs are those of the scene, the crank's angle and speed, and the solver's own. Levels are no parameters
-any more: the FMU holds the data of one level of each kind. What remains starts as the plan has it.
+All inputs are included. Outputs are the outputs of the scene, the crank's angle and speed, and outputs of the solver.
+Levels are not parameters, because the FMU holds the data of one level of each kind. Start values of the remaining
+parameters are those of the plan.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ ALWAYS = ("crank.angle", "crank.speed")
 
 
 def carried_engine(plan: Plan) -> Engine:
-    """The engine without the parts that the plan's levels leave aside."""
+    """The engine without the parts that the plan's levels do not use."""
     scene = plan.scene
     engine = scene.engine
     if scene.block != "flexible":
@@ -69,7 +70,7 @@ def scene_interface(interface: Interface, plan: Plan, model: SceneModel, counts:
 
 
 def scene_suffix(plan: Plan) -> str:
-    """What the scene's name adds to the model's: its words, capitalised."""
+    """Suffix of the model's name from the scene's name: its words, capitalised."""
     return "".join(part.capitalize() for part in re.split(r"[^A-Za-z0-9]+", plan.scene.name))
 
 

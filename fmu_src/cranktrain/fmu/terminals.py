@@ -1,4 +1,4 @@
-"""The register of terminals: what passes between two modules of the virtual engine, or must be equal in them.
+"""The register of terminals: variables exchanged between modules of the virtual engine, or equal in all of them.
 
 Entries of an interface.toml name the terminals that they belong to.
 """
@@ -13,7 +13,7 @@ PLUG, BUS = "plug", "bus"
 
 @dataclass(frozen=True)
 class Terminal:
-    """What two modules exchange.
+    """Variables exchanged between two modules.
 
     Attributes
     ----------
@@ -40,4 +40,4 @@ TERMINALS = {
     "valves": Terminal(PLUG, "Combustion and valve train: lifts of the valves", (60, 62.5), (44, 110, 170)),
     "geometry": Terminal(BUS, "Dimensions that modules of one engine have in common", (100, 0), (90, 130, 60)),
 }  # fmt: skip
-"""The terminals by name: one of each pair of modules, and one of what all must agree in."""
+"""The terminals by name: one for each pair of modules, and one for the values that are equal in all."""

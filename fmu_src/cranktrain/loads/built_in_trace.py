@@ -23,9 +23,9 @@ VALUE, LINEAR, SQUARE, CUBE = range(4)
 MOTORED, FIRED, SECOND, TRACE_ROWS = range(4)
 
 KINKS, APART = 4, math.radians(5.0)
-"""Most kinks of a trace that are kept, and how far they lie apart at least."""
+"""Largest number of kinks of a trace, and their least distance."""
 NO_KINK = -1.0
-"""Stands where a trace has fewer."""
+"""Placeholder if a trace has fewer."""
 LEAST_KINK = 0.1
 """Jump of the third derivative, over the largest, from which on it counts."""
 STEPS = 4
@@ -153,7 +153,7 @@ def pressure_slope(constants, heat, mass_r, angle, pressure, place):
 def fill_spline(samples, second, table):
     """Periodic cubic spline through uniform ``samples`` (n,): ``table`` (n, 4); ``second`` (n,) is scratch."""
     n = samples.shape[0]
-    # All images of a period at once: what comes from a full turn before is λⁿ of it.
+    # All images of a period at once: the contribution of the previous turn is multiplied by λⁿ.
     turn = 1.0 / (1.0 - ROOT**n)
     ahead = 0.0
     behind = 0.0
@@ -164,7 +164,7 @@ def fill_spline(samples, second, table):
         power *= ROOT
     ahead *= turn
     behind *= turn
-    # ``behind`` sums over what lies before the last value, ``ahead`` over what lies after the first one.
+    # ``behind`` sums over points before the last value, ``ahead`` over points after the first one.
     for i in range(n):
         behind = bend(samples, i) + ROOT * behind
         second[i] = behind

@@ -11,15 +11,15 @@ viscosity without shear falls with temperature as η₀(T) = η₂₅ exp[B (1/T
 
 * ``newtonian`` keeps it: c = S η₀;
 * ``shear-thinning`` follows Carreau at every instant, η = η₀ [1 + (λγ̇)²]^((n−1)/2);
-* ``complex-modulus`` has G* = iω η₀ / [1 + (iωλ)^(1−n)] (Cole and Cole), whose size falls over ω as Carreau's viscosity
-  does over γ̇ (the rule of Cox and Merz). In time it is the pair k = S G'(ω₀), c = S G''(ω₀)/ω₀ (Kelvin and Voigt) of
-  the one frequency ω₀ at which it is linearised: right there, and nowhere else.
+* ``complex-modulus`` has G* = iω η₀ / [1 + (iωλ)^(1−n)] (Cole and Cole). Its modulus over ω falls over ω like Carreau's
+  viscosity over γ̇ (the rule of Cox and Merz). In time it is the pair k = S G'(ω₀), c = S G''(ω₀)/ω₀ (Kelvin and Voigt)
+  of the frequency ω₀ at which it is linearised; it is exact at ω₀ only.
 
 The time λ = η₀(T)/τ* with a critical stress τ* that temperature leaves alone (time–temperature superposition).
 
 *Rubber*: k as given and c = d k/ω₀ with the loss factor d at ω₀, the same at all temperatures of its range.
 
-The damper is as warm as a table over speed says, or its heat balance T = T_a + P/(α A).
+The temperature of the damper comes from a table over speed, or from the heat balance T = T_a + P/(α A).
 
 Sources: P. J. Carreau, Trans. Soc. Rheol. 16 (1972) 99; K. S. Cole, R. H. Cole, J. Chem. Phys. 9 (1941) 341; W. P. Cox,
 E. H. Merz, J. Polym. Sci. 28 (1958) 619; Shin-Etsu, KF-96 performance test results (lg η = 763.1/T + const for
@@ -77,7 +77,7 @@ def damper_parameters(damper: Damper, temperature: float, frequency: float | Non
 
 
 def damper_constants(damper: Damper, frequency: float | None = None) -> Array:
-    """What :func:`damper_at` reads of a damper, (DAMPER_CONSTANTS,); raises as :func:`damper_parameters` does."""
+    """Constants of a damper for :func:`damper_at`, (DAMPER_CONSTANTS,); raises like :func:`damper_parameters`."""
     omega = 2.0 * math.pi * (damper.frequency if frequency is None else frequency)
     if not 0.0 < omega < math.inf:
         raise InputError(f"a damper is linearised at a positive frequency, got {omega / (2.0 * math.pi):g} Hz")
@@ -181,9 +181,9 @@ def power_warning(damper: Damper, power: float) -> str | None:
 
 
 def with_damper_housing(engine: Engine) -> Engine:
-    """The engine whose pulley carries its damper: mass, housing inertia, and the ring's share in tilting.
+    """The engine with its damper on the pulley: mass, housing inertia, and the ring's inertia in tilting.
 
-    The ring's own rotation is a coordinate besides; across and in tilt it moves with the housing.
+    The ring's own rotation is an additional coordinate; across and in tilt it moves with the housing.
 
     Raises
     ------

@@ -49,8 +49,8 @@ class GasTrace:
     motored, fired : (n,) Pa
     imep : net indicated mean effective pressure of the fired trace over 720 degrees, Pa
     best_speed : rad/s, speed of the full-load trace
-    falloff : share of the burn's effect that is lost at twice that speed; 0 for a measured trace
-    source : what the trace was made from, for reports
+    falloff : fraction of the burn's effect that is lost at twice that speed; 0 for a measured trace
+    source : origin of the trace, for reports
     """
 
     motored: Array
@@ -116,7 +116,7 @@ class GasTrace:
 
         fired, source = read_pressure(path, unit, dead_centre_deg, SAMPLES)
         return cls(
-            # the file tells the pressure at the end of the intake stroke, from which motoring compresses
+            # the file gives the pressure at the end of the intake stroke, the start of the motored compression
             motored=_trace(engine, 0.0, intake_pressure=float(fired[SAMPLES * 3 // 4])),
             fired=fired,
             imep=mean_effective_pressure(engine, fired),

@@ -1,13 +1,13 @@
 """Piston and liner: a rigid piston carried across the cylinder by two layers of springs on its skirt.
 
 The piston moves across by x (its axis at the height of the pin) and tilts by τ about the crank's direction. A layer at
-the height y_j above the pin meets the liner's wall, which stands at w_j there, with
+the height y_j above the pin meets the liner's wall, whose position there is w_j, with
 
     gap_j = x − τ y_j − w_j,     F_j = −k_j s(gap_j) − c_j gap_j'
 
-where s is the gap itself, or with skirt clearance what exceeds it (a parabola of width ``SMOOTH`` clearances joins
-both). The rod pushes the pin across with N and lifts it by L; gas and inertia along the cylinder press on the piston's
-axis, so a pin offset e tilts it:
+where s is the gap itself, or, with skirt clearance, the part of the gap beyond the clearance (a parabola of width
+``SMOOTH`` clearances joins both). The rod pushes the pin across with N and lifts it by L; gas and inertia along the
+cylinder press on the piston's axis, so a pin offset e tilts it:
 
     (m_p + m_s) x'' − m_p y_c τ''         = N + F_1 + F_2
     −m_p y_c x'' + (J + m_p y_c²) τ''     = −y_1 F_1 − y_2 F_2 + e (L − m_s a_P) + m_p y_c τ a_P

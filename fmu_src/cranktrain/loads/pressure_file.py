@@ -37,9 +37,9 @@ WIDEST_GAP = 40.0
 HEADER_LINES = 3
 LARGEST = 1e12
 """Beyond which a number is no angle or pressure in any unit."""
-# What is doubtful in a trace, said once it is read.
+# Warnings about a trace, issued after it is read.
 LEAST_RATIO = 3.0
-"""Peak over least pressure: what the weakest compression makes of an intake's pressure."""
+"""Least ratio of peak to lowest pressure: that of the weakest compression of the intake's pressure."""
 LARGEST_NOISE = 0.03
 """Standard deviation of the points over the peak."""
 SECOND_PEAK, APART = 0.95, 90.0
@@ -55,7 +55,7 @@ _FINE = 2880
 def read_pressure(
     path: str | Path, unit: str | None, dead_centre_deg: float | None, n: int
 ) -> tuple[NDArray[np.float64], str]:
-    """Absolute pressure at ``n`` uniform crank angles after firing dead centre, Pa, and a line that says how it came.
+    """Absolute pressure at ``n`` uniform crank angles after firing dead centre, Pa, and a line on its origin.
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ def read_pressure(
     InputError
         one line with file and row: not readable, empty, NaN, negative, too short, wrong unit, dead centre not found
 
-    Warns, one line each, of what is hardly a cylinder's pressure: constant, noisy, with two peaks, points that
-    contradict each other, or a gap at the peak.
+    Warns, one line each, of an unlikely cylinder pressure: constant, noisy, with two peaks, contradictory points, or a
+    gap at the peak.
     """
     name = Path(path).name
     angle, pressure, found = _points(path, name, unit)
@@ -144,7 +144,7 @@ def _stated(header: list[list[str]], unit: str | None, name: str) -> PressureUni
 
 
 def _absolute(pressure: Array, unit: PressureUnit, name: str) -> Array:
-    """Pressures in Pa; refuses what is no engine's."""
+    """Pressures in Pa; refuses values that no engine has."""
     absolute = pressure * unit.scale + unit.zero
     peak = float(absolute.max())
     if not 0.1 * LOWEST_PEAK <= peak <= 2.0 * HIGHEST_PEAK:
@@ -192,7 +192,7 @@ def _one_cycle(angle: Array, pressure: Array, name: str) -> tuple[Array, Array, 
 
 
 def _doubts(x: Array, y: Array, noise: float, smooth: Array, conflict: tuple[float, float]) -> Iterator[str]:
-    """What is hardly a cylinder's pressure; angles in messages are those after firing dead centre."""
+    """Warnings of an unlikely cylinder pressure; angles in messages are those after firing dead centre."""
     peak, at = float(smooth.max()), float(smooth.argmax()) * PERIOD / _FINE
     if peak < LEAST_RATIO * smooth.min():
         yield f"pressures of {1e-5 * smooth.min():.3g} to {1e-5 * peak:.3g} bar are nearly constant: no compression"
@@ -239,7 +239,7 @@ def _noise(x: Array, y: Array) -> float:
 
 
 def _smooth(x: Array, y: Array, noise: float) -> Array:
-    """Periodic smoothing spline of the points at 2880 uniform angles that misses them by ``noise`` (RMS) at most."""
+    """Periodic smoothing spline at 2880 uniform angles that deviates from the points by ``noise`` (RMS) at most."""
     wrapped = np.concatenate((x[-4:] - PERIOD, x, x[:4] + PERIOD))
     grid = np.arange(_FINE) * (PERIOD / _FINE)
     joined = PchipInterpolator(wrapped, np.concatenate((y[-4:], y, y[:4])))(grid)

@@ -15,7 +15,7 @@ UNITS = {
 }  # fmt: skip
 """Pa in each unit; followed by g (psig, barg, kPag) it counts from one standard atmosphere, by a it is absolute."""
 BY_SIZE = ("Pa", "kPa", "bar", "MPa")
-"""Units that the size of an engine's peak tells apart, ``LOWEST_PEAK`` to ``HIGHEST_PEAK``, Pa."""
+"""Units that can be distinguished by the size of an engine's peak, ``LOWEST_PEAK`` to ``HIGHEST_PEAK``, Pa."""
 LOWEST_PEAK, HIGHEST_PEAK = 3e6, 3e7
 _SPELT = {unit.lower().replace("/", ""): unit for unit in UNITS}
 _FOREIGN = {"torr", "mmhg", "inhg", "mmh2o", "inh2o", "psf", "ksi", "gpa", "dbar", "ubar", "tsi", "pz", "v"}

@@ -18,7 +18,7 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import put_four
 from cranktrain.engine.parts import Rod
 
-# What rod_force writes behind the force.
+# Values that rod_force writes after the force.
 BY_X, BY_VX, BY_ACCELERATION, PISTON, PISTON_VELOCITY, PISTON_ACCELERATION = 2, 4, 6, 10, 11, 12
 
 

@@ -1,14 +1,15 @@
 """The drive line behind the flywheel: the connecting shaft, or a chain of discs, shafts, gears and branches.
 
-Discs are rotors that turn freely about the crank's axis, shafts force laws between them, as the connecting shaft is.
-Turned by gears, a disc runs at g times the crank's speed; its motion ψ is what it turns more than g times the frame. A
-shaft with a gear of ratio r at its first end twists by r θ₁ − θ₂ (:mod:`cranktrain.engine.torsional_chain`), and as
-gears fit together, r g₁ = g₂, by r ψ₁ − ψ₂ alone: the frame's own angle drops out. The dynamometer, whose speed is
-given, falls back by g δ as the frame leads it by δ.
+Discs are rotors that turn freely about the crank's axis. Shafts are force laws between them, like the connecting shaft.
+A disc behind gears runs at g times the crank's speed; its motion ψ is its rotation minus g times the frame's rotation.
+A shaft with a gear of ratio r at its first end twists by r θ₁ − θ₂ (:mod:`cranktrain.engine.torsional_chain`).
+Consistent gears have r g₁ = g₂, so the twist is r ψ₁ − ψ₂ and does not depend on the frame's angle. If the frame leads
+the dynamometer of given speed by δ, the dynamometer's motion is −g δ.
 
-A disc's absolute damping acts on what it turns against uniform rotation at the given speed; where a torque loads the
-dynamometer, against the frame. A loss factor η damps as η k/ω₁ does, with ω₁ the first natural frequency of the line
-with the crank as one rigid inertia: as much as hysteresis there, more in its higher modes.
+A disc's absolute damping acts on its motion relative to uniform rotation at the given speed, or relative to the frame
+if a torque loads the dynamometer. A loss factor η is replaced by the damping η k/ω₁, where ω₁ is the first natural
+frequency of the line with the crank as one rigid inertia. This damping equals hysteresis at ω₁ and is larger in higher
+modes.
 
 Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956), geared and branched systems.
 """
@@ -53,7 +54,7 @@ class TorsionalLine(NamedTuple):
 
     @property
     def interfaces(self) -> tuple[str, ...]:
-        """Names of the rotors as interfaces of what turns."""
+        """Names of the rotors as interfaces of the rotating body."""
         return tuple(f"line[{name}]" for name in self.names)
 
     @property

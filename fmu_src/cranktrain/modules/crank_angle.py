@@ -24,7 +24,7 @@ BY_SPEED, _GIVEN, AUTO = range(len(ANGLES))
 SPEED, ANGLE = 0, 1
 """Places of speed and angle in every module's inputs."""
 HEAD = ("time", "angle", "partner_angle", "angle_seen", "last_interval", "last_angle", "last_speed")
-"""What every module's state begins with."""
+"""First entries of every module's state."""
 TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, LAST_ANGLE, LAST_SPEED = range(len(HEAD))
 
 OK = 0
@@ -61,10 +61,10 @@ def gained(state, inputs, interval):
 
 @kernel
 def turned(state, inputs, interval, source, ends):
-    """Angle that the crank turns in a communication step, rad: to where the received angle, turned on, will be.
+    """Angle that the crank turns in a communication step, rad, up to the extrapolated received angle.
 
-    ``source`` and ``ends`` are places in ``ANGLES`` and ``TIMES``. The state takes the angle that the partner will
-    count at the step's end.
+    ``source`` and ``ends`` are indices into ``ANGLES`` and ``TIMES``. The state gets the angle in the partner's count
+    at the step's end.
     """
     if inputs[ANGLE] != 0.0:
         state[ANGLE_SEEN] = 1.0
@@ -81,7 +81,7 @@ def turned(state, inputs, interval, source, ends):
 
 @kernel
 def keep_received(state, inputs, interval):
-    """Keep what was received for the next step, and move the time on."""
+    """Keep the received values for the next step, and advance the time."""
     state[LAST_ANGLE] = inputs[ANGLE]
     state[LAST_SPEED] = inputs[SPEED]
     state[TIME] += interval
@@ -129,7 +129,7 @@ def numbers_status(numbers):
 
 @kernel
 def choice_status(numbers, slot, options):
-    """Whether a number stands for one of so many options, 0, 1, …: a status."""
+    """Whether a number is the index of one of so many options, 0, 1, …: a status."""
     value = numbers[slot]
     return OK if 0.0 <= value < options and value == math.floor(value) else UNKNOWN_CHOICE + slot
 

@@ -25,7 +25,7 @@ Settings = TypeVar("Settings", bound=Any)
 
 @dataclass(frozen=True)
 class ModuleFile:
-    """What a module's files state: the settings that are marked by :func:`.module_settings.stated`, in tables.
+    """Contents of a module's files: the settings marked by :func:`.module_settings.stated`, in tables.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class ModuleFile:
     settings : class of the module's settings
     like : path of a shipped file to look at
     about : the tables, and what they describe
-    further : values that are no settings, ``table.key``, and what they measure
+    further : values that are not settings, ``table.key``, and their quantities
     """
 
     own: ModuleType
@@ -105,7 +105,7 @@ def load_module_file(
 
 
 def module_contents(settings: Any) -> Contents:
-    """What the FMU of a module with these settings is made of."""
+    """Contents of the FMU of a module with these settings."""
     starts = {entry.name: getattr(settings, entry.name) for entry in fields(settings)}
     counts = {"cylinders": len(settings.firing_angles)}
     return Contents(settings.name, settings.title, counts, starts, to_bytes(settings))

@@ -1,4 +1,4 @@
-"""What the slave of a module's FMU asks of the package."""
+"""Functions for the slave of a module's FMU."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cranktrain.modules.statuses import named
 from cranktrain.modules.stepped_module import SteppedModule
 
 COMPILATION = "one minute"
-"""What the kernels of a module take at most, from an empty cache."""
+"""Longest compilation time of a module's kernels, from an empty cache."""
 
 
 class ModuleRunning(NamedTuple):
@@ -42,5 +42,5 @@ class ModuleRunning(NamedTuple):
 
     @staticmethod
     def announced_compilation(instance: str) -> AbstractContextManager[None]:
-        """Let the user of an instance know what takes so long while kernels compile."""
+        """Tell the user of an instance that kernels are being compiled."""
         return announced(instance, COMPILATION)

@@ -27,7 +27,7 @@ def to_bytes(settings: Any) -> bytes:
 
 
 def from_bytes(kind: type[Settings], data: bytes, name: str = "model") -> Settings:
-    """Inverse of :func:`to_bytes`; ``StoreError`` for what is none of this kind."""
+    """Inverse of :func:`to_bytes`; ``StoreError`` for bytes of another kind."""
     try:
         given: dict[str, Any] = json.loads(data)
         return kind(**{**given, "firing_angles": tuple(given["firing_angles"])})

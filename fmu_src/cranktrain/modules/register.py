@@ -19,7 +19,7 @@ FOLDER = Path(__file__).parent
 
 
 class Contents(NamedTuple):
-    """What a module file makes: name, title, members of each family of variables, starts, and the FMU's data."""
+    """Contents made from a module file: name, title, members of each variable family, starts, and the FMU's data."""
 
     name: str
     title: str
@@ -35,7 +35,7 @@ class Module:
     Attributes
     ----------
     name : as module files and their names begin
-    title : what it computes
+    title : its purpose
     running : module that the FMU's slave asks, see ``cranktrain_slave.py``
     contents : function that reads a module file, path → :class:`Contents`
     """
@@ -51,7 +51,7 @@ class Module:
         return FOLDER / self.running.split(".")[-2]
 
     def read(self, path: Path) -> Contents:
-        """What a module file makes; ``InputError`` where it cannot be used."""
+        """Contents made from a module file; ``InputError`` if it cannot be used."""
         made = resolve(self.contents)(path)
         assert isinstance(made, Contents)
         return made

@@ -1,4 +1,4 @@
-"""What the statuses of a module's kernels mean, and what a module tells of itself to whom runs it without Python."""
+"""Meaning of the statuses of a module's kernels, and description of a module for callers without Python."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Statuses = dict[int, tuple[str, str]]
 
 
 class NativeInterface(NamedTuple):
-    """What a module's run is made of, by name.
+    """Contents of a module's run, by name.
 
     Attributes
     ----------
     inputs, outputs : names in the order of the run's arrays
-    numbers : what each of the run's numbers is: a field of the settings, ``firing_angles[1]`` of the firing angles
-    choices : options of numbers that stand for texts, and their values
+    numbers : meaning of each of the run's numbers: a field of the settings, or a firing angle, ``firing_angles[1]``
+    choices : options of numbers that represent texts, and their values
     constant : arrays of the run that no kernel writes
     statuses : kind and text of each status but 0
     """
@@ -63,7 +63,7 @@ def common_statuses(
 
 
 def with_names(statuses: Statuses, names: Mapping[str, str]) -> Statuses:
-    """Statuses whose texts begin with what a user calls a field, rather than with the field."""
+    """Statuses whose texts begin with the user's name of a field instead of the field."""
     return {status: (kind, named(text, names)) for status, (kind, text) in statuses.items()}
 
 

@@ -67,13 +67,13 @@ class SteppedModule(SteppedModel):
         self._entries.observe()
 
     def _error(self, status: int, what: str, t_end: float) -> CranktrainError:
-        """What to raise for a status of the start or of a step, which ``what`` calls it, to ``t_end``, s."""
+        """Exception for a status of the start or of a step (``what``) to ``t_end``, s."""
         if self._statuses[status][0] == FAILED:
             return SolverError(self._failure(what, status))
         return InputError(self._refusal(status, t_end))
 
     def _refusal(self, status: int, t_end: float) -> str:
-        """What a refused input or step is, with its value."""
+        """Name of a refused input or step, with its value."""
         inputs = self.inputs
         if status == crank.BACKWARDS:
             return f"crank.speed is {inputs[crank.SPEED]:g} rad/s; {NO_REVERSE}"
@@ -92,4 +92,4 @@ class SteppedModule(SteppedModel):
 
     @abstractmethod
     def _failure(self, what: str, status: int) -> str:
-        """Why ``what``, the start or a step, has no solution."""
+        """Reason why ``what``, the start or a step, has no solution."""

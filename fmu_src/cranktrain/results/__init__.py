@@ -1,1 +1,1 @@
-"""What runs and models say: orders, summaries, tables, plots, result files."""
+"""Evaluation of runs and models: orders, summaries, tables, plots, result files."""

@@ -1,13 +1,12 @@
-"""Energy balance of the last cycle of a run: work of the gas, and what has become of it.
+"""Energy balance of the last cycle of a run: work of the gas, and where it goes.
 
-The gas does ∮ (p − p_c) dV over pistons and heads. Of a motion that repeats all of it goes to the dynamometer and the
-valve train, or turns into heat: in films by shear (friction torque times the speed of journal against bore) and by
-squeeze (film force times the rate of the gap), in structures, mounts and shafts by their damping. Each share is
-the integral of a power that the running model's own force laws have at the samples of the cycle, by the trapezoidal
-rule, whose error vanishes faster than any power of the step for smooth powers of a whole period. A cycle that does not
-quite repeat leaves bodies and shafts with more energy, or less: that of their motion and bending is a row beside the
-losses; what springs of films and skirts hold is not looked at. The residual tells how exactly a run solved its
-equations.
+The gas does the work ∮ (p − p_c) dV on pistons and heads. In a periodic motion all of it goes to the dynamometer and
+the valve train, or turns into heat: in films by shear (friction torque times the speed of journal against bore) and by
+squeeze (film force times the rate of the gap), in structures, mounts and shafts by their damping. Each part is the
+integral of a power of the running model's own force laws at the samples of the cycle. The trapezoidal rule is used; for
+smooth powers over a whole period its error vanishes faster than any power of the step. In a cycle that is not exactly
+periodic, the energy of bodies and shafts changes. The change of their kinetic and elastic energy is a separate row; the
+energy in springs of films and skirts is neglected. The residual measures how exactly a run solved its equations.
 """
 
 from __future__ import annotations
@@ -48,13 +47,13 @@ SHARES = (
     Share("added_bodies", "added bodies, structural damping", at.ADDED_LOSS),
     Share("axial_force", "work against the axial force", at.AXIAL_FORCE_WORK),
 )
-"""All that takes energy: a loss is a place in ``Work.powers``, which an observer fills, and a row here."""
+"""All energy losses: a loss is an entry of ``Work.powers``, which an observer fills, and a row here."""
 
 
 def energy_balance(powers: Array, step: float) -> dict[str, Any]:
     """Energies (J) of a cycle from powers (n + 1, POWERS), W, at samples ``step`` (s) apart, both ends included.
 
-    ``stored_j`` is what bodies and shafts have gained, ``residual_j`` the gas work that nothing accounts for.
+    ``stored_j`` is the energy gained by bodies and shafts, ``residual_j`` the gas work that is not accounted for.
     """
     works = np.asarray(np.trapezoid(powers, dx=step, axis=0))
     gas = float(works[at.GAS_WORK])

@@ -35,7 +35,7 @@ CSV_HEADS = ("time [s],angle [rad]", "speed [rad/s],cycles [1]")
 
 
 class Table(Protocol):
-    """Columns of equal length: ``units`` by name, what was ``left_out`` of them, and ``attributes``."""
+    """Columns of equal length: ``units`` by name, names ``left_out``, and ``attributes``."""
 
     @property
     def units(self) -> dict[str, str]:
@@ -47,11 +47,11 @@ class Table(Protocol):
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """What the file holds besides."""
+        """Further contents of the file."""
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """What the file says of itself."""
+        """Attributes of the file."""
 
     def blocks(self, names: Sequence[str], size: int) -> Iterator[Array]:
         """Columns of these names in blocks (k ≤ size, names)."""
@@ -103,11 +103,11 @@ def export(source: str | Path, target: str | Path, group: str = "", progress: Pr
     Parameters
     ----------
     group : of a scene's file with several speeds
-    progress : told the share that is done
+    progress : gets the completed fraction
 
     Returns
     -------
-    ``table``, ``rows``, ``columns``, and ``left_out``: names of what is no column
+    ``table``, ``rows``, ``columns``, and ``left_out``: names of data that are not columns
     """
     path = Path(target)
     if path.suffix not in FORMATS:
@@ -180,7 +180,7 @@ def _starts(path: Path) -> bool:
 
 
 def _footed(path: Path) -> bool:
-    """Whether the footer of a Parquet file, whose length stands at its end, holds our mark."""
+    """Whether the footer of a Parquet file contains our mark; the footer's length is at the end of the file."""
     with path.open("rb") as file:
         end = file.seek(0, 2)
         if end < 12:
@@ -202,4 +202,4 @@ FORMATS = {
     ".parquet": (_write_parquet, Kind("table of cranktrain", _footed)),
     ".npz": (_write_npz, Kind("table of cranktrain", _archived)),
 }
-"""Ending → what writes a table so, and the kind of file."""
+"""File extension → function that writes such a table, and the kind of file."""

@@ -42,9 +42,9 @@ _UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()
 
 
 def output_unit(name: str) -> str:
-    """Unit of an output: as its family declares, else by the last part of its name that has one.
+    """Unit of an output: declared by its family, otherwise by the last part of its name that has a unit.
 
-    ``bearing[1].force.x`` has N; empty where neither tells.
+    ``bearing[1].force.x`` has N; empty if neither gives a unit.
     """
     return _unit(name, tuple(FAMILIES))
 
@@ -90,7 +90,7 @@ class ResultFile:
         self.seconds = reached
 
     def finish(self, attributes: Mapping[str, str | int | float], film_temperatures: Array | None = None) -> None:
-        """Write what else is known: attributes, and where it is at hand the temperature of each film, K."""
+        """Write attributes and, if known, the temperature of each film, K."""
         kept = {} if film_temperatures is None else {"film_temperature_c": film_temperatures - ZERO_CELSIUS}
         self._stream.finish(attributes, {name: (values, output_unit(name)) for name, values in kept.items()})
 

@@ -1,4 +1,4 @@
-"""The head that all HTML files of the package begin with: they ask nothing of a network and fit a telephone."""
+"""Head of all HTML files of the package: no network requests, and a layout that fits a telephone."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import html
 
 
 def page_head(kind: str, title: str) -> str:
-    """From the doctype to the title; ``kind`` says what of ours it is, such as ``report``."""
+    """From the doctype to the title; ``kind`` is the kind of file, such as ``report``."""
     return (
         '<!doctype html>\n<html lang="en">\n<meta charset="utf-8">'
         f'<meta name="generator" content="cranktrain {kind}">\n'

@@ -21,13 +21,13 @@ from cranktrain.results.summary import closing_edges, films_not_resolved, online
 
 @dataclass(frozen=True, kw_only=True)
 class Run(Result):
-    """Time series of a run in SI, with the engine that it is of: ``run["pulley.torsion"]`` is (n,) over ``run.time``.
+    """Time series of a run in SI, with its engine: ``run["pulley.torsion"]`` is (n,) over ``run.time``.
 
     Attributes
     ----------
     engine : the engine
     gas : the pressure trace at full load
-    attributes : what was chosen, as the result file keeps it
+    attributes : settings of the run, as in the result file
     """
 
     engine: Engine
@@ -109,7 +109,7 @@ class Run(Result):
 
     @property
     def file_attributes(self) -> dict[str, str | int | float]:
-        """All that a result file says of the run."""
+        """All attributes of the run in a result file."""
         ended = "finished" if self.complete else "interrupted"
         return {**file_attributes(self.engine, self.gas, self.attributes), "ended": ended}
 
@@ -117,5 +117,5 @@ class Run(Result):
 def file_attributes(
     engine: Engine, gas: GasTrace, attributes: Mapping[str, str | int | float]
 ) -> dict[str, str | int | float]:
-    """What is chosen for a run, with engine, pressure trace and version: known before it ends."""
+    """Settings of a run, with engine, pressure trace and version: known before the run ends."""
     return {"engine": engine.name, **attributes, "gas": gas.source, "version": __version__}

@@ -1,4 +1,4 @@
-"""What a run says in a few numbers, over its last cycle."""
+"""Summary of a run in a few numbers, over its last cycle."""
 
 from __future__ import annotations
 
@@ -67,13 +67,13 @@ def big_end_rows(angle: Array, outputs: Mapping[str, Array]) -> list[dict[str, A
 def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10.0) -> dict[str, Any]:
     """How many films of the last cycle lay outside the film table and were solved online, and at which crank angles.
 
-    Each Newton iteration of each main bearing asks for one film. ``by_crank_angle`` lists [first deg of the bin, share
-    of its films] for the bins in which any were solved; ``bin_deg`` is the bins' width.
+    Each Newton iteration of each main bearing evaluates one film. ``by_crank_angle`` lists [first deg of the bin,
+    fraction of its films] for bins with films solved online; ``bin_deg`` is the bins' width.
     """
     last = np.flatnonzero(angle > angle[-1] - 4.0 * math.pi + 1e-9)
     solved = outputs["solver.online_films"][last]
     asked = outputs["solver.iterations"][last] * _count(outputs, "bearing")
-    # a sample tells of the step that led to it
+    # a sample describes the step that led to it
     middle = 0.5 * (angle[last] + angle[last - 1])
     bins = (np.degrees(middle) % 720.0 // bin_deg).astype(int)
     by_bin = [(float(k * bin_deg), solved[bins == k].sum(), asked[bins == k].sum()) for k in np.unique(bins)]
@@ -94,8 +94,8 @@ def closing_edges(bearings: Sequence[Mapping[str, Any]]) -> list[str]:
 def films_not_resolved(peaks: Array) -> list[dict[str, Any]]:
     """Elastic films whose pressure the axial lines of their grid do not resolve at its peak of the last cycle.
 
-    ``peaks`` (b, PEAKS) of a run; a film is not resolved where the lines beside the peak lie lower by more than
-    NOT_RESOLVED of it, in the mean of both.
+    ``peaks`` (b, PEAKS) of a run; a film is not resolved if the mean pressure of the lines beside the peak is lower
+    than the peak by more than NOT_RESOLVED of it.
     """
     return [
         {
@@ -129,7 +129,7 @@ def _film_extremes(outputs: Mapping[str, Array], name: str, last: NDArray[np.boo
 
 
 def engine_summary(angle: Array, outputs: Mapping[str, Array]) -> dict[str, Any]:
-    """What the last cycle says of shaft, damper, pistons, mounts and cover; what a level lacks is 0 or empty.
+    """Shaft, damper, pistons, mounts and cover over the last cycle; quantities that a level lacks are 0 or empty.
 
     Forces and moments of a mount, and displacements of the engine, are [mean, least, largest] along x, y, z.
     """
@@ -177,8 +177,8 @@ def run_summary(run: Result, result_path: str) -> dict[str, Any]:
     """Summary of a run: the object that ``cranktrain simulate --json`` prints.
 
     Keys carry their unit; ``real_time_factor`` is wall seconds per simulated second, ``seconds`` wall seconds. A crank
-    whose journals are locked on their axis has no axial motion and no bearings to tell of. ``energy`` is the balance
-    of :mod:`cranktrain.results.energy`, None where the speed is free.
+    whose journals are locked on their axis has no entries for axial motion and bearings. ``energy`` is the balance of
+    :mod:`cranktrain.results.energy`, None where the speed is free.
     """
     pulley = {"torsion_deg": vibration(run.angle, run.outputs["pulley.torsion"], 180.0 / math.pi)}
     if "pulley.axial" in run.outputs:

@@ -1,1 +1,1 @@
-"""What is kept: HDF5 files, film tables."""
+"""Stored data: HDF5 files, film tables."""

@@ -1,7 +1,8 @@
-"""Axes of stored arrays as HDF5 dimension scales, by which netCDF readers (xarray, h5netcdf) know them.
+"""Axes of stored arrays as HDF5 dimension scales, which netCDF readers (xarray, h5netcdf) use.
 
-An axis is a dataset of one dimension beside what it belongs to: time, speeds, orders. Those that only number or name
-places (main bearings, outputs, least and largest) are made here; they bear no unit, and our own readers pass them over.
+An axis is a one-dimensional dataset beside the arrays that it describes: time, speeds, orders. Axes that only contain
+numbers or names (main bearings, outputs, least and largest) are made here. They have no unit, and our own readers
+ignore them.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def of_run_up(name: str) -> tuple[str, ...]:
 
 
 def attach_axes(data: Any, axes: Axes, labels: Labels | None = None) -> None:
-    """Give the arrays of an HDF5 group, and of all below it, their axes; what does not fit an axis stays without."""
+    """Attach axes to the arrays of an HDF5 group and of its subgroups; arrays that fit no axis get none."""
     for name, texts in (labels or {}).items():
         data.create_dataset(name, data=list(texts), track_times=False)
     found: list[Any] = [data]
@@ -70,5 +71,5 @@ def _axis(item: Any, name: str) -> Any:
 
 
 def is_label(dataset: Any) -> bool:
-    """Whether a dataset only numbers or names what others hold."""
+    """Whether a dataset only contains numbers or names for other datasets."""
     return "unit" not in dataset.attrs

@@ -26,7 +26,7 @@ class ResultColumns:
     path, group : where they are; the group of a scene's file with several speeds, else empty
     units : name → unit, time and angle first
     rows : samples
-    left_out : what is not over time
+    left_out : data that are not over time
     attributes : of the file
     """
 

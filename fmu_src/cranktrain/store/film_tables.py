@@ -1,8 +1,8 @@
 """Film tables in the cache: read where one is kept, else built slab by slab on all processors, resumably.
 
 A table depends on nothing but its settings, so every bearing with the same L/D, groove and tilt range reads the same
-file. While one is built, finished slabs are kept in a part file beside it; a build that was interrupted goes on from
-there, and ends with the same numbers to the last bit, because slabs know nothing of each other.
+file. While one is built, finished slabs are kept in a part file beside it; an interrupted build continues from there
+and gives bit-identical numbers, because slabs are independent of each other.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def film_table(
     rebuild : build it even so (an interrupted build goes on all the same)
     workers : processes; as many as there are processors where not given, none beside this one for 1
     progress : called with slabs done and slabs in all
-    say : told what a user should know (a build resumed, a part file of another table put aside)
+    say : gets messages for the user (a build resumed, a part file of another table put aside)
 
     Returns
     -------
@@ -134,7 +134,7 @@ def film_table(
 
 
 def _said(settings: TableSettings) -> str:
-    """What a table is for, in words."""
+    """Settings of a table, in words."""
     tilt = f"tilt to {settings.tilt_range:g}" if settings.tilt else "no tilt"
     return f"L/D {settings.length_ratio:g}, groove {settings.groove}, {tilt}, resolution {settings.resolution}"
 

@@ -1,6 +1,7 @@
 """HDF5 files: reduced bodies, film tables and results, with units, schema version and the digest of their inputs.
 
-A file appears whole or not at all. What is corrupt, foreign, of another schema or made from other inputs is refused.
+A file is written completely or not at all. A file that is corrupt, foreign, of another schema or made from other inputs
+is refused.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ TABLE_FORMAT = "cranktrain film table"
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """First bytes of an HDF5 file."""
 SUPERBLOCK = 48
-"""Bytes that tell how long a file is to be."""
+"""Bytes with the length of a file."""
 LARGE_ROW = 65536
 """Bytes from which on a row of an array is a chunk of its own."""
 CUT_SHORT = "damaged, an HDF5 file cut short of which nothing can be read; copy it again from where it is whole"
@@ -134,12 +135,12 @@ def write_film_table(
     unfinished: bool = False,
     kind: Kind | None = None,
 ) -> Path:
-    """Write a film table, or what is finished of one.
+    """Write a film table, or its finished part.
 
     Parameters
     ----------
     digest : of the settings it is made from
-    made_for : the same in words, for the one who reads a refusal
+    made_for : the same in words, for messages
     datasets : name → (array, unit)
     attributes : settings, errors
     kind : of the files that it may replace; any file in a folder of our own
@@ -156,7 +157,7 @@ def write_film_table(
 def read_film_table(
     path: str | Path, schema: int, digest: str, wanted: str, *, unfinished: bool = False
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Read what :func:`write_film_table` wrote: (name → array, attributes).
+    """Read a film table written by :func:`write_film_table`: (name → array, attributes).
 
     Raises ``StoreError``: missing, corrupt, foreign, of another schema, or made for something else than ``wanted``.
     """
@@ -178,7 +179,7 @@ def write_result(
     Parameters
     ----------
     datasets : name → (array, unit); a name may hold ``/`` for groups
-    attributes : what describes the run (engine, speed in rad/s, integrator …)
+    attributes : description of the run (engine, speed in rad/s, integrator …)
     """
     return _write(path, RESULT_HEADER, "run", datasets, attributes or {}, RESULT, partial(attach_axes, axes=of_result))
 
@@ -209,7 +210,7 @@ def read_run_up(path: str | Path) -> tuple[dict[str, Dataset], dict[str, Any]]:
 
 
 def is_run_up(path: str | Path) -> bool:
-    """Whether an HDF5 file is a run-up's; False for what is none, or is damaged."""
+    """Whether an HDF5 file is a run-up; False for other or damaged files."""
     try:
         return RUN_UP.includes(Path(path))
     except OSError:

@@ -1,7 +1,8 @@
-"""Journal beside a file that is written whole: rows of numbers that are finished since, added one by one.
+"""Journal beside a file that is only rewritten completely: rows of numbers finished since, added one by one.
 
-A row costs a hundredth of what writing the file anew does, and a process that is killed loses none that is in. What a
-kill leaves half-written ends the journal. A mark ties it to the content of its file; to another one it says nothing.
+Adding a row takes a hundredth of the time of rewriting the file, and rows in the journal survive if the process is
+killed. A row that was half-written when the process was killed ends the journal. A mark ties the journal to the content
+of its file; for another file it is ignored.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What studies computed, kept in the user's cache: an interrupted study goes on, and equal cases are not run twice.
+"""Results of studies in the user's cache: an interrupted study continues, and equal cases are not run twice.
 
-A key is a digest of what decides an entry: the case, which holds the engine, and the sources that computed it.
+A key is a digest of all input of an entry: the case, which holds the engine, and the sources that computed it.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ SPARE = 1 << 21
 
 @contextmanager
 def result_stream(path: str | Path) -> Iterator[ResultStream]:
-    """Result file that is there once the block ends without an error; raises what ``whole_file`` does."""
+    """Result file that exists after the block ends without an error; raises the errors of ``whole_file``."""
     with written(path, RESULT) as file:
         file.attrs.update(RESULT_HEADER)
         yield ResultStream(file, Path(path))
@@ -106,7 +106,7 @@ class ResultStream:
                 self._write()
 
     def finish(self, attributes: Mapping[str, str | int | float], datasets: Mapping[str, Dataset]) -> None:
-        """Write what is left, attributes and further datasets."""
+        """Write the remaining samples, attributes and further datasets."""
         self._write()
         put_attributes(self._file, "run", attributes)
         for name, (array, unit) in datasets.items():

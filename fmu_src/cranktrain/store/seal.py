@@ -1,7 +1,7 @@
-"""Checksum behind the end of an HDF5 file: a damaged one may crash the HDF5 library, or keep it busy for ever.
+"""Checksum after the end of an HDF5 file: a damaged file may crash the HDF5 library, or make it loop for ever.
 
-HDF5 reads no further than the end that it knows, so other programs do not see it; one that changes the file cuts it
-off, and a file without it is read as it is.
+HDF5 does not read beyond the end of its data, so other programs ignore the checksum. A program that changes the file
+removes the checksum; a file without checksum is read without a check.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def seal(path: Path) -> None:
 
 
 def check_seal(path: Path) -> None:
-    """Raise ``OSError`` for a file that is not what was sealed."""
+    """Raise ``OSError`` for a file that does not match its checksum."""
     with path.open("rb") as file:
         size = file.seek(0, 2) - SIZE
         if size < 0:

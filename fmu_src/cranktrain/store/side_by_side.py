@@ -16,7 +16,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 LOOK_EVERY = 0.5
-"""Seconds between two looks at what workers report, and of a worker at whether its parent still lives."""
+"""Seconds between two checks of the workers' reports, and of a worker whether its parent still lives."""
 
 _reports: Any = None
 """In a worker process: where its progress goes."""
@@ -74,14 +74,14 @@ def _pooled(
 def worker_pool(count: int, begin: Callable[..., None], arguments: tuple[Any, ...]) -> Iterator[ProcessPoolExecutor]:
     """Pool of so many processes, each of which calls ``begin`` first; they end with this one, or with the block.
 
-    What is under way at the end of the block is not waited for.
+    Tasks that are still running at the end of the block are not waited for.
     """
     with _pool(count, process_context(), begin, arguments) as pool:
         yield pool
 
 
 def process_context() -> Any:
-    """How processes are made: a fork asks nothing of the caller's script, but wants a process without threads."""
+    """Start method of processes: a fork needs nothing from the caller's script, but a process without threads."""
     alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
     return multiprocessing.get_context("fork" if alone else "spawn")
 
@@ -96,7 +96,7 @@ def _pool(
         yield pool
         ended = True
     finally:
-        # What is under way is not waited for: an interruption ends here.
+        # Running tasks are not waited for: an interruption ends here.
         for process in () if ended else list((pool._processes or {}).values()):
             process.terminate()
         pool.shutdown(wait=True, cancel_futures=True)
@@ -108,7 +108,7 @@ def _work(function: Callable[..., Any], task: tuple[Any, ...], tells: bool) -> A
 
 
 def _hear(reports: Any) -> None:
-    """Know where a task's progress goes."""
+    """Set the receiver of a task's progress."""
     global _reports
     _reports = reports
 

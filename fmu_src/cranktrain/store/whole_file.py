@@ -1,8 +1,8 @@
-"""Files that appear whole or not at all, and take no place but that of a file of their own kind.
+"""Files that are written completely or not at all, and replace only files of their own kind.
 
 Written beside their place, brought to the disk, then moved there. A folder, a link, a device and a file of another kind
-stay as they are. What a killed process left beside them is removed at the next write into the folder: a temporary file
-is locked as long as its process lives, and the system lifts the lock of a process that ended, however it ended.
+stay as they are. Temporary files of a killed process are removed at the next write into the folder. A temporary file is
+locked as long as its process lives, and the system releases the lock when the process ends for any reason.
 """
 
 from __future__ import annotations

@@ -24,11 +24,11 @@ from cranktrain.structure.fem.frame import Section, circular
 FIXED_MODES = 40
 """Fixed-interface modes of a shaft, before those above its cutoff are left out."""
 SHEAR = 5.0 / 6.0
-"""Share of a section's area that carries shear, of a rectangle; sections given by area and second moment have it."""
+"""Shear factor of a rectangle, used for sections that are given by area and second moment."""
 SHORTEST = 1.0e-6
 """Stations nearer than this (m) are one."""
 OF_DIAMETER, OF_LENGTH = 0.5, 0.05
-"""Elements of a shaft are not longer than this share of its diameter, or of its length."""
+"""Largest length of a shaft's elements over the diameter, and over the shaft's length."""
 
 
 def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:

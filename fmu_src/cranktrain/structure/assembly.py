@@ -1,7 +1,7 @@
-"""The way from an engine and its settings to what a run is made of: the crank's body, block, film tables, bores.
+"""From an engine and its settings to the parts of a run: the crank's body, block, film tables, bores.
 
-Command line, studies, FMU build and library all take it, so that a fidelity level means one thing. What is made is kept
-for as long as the process lives, and on disk where it takes long.
+Command line, studies, FMU build and library all use this module, so a fidelity level has the same meaning everywhere.
+Parts are kept as long as the process lives, and on disk if making them takes long.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ _KEPT: dict[Any, Any] = {}
 
 @dataclass(frozen=True)
 class Assembly:
-    """What a run is made of.
+    """Parts of a run.
 
     Attributes
     ----------
     engine : as it was given
-    settings : with nothing left open, checked
+    settings : complete and checked
     body : crankshaft of the running model at its level, with all that is fixed to it
-    parts : what the levels need besides
+    parts : further data that the levels need
     """
 
     engine: Engine
@@ -60,7 +60,7 @@ def assemble(
     cutoff_hz: float | None = None,
     inherit: bool = True,
 ) -> Assembly:
-    """Make what a run of these settings needs, or read it from the cache.
+    """Make the parts of a run with these settings, or read them from the cache.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def assemble(
     block_mesh : user's own mesh of the block; needs block level ``flexible``
     table_resolution : of the main bearings' film table, see :class:`cranktrain.film.table.database.TableSettings`
     cutoff_hz : of the crank's modes; None as the engine file says
-    inherit : whether a crank takes over from the level above what it cannot compute
+    inherit : whether a crank takes damping that it cannot compute from the level above
 
     Raises
     ------
@@ -92,7 +92,7 @@ def checked(
     crank_mesh: str | Path | None = None,
     block_mesh: str | Path | None = None,
 ) -> Settings:
-    """Settings with nothing left open; ``InputError`` for what :func:`assemble` would refuse before any work."""
+    """Complete settings; ``InputError`` for settings that :func:`assemble` would refuse before any work."""
     settings = resolved(settings, engine)
     check_levels(settings, engine)
     check_crank_mesh(settings.crank, crank_mesh)
@@ -149,8 +149,8 @@ def running_crank(
 ) -> ReducedBody:
     """Crankshaft of the running model at a level; ``engine`` as it is fitted, with the damper's housing where one is.
 
-    ``mesh`` is the user's own; with ``inherit`` it brings what its level takes over from the level above. Raises
-    ``InputError``.
+    ``mesh`` is the user's own mesh. With ``inherit`` the crank takes the damping of the level above if its level does
+    so. Raises ``InputError``.
     """
 
     def make() -> ReducedBody:
@@ -182,8 +182,8 @@ def running_crank(
 def _inherited(engine: Engine, body: ReducedBody, above: str, say: Progress) -> ReducedBody:
     """The running ``body`` with the damping that crank level ``above`` has in motion, kept in the cache.
 
-    Where the level above does not run the body stays as it is, and ``say`` is told. Raises ``InputError`` where that
-    level lacks what it needs.
+    If the level above does not run, the body is unchanged and ``say`` gets a message. Raises ``InputError`` if a part
+    is missing that the level above needs.
     """
     from cranktrain.store.kept import Kept, digest
     from cranktrain.structure.in_motion.inherited_damping import Decay, measured_decay, settings_above, with_damping
@@ -282,7 +282,7 @@ def _film_table(bearing: PlainBearing, say: Progress, resolution: str = "default
 
 
 def _once(key: Any, make: Callable[[], Any]) -> Any:
-    """What ``make`` gives, once in a process."""
+    """Result of ``make``, computed once in a process."""
     if key not in _KEPT:
         _KEPT[key] = make()
     return _KEPT[key]

@@ -19,7 +19,7 @@ from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matric
 from cranktrain.structure.crank.reduction import complete_crankshaft
 
 SHOWN = 0.05
-"""Share of a mode's energy from which on a body is named in the table."""
+"""Fraction of a mode's energy from which a body is named in the table."""
 
 
 def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:

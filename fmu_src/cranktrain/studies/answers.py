@@ -1,4 +1,4 @@
-"""Which fidelity levels answer an output, and which level to take instead where one does not.
+"""Fidelity levels that provide an output, and the level to use instead if a level does not provide it.
 
 An output is named as in the FMU's interface; indices in brackets do not matter. Results that are no variables of the
 FMU are in :data:`RESULTS`. Levels are those of :mod:`cranktrain.engine.levels` and

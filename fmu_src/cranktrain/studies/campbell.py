@@ -1,7 +1,7 @@
 """Campbell diagram: frequencies at rest of the turning cranktrain over its speed, modes followed through crossings.
 
-*At rest* names the state of the bearings: stand-in springs and a closed collar, as in the list of ``cranktrain modal``.
-A running crank has other ones (:mod:`cranktrain.studies.in_motion`), and its orders peak there.
+*At rest* is the state of the bearings: stand-in springs and a closed collar, as in the list of ``cranktrain modal``.
+The modes of a running crank differ (:mod:`cranktrain.studies.in_motion`), and its orders peak at those frequencies.
 
 Modes are those of
 
@@ -10,9 +10,9 @@ Modes are those of
 with the cycle means of the matrices of :class:`cranktrain.studies.torsion.periodic_crank.PeriodicCrank`: gyroscopic,
 centrifugal and stress stiffness, mean mass of the rods, main bearings as springs, thrust closed, connecting shaft; no
 damping but the torsional damper's, whose ring is one more coordinate (:mod:`cranktrain.studies.torsion.damped_modes`),
-at small amplitude and as warm as its table says. They are seen from the turning crank, as are the orders of its rods:
-where an order's frequency meets a mode's, it is in resonance. Torsion and axial motion look the same from the ground;
-bending seen from there is split by ±Ω.
+at small amplitude and as warm as its table says. Frequencies are given in axes of the turning crank, like the orders of
+its rods. An order is in resonance where its frequency equals that of a mode. Torsion and axial motion have the same
+frequencies in axes at rest; bending is split by ±Ω there.
 
 Neighbouring speeds are matched by the modal assurance criterion |x̄ᵀ y|²/((x̄ᵀ x)(ȳᵀ y)), in coordinates of unit mass,
 so that each mode keeps its name where two frequencies cross. A mode is named by its largest share of kinetic energy at
@@ -44,7 +44,7 @@ HIGHEST_ORDER = 4.0
 SLOWEST_HZ = 60.0
 """Below are rotation on the connecting shaft, and the crank as a whole in its bearings."""
 _SPARE_HZ = 1.5
-"""Modes up to this share above those wanted are followed too: they may come down."""
+"""Modes up to this fraction above the wanted range are followed too, because their frequencies may decrease."""
 
 
 def campbell(

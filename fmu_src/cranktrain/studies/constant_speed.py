@@ -1,4 +1,4 @@
-"""One run at constant speed, asked for by names and in engineering units.
+"""One run at constant speed, requested by names and in engineering units.
 
 The verb ``simulate`` and the library's :func:`simulate` share it. A :class:`Request` is checked before any work:
 everything that can be refused is refused before the minute that a crankshaft may take.
@@ -50,18 +50,18 @@ _LEVELS: dict[str, Callable[[], tuple[str, ...]]] = {
     "damper_temperature": lambda: TEMPERATURES,
 }
 _OF_THE_ASSEMBLY = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "mesh", "block_mesh", "mesh_unit")
-"""What an assembly has settled."""
+"""Choices that an assembly has already made."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """What one asks of a run at constant speed.
+    """Request for a run at constant speed.
 
     Attributes
     ----------
     speed_rpm : rev/min; with ``load_torque_nm`` where the run starts
     cycles : of 720 degrees; the last one is evaluated. None: until the outputs repeat
-    settle : what may be left of settling in any family of outputs, over its alternating part
+    settle : largest settling error of any family of outputs, over its alternating part
     crank, bearings, big_ends, block, pistons : fidelity levels; ``auto`` follows the engine and the other levels
     damper : with the engine's torsional damper on the pulley
     film_temperature, damper_temperature : ``engine`` by its speed, or ``heat-balance``
@@ -70,9 +70,9 @@ class Request:
         has it
     integrator : None as the bearing level has it
     step_deg : internal step in degrees of crank angle
-    tolerance : adaptive steps: parts of ``step_deg`` as short as this error of a step asks
+    tolerance : adaptive steps: fractions of ``step_deg`` as short as this error per step requires
     follow_films : whether elastic films follow those of the cycle before in a run that settles, which is faster
-    load : share of the full-load burn
+    load : fraction of the full-load burn
     pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, its unit, the angle of firing dead centre
     mesh, block_mesh : the user's own meshes of crankshaft and block
     mesh_unit : of their coordinates: m, mm or in
@@ -104,7 +104,7 @@ class Request:
     mesh_unit: str = "m"
 
     def __post_init__(self) -> None:
-        """Let the meshes know their unit; ``InputError`` for one that does not exist."""
+        """Set the unit of the meshes; ``InputError`` for an unknown unit."""
         for name in ("mesh", "block_mesh"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, MeshFile(getattr(self, name), self.mesh_unit))
@@ -115,7 +115,7 @@ class Request:
         return self.speed_rpm * RPM
 
     def settings(self, engine: Engine, label: Callable[[str], str] = str) -> Settings:
-        """Settings with nothing left open; ``label`` says what a user calls a field.
+        """Complete settings; ``label`` gives the user's name of a field.
 
         Raises
         ------
@@ -151,7 +151,7 @@ class Request:
             integrator_table(self.integrator)
 
     def check_heat(self, settings: Settings, label: Callable[[str], str] = str) -> None:
-        """Refuse a heat balance of what has no heat; ``InputError``."""
+        """Refuse a heat balance of parts without heat; ``InputError``."""
         if self.damper_temperature != "engine" and settings.damper == "none":
             raise InputError(
                 f"{label('damper_temperature')} needs {label('damper')}; without it there is nothing to warm"
@@ -200,7 +200,7 @@ class Request:
         say: Callable[[str], None] | None = None,
         sink: Sink | None = None,
     ) -> Run:
-        """Run the cycles; ``progress`` is told the share done, ``say`` cycles and what is left of settling.
+        """Run the cycles; ``progress`` gets the completed fraction, ``say`` the cycles and the settling error.
 
         With a ``sink`` the samples go there, and the run holds its last cycles. Raises ``InputError``, ``SolverError``.
         """
@@ -214,7 +214,7 @@ class Request:
         return Run(**vars(result), engine=made.engine, gas=used, attributes=attributes)
 
     def attributes(self, made: Assembly) -> dict[str, str | int | float]:
-        """What is chosen, as a result file keeps it."""
+        """Choices of the run, as in a result file."""
         settings = made.settings
         choices = ("crank", "bearings", "big_ends", "block", "pistons", "boundary", "damper")
         return {

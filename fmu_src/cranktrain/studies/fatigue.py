@@ -1,4 +1,4 @@
-"""Fatigue of a crankshaft at constant speeds, and what the rule IACS UR M53 says of it: the verb ``fatigue``."""
+"""Fatigue of a crankshaft at constant speeds, and its assessment by IACS UR M53: the verb ``fatigue``."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ CRITERIA: dict[str, Callable[[FilletHistory, CrankStrength], Judgement]] = {
 
 
 class AtSpeed(NamedTuple):
-    """What is found at one speed, rev/min; ``unbalanced`` as of :func:`unbalanced_share`.
+    """Results at one speed, rev/min; ``unbalanced`` as of :func:`unbalanced_share`.
 
     ``nominal`` are judgements of all places by nominal stress and the rule's factors, ``fine`` of those that have
     sub-models, by name.
@@ -223,7 +223,7 @@ def _judged(report: FatigueReport, cycle: RecordedCycle, speed_rpm: float, fille
     loads = crank_loads(cycle)
     webs, pins = single_throws(c, loads)
     rule = rule_rows(throw, report.strength, webs, pins)
-    # Journals that are locked on their axis carry forces that no run tells of: each throw alone bears its own.
+    # Forces on journals locked on their axis are not known from a run, so each throw carries its own forces.
     if cycle.carried:
         webs, pins = whole_crank(c, loads)
 

@@ -1,7 +1,7 @@
 """JSON schemas of the files that people write, made of the tables by which the program reads them.
 
-An editor that knows the schema of a TOML file completes keys, shows what a value measures and its range, and marks what
-the program would refuse. What needs the whole file (whether parts fit together) is the program's alone.
+An editor with the schema of a TOML file completes keys, shows the quantity of a value and its range, and marks input
+that the program would refuse. Only the program makes checks that need the whole file (whether parts fit together).
 """
 
 from __future__ import annotations

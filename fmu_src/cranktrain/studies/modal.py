@@ -1,4 +1,4 @@
-"""Frequencies of an engine's cranktrain and block: what ``cranktrain modal --json`` prints."""
+"""Frequencies of an engine's cranktrain and block: the output of ``cranktrain modal --json``."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ def modal(
 ) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, at rest and in motion, critical speeds, quality.
 
-    Bodies and connections that an engine's file adds are no part of it; their names are ``left_out``. The solid crank's
-    modes with them stand beside it, ``with_additions``.
+    Bodies and connections that an engine file adds are not included; their names are in ``left_out``. The solid crank's
+    modes with them are in ``with_additions``.
 
     Parameters
     ----------
     engine : name of a shipped engine, path of an engine file, or an engine
-    crank : at another level than ``solid`` its frequencies stand beside the solid's, and nothing else
+    crank : at a level other than ``solid`` only its frequencies are compared with those of the solid crank
     block : ``flexible`` also gives the block's own modes
     damper : also the cranktrain with the engine's torsional damper, as it damps
     mesh, block_mesh : the user's own meshes

@@ -1,15 +1,15 @@
-r"""Linear stand-ins of roller main bearings, derived from the rollers as they run.
+r"""Linear stand-in springs of roller main bearings, derived from the rollers over a running cycle.
 
-A roller's tangent changes through a cycle from zero, where the journal crosses its clearance, to that of the largest
-load. One spring that stands for the bearing must yield as the bearing does on average, in series with the crankshaft
-that carries the journal: a journal which is free for a moment moves no further than the crankshaft lets it. With k(t)
-half the trace of the tangent in the plane over a settled cycle, and z the elastic stiffness of the free crankshaft at
-that journal (rigid motions left out, as inertia balances the load),
+A bearing's tangent varies over a cycle from zero, where the journal crosses its clearance, to the tangent of the
+largest load. The stand-in spring must have the mean compliance of the bearing in series with the crankshaft, because a
+journal that is free for a moment is still held by the elastic crankshaft. Let k(t) be half the trace of the tangent in
+the plane over a settled cycle, and z the elastic stiffness of the free crankshaft at this journal (without rigid
+motions, because inertia balances the load):
 
     1/(k + z) = mean of 1/(k(t) + z),      1/z = ½ Σ_x,y Σ_n φ²/ω_n²,
 
-and likewise in tilt. The plain mean of k(t), the limit of a very stiff crankshaft, is too stiff a spring; the limit of
-a very soft one is the harmonic mean. Both isotropic parts are the same in axes at rest and turning with the crank.
+and likewise in tilt. The mean of k(t), the limit of a very stiff crankshaft, is too stiff a spring; the limit of a very
+soft crankshaft is the harmonic mean. Both isotropic parts are the same in axes at rest and in axes of the crank.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from cranktrain.studies.calibration.engine_text import NEW, Written, new_path, r
 RIGID = 6
 """Rigid modes of a body, which come first."""
 SETTLE = 1.0e-4
-"""What may be left of settling."""
+"""Largest settling error."""
 RPM = math.pi / 30.0
 
 
@@ -155,7 +155,7 @@ def running_rollers(
 
 
 def _entry(engine: Engine, cycle: RollerCycle, found: StandIns, i: int) -> dict[str, Any]:
-    """What a report says of one bearing."""
+    """Entries of a report for one bearing."""
     rollers = required_rollers(engine)
     plane = cycle.tangents[:, i, :2, :2]
     radial = 0.5 * np.trace(plane, axis1=1, axis2=2)

@@ -38,7 +38,7 @@ from cranktrain.studies.calibration.engine_text import NEW, Written, new_path, r
 PASSES, CYCLES, PER_CYCLE = 9, 3, 288
 """Passes of wear; cycles of a run, of which the last is read, and its samples."""
 WEAR, WANTED = 0.7, 0.5
-"""Share of what is missing that a pass wears, and the gap wanted over the roughness."""
+"""Fraction of the missing gap that a pass wears, and the wanted gap over the roughness."""
 SLICES = 101
 SMOOTHING = np.array([0.25, 0.5, 0.25])
 

@@ -1,4 +1,4 @@
-"""Scenes: TOML that says what is wanted of an engine, not how it is modelled.
+"""Scenes: TOML files that list the wanted outputs of an engine, not how it is modelled.
 
     engine = "diesel_i6"                 # a shipped engine, or the path of an engine file, from the scene's folder
     speeds_rpm = [2000]                  # or [run_up] with from, to (rev/min) and points
@@ -48,7 +48,7 @@ from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_bey
 RPM = math.pi / 30.0
 SLOWEST_RPM, FASTEST_RPM = 100.0, 20000.0
 FINEST_ACCURACY = 1.0e-6
-"""What nobody can reach: a reference run at the finest step differs from the one with half of it by about as much."""
+"""Unreachable accuracy: a run at the finest step differs from a run with half this step by about as much."""
 COARSEST_ACCURACY = 0.5
 STRESS = "stress"
 """Result quantity that is no time series of the running model: asks for the solid crank with all modes."""
@@ -79,7 +79,7 @@ class GasTable(Table, kw_only=True):
 
 
 class SceneTable(Table, kw_only=True):
-    """What is wanted of an engine; speeds by ``speeds_rpm`` or ``[run_up]``."""
+    """Wanted outputs of an engine; speeds by ``speeds_rpm`` or ``[run_up]``."""
 
     engine: str
     outputs: list[str]
@@ -117,7 +117,7 @@ class Pressure:
 
 @dataclass(frozen=True)
 class Scene:
-    """What is wanted of an engine (SI), checked.
+    """Wanted outputs of an engine (SI), checked.
 
     Attributes
     ----------
@@ -127,13 +127,13 @@ class Scene:
     speeds : rad/s, one run each
     run_up : whether they are points of a run-up
     outputs : names of single outputs of the running model, in the order of the file
-    stress : whether stresses of the crank are wanted besides
+    stress : whether stresses of the crank are wanted too
     frequency : highest frequency of interest, Hz
-    accuracy : relative error that is allowed
+    accuracy : allowed relative error
     budget : largest real-time factor, or None
     cycles : cycles of 720° per run, the last one is evaluated; None: until the outputs repeat
-    load : share of the full-load burn
-    crank, bearings, cutoff, integrator, step : what the scene fixes of the plan (Hz, rad), else None
+    load : fraction of the full-load burn
+    crank, bearings, cutoff, integrator, step : choices of the plan fixed by the scene (Hz, rad), else None
     big_ends, block, pistons, damper : levels; those that the scene leaves open are the lowest that answer its outputs
     film_temperature : of the main bearings' films, by the engine's table or their heat balance
     pressure : measured trace, or None for the built-in one
@@ -290,7 +290,7 @@ def scene_outputs(engine: Engine, wanted: list[str]) -> tuple[tuple[str, ...], b
 
 
 def _unknown_output(engine: Engine, name: str, known: tuple[str, ...], families: Mapping[str, list[str]]) -> str:
-    """What is said of an output that does not exist."""
+    """Message for an output that does not exist."""
     plain = re.sub(r"\[\d+\]", "", name)
     if plain in families and "[" in name:
         members = families[plain]

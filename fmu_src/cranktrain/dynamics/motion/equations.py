@@ -162,7 +162,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
 
     These are the rows U, UD, UDD, FORCES of ``work.port``; U_Q, U_V and U_FREE hold Q, V and the displacement without
     forces of the ports where pistons are guided. Moments of displaced forces and film friction act at the rotations of
-    journals and pins; they go without tangent. Returns 0, or tells that a law failed.
+    journals and pins; the Newton matrix omits their tangents. Returns 0, or a status if a law failed.
     """
     b = model.bearings.shape[0]
     journal = int(model.layout[at.JOURNAL_ROTATIONS])

@@ -1,4 +1,4 @@
-"""Motion of what turns against what stands, in axes of the frame.
+"""Relative motion of rotating and stationary bodies, in axes of the frame.
 
 A film between journal (displacement u in the frame's axes) and bore (w in axes at rest) feels d = u − Rᵀ w, with R the
 frame's turn by θ. It acts on the bore with −R f. Seen by a Newton iteration on d, the compliance of both bodies is that

@@ -38,17 +38,18 @@ NEAR = 0.1
 ROUNDING = 1.0e-13
 """Steps below this are rounding, whatever the tolerance."""
 CYCLING, NOISE = 12, 1.0e-4
-"""Iterations after which steps below NOISE, in clearances, count as converged: forces of films that are solved online
-jump a little as nodes rupture, those of a table at the edges of its pieces, and an iteration may go to and fro over a
-jump for ever, at any step."""
+"""Iterations after which steps below NOISE, in clearances, count as converged. Film forces jump slightly when a node
+ruptures (films solved online) or at the edges of a table's pieces, so Newton's method can oscillate between two
+states."""
 ROTATION_SCALE = 1.0e-2
 STATIONARY_SCALE = 4.0e-3
-"""Rotation (rad) and displacement of stationary bodies (m) that count as much as a clearance: they go without tangent,
-and what they miss is felt by a film at a hundredth."""
+"""Scales of the convergence test: a rotation of 0.01 rad or a block displacement of 4 mm counts like one clearance. The
+Newton matrix omits these ports; the error this leaves in a film is about 1 % of their own."""
 COUPLING_TOLERANCE = 1.0e-10
 COUPLING_LENGTH = 1.0e-6
-"""What the frame's speed away from Ω₀ couples is iterated until it changes accelerations by less than this share of
-the largest, or modal displacements (m √kg) by less than the tolerance times a length small beside clearances."""
+"""The factors are made for speed Ω₀. Terms that depend on Ω − Ω₀ are iterated until the accelerations change by less
+than this fraction of the largest, or modal displacements (m √kg) by less than the tolerance times a length that is
+small compared with clearances."""
 MORE_SWEEPS = 3
 """Sweeps at most in which it is iterated."""
 UNBOUNDED = 1.0e12
@@ -56,7 +57,7 @@ UNBOUNDED = 1.0e12
 
 
 class Stage(NamedTuple):
-    """What a stage is given besides its Q and V; rows ``number`` of the workspace are its own."""
+    """Input of one stage apart from Q and V. Row ``number`` of each workspace array belongs to this stage."""
 
     number: int
     slot: int  # of the factor cache, with the factors of c_q, c_v and Ω₀

@@ -1,4 +1,4 @@
-"""Which cylinders fit a crankshaft: every one fires once, and rods that share a pin lie side by side on it."""
+"""Check of cylinders and crankshaft: every cylinder fires once, and rods on one pin lie side by side."""
 
 from __future__ import annotations
 

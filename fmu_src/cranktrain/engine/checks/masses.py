@@ -1,4 +1,4 @@
-"""Masses and inertias that an engine of this size hardly has: warnings, since a study may want a part without mass.
+"""Masses and inertias that are unlikely for an engine of this size: warnings only, because a study may need them.
 
 Masses are compared with a steel cube as wide as the bore, radii of gyration with a length of the part or the bore. The
 limits are a factor of ten to a hundred beyond what engines have from models to ships.

@@ -75,7 +75,7 @@ from cranktrain.film.elastic.height import node_films
 
 
 class Rates(NamedTuple):
-    """Factors that convert to rates of the balance, 1/s."""
+    """Factors of the balance's rates, 1/s."""
 
     half_speed: float  # ½ω of the journal
     per_step: float  # 1/Δt, Δt from the step's start to the stage
@@ -93,7 +93,7 @@ class Flow(NamedTuple):
 
 @kernel
 def film_start(film, place, shift, start, rates, nodes, faces):
-    """State at the start of the step: oil θH of void nodes, mask of void nodes, and limiter of their transport."""
+    """Write the start of the step: oil θH of void nodes, mask of void nodes, second-order correction of transport."""
     n_phi = int(film.constants[N_PHI])
     n_z = int(film.constants[N_Z])
     lines = n_z + 2

@@ -73,7 +73,7 @@ def _guid(product: Product, data: bytes) -> str:
 
 
 def description(product: Product, guid: str, takes_rates: bool) -> Element:
-    """The model description: that of the Python FMU, but for what the binary can do more.
+    """The model description of the Python FMU with the additional capabilities of the binary.
 
     ``takes_rates``: whether inputs may be given with their rates.
     """

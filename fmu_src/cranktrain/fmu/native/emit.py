@@ -1,8 +1,8 @@
 """Machine code of kernels as one object file, with no symbols of Python.
 
-Numba gives the text of each exported kernel and of all that it calls, which become one program
-(:mod:`.whole_program`). It is optimised once; LLVM emits its object for any platform that it knows. Arithmetic is never
-reordered, so every platform's code gives the same bits but for its libm.
+Numba produces the LLVM IR of each exported kernel and of all kernels that it calls. They become one program
+(:mod:`.whole_program`), which is optimised once. LLVM emits its object for any supported platform. Arithmetic is never
+reordered, so the code of all platforms gives bit-identical results, except for differences of libm.
 
 Entries have C's calling convention, ``int64_t entry(void *run, double x)``, and read a record at the address that they
 are given; functions keep numba's own, as :data:`cranktrain.core.kernel.call_kernel` calls them.
@@ -42,7 +42,7 @@ _RESULTS = {types.int64: "i", types.float64: "f", types.boolean: "b"}
 
 
 class _Called(NamedTuple):
-    """A kernel that Python called: its name with layout and kinds of results, how it is called, what keeps its code."""
+    """A kernel that Python called: its name with layout and kinds of results, its caller, the owner of its code."""
 
     name: str
     call: Call
@@ -63,7 +63,7 @@ SMALL = (
 class Emission(Compiling):
     """Kernels on their way into one object file, compiled in its context.
 
-    Kernels that Python calls meanwhile run at once. Those that others call at their address are stood in for by one
+    Kernels that Python calls meanwhile run at once. Kernels that others call by their address are replaced by a kernel
     that does nothing.
 
     Parameters
@@ -127,7 +127,7 @@ class Emission(Compiling):
         self._libraries.append(compiled.library)
 
     def call(self, function: Kernel, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
-        """Call a kernel, which becomes an export; ``KeyError`` where it gives what is no number."""
+        """Call a kernel, which becomes an export; ``KeyError`` if its result is not a number."""
         known = kernel_name(function), layout(arguments)
         if named:
             raise TypeError(f"{known[0]}: a kernel that a library is to have is called without named arguments")
@@ -144,7 +144,7 @@ class Emission(Compiling):
         return self._called[known].call(arguments)
 
     def address(self, function: Kernel, arguments: tuple[Any, ...]) -> int:
-        """Address of a kernel of such arguments that gives 0 and does nothing."""
+        """Address of a kernel with these arguments that returns 0 and does nothing."""
         known = kernel_name(function), layout(arguments)
         if known in self._stand_ins:
             return self._stand_ins[known][0]
@@ -206,7 +206,7 @@ def _calling(function: Kernel, arguments: tuple[Any, ...], count: int, single: b
 
 
 def _kinds(function: Kernel, arguments: tuple[Any, ...]) -> tuple[str, bool]:
-    """Kinds of what a kernel gives, and whether that is one number by itself."""
+    """Kinds of a kernel's results, and whether the result is a single number."""
     given = types.unliteral(overload(function, arguments).signature.return_type)
     if given == types.none:
         return "", True

@@ -1,4 +1,4 @@
-"""What an engine is to the library of the cranktrain: a variant for every combination of levels that differs."""
+"""Data of an engine for the library of the cranktrain: a variant for every different combination of levels."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def engine_model(model: FlatModel, product: Product, say: Callable[[str], None] 
 
 
 class _Variants:
-    """Variants in the making: one for each combination of levels that differs once nothing is left open."""
+    """Variants in the making: one for each different complete combination of levels."""
 
     def __init__(self, model: FlatModel, product: Product) -> None:
         self.model, self.fixed = model, dict(product.fixed)
@@ -85,7 +85,7 @@ class _Variants:
         key = tuple(str(getattr(settings, level)) for level in LEVELS)
         if key not in self.known:
             made = Simulation(*levels._replace(gas=self.gas))
-            # What the settings leave open follows the integrator that is chosen with the parameters.
+            # Open settings follow from the integrator chosen with the parameters.
             run = make_run(made.engine, made.body, levels.settings, made.gas, made.parts, self.films)
             self.known[key] = self.images.add(run, dict(enumerate(run.numbers.tolist())))
             self._leaves = self._leaves or leaf_numbers(run, LEAVES)

@@ -1,4 +1,4 @@
-"""What each kind of library exports: the entries of a run, and functions that kernels call at their address."""
+"""Exports of each kind of library: entry points of a run, and functions that kernels call by their address."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from cranktrain.modules.register import MODULES, module_files, module_of
 
 
 class Function(NamedTuple):
-    """A kernel that others call at its address, and what it is called with, a run of its kind given."""
+    """A kernel that others call by its address, and its arguments for a run of its kind."""
 
     kernel: Any
     arguments: Callable[[Any], tuple[Any, ...]]

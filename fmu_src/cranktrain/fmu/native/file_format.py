@@ -16,7 +16,7 @@ Little-endian; sections lie at multiples of 8 bytes, the last one at a multiple 
 
 The rows of each section are :data:`SECTIONS`. A *text* is an offset in TEXT; :data:`NONE` stands for "none". Rows of
 one table name those of another by their place; leaves, records and slots of a variant are counted from its first.
-Equal tables give equal bytes. The C reader is ``c/file.c``; both are held to each other by tests.
+Equal tables give equal bytes. The C reader is ``c/file.c``; tests compare both.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ ZEROS, COPIED, SHARED, TRANSPOSED = range(4)
 """Kinds of an array: zeros at the start, a copy for each instance, the file's own for all, and the copy of a matrix of
 eight-byte numbers that lies there with its rows as columns."""
 FUNCTION, RECORD = range(2)
-"""What a fixup is the address of: a function of the kernels, a record of the variant."""
+"""Target of a fixup's address: a function of the kernels, a record of the variant."""
 PLAIN, FUNCTION_LEAF, RECORD_LEAF = range(3)
-"""What a leaf that is no array holds: a number, the address of a function, or of a record."""
+"""Content of a leaf that is not an array: a number, the address of a function, or of a record."""
 ERROR, DISCARD = range(2)
-"""What a status of the kernels means: refused, or a step that failed."""
+"""Meaning of a status of the kernels: refused input, or a failed step."""
 
 _PREFIX = struct.Struct("<8sIIQ16s40sQQ")
 _SUMMED = _PREFIX.size
@@ -194,7 +194,7 @@ def table(section: str, rows: Iterable[Any]) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class NativeFile:
-    """What a native.bin holds.
+    """Contents of a native.bin.
 
     Attributes
     ----------

@@ -1,7 +1,7 @@
-"""Images of runs: what a ``Run`` record is made of, array by array, as a library finds it in a file.
+"""Images of runs: the arrays of a ``Run`` record in the form in which a library reads them from a file.
 
-A variant is one choice of levels. Variants share what has equal contents. Three kinds of memory are told apart: zeros
-and copies, which each instance has for itself, and constants, which all instances read from the file.
+A variant is one choice of levels. Variants share arrays of equal contents. There are three kinds of memory: zeros and
+copies, of which each instance has its own, and constants, which all instances read from the file.
 """
 
 from __future__ import annotations
@@ -165,7 +165,7 @@ class _Variant:
         return self._numbers[address]
 
     def _refuse_overlaps(self) -> None:
-        """``ValueError`` for arrays that share a part of their memory: an instance would have two of it."""
+        """``ValueError`` for arrays that share a part of their memory, which an instance would duplicate."""
         taken = sorted(self._taken)
         for (start, size, path), (after, _, other) in pairwise(taken):
             if start + size > after:

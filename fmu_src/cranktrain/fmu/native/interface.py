@@ -33,7 +33,7 @@ CAUSALITIES = {"input": INPUT, "output": OUTPUT, "parameter": PARAMETER, "local"
 
 @dataclass(frozen=True, kw_only=True)
 class NativeModel:
-    """What a product of a kind is to its library.
+    """Description of a product for its library.
 
     Attributes
     ----------

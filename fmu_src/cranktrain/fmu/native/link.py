@@ -1,7 +1,7 @@
 """Shared libraries of machine code: the objects of the kernels and the C shim, compiled once per state of the sources.
 
-A library serves every engine, level and module file of its kind; what differs is data (:mod:`.image`). Libraries are
-kept in the user's cache under a digest of all that they are made from, or come with the package in ``LIBRARIES``.
+A library is valid for every engine, level and module file of its kind; the differences are data (:mod:`.image`).
+Libraries are kept in the user's cache under a digest of their sources, or are part of the package in ``LIBRARIES``.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, pr
         done = subprocess.run(run, capture_output=True, text=True)
         if done.returncode:
             raise InputError(f"the C compiler failed for {platform.folder}: {done.stderr.strip() or run}")
-        # Behind the code, where no linker leaves it out: which C side this is.
+        # Digest of the C side after the code, where no linker removes it.
         content = made.read_bytes() + _shim_digest().encode()
         made.write_bytes(content + checksum(content))
         os.replace(made, target)

@@ -1,8 +1,8 @@
 """Emit a kind's kernels: ``python -m cranktrain.fmu.native.make KIND FOLDER``.
 
-Run in a process of its own, whose kernels are compiled for the least processor that an FMU is to run on. A second one
-beside it takes the force laws, a third of the work, and hardly anything of what the others compile. Each ends when its
-standard input does, with what started it.
+This runs in a process of its own, whose kernels are compiled for the oldest supported processor. A second process
+compiles the force laws, a third of the work; they have hardly any kernel in common with the others. Each process ends
+when its standard input closes, that is, with its parent.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def make_laws(kind: str, folder: Path) -> None:
 
 
 def _functions(emission: Emission, kind: str, run: Any, laws: bool) -> Iterable[Callable[[], None]]:
-    """What exports the force laws of a kind, or all other functions, each step one."""
+    """Steps that export the force laws of a kind, or all its other functions."""
     for k, (name, row) in enumerate(functions(kind).items()):
         if _is_law(name) == laws:
             yield partial(emission.function, _symbol(k), row.kernel, row.arguments(run))
@@ -127,7 +127,7 @@ def _is_law(name: str) -> bool:
 
 @contextmanager
 def _laws_beside(kind: str, folder: Path) -> Iterator[Callable[[], None]]:
-    """Emit a kind's force laws, if it has any, in a process beside this one; gives what waits for it."""
+    """Emit a kind's force laws, if it has any, in a second process; returns a function that waits for it."""
     if not any(map(_is_law, functions(kind))):
         yield lambda: None
         return

@@ -1,4 +1,4 @@
-"""What a module beside the cranktrain is to its library."""
+"""Data of a module other than the cranktrain for its library."""
 
 from __future__ import annotations
 

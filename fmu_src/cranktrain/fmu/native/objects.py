@@ -7,7 +7,7 @@ import llvmlite.binding as llvm
 from cranktrain.fmu.native.platforms import Platform
 
 FAST = "_fast"
-"""What the names of exports end in where they are for a platform's faster processors."""
+"""Suffix of the names of exports for a platform's faster processors."""
 
 
 def object_code(program: bytes, platform: Platform, fast: bool = False) -> bytes:

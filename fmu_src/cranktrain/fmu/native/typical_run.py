@@ -1,4 +1,4 @@
-"""A run of the cranktrain whose arrays have the types of every other: what kernels are compiled for, no more."""
+"""A run of the cranktrain with the array types of every run, only for compiling kernels."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def typical_run() -> Run:
 
 
 def typical_calls(run: Run) -> None:
-    """Call, with arrays like those of a run, what Python calls by itself where it makes, judges and ends runs."""
+    """Call, with arrays like those of a run, the kernels that Python calls when it makes, judges and ends runs."""
     engine = load_engine(ENGINE)
     loaded = Settings(crank="rigid", bearings="impedance", big_ends="impedance", damper="fitted", boundary="torque")
     for settings in (loaded, Settings(crank="rigid", bearings="reynolds")):

@@ -1,8 +1,9 @@
 """Kernels as one program in LLVM's text, optimised once, in place of numba's code for each of them.
 
-Numba links into every kernel all that it calls, optimises it and makes machine code of it, again at each level above: a
-program of some hundred kernels costs several times what its text costs. Here a kernel's text is kept as it is; those
-that an export reaches are linked and optimised together, and LLVM drops the arguments that a callee does not use.
+Numba links all called kernels into every kernel, optimises it and makes machine code of it, again for each caller.
+Compiling a program of some hundred kernels in this way takes several times as long as compiling its text once. Here the
+LLVM text of a kernel is kept unchanged. All kernels reached from an export are linked and optimised together, and LLVM
+drops arguments that a callee does not use.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from numba.core.registry import cpu_target
 
 
 class Text(JITCodeLibrary):
-    """What numba makes of a kernel, without machine code: its own functions, neither optimised nor linked."""
+    """Numba's output for a kernel without machine code: its own functions, neither optimised nor linked."""
 
     def finalize(self) -> None:
-        """Take what numba made as it is."""
+        """Take numba's output unchanged."""
         self._raise_if_finalized()
         self._finalized = True
 
@@ -33,13 +34,13 @@ class Text(JITCodeLibrary):
         ll_module.data_layout = self._codegen._data_layout
 
     def _get_module_for_linking(self) -> Any:
-        """With all that it calls, for a library that numba makes by itself."""
+        """With all called kernels, for a library that numba makes by itself."""
         return linked(self)
 
 
 @contextmanager
 def texts_alone() -> Iterator[None]:
-    """Let numba stop at the text of what it compiles meanwhile."""
+    """Make numba stop at LLVM text for kernels compiled meanwhile."""
     codegen = cpu_target.target_context.codegen()
     kind, setter = codegen._library_class, codegen.set_env
     codegen._library_class, codegen.set_env = Text, lambda name, env: None
@@ -96,7 +97,7 @@ def _reached(libraries: Iterable[Any]) -> list[Any]:
 
 
 def optimise(module: Any, machine: Any, level: int) -> None:
-    """Drop what no export reaches and optimise, in place, without a change of any result's bits."""
+    """Drop functions that no export reaches and optimise, in place, with bit-identical results."""
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=2))
     passes = llvm.create_new_module_pass_manager()
     passes.add_global_dead_code_eliminate_pass()

@@ -25,7 +25,7 @@ N_OUTPUTS, N_OF_CYLINDER = len(at.OUTPUTS), len(at.CYLINDER_OUTPUTS)
 
 @kernel
 def hold_inputs(model, work, inputs):
-    """Take over what holds for all cylinders over a communication step."""
+    """Copy the values common to all cylinders over a communication step."""
     now = work.now
     now[at.NOW_INTAKE_P] = inputs[at.INTAKE_P]
     now[at.NOW_INTAKE_T] = inputs[at.INTAKE_T]
@@ -92,7 +92,7 @@ def advance(model, work, state, inputs, interval):
 
 @kernel
 def fill_all(model, work, state, inputs):
-    """Cylinders at rest, full of what is in the intake; angles from the inputs."""
+    """Cylinders at rest, filled with gas of the intake; angles from the inputs."""
     hold_inputs(model, work, inputs)
     state[at.OWN_ANGLE] = inputs[at.ANGLE]
     state[at.PARTNER_ANGLE] = inputs[at.ANGLE]

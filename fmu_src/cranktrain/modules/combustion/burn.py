@@ -9,8 +9,9 @@ The charge burns as two Wiebe functions from there, premixed and by diffusion,
 
     x(θ) = β w(θ; Δ_p, m_p) + (1 − β) w(θ; Δ_d, m_d),   w = (1 − exp(−a ξ^(m+1)))/(1 − exp(−a)),  ξ = (θ − θ_ign)/Δ
 
-The premixed share β = 1 − a φ^b/τ^c follows the delay (τ in ms) and is kept within [0, 0.9]; the diffusion burn takes
-Δ_d = Δ_ref (φ/φ_ref)^0.6 (n/n_ref)^0.5. φ is the equivalence ratio of the cylinder's fuel and air at ignition.
+The premixed fraction β = 1 − a φ^b/τ^c depends on the delay (τ in ms) and is kept within [0, 0.9]. The duration of the
+diffusion burn is Δ_d = Δ_ref (φ/φ_ref)^0.6 (n/n_ref)^0.5. φ is the equivalence ratio of the cylinder's fuel and air at
+ignition.
 
 Sources: D. N. Assanis, Z. S. Filipi, S. B. Fiveland, M. Syrimis, J. Eng. Gas Turbines Power 125 (2003) 450 (delay);
 N. Watson, A. D. Pilley, M. Marzouk, SAE 800029 (share); G. Woschni, F. Anisits, MTZ 34 (1973) 106 (duration);
@@ -24,10 +25,10 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel
 
 WIEBE = 6.908
-"""a: 99.9 % of the plain function by its end, by which it is divided."""
+"""a: the plain function reaches 99.9 % at its end; it is divided by this value."""
 DURATION_BY_RATIO, DURATION_BY_SPEED = 0.6, 0.5
 LEANEST = 0.02
-"""Equivalence ratio below which delay and duration are those of this one."""
+"""Least equivalence ratio in the formulas of delay and duration."""
 MOST_PREMIXED = 0.9
 
 

@@ -1,8 +1,8 @@
-"""What happens within a cycle: sampling of the fuel, injection, ignition, the ends of burns, a new cycle.
+"""Events within a cycle: sampling of the fuel, injection, ignition, the ends of burns, a new cycle.
 
 Fuel and start of injection are sampled at ``SAMPLED``, before firing dead centre. A seeded scatter, new in each cycle
 of each cylinder, acts on the fuel's mass, on the start of injection and on the durations of the burns. Its numbers
-follow from seed, cylinder and cycle alone, so that a restored state goes on with the same ones.
+depend only on seed, cylinder and cycle, so a restored state continues with the same numbers.
 
 Source of the hash: G. L. Steele, D. Lea, C. H. Flood, Fast splittable pseudorandom number generators, OOPSLA (2014).
 """
@@ -23,7 +23,7 @@ SAMPLED = -math.radians(100.0)
 LATEST = math.radians(60.0)
 """Crank angle at which a charge that has not ignited never will."""
 MOST_BURNT = 0.999
-"""Share of the air that can burn."""
+"""Fraction of the air that can burn."""
 _AHEAD = 1.0e-9
 """Crank angle, rad, at which a valve that begins to open is open."""
 _WEYL = np.uint64(0x9E3779B97F4A7C15)
@@ -82,7 +82,7 @@ def next_angle(model, work, state, base):
 
 @kernel
 def pass_angle(model, state, i, base, inputs, angle):
-    """What is due at a crank angle at which a step has ended."""
+    """Handle the events at a crank angle at which a step has ended."""
     phase = state[base + at.PHASE]
     if angle >= 2.0 * math.pi:
         new_cycle(state, base, angle - 4.0 * math.pi)
@@ -121,7 +121,7 @@ def inject(model, state, base, inputs):
 
 @kernel
 def ignite(model, state, i, base):
-    """Begin to burn: shares and durations of the two burns."""
+    """Ignition: fractions and durations of the two burns."""
     n = model.numbers
     delay = state[base + at.CLOCK] - state[base + at.SOI_TIME]
     ratio = state[base + at.RATIO]

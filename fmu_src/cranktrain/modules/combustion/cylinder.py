@@ -1,4 +1,4 @@
-"""One cylinder: its geometry, and the rates of what is integrated in it."""
+"""One cylinder: its geometry, and the rates of its integrated quantities."""
 
 from __future__ import annotations
 
@@ -148,9 +148,9 @@ def rates(model, work, state, base, phi, time, values, out):
 
 @inlined_kernel
 def intake_flow(model, now, phi, time, values, p, t, out):
-    """Flow into the cylinder through the intake valve, kg/s, its enthalpy, J/kg, and its share of products.
+    """Flow into the cylinder through the intake valve, kg/s, its enthalpy, J/kg, and its fraction of products.
 
-    Gas that flows back waits in the port and returns first; ``out`` takes the rates of that pool.
+    Gas that flows back stays in the port and returns first; ``out`` gets the rates of this pool.
     """
     n, gas = model.numbers, model.gas
     area = valve_area(
@@ -178,7 +178,7 @@ def intake_flow(model, now, phi, time, values, p, t, out):
     c = heat_capacity(gas, fresh, now[at.NOW_INTAKE_T])
     flow = nozzle_flow(area, now[at.NOW_INTAKE_P], now[at.NOW_INTAKE_T], r, c / (c - r), p)
     pool = max(values[at.POOL], 0.0)
-    # Per mass of the pool and of what is mixed with it: no division by an empty pool.
+    # Per mass of the pool and of the gas mixed with it: no division by an empty pool.
     part = 1.0 / (pool + POOL_SHARE * n[at.MASS_SCALE])
     taken = pool * part
     h = values[at.POOL_ENTHALPY] * part + (1.0 - taken) * now[at.INTAKE_H]
@@ -191,9 +191,10 @@ def intake_flow(model, now, phi, time, values, p, t, out):
 
 @inlined_kernel
 def exhaust_flow(model, now, phi, time, values, p, t, out):
-    """Flow out of the cylinder through the exhaust valve, kg/s, its enthalpy, J/kg, and its share of products.
+    """Flow out of the cylinder through the exhaust valve, kg/s, its enthalpy, J/kg, and its fraction of products.
 
-    Gas that flows back has the manifold's temperature and the share of products of the port, which follows what leaves.
+    Gas that flows back has the manifold's temperature and the fraction of products of the port, which follows the
+    outflow.
     """
     n, gas = model.numbers, model.gas
     lift = lifts(model, now, phi, time)[1]
@@ -217,7 +218,7 @@ def exhaust_flow(model, now, phi, time, values, p, t, out):
 
 @kernel
 def fill(model, state, base, phi, pressure, temperature, share):
-    """Fill a cylinder with gas of a pressure (Pa), temperature (K) and share of products."""
+    """Fill a cylinder with gas of a pressure (Pa), temperature (K) and fraction of products."""
     gas = model.gas
     mass = pressure * volume(model.numbers, phi) / (gas_constant(gas, share) * temperature)
     state[base + at.MASS] = mass

@@ -2,7 +2,7 @@
 
 Bore, stroke, rod, compression ratio and firing angles are those of the engine file, its table ``[combustion]`` gives
 intake and wall temperature, the angles at which the intake closes and the exhaust opens, and the manifold pressures
-where the module file has none. Where a setting stands in the file is said beside it, in :class:`.CycleSettings`.
+where the module file has none. :class:`.CycleSettings` gives the table and key of each setting.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def load(path: str | Path) -> CycleSettings:
 
 
 def cycle_settings(values: dict[str, Any], engine: Engine, name: str, title: str) -> CycleSettings:
-    """Settings from a module file's values and an engine; ``InputError`` for what does not go together."""
+    """Settings from a module file's values and an engine; ``InputError`` for contradictory values."""
     burn, cylinders = engine.combustion, engine.cylinders
     for pressure in ("intake_pressure", "exhaust_pressure"):
         values[pressure] = values[pressure] or getattr(burn, pressure)
@@ -68,5 +68,5 @@ def cycle_settings(values: dict[str, Any], engine: Engine, name: str, title: str
 
 
 def contents(path: Path) -> Contents:
-    """What the FMU of a module file is made of."""
+    """Contents of the FMU of a module file."""
     return module_contents(load(path))

@@ -1,13 +1,13 @@
 """Properties of cylinder gas: a mixture of air and of the products of stoichiometric combustion, ideal, by temperature.
 
-Lean products of a fuel CH_y are the mixture, by mass, of stoichiometric products (share y) and air (1 − y):
+Lean products of a fuel CH_y are the mixture, by mass, of stoichiometric products (fraction y) and air (1 − y):
 
     CH_y + (1 + y/4) (O2 + a N2 + b Ar)  →  CO2 + y/2 H2O + (1 + y/4) (a N2 + b Ar)
 
 Heat capacities are NASA polynomials of four powers in two ranges that meet at 1000 K; enthalpies are sensible, 0 at
-298.15 K, and continuous at 1000 K. The heat of reaction is the fuel's lower heating value at 298.15 K, so that products
-from any temperature have the energy that their formation asks. No dissociation; beyond 200 to 3500 K the heat capacity
-stays as it is there.
+298.15 K, and continuous at 1000 K. The heat of reaction is the fuel's lower heating value at 298.15 K, so the energy of
+formation is right for products at any temperature. There is no dissociation. Outside 200 to 3500 K the heat capacity is
+constant.
 
 Sources: G. P. Smith et al., GRI-Mech 3.0, thermodynamic data; B. J. McBride et al., NASA TM-4513 (1993).
 """
@@ -26,7 +26,7 @@ UNIVERSAL = 8.31446
 REFERENCE, MIDDLE, LOWEST, HIGHEST = 298.15, 1000.0, 200.0, 3500.0
 """Temperatures, K: of no sensible enthalpy, between the ranges, and the ends of the polynomials."""
 AIR = {"N2": 0.7808, "O2": 0.2095, "Ar": 0.0097}
-"""Shares of dry air by amount; carbon dioxide counts as argon."""
+"""Mole fractions of dry air; carbon dioxide counts as argon."""
 MOLAR_MASS = {"N2": 28.0134e-3, "O2": 31.9988e-3, "Ar": 39.948e-3, "CO2": 44.0095e-3, "H2O": 18.0153e-3}
 """kg/mol."""
 CARBON, HYDROGEN = 12.0107e-3, 1.00794e-3
@@ -71,7 +71,7 @@ def stoichiometric_air(hydrogen_per_carbon: float) -> float:
 
 
 def products(hydrogen_per_carbon: float) -> dict[str, float]:
-    """Shares by amount of the products of stoichiometric combustion of CH_y in air."""
+    """Mole fractions of the products of stoichiometric combustion of CH_y in air."""
     oxygen = 1.0 + 0.25 * hydrogen_per_carbon
     amounts = {"CO2": 1.0, "H2O": 0.5 * hydrogen_per_carbon}
     amounts |= {name: oxygen * AIR[name] / AIR["O2"] for name in ("N2", "Ar")}
@@ -110,7 +110,7 @@ def _rows(shares: dict[str, float]) -> Array:
 
 @inlined_kernel
 def gas_constant(gas, share):
-    """Gas constant of a mixture with this mass share of products, J/(kg K)."""
+    """Gas constant of a mixture with this mass fraction of products, J/(kg K)."""
     return gas[AIR_ROW, R_GAS] + share * (gas[PRODUCTS_ROW, R_GAS] - gas[AIR_ROW, R_GAS])
 
 

@@ -1,4 +1,4 @@
-"""What a combustion run tells of itself to whom runs it without Python: names, choices, texts of its statuses."""
+"""Description of a combustion run for callers without Python: names, choices, texts of its statuses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NO_SOLUTION = (
 
 
 def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = None) -> NativeInterface:
-    """What a run of these settings is made of; ``names`` are what its user calls fields of the settings."""
+    """Contents of a run of these settings; ``names`` are the user's names of fields of the settings."""
     count = len(settings.firing_angles)
     of_each = [f"cylinder[{i + 1}]." for i in range(count)]
     inputs = (*at.COMMON_INPUTS, *(head + name for head in of_each for name in at.CYLINDER_INPUTS))

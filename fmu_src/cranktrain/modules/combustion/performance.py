@@ -3,8 +3,8 @@
     λ = m_air/(m_fuel L),   ratio = p_max/p_motored,   b_e = m_fuel/(p_me V_h),   p_me = p_mi − p_mf
 
 m_air is the fresh air that is trapped, p_motored the peak of the same cylinder without fuel, p_mi includes the gas
-exchange. The module itself has no friction, and the cranktrain counts that of its bearings and pistons' skirts. All of
-it with rings, valve train, pumps and injection is estimated by the form of Chen and Flynn,
+exchange. The module itself has no friction; the cranktrain includes the friction of its bearings and pistons' skirts.
+The total friction with rings, valve train, pumps and injection is estimated by the form of Chen and Flynn,
 
     p_mf = 0.4 bar + 0.005 p_max + 0.09 bar s/m c_m + 0.0009 bar s²/m² c_m²
 
@@ -74,7 +74,7 @@ def friction_pressure(peak: float, piston_speed: float) -> float:
 
 
 def performance(settings: CycleSettings, speed: float) -> Performance:
-    """The operating point of the settings' fuel, timing and manifolds at a speed, rad/s; all cylinders alike."""
+    """The operating point with the settings' fuel, timing and manifolds at a speed, rad/s; all cylinders are equal."""
     fired, motored = _cycle(settings, speed), _cycle(replace(settings, fuel_mass=0.0), speed)
     swept = 0.25 * math.pi * settings.bore**2 * settings.stroke
     closed = round((CLOSED + 4.0 * math.pi) / STEP) - 1

@@ -1,4 +1,4 @@
-"""What follows from a run's numbers: the numbers, firing angles and choices of its model, checked."""
+"""Preparation of a model from a run's numbers: its numbers, firing angles and choices, checked."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cranktrain.modules.crank_angle import ANGLES, TIMES, choice_status, numbers
 SHORT_ROD, NO_COMPRESSION, INTAKE_ANGLES, EXHAUST_ANGLES = 20, 21, 22, 23
 """Statuses of numbers that no engine has together."""
 PORT_SHARE = 0.5
-"""Volume of the exhaust port, over the swept volume, that mixes what leaves a cylinder; chosen."""
+"""Volume of the exhaust port in which the outflow of a cylinder mixes, over the swept volume; chosen."""
 _N_LIFTS, _N_ANGLES, _N_TIMES = len(at.LIFTS), len(ANGLES), len(TIMES)
 
 
@@ -43,7 +43,7 @@ def check_numbers(numbers):
 
 @kernel
 def prepare_model(numbers, model):
-    """Fill a model from a run's numbers, or leave it where these are refused: a status. The gas table stays."""
+    """Fill a model from a run's numbers; returns a status. Refused numbers change nothing; the gas table stays."""
     status = check_numbers(numbers)
     if status != OK:
         return status

@@ -1,4 +1,4 @@
-"""What the values of a combustion model's file measure beside the engine's: annotations of its settings."""
+"""Quantities of a combustion file's values in addition to the engine's: annotations of its settings."""
 
 from __future__ import annotations
 

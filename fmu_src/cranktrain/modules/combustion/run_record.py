@@ -1,6 +1,6 @@
 """All of a run in one record, and the four kernels by which it is run: from Python, and from a library without it.
 
-Each returns a status, 0 or what :mod:`.native` has a text for. Where it is not 0, the model or the state is as before.
+Each returns a status: 0, or a number whose text is in :mod:`.native`. If it is not 0, model and state are unchanged.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Model(NamedTuple):
 
 @record
 class Work(NamedTuple):
-    """Workspace: rates of the stages and values, what holds over a step, a counter, and a state that is tried."""
+    """Workspace: rates of the stages and values, constants over a step, a counter, and a trial state."""
 
     rows: Array
     now: Array
@@ -75,7 +75,7 @@ def prepare(run):
 def start(run, time):
     """Start at a time, s, under the present inputs, ``start_cycles`` cycles after a filling: a status.
 
-    Fuel and manifolds are those of the inputs, valves the built-in ones. At rest cylinders stay full of what is in the
+    Fuel and manifolds are those of the inputs, valves the built-in ones. At rest cylinders stay filled with gas of the
     intake.
     """
     status = check_inputs(run.inputs)
@@ -143,7 +143,7 @@ def check_inputs(inputs):
 
 @kernel
 def count_from_here(state, i, inputs):
-    """Let all that a cylinder sums up begin at 0, and its lifts at those of the inputs."""
+    """Set all sums of a cylinder to 0, and its lifts to those of the inputs."""
     base, place = N_HEAD + i * at.SIZE, at.FIRST_CYLINDER + i * at.OF_CYLINDER
     state[base + at.WORK_START] -= state[base + at.WORK]
     state[base + at.WALL_START] -= state[base + at.WALL]

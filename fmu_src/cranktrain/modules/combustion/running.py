@@ -1,4 +1,4 @@
-"""What the slave of a combustion FMU asks of the package."""
+"""Functions for the slave of a combustion FMU."""
 
 from cranktrain.modules.combustion.settings import CycleSettings
 from cranktrain.modules.combustion.simulation import CombustionSimulation

@@ -1,4 +1,4 @@
-"""What a combustion model is made of: one frozen record in SI, and the run that is made of it."""
+"""Settings of a combustion model: one frozen record in SI, and the run made from it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # an FMU carries the settings without what their module file 
 Array = NDArray[np.float64]
 
 CHOICES = {"lift_source": at.LIFTS, "angle_source": ANGLES, "inputs_at": TIMES}
-"""Settings that are one of several names; in a run's numbers the name's place stands for it."""
+"""Settings that are one of several names; a run's numbers hold the index of the name."""
 MEND_INTAKE = "it opens before it closes, both between -720 and 0 deg after firing dead centre"
 MEND_EXHAUST = "it opens before it closes, both between 0 and 720 deg after firing dead centre"
 
@@ -175,7 +175,7 @@ def check_settings(settings: CycleSettings) -> None:
 
 
 def _refusal(settings: CycleSettings, status: int) -> str:
-    """What a status of :mod:`.preparation` says of these settings."""
+    """Meaning of a status of :mod:`.preparation` for these settings."""
     s, turns = settings, 180.0 / math.pi
     if status == SHORT_ROD:
         reach = 0.5 * s.stroke + abs(s.pin_offset)

@@ -20,7 +20,7 @@ GIVEN = (
 """Fields of the settings that kernels read while they step; ``air_demand`` follows from the fuel."""
 N_GIVEN = len(GIVEN)
 NUMBERS = (*GIVEN, "port_mass", "mass_scale", "energy_scale")
-"""A model's numbers: what is given, and scales that follow from it."""
+"""A model's numbers: given values, and scales derived from them."""
 (
     BORE, STROKE, ROD_LENGTH, PIN_OFFSET, COMPRESSION_RATIO, CRANKCASE_PRESSURE, WALL_TEMPERATURE, SWIRL,
     HEATING_VALUE, AIR_DEMAND, IGNITION_FACTOR, IGNITION_EXPONENT, IGNITION_TEMPERATURE, IGNITION_BY_RATIO,
@@ -35,7 +35,7 @@ RUN_NUMBERS = (
     *GIVEN, "intake_pressure", "intake_temperature", "exhaust_pressure", "exhaust_temperature", "start_cycles",
     "start_speed", "lift_source", "angle_source", "inputs_at",
 )  # fmt: skip
-"""A run's numbers: what is given, what only its preparation and its start read, and behind them the firing angles."""
+"""A run's numbers: given values, values for preparation and start only, and after them the firing angles."""
 (
     CHARGE_PRESSURE, CHARGE_TEMPERATURE, BACK_PRESSURE, BACK_TEMPERATURE, START_CYCLES, START_SPEED, LIFT_SOURCE,
     ANGLE_SOURCE, INPUTS_AT,
@@ -82,7 +82,7 @@ MEMORY = (
     "peak_angle", "cycle_work", "cycle_wall", "cycle_heat", "cycle_peak", "cycle_peak_angle", "cycle_delay", "injected",
     "first_mass", "first_energy",
 )  # fmt: skip
-"""What a cylinder remembers of its cycle."""
+"""Values that a cylinder stores over its cycle."""
 (
     PHI, PRESSURE, TEMPERATURE, STEP, PHASE, CYCLE, FUEL, SOI, SOI_TIME, CLOCK, IGNITION, RATIO,
     PREMIXED_FUEL, DIFFUSION_FUEL, PREMIXED_FOR, DIFFUSION_FOR, CLOSED, CLOSED_PRESSURE,
@@ -110,7 +110,7 @@ NOW = (
     "speed", "intake_p", "intake_t", "exhaust_p", "exhaust_t", "lift_in", "lift_out", "slope_in", "slope_out",
     "pressure", "temperature", "stiffness", "intake_h", "lifts_given",
 )  # fmt: skip
-"""Places of the workspace: what holds over a communication step, and what the last evaluation found."""
+"""Slots of the workspace: constants over a communication step, and results of the last evaluation."""
 (
     NOW_SPEED, NOW_INTAKE_P, NOW_INTAKE_T, NOW_EXHAUST_P, NOW_EXHAUST_T, NOW_LIFT_IN, NOW_LIFT_OUT, SLOPE_IN, SLOPE_OUT,
     FOUND_P, FOUND_T, STIFFNESS, INTAKE_H, LIFTS_GIVEN,

@@ -1,8 +1,8 @@
 """Advancing a cylinder over a communication step: Dormand and Prince's method with step control in crank angle.
 
-Steps end at what happens within a cycle: a new cycle, the fuel's sampling, the start of injection, the edges of the
-built-in lifts, the ends of the burns; ignition, whose angle is not known before, ends a step at the root of the delay's
-integral. Error estimates are taken over the scales of a charge.
+Steps end at the events of a cycle: a new cycle, the fuel's sampling, the start of injection, the edges of the built-in
+lifts, the ends of the burns. The angle of ignition is not known beforehand; a step ends at the root of the delay's
+integral. Error estimates are relative to the scales of a charge.
 
 Source: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19.
 """

@@ -18,7 +18,7 @@ import math
 from cranktrain.core.kernel import inlined_kernel
 
 EVEN = 5.0e-3
-"""δ, share of the pressure over which the flow is made linear."""
+"""δ, fraction of the pressure over which the flow is made linear."""
 
 
 @inlined_kernel

@@ -1,7 +1,8 @@
 """The valve train over one communication step, its static start, and the outputs.
 
-The crank turns evenly within a communication step. ``valvetrain.torque`` is that of the step's end, for partners that
-go on from there, ``valvetrain.torque_step`` the mean over the step, for those that hold it: the work of the drive.
+The crank turns uniformly within a communication step. ``valvetrain.torque`` is the torque at the step's end, for
+partners that extrapolate it. ``valvetrain.torque_step`` is the mean over the step, for partners that hold it, with the
+same work as the drive.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ MOST_PASSES = 5_000_000
 _AT_END = 1.0e-12
 """Crank angle, rad, before a cycle's end that counts as the end."""
 _STILL = 100
-"""Iterations of the static start; each divides what is missing by a thousand or more."""
+"""Iterations of the static start; each reduces the residual by a factor of a thousand or more."""
 
 
 @kernel
@@ -97,7 +98,7 @@ def one_step(model, work, state, speed, left):
 
 @kernel
 def rest_place(model, row):
-    """Lift, m, at which a line stands still on its present cam, and its slope by the train's lift."""
+    """Static lift, m, of a line on its present cam, and its slope by the train's lift."""
     n = model.numbers
     z = n[at.RATIO] * row[at.R_LIFT] - n[at.LASH]
     closed = -n[at.PRELOAD] / (n[at.SEAT] + n[at.RATE])
@@ -139,7 +140,7 @@ def stand(model, work, state, inputs):
 
 @kernel
 def energy(model, work, state):
-    """Energy of all that moves and is strained, J."""
+    """Kinetic and elastic energy, J."""
     n = model.numbers
     place(model, work, state)
     depth = max(abs(0.5 * state[crank.OWN_ANGLE] - state[at.CAM_ANGLE]) - n[at.HALF_GAP], 0.0)

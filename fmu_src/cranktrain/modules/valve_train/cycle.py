@@ -1,6 +1,6 @@
-"""What is remembered of a cycle: seating, bounce, loss of contact, the drive apart, the crank's work.
+"""Values stored over a cycle: seating, bounce, loss of contact, separation of the drive, the crank's work.
 
-A line's cycle ends half a turn after its cam's nose, that of drive and work with the crank's.
+A line's cycle ends half a turn after its cam's nose; the cycle of drive and work ends with the crank's cycle.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cranktrain.modules.valve_train.cam import wrapped
 
 @kernel
 def remember(model, work, state, h):
-    """Take a step of h, s, whose end is in the workspace and not yet in the state, into what is remembered."""
+    """Add a step of h, s, whose end is in the workspace and not yet in the state, to the stored values."""
     n, shaft = model.numbers, work.shaft
     turn = abs(shaft[at.S_ANGLE] - shaft[at.S_ANGLE0])
     for i in range(work.rows.shape[0]):

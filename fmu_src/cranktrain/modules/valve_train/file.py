@@ -1,8 +1,8 @@
 """Module files of valve trains: tables of values with units and origins, firing angles from the engine's own file.
 
-Where the intake closes and the exhaust opens stands in the engine file's table ``[combustion]``, as it does for the
-combustion module, whose own file holds the other ends; a test holds both modules' valves together. Where a setting
-stands in the file is said beside it, in :class:`.TrainSettings`.
+The angles at which the intake closes and the exhaust opens are in the engine file's table ``[combustion]``, as for the
+combustion module. The combustion's own file has the other two angles; a test compares the valves of both modules.
+:class:`.TrainSettings` gives the table and key of each setting.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def load(path: str | Path) -> TrainSettings:
 
 
 def train_settings(values: dict[str, Any], engine: Engine, name: str, title: str) -> TrainSettings:
-    """Settings from a module file's values and an engine; ``InputError`` for what does not go together."""
+    """Settings from a module file's values and an engine; ``InputError`` for contradictory values."""
     settings = TrainSettings(
         name=name,
         title=title,
@@ -61,5 +61,5 @@ def train_settings(values: dict[str, Any], engine: Engine, name: str, title: str
 
 
 def contents(path: Path) -> Contents:
-    """What the FMU of a module file is made of."""
+    """Contents of the FMU of a module file."""
     return module_contents(load(path))

@@ -1,4 +1,4 @@
-"""Contacts that only push, and what a cam, its train and its valve have of forces at a place and a velocity.
+"""Contacts that only push, and forces on cam, train and valve at a position and a velocity.
 
 A contact of depth δ has F = k δ (1 + χ δ̇), 0 where that is not positive, with χ one over the damping velocity. It is
 continuous at touch, so that a method of second order keeps its order over it. A mass that meets it at v leaves at v':

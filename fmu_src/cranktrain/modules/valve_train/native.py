@@ -1,4 +1,4 @@
-"""What a run of a valve train tells of itself to whom runs it without Python: names, choices, texts of its statuses."""
+"""Description of a valve train's run for callers without Python: names, choices, texts of its statuses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NO_SOLUTION = (
 
 
 def native_interface(settings: TrainSettings, names: Mapping[str, str] | None = None) -> NativeInterface:
-    """What a run of these settings is made of; ``names`` are what its user calls fields of the settings."""
+    """Contents of a run of these settings; ``names`` are the user's names of fields of the settings."""
     count = len(settings.firing_angles)
     of_each = [f"cylinder[{i + 1}].{kind}_" for i in range(count) for kind in at.KINDS]
     outputs = (*at.OUTPUTS, *(head + name for head in of_each for name in at.LINE_OUTPUTS))

@@ -1,4 +1,4 @@
-"""What follows from a run's numbers: the numbers, cams, noses and choices of its model, checked.
+"""Preparation of a model from a run's numbers: its numbers, cams, noses and choices, checked.
 
 A spring is a uniform bar between the head and the retainer, u(s) = s x + Σ q_n sin nπs: its modes' frequencies with the
 valve at rest are n/2 √(k/m), their masses m/2, and m (−1)ⁿ⁺¹/(nπ) couples them to the valve.
@@ -47,7 +47,7 @@ def check_numbers(numbers, cams):
 
 @kernel
 def make_cam(numbers, kind, cam):
-    """Fill the numbers of a kind's cam: ramps take up lash and what the preload strains.
+    """Fill the numbers of a kind's cam: ramps take up lash and the deformation by the preload.
 
     A valve that opens slowly thus begins to lift at the ramp's end, and reaches its lift at the nose.
     """

@@ -1,4 +1,4 @@
-"""What the values of a valve train's file measure beside the engine's: annotations of its settings."""
+"""Quantities of a valve-train file's values in addition to the engine's: annotations of its settings."""
 
 from __future__ import annotations
 

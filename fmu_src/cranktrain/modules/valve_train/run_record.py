@@ -1,6 +1,6 @@
 """All of a run in one record, and the four kernels by which it is run: from Python, and from a library without it.
 
-Each returns a status, 0 or what :mod:`.native` has a text for. Where it is not 0, the model or the state is as before.
+Each returns a status: 0, or a number whose text is in :mod:`.native`. If it is not 0, model and state are unchanged.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the slave of a valve-train FMU asks of the package."""
+"""Functions for the slave of a valve-train FMU."""
 
 from cranktrain.modules.module_running import ModuleRunning
 from cranktrain.modules.valve_train.settings import TrainSettings

@@ -1,4 +1,4 @@
-"""What a valve train is made of: one frozen record in SI, and the run that is made of it."""
+"""Settings of a valve train: one frozen record in SI, and the run made from it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # an FMU carries the settings without what their module file 
 Array = NDArray[np.float64]
 
 CHOICES = {"angle_source": ANGLES, "inputs_at": TIMES}
-"""Settings that are one of several names; in a run's numbers the name's place stands for it."""
+"""Settings that are one of several names; a run's numbers hold the index of the name."""
 MEND_ANGLES = tuple(
     f"it opens before it closes, both between {span} deg after firing dead centre"
     for span in ("-720 and 0", "0 and 720")
@@ -151,7 +151,7 @@ def check_settings(settings: TrainSettings) -> None:
 
 
 def _refusal(settings: TrainSettings, status: int) -> str:
-    """What a status of :mod:`.preparation` says of these settings."""
+    """Meaning of a status of :mod:`.preparation` for these settings."""
     s, k, degrees = settings, status % 10, 180.0 / math.pi
     kind = at.KINDS[k]
     if status == NO_SEAT_TIME + k:

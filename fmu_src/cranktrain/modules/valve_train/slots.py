@@ -19,7 +19,7 @@ NUMBERS = (
     *GIVEN, "damping", "seat_damping", "drive_damping", "half_gap", "velocity", "coupling_1", "coupling_2",
     "modal_mass", "modal_stiffness_1", "modal_stiffness_2", "modal_damping_1", "modal_damping_2",
 )  # fmt: skip
-"""A model's numbers: what is given, and what follows from it."""
+"""A model's numbers: given and derived values."""
 (
     RATIO, STIFFNESS, LASH, RATE, PRELOAD, SEAT, FRICTION, BASE_RADIUS,
     ROLLER_RADIUS, CAM_WIDTH, CONTACT_MODULUS, DRIVE, DRIVE_RADIUS, INERTIA, DRAG,
@@ -43,7 +43,7 @@ RUN_NUMBERS = (
     "damping_velocity", "spring_mass", "spring_damping", "seat_damping_velocity", "drive_damping_speed", "backlash",
     "rated_speed", "start_cycles", "start_speed", "angle_source", "inputs_at",
 )  # fmt: skip
-"""A run's numbers: what is given, what only its preparation and its start read, and behind them the firing angles."""
+"""A run's numbers: given values, values for preparation and start only, and after them the firing angles."""
 FIRST_KIND, N_OF_KIND = N_GIVEN, len(OF_KIND)
 (
     CAM_RAMP, POWER, TRAIN_MASS, DAMPING_VELOCITY, SPRING_MASS, SPRING_DAMPING, SEAT_VELOCITY, DRIVE_SPEED, BACKLASH,
@@ -72,7 +72,7 @@ LINE = (
     "x", "v", "q_1", "q_2", "w_1", "w_2", "acceleration", "impact_now", "impact", "loss_now", "loss", "bounce_now",
     "bounce", "landed",
 )  # fmt: skip
-"""Of each line: lift (m), velocity, spring modes and their velocities, and what is remembered of the cycle."""
+"""State of each line: lift (m), velocity, spring modes and their velocities, and values stored over the cycle."""
 (
     X, V, Q, Q_2, W, W_2, ACCELERATION, IMPACT_NOW, IMPACT, LOSS_NOW, LOSS, BOUNCE_NOW,
     BOUNCE, LANDED,

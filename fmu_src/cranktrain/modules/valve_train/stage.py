@@ -1,8 +1,8 @@
 """One implicit stage: accelerations of camshaft and valves that are in balance at its end, by Newton's method.
 
-With X = x̂ + (γh)² A and V = v̂ + γh A the spring's modes are linear in A and go first, which leaves one unknown for a
-line; the lines depend on one another through the camshaft alone and go next. So an iteration costs as much as a look
-at every line, and what remains is one equation for the camshaft.
+With X = x̂ + (γh)² A and V = v̂ + γh A the spring's modes are linear in A and are eliminated first, so each line has
+one unknown. The lines are coupled through the camshaft only and are eliminated next, so one equation for the camshaft
+remains. The cost of an iteration is one evaluation of every line.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def shaft_balance(n, shaft, gh):
 
 @kernel
 def line_balance(model, row, kind, shaft, gh):
-    """What a line, its own correction taken out, adds to the camshaft's balance and to its derivative.
+    """Contribution of a line, with its own correction eliminated, to the camshaft's balance and derivative.
 
     Into the row: the correction of its acceleration at a camshaft that stays, and by the camshaft's.
     """

@@ -1,7 +1,7 @@
 """Steps of the whole valve train: a singly diagonally implicit Runge–Kutta method of two stages, with step control.
 
-γ = 1 − 1/√2 makes it of second order, L-stable and stiffly accurate. Contacts are continuous at touch, so that steps
-need not end there: the error estimate sees them. It is that of the velocities, 0.0404 h³ d³v/dt³, with the derivative
+γ = 1 − 1/√2 makes it of second order, L-stable and stiffly accurate. Contacts are continuous at touch, so steps need
+not end there; the error estimate includes them. It is that of the velocities, 0.0404 h³ d³v/dt³, with the derivative
 from the accelerations of the step's start and both stages. Stages follow the crank's angle within the step. Work and
 losses are integrated by the same weights.
 
@@ -117,7 +117,7 @@ def take_powers(model, work, weight):
 
 @kernel
 def damped_power(depth, rate, stiffness, force):
-    """Power that a contact takes beside what it stores, W; also where it is left faster than its force could follow."""
+    """Power that a contact dissipates, W, also where a mass leaves it faster than its force could follow."""
     return (force - stiffness * depth) * rate if depth > 0.0 else 0.0
 
 
@@ -135,7 +135,7 @@ def step_error(model, work, state, h):
 
 @kernel
 def third(a, b, c):
-    """h² times the second derivative of what is a at the start, b at γh and c at h."""
+    """h² times the second derivative of a quantity with values a at the start, b at γh and c at h."""
     return 2.0 * ((c - b) / (1.0 - GAMMA) - (b - a) / GAMMA)
 
 

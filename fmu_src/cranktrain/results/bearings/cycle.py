@@ -1,15 +1,16 @@
-"""What the last cycle of a run says of its plain bearings: loads, films, friction, oil.
+"""Plain bearings over the last cycle of a run: loads, films, friction, oil.
 
 Vectors across the crank are complex, x + i y, in axes at rest: x across the engine, y upwards. Per bearing
 
 * the specific load is |F|/(B D), and p v that times the sliding speed at the journal's surface;
-* the journal's friction takes the power mean(T ω) with ω the journal's speed against its bore; the rest of what the
-  film turns into heat is the work of the journal's middle against it, −mean(F · ė). Tilting's share is left out.
+* the friction power of the journal is mean(T ω) with the journal's speed ω against its bore. The other part of the
+  film's heat is the work of the journal's middle against the film, −mean(F · ė). The work of tilting is left out.
 
 Friction mean effective pressure is work per cycle of 720° over displacement, 4π P/(Ω V).
 
-A rod leans by β with sin β = x/L, x the pin's place across its cylinder (Shigley and Uicker, Theory of Machines and
-Mechanisms); the speed of a pin in its big end is that of the crank less β̇. The crank's twist is left out of it.
+The inclination β of a rod follows from sin β = x/L with the pin's position x across its cylinder (Shigley and Uicker,
+Theory of Machines and Mechanisms). The speed of a pin in its big end is the crank's speed minus β̇, without the crank's
+twist.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ class BearingCycle:
     pv, peak_pv : mean and largest specific load times sliding speed, Pa m/s
     film, pressure : least film (m), largest pressure in it (Pa)
     friction_power, squeeze_power : means, W
-    oil_flow : mean of what leaves at both ends, m³/s
+    oil_flow : mean flow out of both ends, m³/s
     """
 
     family: str

@@ -21,7 +21,7 @@ _COLOURS = {MAIN: BLUE, BIG_END: ORANGE}
 
 
 def speed_name(speed_rpm: float) -> str:
-    """What pictures of a speed are called by."""
+    """Name of a speed in pictures."""
     return f"{speed_rpm:.0f}rpm"
 
 

@@ -1,4 +1,4 @@
-"""Bearings of a run held against the limits of their engine file."""
+"""Bearings of a run compared with the limits of their engine file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SAID = {
 
 @dataclass(frozen=True)
 class Violation:
-    """A limit that a bearing does not keep: one of ``JUDGED``, what was found and what it may be, SI."""
+    """A limit that a bearing exceeds: one of ``JUDGED``, the value found and the allowed value, SI."""
 
     bearing: str
     what: str
@@ -32,7 +32,7 @@ class Violation:
 
 
 def judged(bearing: BearingCycle, what: str) -> float | None:
-    """What is held against a limit, SI; None for what the bearing's level of detail does not have."""
+    """Value that is compared with a limit, SI; None if the bearing's level does not compute it."""
     found = getattr(bearing, what)
     return found if found is None or isinstance(found, float) else float(found.value)
 
@@ -50,7 +50,7 @@ def violations(report: BearingReport) -> list[Violation]:
 
 
 def missing_limits(report: BearingReport) -> list[str]:
-    """Keys of ``[bearing_limits]`` that the engine file lacks and this run could be held against."""
+    """Keys of ``[bearing_limits]`` that the engine file lacks and that this run could be compared with."""
     limits = report.engine.bearing_limits or BearingLimits()
     keys = {
         f"{bearing.family}_{what}"

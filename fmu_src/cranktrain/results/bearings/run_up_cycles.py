@@ -1,8 +1,8 @@
 """Bearings of a run-up: each speed's cycle from the orders that the run-up keeps of the bearings' outputs.
 
-Loads, journals' places and friction are the sums of their orders, as far as the run-up has them (up to 24 unless it was
-told otherwise); least film and largest pressure are the run's own extremes, their crank angle is that of the sums.
-Where no cycle repeats the one before, orders are those of a mean cycle and extremes those of all cycles.
+Loads, journals' positions and friction are sums of the orders that the run-up has (up to 24 by default). Least film and
+largest pressure are the run's own extremes; their crank angles come from the sums. If the motion is not periodic,
+orders are those of a mean cycle, and extremes are taken over all cycles.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _OF_MAINS = ("speed.relative",)
 
 
 def bearing_outputs(engine: Engine, mains: bool = True) -> list[str]:
-    """Outputs whose orders tell of an engine's bearings; without ``mains`` where their journals are locked."""
+    """Outputs whose orders describe an engine's bearings; without ``mains`` if their journals are locked."""
     names = [SPEED]
     if mains:
         count = len(engine.crankshaft.main_widths)
@@ -56,7 +56,7 @@ class OrderedCycle:
     Attributes
     ----------
     time, angle : (n,) s and rad of crank angle, from 0 to the end of the cycle
-    outputs : name → (n,) SI, made as they are asked for
+    outputs : name → (n,) SI, computed on request
     """
 
     time: Array
@@ -101,7 +101,7 @@ class _Outputs(Mapping[str, Array]):
 
 
 def _with_extremes(bearing: BearingCycle, run_up: RunUp, row: int) -> BearingCycle:
-    """A bearing with its least film and largest pressure in place of those of the sums."""
+    """A bearing with the run's least film and largest pressure instead of the values from the sums."""
     name = bearing.name.replace("main", "bearing")
     found = {}
     for key, output, column in (("film", "film_thickness_min", LEAST), ("pressure", "pressure_max", LARGEST)):

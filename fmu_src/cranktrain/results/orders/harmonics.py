@@ -4,8 +4,8 @@ Order n counts n oscillations per revolution, so a four-stroke cycle has the ord
 
     x(θ) = mean + Re Σ a_n exp(i n θ),
 
-so |a_n| is zero to peak, and a cosine that peaks at θ = 0 has a real, positive a_n. A cycle sampled at even angles has
-no leakage: what its samples resolve is exact.
+so |a_n| is zero to peak, and a cosine that peaks at θ = 0 has a real, positive a_n. A cycle sampled at equal angles has
+no leakage: all orders that its samples resolve are exact.
 """
 
 from __future__ import annotations

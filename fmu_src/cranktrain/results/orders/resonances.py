@@ -20,11 +20,11 @@ from cranktrain.results.orders.harmonics import Array
 from cranktrain.results.run_up.run_up import TORSION, RunUp
 
 COUNTS = 0.01
-"""Share of the output's largest order amplitude from which a peak counts."""
+"""A peak counts if it exceeds this fraction of the output's largest order amplitude."""
 STANDS_OUT = 0.1
-"""Share of its height by which a peak stands above the higher of the two dips beside it."""
+"""Fraction of its height by which a peak must exceed the higher of its two neighbouring minima."""
 NEAR = 0.2
-"""Share of its own frequency within which a mode is one that a peak belongs to."""
+"""A peak belongs to a mode if it lies within this fraction of the mode's frequency."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def _with_mode(peak: Peak, hz: Array, kinds: Sequence[str]) -> Peak:
 
 
 def _maxima(sizes: Array) -> list[int]:
-    """Places inside a curve (n,) that stand out of it as peaks."""
+    """Indices of the peaks inside a curve (n,)."""
     places = []
     for at in range(1, sizes.size - 1):
         if not sizes[at - 1] < sizes[at] >= sizes[at + 1]:

@@ -1,14 +1,14 @@
 """Orders while the speed changes: amplitudes that vary along the crank angle.
 
-The signal is resampled at even crank angles, where an order is a line whatever the speed does. Round each angle of
-interest all lines together, each with an amplitude that is a parabola in the angle,
+The signal is resampled at equal crank angles, where an order is a line at any speed. Around each angle of interest all
+lines together, each with an amplitude that is a parabola in the angle,
 
     x(θ) = trend + Re Σ_n (a_n + a_n' τ + a_n'' τ²) exp(i n θ),   τ = θ − θ₀,
 
 are fitted to some cycles by least squares under a window cos⁴. So neighbouring orders do not leak into one another, and
-what a steady cycle has is exact. The samples are even, hence the fit is the same linear map at every angle. Through a
-resonance of 2 % damping at 100 rev/min a second it is 0.06 % of the peak off (``tests/properties/test_orders.py`` holds
-1 %), so there is no Vold–Kalman filter beside it.
+the orders of a steady cycle are exact. The samples are equidistant, hence the fit is the same linear map at every
+angle. Through a resonance of 2 % damping at 100 rev/min per second its error is 0.06 % of the peak
+(``tests/properties/test_orders.py`` asserts 1 %), so no Vold–Kalman filter is needed.
 """
 
 from __future__ import annotations

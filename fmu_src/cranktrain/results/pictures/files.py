@@ -21,7 +21,7 @@ Advance = Callable[[float], None]
 
 
 class Request(NamedTuple):
-    """What a file shows of a surface."""
+    """Content of a picture file for a surface."""
 
     surface: MovingSurface
     enlargement: float
@@ -42,7 +42,7 @@ class Writer(NamedTuple):
 def save_picture(
     path: Path, surface: MovingSurface, enlargement: float, frame: int = 0, advance: Advance = lambda share: None
 ) -> Path:
-    """Write a picture of the kind that its ending says, whole or not at all; returns the path.
+    """Write a picture of the kind given by its file extension, completely or not at all; returns the path.
 
     Raises ``InputError`` as :func:`check_picture`.
 
@@ -50,7 +50,7 @@ def save_picture(
     ----------
     enlargement : of the displacement
     frame : that a still shows
-    advance : told the share done
+    advance : gets the completed fraction
     """
     writer = check_picture(path)
     with whole_file(path, writer.kind) as temporary:

@@ -89,7 +89,7 @@ def chosen_mode(mode: str, hz: Array, shares: Array) -> int:
 
 
 def _modes(engine: Engine, complete: ReducedBody, free: bool) -> tuple[Array, Array, Array]:
-    """Elastic modes: (k,) Hz, (k, 3) shares of energy, and (n, k) in the modes of the complete crankshaft."""
+    """Elastic modes: (k,) Hz, (k, 3) energy fractions, and (n, k) in the modes of the complete crankshaft."""
     if free:
         return *free_modes(engine, complete), np.eye(complete.n_modes)[:, 6:]
     # The first mode is the rotation that nothing holds.

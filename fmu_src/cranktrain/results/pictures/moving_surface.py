@@ -1,4 +1,4 @@
-"""A surface that moves through one cycle and carries a colour: what every picture in space is drawn from."""
+"""A surface that moves through one cycle and has colours: the source of every picture in space."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ class MovingSurface:
 
     Attributes
     ----------
-    title : what is shown
+    title : of the picture
     points : (p, 3) m at rest, z along the crank axis
     triangles : (t, 3) into ``points``, their corners counter-clockwise from outside
     shapes : (m, p, 3) displacement per unit coordinate
     coordinates : (f, m)
     turn : (f,) rad
-    values : (f, p) what the colours show
+    values : (f, p) shown by the colours
     quantity : name of the values with their unit
     limits : values at the ends of the colour scale
-    captions : (f,) what a frame shows
-    scale : what a picture says of its enlargement
-    seconds : time that the cycle takes to be shown
+    captions : (f,) text of each frame
+    scale : text on the enlargement
+    seconds : duration of the cycle on the screen
     """
 
     title: str
@@ -74,7 +74,7 @@ class MovingSurface:
         Each of those left out has less than ``least`` of the first one's size.
         """
         flat = self.shapes.reshape(len(self.shapes), -1).astype(np.float64)
-        # The shapes' own products stand for them: as many numbers as there are shapes, squared, not points.
+        # Use the products of the shapes: their number is the square of the number of shapes, independent of the points.
         squares, own = np.linalg.eigh(flat @ flat.T)
         root = own * np.sqrt(np.maximum(squares, 0.0))
         left, sizes, _ = np.linalg.svd(self.coordinates @ root, full_matrices=False)

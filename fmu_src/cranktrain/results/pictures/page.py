@@ -26,7 +26,7 @@ def page(surface: MovingSurface, enlargement: float) -> str:
 
 
 def page_data(surface: MovingSurface, enlargement: float) -> dict[str, Any]:
-    """What the page's script reads; arrays are little-endian bytes in base 64."""
+    """Data for the page's script; arrays are little-endian bytes in base 64."""
     from matplotlib import colormaps
 
     low, high = surface.limits
@@ -36,7 +36,7 @@ def page_data(surface: MovingSurface, enlargement: float) -> dict[str, Any]:
     middle = 0.5 * (surface.points.min(axis=0) + surface.points.max(axis=0))
     middle[:2] = 0.0
     scale = colormaps[COLOURS[low < 0.0]](np.linspace(0.0, 1.0, 256))
-    # Values that stand still are kept once.
+    # Values that do not change are kept once.
     values = surface.values[:1] if (surface.values == surface.values[0]).all() else surface.values
     share = np.clip((values - low) / (high - low), 0.0, 1.0)
     return {

@@ -28,8 +28,9 @@ def running_picture(
 ) -> MovingSurface:
     """The crankshaft over a cycle, its deformation enlarged, in the colours of the von Mises stress.
 
-    Its motion as a rigid body, within the bearings' clearances and against the driven end, is left out: enlarged as
-    the deformation it would leave the picture. The deformation is that of the first stored modes.
+    Its motion as a rigid body, within the bearings' clearances and against the driven end, is left out, because with
+    the enlargement of the deformation it would leave the picture. The deformation is composed of the first stored
+    modes.
 
     Raises ``StoreError`` where the stored surface is not the stresses'.
 

@@ -31,7 +31,7 @@ class Label(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Amplitudes (s,) of an order over speeds (s,) rev/min, and what was measured of it: (k,) each, or nothing."""
+    """Amplitudes (s,) of an order over speeds (s,) rev/min, and measured speeds and amplitudes, (k,) each, if any."""
 
     order: float
     speeds: Array
@@ -47,7 +47,7 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> li
     order = np.argsort(wanted, kind="stable")
     apart = min(apart, (high - low) / max(len(order) - 1, 1))
     places = np.zeros(len(order))
-    # Groups of touching places move as one to the mean of what their members want.
+    # Groups of touching positions move together to the mean of their wanted positions.
     groups: list[list[float]] = []
     for k, at in enumerate(np.asarray(wanted, dtype=float)[order].tolist()):
         groups.append([at - k * apart, 1.0])
@@ -226,7 +226,7 @@ def plot_modes_in_motion(ax: Any, found: Sequence[tuple[float, float]]) -> None:
 
 
 def _ray(ax: Any, order: float, low: float, high: float, highest_hz: float) -> None:
-    """Ray of an order, its number where it leaves by the top, else a little before its end."""
+    """Ray of an order; its number is at the upper border if the ray leaves there, otherwise a little before its end."""
     ax.plot([low, high], [order * low / 60.0, order * high / 60.0], color="#9aa3ae", lw=0.8, zorder=2)
     leaves = 60.0 * highest_hz / order
     if low < leaves < high:

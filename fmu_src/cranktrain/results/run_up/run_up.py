@@ -52,10 +52,10 @@ class RunUp:
     extremes : output → (s, 3) least, mean and largest value of a cycle
     cycles : (s,) cycles that each speed took; 0 where no cycles were run (frequency domain, ramp)
     repeats : (s,) cycles after which the motion repeats; 0 where it does not
-    left : (s,) what was left of settling in the worst family of outputs; 0 where nothing settles
-    attributes : what was chosen, as the file keeps it
-    parting : (s,) factor by which cycles that are alike are farther apart after the next one, where that is why a speed
-        has no period; else not a number. Empty where it is not known
+    left : (s,) settling error of the worst family of outputs; 0 where nothing settles
+    attributes : settings, as in the file
+    parting : (s,) factor per cycle by which the difference between two similar cycles grows, for speeds that have no
+        period for this reason; else not a number. Empty where it is not known
     """
 
     speeds: Array
@@ -104,7 +104,7 @@ class RunUp:
         if self.parting.size:
             datasets["parting"] = self.parting, "1"
         attributes, labels = dict(self.attributes), {"extreme": ["least", "mean", "largest"]}
-        # One dataset for all outputs: a file is written anew with every speed.
+        # One dataset for all outputs, because the file is rewritten with every speed.
         shapes = {"amplitudes": (0, self.speeds.size, self.orders.size), "extremes": (0, self.speeds.size, 3)}
         for group, named in (("amplitudes", self.amplitudes), ("extremes", self.extremes)):
             datasets[group] = np.array(list(named.values())) if named else np.zeros(shapes[group]), "SI, by output"
@@ -122,7 +122,7 @@ class RunUp:
 
     @property
     def _tie(self) -> str:
-        """What run-ups of the same kind have in common."""
+        """Common attributes of run-ups of the same kind."""
         names = [*self.amplitudes, *self.extremes]
         return repr((self.orders.tolist(), names, sorted((name, str(held)) for name, held in self.attributes.items())))
 
@@ -135,7 +135,7 @@ class RunUp:
         return np.hstack([np.array(columns, dtype=np.float64).T, *amplitudes, *self.extremes.values()])
 
     def _with_rows(self, rows: Sequence[Array]) -> RunUp:
-        """With speeds of a journal, those of another length left out."""
+        """With the speeds of a journal; rows of another length are left out."""
         size = 5 + 2 * self.orders.size * len(self.amplitudes) + 3 * len(self.extremes)
         rows = [row for row in rows if row.size == size]
         if not rows:

@@ -1,4 +1,4 @@
-"""What pictures of a run-up show: quantities, what is drawn beside them, which orders and peaks have names."""
+"""Contents of a run-up's pictures: quantities, further data, and labels of orders and peaks."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ RPM = 30.0 / math.pi
 COLOURED, LABELLED = 8, 8
 """Orders with a colour of their own besides the published ones, and peaks with a name."""
 WORTH = 0.05
-"""Share of the largest amplitude from which a peak has a name, or one of a published order does anyway."""
+"""Fractions of the largest amplitude from which a peak has a label: of any order, and of a published order."""
 NEAR = 0.08
-"""Share of a published speed within which a peak belongs to it."""
+"""A peak belongs to a published speed if it lies within this fraction of that speed."""
 SAME = 1.0e-3
-"""Share of its speed by which a peak may lie off itself in two lists."""
+"""Largest relative difference of speed between entries for the same peak in two lists."""
 PARTS = {"crank": "axial.crank", "bearing": "axial.bearing", "engine": "axial.engine"}
 """Parts of the axial motion and their outputs."""
 
@@ -44,7 +44,7 @@ ALONG = Quantity(AXIAL, "axial motion of the pulley, zero to peak", "µm", 1e6, 
 
 
 class Beside(NamedTuple):
-    """What a run-up's pictures show besides: its engine's published speeds, modes over speed, measured orders.
+    """Further contents of a run-up's pictures: published speeds of its engine, modes over speed, measured orders.
 
     ``modes`` are at rest, on the stand-in springs of the bearings. ``motion`` are peaks of the pulley's torsion with
     the torsional mode in motion of the run's own levels, where these are known.

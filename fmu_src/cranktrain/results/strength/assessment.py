@@ -1,4 +1,4 @@
-"""From the loads of webs and pins to what is judged: the rule's acceptability factors, and histories for fatigue.
+"""From the loads of webs and pins to the rule's acceptability factors and the stress histories for fatigue.
 
 Histories take the rule's factors as stress concentrations at every instant: nominal bending and radial force as stress
 along the fillet's profile, torsion as shear in it, as if both were greatest at the same place. At the rim of an oil
@@ -24,7 +24,7 @@ from cranktrain.results.strength.throw_loads import PinLoads, WebLoads
 FILLET_GRADIENT = 2.3
 """Relative stress gradient of a fillet, times its radius (FKM guideline, shoulders in bending)."""
 BORE_GRADIENT = 7.0 / 3.0
-"""That of a hole in a plate under tension, times its radius (Kirsch)."""
+"""Relative stress gradient at a hole in a plate under tension, times its radius (Kirsch)."""
 RIM = 36
 """Places round the rim of an oil bore, over half of it."""
 
@@ -50,7 +50,7 @@ def rule_rows(
 ) -> list[RuleRow]:
     """Both fillets of every web, then the oil bores, by IACS UR M53.
 
-    The oil bore leaves the pin away from the crank's axis, where bending in the plane of the throw is felt.
+    The oil bore leaves the pin on the side away from the crank's axis, where bending in the plane of the throw acts.
     """
     factors, rows = fillet_factors(throw), []
 
@@ -105,7 +105,7 @@ def nominal_histories(
     if throw.oil_bore > 0.0:
         gamma_b, gamma_t = oil_bore_factors(throw.oil_bore / throw.pin_diameter)
         for load in pins:
-            # Where the bore leaves the pin, away from the crank's axis, a throw pressed together presses.
+            # At the mouth of the bore, away from the crank's axis, a throw that is pressed together is in compression.
             bending = -gamma_b / 3.0 * iacs_m53.pin_bending(throw, load.bending)
             shear = gamma_t / 4.0 * iacs_m53.torsion(throw.pin_diameter, throw.pin_bore, load.torque)
             for turn in np.linspace(0.0, math.pi, RIM, endpoint=False):

@@ -2,12 +2,12 @@
 
 On the crank act main bearings, rods at the pins, thrust bearing, drive line (torque and axial force), damper, added
 connections, gravity, and the inertia of its pieces (journals, pins, webs, each in two halves, and the parts fixed to
-it), which move as rigid bodies with the interfaces beside them. Forces act where the displaced points are. What all
-this lacks to be balanced, since pieces are not the elastic body and a run solves its equations to a tolerance, is
-spread over the pieces as one rigid acceleration at each instant. :func:`imbalance` says what of it is the run's own:
-the reduced body's six rigid motions give its inertia exactly.
+it), which move as rigid bodies with the interfaces beside them. Forces act at the displaced points. These loads are not
+exactly balanced, because the pieces are not the elastic body and a run solves its equations to a tolerance. The
+residual is spread over the pieces as one rigid acceleration at each instant. :func:`imbalance` gives the part of the
+residual that is due to the run: the reduced body's six rigid motions give its inertia exactly.
 
-Left out: the elastic motion of a piece in itself, and moments on a collar that feels its tilt.
+Left out: the elastic motion within a piece, and moments on a tilting collar.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class PointLoads:
     moments: Array
 
     def cut(self, z: float, point: Array) -> tuple[Array, Array]:
-        """Force and moment (n, 3) about ``point`` (3,), m, of all that acts in front of ``z``, on what is behind."""
+        """Force and moment (n, 3) about ``point`` (3,), m, of all loads in front of ``z`` on the part behind."""
         return self.resultant(self.z < z, point)
 
     def resultant(self, chosen: NDArray[np.bool_], point: Array) -> tuple[Array, Array]:
@@ -76,7 +76,7 @@ class Mass(NamedTuple):
 
 
 def crank_masses(engine: Engine) -> list[Mass]:
-    """The crank's pieces, halved, and what is fixed to it, each with the interfaces beside it."""
+    """The crank's pieces, halved, and the parts fixed to it, each with the neighbouring interfaces."""
     places = interface_places(engine.crankshaft, engine.thrust.main)
     found = []
     for piece in crank_pieces(engine):
@@ -114,16 +114,16 @@ def _beside(piece: Piece, places: dict[str, tuple[float, float, float]]) -> tupl
 
 
 def crank_loads(cycle: RecordedCycle) -> PointLoads:
-    """All that acts on the crank over a cycle, balanced; see this module."""
+    """All loads on the crank over a cycle, balanced; see this module."""
     masses = crank_masses(cycle.engine)
     found = interface_loads(cycle).joined(mass_loads(cycle, masses))
     return found.joined(_spread(masses, -_wrench(found), cycle.carried))
 
 
 def imbalance(cycle: RecordedCycle) -> Array:
-    """What forces and inertia of the running model's own equations miss of balance: force and moment (n, 6), N, N m.
+    """Residual of forces and inertia in the running model's own equations: force and moment (n, 6), N, N m.
 
-    Where journals are locked on their axis only the last one means anything.
+    If journals are locked on their axis only the last component is meaningful.
     """
     return _wrench(interface_loads(cycle)) + body_inertia(cycle)
 
@@ -137,7 +137,7 @@ def unbalanced_share(cycle: RecordedCycle) -> float:
 
 
 def interface_loads(cycle: RecordedCycle) -> PointLoads:
-    """What acts at the crank's interfaces: bearings, rods, thrust, drive line, axial path and damper."""
+    """Loads at the crank's interfaces: bearings, rods, thrust, drive line, axial path and damper."""
     found = [load for _, load in named_loads(cycle)]
     return found[0].joined(*found[1:])
 
@@ -255,9 +255,9 @@ def _wrench(loads: PointLoads) -> Array:
 
 
 def _spread(masses: list[Mass], lacking: Array, carried: bool) -> PointLoads:
-    """What is lacking, force and moment (n, 6) about the origin, as loads of one rigid acceleration of all pieces.
+    """Residual force and moment (n, 6) about the origin as loads of one rigid acceleration of all pieces.
 
-    Where journals are locked on their axis only the moment about it is known.
+    If journals are locked on their axis only the moment about the axis is known.
     """
     centres = np.array([mass.centre for mass in masses])
     inertias = np.array([np.trace(mass.second) * np.eye(3) - mass.second for mass in masses])

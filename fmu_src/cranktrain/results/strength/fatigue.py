@@ -2,14 +2,15 @@
 
 Of a stress history the part along its longest range in von Mises' norm is taken, a scalar that is σ for tension and
 √3 τ for torsion; rainflow counts the cycles of it as it repeats (ASTM E1049). Paths that turn in between, loads out of
-phase, are left to :mod:`critical_plane`. The endurable amplitude of a cycle of mean σ_m is σ_WK K(σ_m/σ_a): with
-the mean stress sensitivity M, K is 1/(1 − M) where all is pressure, 1/(1 + M σ_m/σ_a) up to the stress ratio 0, falls a
+phase, are left to :mod:`critical_plane`. The endurable amplitude of a cycle of mean σ_m is σ_WK K(σ_m/σ_a): with the
+mean stress sensitivity M, K is 1/(1 − M) for pure compression, 1/(1 + M σ_m/σ_a) up to the stress ratio 0, falls a
 third as steeply up to 0.5, and is constant beyond. The fully reversed strength at a surface is
 
     σ_WK = f_W R_m n K_V / (1 + (1/K_R − 1)/K_f),
 
-a share of the tensile strength R_m, raised by the notch's stress gradient (n, Siebel and Stieler) and by treatment
-(K_V), lowered by roughness (K_R). The safety factor is the endurable over the present amplitude at one stress ratio.
+a fraction of the tensile strength R_m, raised by the notch's stress gradient (n, Siebel and Stieler) and by treatment
+(K_V), lowered by roughness (K_R). The safety factor is the endurable over the actual amplitude at the same stress
+ratio.
 
 Source: FKM guideline, Analytical strength assessment, 6th edition (2012), for local stress in steel and cast steel.
 """
@@ -53,7 +54,7 @@ REVERSED_SHEAR = 1.0 / math.sqrt(3.0)
 """Fully reversed strength in shear over that in tension, of ductile steel."""
 _SHEAR_GOVERNS = 0.5
 LEAST_SHARE = 1.0e-3
-"""Cycles below this share of the largest are not looked at."""
+"""Cycles below this fraction of the largest are ignored."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +98,8 @@ class Judgement(NamedTuple):
 def governing_history(tensor: Array) -> Array:
     """Part of stresses (n, 6) along their longest range in von Mises' norm, (n,), Pa.
 
-    Positive is where the range pulls; where shear governs, its first invariant being below half of its norm, mean
-    stress counts as if it pulled.
+    The sign is positive in tension. If shear governs (first invariant below half of the norm), mean stress counts as
+    tension.
     """
     parts = _deviator(np.asarray(tensor, dtype=float))
     squares = (parts**2).sum(axis=1)

@@ -58,7 +58,7 @@ def place_of(c: Crankshaft, name: str) -> tuple[float, float]:
     front = bool(number % 2)
     web = at.webs[number - 1]
     if kind == "pin":
-        # In the fillet on the side of the crank's axis, where bending is felt.
+        # In the fillet on the side of the crank's axis, where bending acts.
         return web[1 if front else 0], c.throw - 0.5 * c.pin_diameter
     return web[0 if front else 1], 0.5 * c.main_diameter
 

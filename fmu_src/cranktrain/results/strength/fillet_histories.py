@@ -27,7 +27,7 @@ CONVERGED = 0.03
 _BATCH = 16
 _JUDGED = 4
 _BESIDE = 1e-3
-"""What lies on a cut up to this, m, counts as beyond it."""
+"""Loads closer to a cut than this distance, m, count as beyond the cut."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,7 @@ class FilletRun:
 
 
 def fatigue_name(place: str) -> str:
-    """What fatigue and the rule call a place of a sub-model: ``pin[1] rear fillet`` is ``web[2].pin``."""
+    """Name of a sub-model's place in fatigue and the rule: ``pin[1] rear fillet`` is ``web[2].pin``."""
     journal, number = place[: place.index("[")], int(place[place.index("[") + 1 : place.index("]")])
     if journal == "oil hole":
         return f"pin[{number}].oil_bore"
@@ -147,7 +147,7 @@ def fillet_runs(bare: ReducedBody, cycle: RecordedCycle, fillets: Iterable[Fille
 
 
 def cut_wrenches(c: Crankshaft, loads: PointLoads, throw: int) -> Array:
-    """Force and moment (k, CUTS) about either cut's middle of all that acts beyond it and on its main journal."""
+    """Force and moment (k, CUTS) about each cut's middle of all loads beyond the cut and on its main journal."""
     front, rear = cut_places(c, throw)
     beyond = ((loads.z < front + _BESIDE, front), (loads.z > rear - _BESIDE, rear))
     return np.hstack([part for chosen, z in beyond for part in loads.resultant(chosen, z * AXIS)])

@@ -1,9 +1,9 @@
 """Crankshafts by the rule IACS UR M53: fillet and oil-bore factors, equivalent stress, fatigue strength, acceptability.
 
 Nominal stresses are those of the web, M/(B W²/6) and Q/(B W), and of pin and journal in torsion, 16 T D/(π(D⁴ − D_B⁴)).
-Empirical factors lift them to the fillets of pin (α) and journal (β) and to the outlet of the pin's oil bore (γ). Of
-each nominal stress the rule takes half the range over a cycle. With σ_add for what a single throw does not know, the
-equivalent alternating stresses are
+Empirical factors lift them to the fillets of pin (α) and journal (β) and to the outlet of the pin's oil bore (γ). The
+rule takes half the range over a cycle of each nominal stress. With σ_add for effects that a single throw does not
+include, the equivalent alternating stresses are
 
     fillets    σ_v = √((σ_B + σ_add)² + 3 τ²)
     oil bore   σ_v = (σ_BO + 2 √(σ_BO² + 9/4 σ_TO²))/3
@@ -81,7 +81,7 @@ class ThrowShape:
 
     @property
     def outside(self) -> tuple[str, ...]:
-        """What of the throw lies outside the range of the empirical formulas, e.g. ``s = 0.557 (at most 0.5)``."""
+        """Dimensions of the throw outside the range of the empirical formulas, e.g. ``s = 0.557 (at most 0.5)``."""
         found = []
         for name, value in self.ratios.items():
             low, high = RANGES[name]
@@ -199,7 +199,7 @@ def oil_bore_stress(bending: float, shear: float) -> float:
 
 
 def fatigue_strength(strength: CrankStrength, diameter: float, radius: float, fillet: bool = True) -> float:
-    """Alternating equivalent stress σ_DW that the crankshaft withstands for good, Pa.
+    """Alternating equivalent stress σ_DW that the crankshaft withstands for unlimited life, Pa.
 
     ``diameter`` is that of pin or journal, ``radius`` that of its fillet, or of the oil bore, m. A gain from forming
     counts in the ``fillet`` only. UR M53, section 6.

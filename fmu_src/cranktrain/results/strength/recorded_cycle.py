@@ -25,7 +25,7 @@ CYCLE = 4.0 * math.pi
 
 @dataclass(frozen=True, eq=False)
 class RecordedCycle:
-    """One cycle, or the few that repeat together: n samples uniform in time, the first one left out (SI).
+    """One period of one or more cycles: n samples uniform in time, the first one left out (SI).
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ def recorded_cycle(
     ----------
     simulation : at constant speed, which its ``inputs`` hold
     engine : with what the run fixes to its crank, see :func:`cranktrain.dynamics.simulation.fitted_engine`
-    settle : what may be left of settling in any family of outputs
+    settle : largest settling error of any family of outputs
 
     Raises
     ------

@@ -30,7 +30,7 @@ def save_stress_pictures(folder: Path, stress: CrankStress, title: str) -> list[
 
 
 def cycle_figure(stress: CrankStress, title: str) -> Any:
-    """Von Mises stress of the surface at 0, 90 … 630° in one scale, the crank turned as it stands."""
+    """Von Mises stress of the surface at 0, 90 … 630° in one scale, with the crank at its crank angle."""
     from matplotlib.figure import Figure
 
     samples = np.array([stress.nearest(math.radians(angle)) for angle in SHOWN_DEG])
@@ -82,7 +82,7 @@ def projected(points: Array, angle: float) -> Array:
 
 
 def draw_surface(ax: Any, stress: CrankStress, values: NDArray[Any], top: float, angle: float) -> Any:
-    """Draw the surface with the colour of ``values`` (s,) up to ``top``; returns what a colour bar needs."""
+    """Draw the surface with the colour of ``values`` (s,) up to ``top``; returns the object for a colour bar."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.collections import PolyCollection

@@ -1,8 +1,9 @@
 """Bending, radial force and torque at the middles of webs and pins, from the loads in the crank.
 
-Two ways to the bending of a throw: the crank as a whole, as the run bends it on all its bearings; or, as the rule of
-the classification societies has it, each throw alone, simply supported in the middles of the journals beside it. The
-torque about the crank's axis is the run's in both: gas and inertia forces of all throws in front, with the vibration.
+There are two ways to compute the bending of a throw: the bending of the whole crank on all its bearings in the run; or,
+as in the rule of the classification societies, each throw by itself, simply supported in the middles of its journals.
+In both the torque about the crank's axis comes from the run: gas and inertia forces of all throws in front, with the
+vibration.
 
 Radial is from the crank's axis to the pin, bending positive where it presses the throw together (the rod pushes the
 pin towards the axis), which pulls at the pin's fillets and presses on the journal's.
@@ -60,7 +61,7 @@ def single_throws(c: Crankshaft, loads: PointLoads) -> tuple[list[WebLoads], lis
 
 
 def supported(loads: PointLoads, front: float, rear: float) -> PointLoads:
-    """Loads between two places along z, m, and what simple supports there answer to them across the axis."""
+    """Loads between two positions along z, m, and reactions of simple supports there across the axis."""
     inside = (loads.z > front) & (loads.z < rear)
     force, moment = loads.resultant(inside, rear * AXIS)
     # About the rear support the front one, L before it, balances the moment (L R_y, −L R_x).
@@ -91,7 +92,7 @@ def _web(c: Crankshaft, number: int, bending: PointLoads, torque: PointLoads) ->
     z = 0.5 * sum(stations(c).webs[number - 1])
     force, moment = bending.cut(z, z * AXIS + 0.5 * c.throw * radial)
     _, about_axis = torque.cut(z, z * AXIS)
-    # What is behind a cut in front of the pin feels the front support; behind it the opposite of the rear one.
+    # The part behind a cut in front of the pin carries the front reaction; behind the pin, minus the rear reaction.
     side = 1.0 if number % 2 else -1.0
     journal = about_axis @ AXIS
     pin_torque = journal - c.throw * (force @ across)

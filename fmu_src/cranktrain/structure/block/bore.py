@@ -4,9 +4,9 @@ The block hangs free: a film's resultant is balanced by the inertia of the whole
 takes its pressure at the same angle (shell passed through, p R dφ = p_h R_h dφ). The compliance on patterns ψ_i of
 pressure is C_ij = f_iᵀ G f_j with the block's inertia-relief flexibility G.
 
-One bore serves all: under a film's pressure the mains of the six widen alike within 2 %, those at the ends within 8 %;
-what the load's way through the block adds makes that 10 to 17 %. The saddle of usual proportions
-(:mod:`cranktrain.structure.block.saddle`) is another piece of iron and misses them by 37 %:
+One bore is used for all mains. Under a film's pressure the compliances of the six's mains agree within 2 %, those at
+the ends within 8 %; with the deformation by the load path through the block they differ by 10 to 17 %. The saddle of
+usual proportions (:mod:`cranktrain.structure.block.saddle`) has another geometry and differs by 37 %:
 ``benchmarks/block_bores.py``.
 """
 

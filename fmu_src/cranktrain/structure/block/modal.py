@@ -1,8 +1,8 @@
-"""Natural frequencies of the cranktrain in its flexible block on mounts, beside those on rigid ground.
+"""Natural frequencies of the cranktrain in its flexible block on mounts, compared with those on rigid ground.
 
-The crank stands at θ = 0 in its linear main bearings, which now end on the block's bores; the closed thrust bearing
-acts with collar and shells alone, since the block brings its own share. The block with its heads hangs on the mounts;
-pistons load the crank by the rods' mean masses and nothing else. Both bodies are taken in all their modes.
+The crank is at θ = 0 in its linear main bearings, which end on the block's bores. The closed thrust bearing has the
+stiffness of collar and shells only, because the block has its own compliance. The block with its heads is supported by
+the mounts. Pistons act on the crank only by the rods' mean masses. Both bodies are used with all their modes.
 
 Modes are paired with those on ground by the shape of the crank, MAC = (aᵀ M b)² / (aᵀ M a · bᵀ M b) with the crank's
 mass (rods included): each mode on ground has the partner that makes the sum of all MAC largest.

@@ -3,8 +3,9 @@
 The route of the reference (its chapter 5.2): a finite-element model gives one radial and one tilting stiffness for the
 simulation of the whole engine. Here the journal is rigid; each loaded roller is a row of springs, its contacts' tangent
 at a nominal load, which presses on the track; outer ring (steel) and a round housing (cast iron) are elastic, the
-housing clamped all around. What a spring's foot gives way is the track's mean under the roller: contacts already hold
-the dent itself, so that each roller's force is spread over its share of the track by a smooth window,
+housing clamped all around. The deflection at a spring's foot is the mean deflection of the track under the roller. The
+contact law already includes the local indentation, so each roller's force is spread over its part of the track by a
+smooth window,
 
     W_j(φ) = cos²(Z(φ − ψ_j)/4)  for |φ − ψ_j| < 2π/Z,      Σ_j W_j = 1,
 
@@ -98,7 +99,7 @@ def ring_for(bearing: RollerBearing) -> RollerRing:
 
 
 def elastic_ring_stiffness(compliance: Array, zeta: Array, springs: Array, first_angle: float) -> Array:
-    """Stiffness of the bearing whose rollers stand as springs on the elastic ring.
+    """Stiffness of the bearing with its rollers as springs on the elastic ring.
 
     Parameters
     ----------

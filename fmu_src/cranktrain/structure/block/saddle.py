@@ -160,7 +160,7 @@ def _pattern_loads(model: FEModel, film_diameter: float, film_width: float, wave
     x, y, z = np.asarray(facets.global_coordinates())
     radius = np.hypot(x, y)
     around, along = patterns(np.arctan2(y, x), 2.0 * z / film_width, waves, degree)
-    # The film's own area: what it presses on dφ dz reaches the housing's wider dφ dz.
+    # The film's own area: the force on its dφ dz acts on the housing's wider dφ dz.
     weight = facets.dx * (0.5 * film_diameter / radius)
     pressure = np.einsum("mfq,lfq,fq->mlfq", around, along, weight).reshape(-1, *weight.shape)
     return radial_loads(model, facets, pressure)

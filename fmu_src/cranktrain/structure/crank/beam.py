@@ -2,9 +2,9 @@
 
 Nose, main journals, pins and flange are circular beams, webs are :mod:`cranktrain.structure.crank.web_member`; they
 meet at the middle planes of the webs, on the main axis and on the pin's. Where a journal enters a web, or a thin piece
-a thicker one, stress spreads at 45°: up to there the thicker piece is only as stiff as a cone on the thinner one (the
-rule for stepped rotors, sources there). Fillets stiffen and weigh; oil holes are left out. Counterweights are masses of
-the web; what of a web lies beyond an axis moves with that axis, what lies between moves with both.
+a thicker one, stress spreads at 45°. Within this cone the thicker piece has only the stiffness of a cone on the thinner
+one (the rule for stepped rotors, sources there). Fillets add stiffness and mass; oil holes are left out. Counterweights
+are masses of the web. The part of a web beyond an axis moves with that axis; the part between the axes moves with both.
 
 No finite elements and no mesh: six cylinders make 500 degrees of freedom. It goes through the same constraint and
 fixed-interface modes as the solid.
@@ -134,7 +134,7 @@ def _line(
 
 
 def _diameter(c: Crankshaft, pieces: list[tuple[float, float, float]], z: Array) -> Array:
-    """Diameter (p,) of what is heavy at places z: that of each piece with its fillets; 0 within a web."""
+    """Diameter (p,) of the mass at positions z: diameter of each piece with its fillets; 0 within a web."""
     result = np.zeros_like(z)
     for k, (start, end, diameter) in enumerate(pieces):
         inside = (z >= start) & (z <= end)

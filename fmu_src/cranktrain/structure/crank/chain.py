@@ -1,11 +1,11 @@
 """A torsional system from a table of discs and shafts (:mod:`cranktrain.engine.torsional_chain`): modes, and a crank.
 
-With the rotations that rigid meshes leave, one a coordinate,
+With the independent rotations (rigid gear meshes eliminate the others) as coordinates,
 
     M θ̈ + C θ̇ + K θ = T,    modes (K − ω² M) φ = 0, φᵀ M φ = 1,    damping c = φᵀ C φ + Σ η k Δφ²/ω
 
-where the last term is the loss factor η of a shaft that twists by Δφ: as much energy a cycle as hysteresis takes.
-What C couples between modes is left out of c.
+where the last term is for the loss factor η of a shaft that twists by Δφ: its energy per cycle equals that of
+hysteresis. The coupling between modes by C is left out of c.
 
 Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956), geared and branched systems.
 """
@@ -28,7 +28,7 @@ from cranktrain.structure.crank.torsional import rigid_crank, shaft_nodes, with_
 FREE = 1.0e-6
 """ω over the highest below which a mode is a rigid rotation."""
 ALIKE = 1.0e-6
-"""Share by which rotations of a crank's nodes may differ as it turns as a whole."""
+"""Relative tolerance of equal rotations of a crank's nodes when it turns as a whole."""
 
 
 class ChainMatrices(NamedTuple):
@@ -50,7 +50,7 @@ class ChainModes(NamedTuple):
 
 
 def chain_matrices(chain: Chain) -> ChainMatrices:
-    """Mass, damping, stiffness, and η k of the shafts, in the coordinates that rigid meshes leave."""
+    """Mass, damping, stiffness, and η k of the shafts, in the independent coordinates."""
     turns = coordinates(chain)
     full = np.zeros((3, len(chain.discs), len(chain.discs)))
     for shaft in chain.shafts:

@@ -1,8 +1,9 @@
-"""First torsional frequency of a cranktrain as its bearings hold it in motion, without a run.
+"""First torsional frequency of a cranktrain in motion, with the constraints by its bearings, without a run.
 
-Oil films lock journals across the axis at torsional frequencies: their damping is far stiffer there than the crank
-(:mod:`cranktrain.studies.in_motion`). Journals tilt freely, and the collar floats. Rollers, which damp little, hold the
-crank by their stand-in springs, which follow from a run. On the shipped engines the run's own mode lies within 0.5 %.
+Oil films lock journals across the axis at torsional frequencies, because the dynamic stiffness of their damping is far
+above that of the crank (:mod:`cranktrain.studies.in_motion`). Journals tilt freely, and the collar floats. Rollers have
+little damping and hold the crank by their stand-in springs, which follow from a run. On the shipped engines the mode of
+a run lies within 0.5 %.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ def bare_crank(
 
     Parameters
     ----------
-    solid : the bare solid body where at hand; else it is read from the cache, or made, where the level needs it
+    solid : the bare solid body if available; otherwise it is read from the cache, or made, if the level needs it
     progress : told each stage before it starts
     """
     row = crank_level(level)
@@ -74,7 +74,7 @@ def bare_beam(engine: Engine, solid: ReducedBody | None, progress: Progress | No
 
 
 def bare_solid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
-    """The solid body as it is; ``InputError`` without it."""
+    """The unchanged solid body; ``InputError`` without it."""
     if solid is None:
         raise InputError("crank level 'solid' needs the reduced crankshaft; make it by `cranktrain reduce`")
     return solid

@@ -1,17 +1,17 @@
-"""Natural frequencies of the crankshaft and of the assembled cranktrain, and what kind of motion each mode is.
+"""Natural frequencies of the crankshaft and of the assembled cranktrain, and the kind of motion of each mode.
 
-*Crankshaft, free*: with flywheel, pulley and what else is attached, no rods. *Cranktrain*: at rest (Ω = 0), each pin
-carrying the cycle mean of its rods across the axis, m_b + ½ m_o where each stands on the pin (the oscillating mass
-follows the pin by half, cos² θ on average), main bearings as springs (rollers resist tilt too), the thrust bearing
-closed (collar and block in series), free to turn.
+*Crankshaft, free*: with flywheel, pulley and all other attached parts, without rods. *Cranktrain*: at rest (Ω = 0) and
+free to turn. Each pin carries the cycle mean of its rods' masses across the axis, m_b + ½ m_o at each rod's position on
+the pin (the oscillating mass takes part in the pin's motion by cos² θ, half on average). Main bearings are springs
+(rollers resist tilt too). The thrust bearing is closed (collar and block in series).
 
 The kind of a mode is read from its kinetic energy. Each slice of the body around a point of the axis moves as a rigid
 section: translation across and tilt count as bending, rotation about z as torsion, translation along z as axial. A mode
-is called by its largest share. The first torsional (axial) mode is the first one called so, rotation on the connecting
-shaft aside; the second torsional mode, which bending may divide among neighbours, is the one above it that holds the
-largest share of torsion up to 1000 Hz, before the shares add up to more than two whole modes. (Over all modes shares of
-torsion add up to as many as there are torsional modes; what lies beyond two belongs to the third, which bending divides
-less on some cranks.)
+is named after its largest energy fraction. The first torsional (axial) mode is the first mode with this name, without
+the rotation on the connecting shaft. Bending may distribute the second torsional mode over neighbouring modes. It is
+the mode above the first with the largest fraction of torsion up to 1000 Hz, before the fractions add up to more than
+two whole modes. (The sum of the torsional fractions over all modes is the number of torsional modes. Fractions beyond a
+sum of two belong to the third mode, which bending distributes less on some cranks.)
 """
 
 from __future__ import annotations
@@ -88,13 +88,13 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
 
 
 def free_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
-    """Elastic modes of the free complete crankshaft: (k,) Hz and (k, 3) shares of bending, torsion, axial motion."""
+    """Elastic modes of the free complete crankshaft: (k,) Hz and (k, 3) fractions of bending, torsion, axial motion."""
     shares = energy_shares(engine, crankshaft, np.eye(crankshaft.n_modes)[:, 6:], rods=False)
     return crankshaft.frequencies_hz[6:], shares
 
 
 def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
-    """Modes of the assembled cranktrain at rest, free to turn: (n − 1,) Hz and (n − 1, 3) shares of energy by kind.
+    """Modes of the assembled cranktrain at rest, free to turn: (n − 1,) Hz and (n − 1, 3) energy fractions by kind.
 
     ``crankshaft`` is the complete one, with flywheel and pulley.
     """
@@ -114,7 +114,7 @@ def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody, without: Collec
 
 
 def rod_masses(engine: Engine, crankshaft: ReducedBody, without: Collection[int] = ()) -> Array:
-    """Mean mass of the rods (n, n) in a crankshaft's modes, each where it stands on its pin."""
+    """Mean mass of the rods (n, n) in a crankshaft's modes, each at its position on the pin."""
     mass = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
 
     def row(name: str, component: int) -> Array:
@@ -146,7 +146,7 @@ def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
 def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float]]:
     """Linear springs of each main bearing by component of its journal's motion (0, 1: N/m; 3, 4: N m/rad).
 
-    ``on_ground``: plain bearings in series with the block's share, which a flexible block brings itself.
+    ``on_ground``: plain bearings in series with the block's stiffness, which a flexible block includes itself.
     """
     roller = engine.main_roller
     springs: list[dict[int, float]] = [{} for _ in engine.crankshaft.main_widths]
@@ -166,7 +166,7 @@ def mean_rod_mass(engine: Engine) -> float:
 
 
 def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: bool) -> Array:
-    """Shares (k, 3) of bending, torsional and axial motion in the kinetic energy of modes (n, k).
+    """Fractions (k, 3) of bending, torsional and axial motion in the kinetic energy of modes (n, k).
 
     Attached parts count as rigid sections of their own; with ``rods`` the mean rod masses move with their pins, which
     the axis carries halfway between the neighbouring mains.
@@ -210,9 +210,9 @@ def torsional_frequencies(hz: Array, shares: Array) -> list[float]:
 
 
 def second_reach(hz: Array, shares: Array) -> float:
-    """Frequency, Hz, up to which modes count to the first two torsional ones; ``hz`` (k,) rises, ``shares`` (k, kinds).
+    """Frequency, Hz, up to which modes belong to the first two torsional ones; ``hz`` (k,), ``shares`` (k, kinds).
 
-    A mode counts as long as half of its own share lies within two whole modes.
+    A mode belongs to them if the sum of fractions up to half of its own lies within two whole modes.
     """
     torsion = shares[:, KINDS.index("torsional")]
     within = np.cumsum(torsion) - 0.5 * torsion <= 2.0
@@ -240,7 +240,7 @@ def _section_energy(motion: Array, mass: Array, polar: Array, diametral: Array) 
 
 
 def _attached(engine: Engine) -> str:
-    """What the complete crankshaft carries, in words."""
+    """Parts attached to the complete crankshaft, in words."""
     names = ["flywheel", "pulley"]
     names += ["clutch"] if engine.clutch is not None else []
     names += ["balance weights"] if engine.balance_weights is not None else []
@@ -258,7 +258,7 @@ def listed_modes(hz: Array, shares: Array, kinds: tuple[str, ...] = KINDS, above
 
 
 def reduction_quality(body: ReducedBody) -> dict[str, Any]:
-    """What a report says of a body's reduction; JSON-able."""
+    """Entries of a report on a body's reduction; JSON-able."""
     if "full_hz" not in body.records:  # a superelement, reduced elsewhere
         return {"modes": body.n_modes, **body.quality}
     full = body.records["full_hz"]

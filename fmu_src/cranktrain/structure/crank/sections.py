@@ -1,4 +1,4 @@
-"""Pieces of a crankshaft from its dimensions: where they lie, and the mass, centre and moments of their sections.
+"""Pieces of a crankshaft from its dimensions: their positions, and mass, centre and moments of their sections.
 
 Nose, main journals, webs, pins, flange and fillets lie along z as in :mod:`cranktrain.structure.crank.shape`; no finite
 elements are needed. Sections are homogeneous along z, a fillet is a ring of its mean moments; oil holes are left out. A
@@ -86,7 +86,7 @@ def crank_pieces(engine: Engine) -> list[Piece]:
 
 
 def fillet_rise(c: Crankshaft, distance: Array) -> Array:
-    """How far a fillet stands out from its journal (p,), m, at distances (p,) from the face it runs into."""
+    """Radial height of a fillet above its journal (p,), m, at distances (p,) from the adjoining face."""
     inside = c.fillet - np.minimum(distance, c.fillet)
     return np.asarray(c.fillet - np.sqrt(c.fillet**2 - inside**2))
 

@@ -59,7 +59,7 @@ def pin_centre(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
 
 
 def oil_outlet(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
-    """Where the oil bore leaves a pin (numbered from 1), away from the crank's axis, m."""
+    """Mouth of the oil bore on a pin (numbered from 1), away from the crank's axis, m."""
     x, y, z = pin_centre(crankshaft, pin)
     out = 1.0 + 0.5 * crankshaft.pin_diameter / crankshaft.throw
     return out * x, out * y, z
@@ -220,7 +220,7 @@ def refine_fillets(solid: Any, fillets: Sequence[tuple[float, float]], fineness:
         low, high = (corner.z for corner in face.bounding_box)
         for z, extent in fillets:
             begins, length = (low, high - low) if extent > 0.0 else (high, high - low)
-            # The kernel's box of a fillet holds its control points, which lie beyond it.
+            # The CAD kernel's bounding box of a fillet includes its control points, which lie outside the fillet.
             if abs(begins - z) < 0.02 * abs(extent) and 0.9 < length / abs(extent) < 2.5:
                 face.maxh = abs(extent) / fineness
     return solid

@@ -3,31 +3,31 @@
 The shaft has nodes at the pulley, each main journal and the flywheel, and a stiffness between neighbours. Each piece of
 the crankshaft is a disc that turns with the shaft where it sits; between main journals the twist is linear, so that a
 pin turns by the mean of its mains. A twist θ(z) moves a pin by θ e_z × X and turns every other interface; mains stay on
-the axis. Discs are balanced for the twist (their static moment counts in the rigid motions only): twist and rigid
-motions across do not feel each other, except through what is attached off the axis.
+the axis. Discs are balanced for the twist (their static moment counts in the rigid motions only), so twist and rigid
+motions across the axis are coupled only by parts attached off the axis.
 
 Stiffnesses come from
 
-* ``solid``: the static answer of the free solid body to torques at the nodes. A shaft in pure torsion is a row of
-  springs, whatever its shape: each is the torque over the twist between neighbours. The inertia is that of the same
-  static answers in the solid (Ritz vectors); it holds that of the bending which a free crank's twist brings along,
-  while the bending itself is left out. Mass and inertia are the solid's.
-* ``solid-on-bearings``: the same answers with the main journals on their linear springs and the thrust bearing closed.
-  A crank in its bearings cannot bend as a free one does, and twists more stiffly.
-* ``solid-in-motion``: the stiffnesses of ``solid``, all times one factor with which the cranktrain's first torsional
-  frequency is that of the solid as its bearings hold it in motion (:mod:`cranktrain.structure.crank.in_motion`):
-  journals locked across the axis, collar floating. A row of springs has no more to give: the second frequency lies low.
+* ``solid``: the static response of the free solid body to torques at the nodes. A shaft in pure torsion is a row of
+  springs, whatever its shape: each stiffness is the torque over the twist between neighbours. The inertia is that of
+  the same static responses in the solid (Ritz vectors). It includes the inertia of the bending that accompanies the
+  twist of a free crank, while the bending itself is left out. Mass and inertia are the solid's.
+* ``solid-on-bearings``: the same responses with the main journals on their linear springs and the thrust bearing
+  closed. A crank in its bearings can bend less than a free crank, so it is stiffer in torsion.
+* ``solid-in-motion``: the stiffnesses of ``solid`` times one factor, so that the cranktrain's first torsional frequency
+  equals that of the solid in motion (:mod:`cranktrain.structure.crank.in_motion`): journals locked across the axis,
+  collar floating. One factor cannot match a second frequency, which is too low.
 * ``ker-wilson``, ``carter``: formulas for one throw from the middle of a journal to that of the next,
   k = π G / (32 λ), with journal L_j, D_j, pin L_c, D_c, web thickness t and width W, throw R:
 
       Ker Wilson   λ = (L_j + 0.4 D_j)/D_j⁴ + (L_c + 0.4 D_c)/D_c⁴ + (R − 0.2 (D_j + D_c))/(t W³)
       Carter       λ = (L_j + 0.8 t)/D_j⁴ + 0.75 L_c/D_c⁴ + 1.5 R/(t W³)
 
-  Carter's was found on stiff webs and flexible journals and pins, Ker Wilson's on the opposite. W is the width of the
-  web halfway between main and pin axis. Nose, half journals at the ends and flange are plain shafts; mass and inertia
-  follow from the dimensions. BICERA's method reads charts and has no closed form: it is not offered.
+  Carter's formula was derived for stiff webs and flexible journals and pins, Ker Wilson's for the opposite. W is the
+  width of the web halfway between main and pin axis. Nose, half journals at the ends and flange are plain shafts; mass
+  and inertia follow from the dimensions. BICERA's method uses charts and has no closed form, so it is not implemented.
 
-Torsion does not feel the speed: K_σ − C is zero in the twists, and so is G.
+Torsion does not depend on the speed: K_σ − C is zero in the twists, and so is G.
 
 Sources: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956); T. Feese and C. Hill,
 *Guidelines for Preventing Torsional Vibration Problems in Reciprocating Machinery*, Gas Machinery Conference (2002),

@@ -4,11 +4,11 @@ Main journal and pin load the web over their circles with the stresses of beam t
 under a moment), and not at points: where the circles overlap, stress passes straight from one to the other. From these
 tractions follow forces and moments of each section η = const of the web, and from their energy the flexibility of the
 pin's end against the main's (Castigliano). The section is the web's own width (hull or counterweight) and thickness,
-thickened on the journals' sides by what lies within 45° below their edges: stress spreads at that angle into a step
-(the rule for the stiffness of stepped rotors). Its torsion constant is Saint-Venant's A⁴/(40 I_p), its shear factor
-Cowper's for a rectangle.
+thickened on the journals' sides by the material within 45° below their edges, because stress spreads at this angle into
+a step (the rule for the stiffness of stepped rotors). Its torsion constant is Saint-Venant's A⁴/(40 I_p), its shear
+factor Cowper's for a rectangle.
 
-A web is a few dimensions and nothing else: no constant here was fitted to a finite-element crank.
+The model uses only dimensions of the web; no constant was fitted to a finite-element crank.
 
 References: J. Vance, F. Zeidan and B. Murphy, *Machinery Vibration and Rotordynamics* (2010), and API RP 684, for the
 45° rule; S. Timoshenko and J. Goodier, *Theory of Elasticity* (1970), section 109, for A⁴/(40 I_p).
@@ -78,7 +78,7 @@ def rectangle_shear_factor(poisson_ratio: float) -> float:
 
 
 def web_sections(c: Crankshaft, counterweight: bool, main_width: float) -> WebSections:
-    """Sections of a web with what of its journals lies within 45° of their edges."""
+    """Sections of a web with the parts of its journals within 45° of their edges."""
     low, high = -0.5 * c.main_diameter, c.throw + 0.5 * c.pin_diameter
     step = (high - low) / _POINTS
     eta: Array = low + step * (np.arange(_POINTS, dtype=np.float64) + 0.5)

@@ -109,7 +109,7 @@ class ClampedFlexibility:
         return cls(free, modes, compliance, answers, motions, solution)
 
     def solve(self, load: Array) -> Array:
-        """Displacement (ndof, k) with W u = 0 under loads (ndof, k); the interfaces carry what is not in balance."""
+        """Displacement (ndof, k) with W u = 0 under loads (ndof, k); the interfaces carry the unbalanced part."""
         nb = self._at_interfaces.shape[0]
         # W u = W G f − F λ + W R α = 0 with the interface forces λ in balance with the load, (W R)ᵀ λ = Rᵀ f.
         known = np.vstack((self._answers.T @ load, self.free.rigid.T @ load))
@@ -290,7 +290,7 @@ def _ritz_modes(
     """Modes of the space, rigid ones first, and their ω: Ritz vectors of the part M-orthogonal to rigid motion."""
     space = space - rigid @ (rigid.T @ (mass @ space))
     space = space / np.sqrt(np.einsum("ij,ij->j", space, mass @ space))
-    # Six of the directions were rigid motion and are gone; what is left of them is rounding.
+    # Six of the directions were rigid motion and have been removed; their remainders are rounding.
     squares, turn = eigh(space.T @ (mass @ space))
     space = space @ (turn[:, 6:] / np.sqrt(squares[6:]))
     lower = cholesky(space.T @ (mass @ space), lower=True)

@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components, maxi
 Array = NDArray[np.float64]
 Integers = NDArray[np.intp]
 
-# Shares of the nodes on one side that are tried for each cut, beside the levels of the sweep in between.
+# Fractions of the nodes on one side tried for each cut, in addition to the levels of the sweep in between.
 SHARES = (0.4, 0.45, 0.5, 0.55, 0.6)
 # How much an uneven cut costs: half as much again where one side is empty.
 UNEVENNESS = 0.5

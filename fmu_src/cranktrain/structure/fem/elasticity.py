@@ -111,7 +111,7 @@ def lame(material: Material) -> tuple[float, float]:
 
 
 def lumped_volume(scalar: Basis) -> Array:
-    """Share of each node in the volume, (nodes,) m³: diagonal of the consistent matrix, scaled element by element."""
+    """Volume of each node, (nodes,) m³: diagonal of the consistent matrix, scaled element by element."""
     diagonal = np.stack([np.sum(phi[0] ** 2 * scalar.dx, axis=1) for phi in scalar.basis])
     diagonal *= scalar.dx.sum(axis=1) / diagonal.sum(axis=0)
     shares = np.bincount(scalar.element_dofs.ravel(), weights=diagonal.ravel(), minlength=scalar.N)

@@ -1,4 +1,4 @@
-"""Timoshenko frames in three dimensions: members between nodes of six degrees of freedom, and what they weigh.
+"""Timoshenko frames in three dimensions: members between nodes of six degrees of freedom, and their masses.
 
 A beam of length L, local axes e_1 along it and e_2, e_3 across, bends with the interpolation that solves the static
 Timoshenko equations exactly (Φ = 12EI/(κGAL²)), so that its stiffness is exact and its mass consistent: the mass is
@@ -34,7 +34,7 @@ _POINTS, _WEIGHTS = 0.5 * (1.0 + _POINTS), 0.5 * _WEIGHTS
 
 @dataclass(frozen=True)
 class Section:
-    """Section of a beam: what is stiff and what is heavy may differ (m², m⁴, kg/m, kg m).
+    """Section of a beam; stiffness and mass may belong to different cross-sections (m², m⁴, kg/m, kg m).
 
     ``area``, ``bending`` I and ``torsion`` J of a section alike in both directions across; ``shear`` κA; ``mass`` per
     length and ``rotary`` ρI per length about an axis across.
@@ -122,7 +122,7 @@ class Frame:
         )
 
     def flexible_link(self, first: int, second: int, flexibility: Array, slices: Slices, share: Array) -> None:
-        """Add a member of which the second node moves by ``flexibility`` (6, 6) under its loads, the first clamped.
+        """Add a member whose second node moves by ``flexibility`` (6, 6) under its loads with the first node clamped.
 
         Each of its ``slices`` moves as if rigidly fixed to both nodes, by its ``share`` (s,) with the second.
         """

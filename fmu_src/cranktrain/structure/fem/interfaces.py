@@ -1,4 +1,4 @@
-"""Interfaces: one node with six degrees of freedom that stands for a named surface.
+"""Interfaces: one node with six degrees of freedom that represents a named surface.
 
 *Averaged* (RBE3): the node moves as the rigid motion that fits the surface best,
 

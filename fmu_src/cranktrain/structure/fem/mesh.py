@@ -209,7 +209,7 @@ def quadratic_mesh(
 
 
 class _SurfaceMapping(MappingIsoparametric):
-    """Mapping that knows where a facet's points lie in its element; its own Newton iteration may not find them."""
+    """Mapping with known element coordinates of a facet's points; its own Newton iteration may not converge."""
 
     def G(self, X: Array, find: Any = None) -> Array:
         """Points ``X`` (2, q) of the reference triangle on the facets ``find``."""
@@ -301,7 +301,7 @@ def _plane_ring(mesh: MeshTet2, z: float, inner: float, outer: float) -> Integer
 
 
 def _find_columns(table: Integers, columns: Integers, n: int) -> Integers:
-    """Where each column, in any order of its entries, stands in ``table`` (numbers below n); −1 where it does not."""
+    """Index of each column, in any order of its entries, in ``table`` (numbers below n); −1 if it is missing."""
 
     def keys(array: Integers) -> Integers:
         return np.asarray(np.ravel_multi_index(tuple(np.sort(array, axis=0)), (n,) * len(array), mode="wrap"))
@@ -316,7 +316,7 @@ def _find_columns(table: Integers, columns: Integers, n: int) -> Integers:
 def cad_mesh(
     entry: str, values: Mapping[str, Any], what: str, remedy: str
 ) -> tuple[Array, Integers, Integers, Integers, list[str]]:
-    """Mesh in a process of its own; what goes wrong there becomes one line here.
+    """Mesh in a process of its own; its errors become one line here.
 
     Raises ``InputError``: for a crash of the CAD kernel or a mesh that does not end.
 

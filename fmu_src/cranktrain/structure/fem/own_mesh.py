@@ -22,7 +22,7 @@ SHOWN_PLACES = 3
 
 
 class MeshFile(str):
-    """Path of a user's own mesh that knows the unit of its coordinates; any other path is in metres."""
+    """Path of a user's own mesh with the unit of its coordinates; any other path is in metres."""
 
     unit: str
 
@@ -75,7 +75,7 @@ def check_one_piece(nodes: Array, tets: Integers, path: str | Path) -> None:
 
 
 def check_places(path: str | Path, found: Mapping[str, Array], expected: Mapping[str, Array], tolerance: float) -> None:
-    """Refuse surfaces that do not lie where the engine file has them: ``InputError`` with both, and what would mend it.
+    """Refuse surfaces at other positions than in the engine file: ``InputError`` with both positions and a remedy.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def check_places(path: str | Path, found: Mapping[str, Array], expected: Mapping
 
 
 def _remedy(names: list[str], have: Array, want: Array, tolerance: float) -> str:
-    """What would bring the surfaces to their places."""
+    """Remedy that would bring the surfaces to their positions."""
 
     def fits(moved: Array) -> bool:
         return bool(np.linalg.norm(moved - want, axis=1).max() <= tolerance)

@@ -41,7 +41,7 @@ Comparison = tuple[dict[str, float], dict[str, Array]]
 
 @dataclass(frozen=True)
 class ReductionTask:
-    """A body to be reduced, and where it is kept.
+    """A body to be reduced, and its stored file.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, In
 
 
 def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:
-    """Digest of what a body is made from and of the user's mesh, where there is one."""
+    """Digest of a body's input data, and of the user's mesh if there is one."""
     content = {"schema": SCHEMA, **content}
     if mesh_file is not None and Path(mesh_file).is_file():
         content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()

@@ -1,4 +1,4 @@
-"""A body of rigid slices: its mass and its rotation invariants from what each slice weighs and how the modes move it.
+"""A body of rigid slices: its mass and rotation invariants from the slices' masses and their motion in the modes.
 
 A slice moves by a translation u of its reference point p and a rotation θ; its field is linear in the position r from
 there, u + θ×r = B [1, r] with a 3×4 matrix B, so that ∫ρ u·v = tr(B_u Z B_vᵀ) with Z = ∫ρ [1, r][1, r]ᵀ. The rigid

@@ -2,17 +2,18 @@
 
 Its stiffness K and mass M belong to displacements and rotations of retained nodes, and to modal coordinates that move
 no retained node (fixed-interface modes of Craig and Bampton). Modes, frequencies and interface shapes follow from K and
-M without loss. The rigid ones are the exact motions of the nodes; the body is refused where K resists them or M is not
-that of a rigid body in them.
+M without loss. The rigid modes are the exact motions of the nodes. The body is refused if K resists them, or if M in
+these motions is not the mass of a rigid body.
 
-The terms of rotation (G, C, K_σ and the loads of rotation) need the mass in space, which K and M no longer tell. It is
-gathered at the nodes: each carries the rigid slice (:mod:`cranktrain.structure.fem.rigid_slices`) that answers a rigid
-acceleration as the rows of M do, and all together have the mass, centre and inertia of M. In rigid motion these terms
-are therefore exact, and an elastic mode's slices carry no momentum. Left out are
+The terms of rotation (G, C, K_σ and the loads of rotation) need the distribution of mass in space, which K and M do not
+contain. The mass is lumped at the nodes. Each node carries a rigid slice (:mod:`cranktrain.structure.fem.rigid_slices`)
+with the same response to a rigid acceleration as the node's rows of M. All slices together have the mass, centre and
+inertia of M. In rigid motion these terms are therefore exact, and an elastic mode's slices have no momentum. Left out
+are
 
-* what elastic modes do between retained nodes, modal coordinates included: ``slice_mass_error`` of the quality tells by
-  how much the slices' modal mass misses 1;
-* the stress of the centrifugal load between elastic modes; its work on the slices' rotations is in.
+* motion of elastic modes between retained nodes, modal coordinates included: ``slice_mass_error`` of the quality is the
+  deviation of the slices' modal mass from 1;
+* the stress of the centrifugal load between elastic modes; its work on the slices' rotations is included.
 
 Reference: R. Craig and A. Kurdila, *Fundamentals of Structural Dynamics* (2006), chapter 17.
 """
@@ -35,7 +36,7 @@ Array = NDArray[np.float64]
 RIGID_SHARE = 0.01
 """Most that the frequency of a rigid motion may be of the first elastic one; text of seven digits stays far below."""
 MASS_SHARE = 1e-3
-"""Most by which the mass in rigid motions may miss that of a rigid body."""
+"""Largest relative deviation of the mass in rigid motions from that of a rigid body."""
 CHECKED_HZ = 1000.0
 """Up to here the slices' modal mass is looked at."""
 
@@ -46,7 +47,7 @@ class Superelement:
 
     Attributes
     ----------
-    source : what messages call it
+    source : name used in messages
     stiffness, mass : (n, n)
     nodes, components : (n,) node of each row, and 0–5: displacement along x, y, z, rotation about x, y, z
     places : node → (3,) m; nodes that have none are modal coordinates
@@ -208,7 +209,7 @@ def _sliced(
 
 
 def _slice_moments(felt: Array) -> Array:
-    """Moments (4, 4) of the rigid slice that comes closest to a node's share (6, 6) in rigid acceleration."""
+    """Moments (4, 4) of the rigid slice that comes closest to a node's part (6, 6) of M in rigid acceleration."""
     moments = np.zeros((4, 4))
     moments[0, 0] = np.trace(felt[:3, :3]) / 3.0
     moments[0, 1:] = moments[1:, 0] = 0.5 * (_axial(felt[3:, :3]) - _axial(felt[:3, 3:]))
@@ -217,7 +218,7 @@ def _slice_moments(felt: Array) -> Array:
 
 
 def _with_total(places: Array, moments: Array, total: Array) -> Slices:
-    """Slices that together have the moments ``total`` about the origin: what misses is spread by their masses."""
+    """Slices with the sum of moments ``total`` about the origin; the difference is distributed by their masses."""
     missing = total - Slices(places, moments).total()
     back = np.tile(np.eye(4), (len(places), 1, 1))
     back[:, 1:, 0] = -places

@@ -1,16 +1,16 @@
-"""Cycle means of all force laws of a run, linearised at its states: the stiffness and damping that a crank feels.
+"""Cycle means of all force laws of a run, linearised at its states: effective stiffness and damping for the crank.
 
-Along the settled cycle the stiffness K = −∂f/∂d and damping C = −∂f/∂ḋ of a film change by orders of magnitude. Where
-crank and block would move by d₀ against each other without it, and give way to its force by their compliance H, its
-force is f = −(Z⁻¹ + H)⁻¹ d₀ with Z = K + iωC. The mean law Z̄ is that of the same mean force,
+Along the settled cycle the stiffness K = −∂f/∂d and damping C = −∂f/∂ḋ of a film change by orders of magnitude. Let d₀
+be the relative motion of crank and block without the film, and H their compliance under the film's force. The film's
+force is then f = −(Z⁻¹ + H)⁻¹ d₀ with Z = K + iωC. The mean law Z̄ is the law with the same mean force,
 
     (Z̄⁻¹ + H)⁻¹ = mean over the cycle of (Z⁻¹ + H)⁻¹,
 
-in the axes of the turning frame: of a law far softer than the crank the mean of Z, of one far stiffer that of its
-compliance. What varies about the mean moves crank and block at ω ± kΩ/2, so H is the mean over such frequencies, with
-all other films at their mean laws. The drive line's axial joint remembers its deflection and has a mean law of its own
-(:mod:`cranktrain.structure.in_motion.joint`). All else, the floating collar first of all, has the means of K and C. Of
-a law whose K and C do not change all these are K and C themselves.
+in the axes of the turning frame. For a law far softer than the crank this is the mean of Z; for a law far stiffer it is
+the inverse of the mean compliance. The variation about the mean moves crank and block at ω ± kΩ/2, so H is the mean
+over these frequencies, with all other films at their mean laws. The drive line's axial joint has its deflection as a
+state and therefore a mean law of its own (:mod:`cranktrain.structure.in_motion.joint`). All other laws, in particular
+the floating collar, have the means of K and C. For a law with constant K and C all these means are K and C themselves.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class CycleMeans(NamedTuple):
 
 
 def tangents_over_cycle(simulation: Simulation) -> CycleTangents:
-    """Tangents at each step of the cycle that begins at a simulation's state, which stays as it is.
+    """Tangents at each step of the cycle that begins at a simulation's state; the state is not changed.
 
     Raises ``SolverError`` for a step that fails, or a law without tangents.
     """
@@ -104,7 +104,7 @@ def plain_means(tangents: CycleTangents, hz: float) -> CycleMeans:
 
 
 def with_joint_mean(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:
-    """Means for vibration at ``hz`` with the axial joint's; of a model without one as they are."""
+    """Means for vibration at ``hz`` with the mean law of the axial joint; unchanged for a model without a joint."""
     path, k = simulation.engine.axial_path, int(simulation.model.layout[slots.AXIAL_JOINT])
     if path is None or not k:
         return means
@@ -141,7 +141,7 @@ def mean_law(laws: ComplexArray, compliance: ComplexArray) -> ComplexArray:
 
 
 def films(model: ModelArrays) -> list[tuple[int, Sequence[int]]]:
-    """Connections that are films of mains and floating big ends, with the ports that tell their relative motion."""
+    """Films of mains and floating big ends, with the ports of their relative motion."""
     mains, cylinders = model.bearings.shape[0], model.cylinders.shape[0]
     found: list[tuple[int, Sequence[int]]] = [
         (k, range(int(model.connections[k, slots.COUPLED]))) for k in range(mains)
@@ -157,7 +157,7 @@ def main_tangents(model: ModelArrays, tangents: CycleTangents) -> tuple[Array, A
     """
     mains = model.bearings.shape[0]
     place, velocity = (-part[:, :mains, :2, :2] for part in (tangents.place, tangents.velocity))
-    # What the frame's turning makes of a derivative by velocity is taken out again.
+    # Remove the contribution of the frame's rotation to the derivative by velocity.
     cos, sin, whirl = tangents.frame.T
     place = place - whirl[:, None, None, None] * velocity @ ACROSS
     turn = np.stack((np.stack((cos, -sin), axis=-1), np.stack((sin, cos), axis=-1)), axis=-2)[:, None]

@@ -1,6 +1,6 @@
 """Modes in motion: the damped eigenproblem of a crank in the cycle means of its force laws.
 
-In the frame that turns with the crank at Ω, with what turns in its modes q and the ports' relative motion d,
+In the frame that turns with the crank at Ω, with the rotating bodies in modes q and the ports' relative motion d,
 
     M q̈ + (D + 2ΩG + Σ c_s t tᵀ) q̇ + [ω² + Ω² (K_σ − C) + Σ k_s t tᵀ] q = Σ Dᵀ (K̄ d + C̄ ḋ) + rods
 
@@ -15,13 +15,14 @@ A flexible block is stationary. In a mode of the crank it moves with λ, λ + i�
     w = Re [(w₀ + w₊ exp(iΩt) + w₋ exp(−iΩt)) exp(λt)],
     d = u − ½ (I − iJ) w₊ − ½ (I + iJ) w₋ across the axis,  u − w₀ along it,  J = e_z ×,
 
-and its own equation, mounts included, holds for each of the three with that exponent. Further harmonics, which a block
-that is not equally stiff all round would have, and what varies about the means over the cycle are left out.
+and its own equation, mounts included, holds for each of the three parts with its exponent. Two effects are left out:
+further harmonics, which a block with different stiffness in different directions would have, and the variation of the
+laws about their means over the cycle.
 
-Where all laws are linear and the same in all directions nothing is left out. On films and rollers the frequencies of
-torsion lie within 0.5 % of those at which the orders of a run peak (tests/properties/test_modes_in_motion.py). Bearings
-of level ``linear`` whose springs differ across and upwards do worse: in the turning frame their stiffness swings with
-2Ω about its mean, a spring without damping passes that on in full, and torsion comes out up to 1.1 % above the run.
+If all laws are linear and isotropic the method is exact. On films and rollers the frequencies of torsion lie within 0.5
+% of the frequencies at which the orders of a run peak (tests/properties/test_modes_in_motion.py). The error is larger
+for bearings of level ``linear`` with different springs across and upwards: in the turning frame their stiffness varies
+with 2Ω about its mean without damping, and torsion comes out up to 1.1 % above the run.
 
 Sources: Friswell, Penny, Garvey & Lees, *Dynamics of Rotating Machines* (2010), chapter 7; Hill's method: Wereley,
 *Analysis and control of linear periodically time varying systems* (1991).
@@ -69,9 +70,9 @@ OVERDAMPED = 0.5
 FIRST_HZ, SETTLED, ROUNDS = 250.0, 1.0e-4, 10
 """Frequency (Hz) at which films have their first means, change of it at which iteration ends, and rounds at most."""
 SIDES = 4
-"""Side frequencies ω ± kΩ/2, k up to this, over which crank and block answer what varies over a cycle."""
+"""Largest k of the side frequencies ω ± kΩ/2 at which crank and block respond to the variation over a cycle."""
 LEAST_TWIST = 0.2
-"""Share of torsion below which a mode is not called torsional."""
+"""Energy fraction of torsion below which a mode is not called torsional."""
 SAMPLES = 360
 """Angles of a cycle at which rods are linearised."""
 PARTS = (*KINDS, "block")
@@ -80,7 +81,7 @@ PARTS = (*KINDS, "block")
 class Equations(NamedTuple):
     """M ẍ + C ẋ + K x = 0 (n, n), real on ground and complex with a block.
 
-    The first ``crank`` coordinates are the crank's modes, the first ``turning`` those of all that turns.
+    The first ``crank`` coordinates are the crank's modes, the first ``turning`` the modes of all rotating bodies.
     """
 
     mass: NDArray[Any]
@@ -98,7 +99,7 @@ class ModesInMotion(NamedTuple):
     speed : rad/s
     values : (k,) eigenvalues λ, 1/s
     shapes : (n, k) of the coordinates of :class:`Equations`
-    shares : (k, 4) of bending, torsion, axial motion and block in the kinetic energy
+    shares : (k, 4) fractions of bending, torsion, axial motion and block in the kinetic energy
     """
 
     speed: float
@@ -118,7 +119,7 @@ class ModesInMotion(NamedTuple):
 
     @property
     def torsional(self) -> int:
-        """Place of the first torsional mode, the first whose share of torsion is half the largest or more; else −1."""
+        """Index of the first mode with half the largest fraction of torsion or more; −1 if there is none."""
         twist = np.where(self.hz <= LISTED_HZ, self.shares[:, KINDS.index("torsional")], 0.0)
         return int(np.argmax(twist >= 0.5 * twist.max())) if np.any(twist > LEAST_TWIST) else -1
 
@@ -129,15 +130,14 @@ class ModesInMotion(NamedTuple):
 
 
 _RODS: WeakKeyDictionary[Simulation, tuple[float, tuple[Array, list[Array]]]] = WeakKeyDictionary()
-"""What :func:`_rods` found for a simulation at its last speed: it hangs on no means, which are found by iteration."""
+"""Result of :func:`_rods` for a simulation at its last speed; it does not depend on the iterated means."""
 
 
 def modes_in_motion(simulation: Simulation, tangents: CycleTangents | None = None) -> ModesInMotion:
-    """Modes about the settled cycle at whose start a simulation is; its state stays as it is.
+    """Modes about the settled cycle that begins at a simulation's state; the state is not changed.
 
-    ``tangents`` are those of a cycle of the same model, in place of this one's. Films have the means that belong to the
-    first torsional frequency, found by iteration. Raises ``SolverError`` for a step that fails, or a law without
-    tangents.
+    ``tangents`` of a cycle of the same model replace the tangents of this cycle. Films have the means at the first
+    torsional frequency, found by iteration. Raises ``SolverError`` for a step that fails, or a law without tangents.
     """
     means, _ = settled_means(simulation, tangents)
     return modes_in_means(simulation, means)
@@ -297,7 +297,7 @@ def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts
         if n_b:
             turned[t : t + n_b] = -model.block_ports[int(model.layout[slots.BORE_ROTATIONS]) - len(model.ports) + k]
         across = np.kron(np.eye(count // 2), ACROSS)
-        # u × f = −uᵀ (e_z×) f, by what f depends on and by u.
+        # u × f = −uᵀ (e_z×) f, differentiated by the arguments of f and by u.
         arm = -means.displaced[ports] @ across
         for part, tangent in zip(parts[1:], tangents[1:], strict=True):
             part -= np.outer(turned, arm @ tangent[k, :count, :count] @ rows)
@@ -305,7 +305,7 @@ def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts
 
 
 def _shares(engine: Engine, body: ReducedBody, equations: Equations, shapes: ComplexArray) -> Array:
-    """Shares (k, 4) of the crank's kinds of motion and of the block in the kinetic energy of both."""
+    """Fractions (k, 4) of the crank's kinds of motion and of the block in the kinetic energy of both."""
     crank = at_largest(shapes[: equations.crank])
     kinds = energy_shares(engine, body, crank, rods=True)
     mass = np.eye(equations.crank) + rod_masses(engine, body)

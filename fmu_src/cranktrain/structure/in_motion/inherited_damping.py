@@ -1,18 +1,18 @@
-"""Damping of torsion that a crank which only twists takes over from the level above it.
+"""Damping of torsion that a torsional crank takes from the next higher level.
 
-A crank in held journals has no films, and structural damping alone: its resonance is several times too high. What damps
-a running crank is that it bends as it twists, and squeezes the films of its main bearings. The level above has both. It
-runs at full load at the speed where a firing order meets the first torsional mode; from instants spread over a cycle
-it runs on twice, once with a small kick in the shape of a torsional mode in motion
-(:mod:`cranktrain.studies.in_motion`), as its films and its floating collar let it swing. The kick's energy
-E = η̇² + ω²η², with η the mode's coordinate in the difference of both runs, falls as exp(−2ζωt): free decay about the
-periodic motion, its rate the mean over the cycle. That is done for the first and the second torsional mode of the
-cranktrain.
+A crank in held journals has no films and only structural damping, so its resonance is several times too high. A running
+crank is damped because it bends as it twists, and the bending squeezes the films of its main bearings. The next higher
+level models both. It runs at full load at the speed where a firing order meets the first torsional mode. From instants
+spread over a cycle the run is continued twice, once with a small kick in the shape of a torsional mode in motion with
+its films and floating collar (:mod:`cranktrain.studies.in_motion`). The kick's energy is E = η̇² + ω²η², with the
+mode's coordinate η in the difference of both runs. It falls as exp(−2ζωt). This is a free decay about the periodic
+motion; its rate is the mean over the cycle. Both the first and the second torsional mode of the cranktrain are
+measured.
 
-The lower level's modal damping c_i (1/s) of its first two elastic modes is then such that its own cranktrain's modes
-φ_k decay as fast, Σ_i c_i φ_ki² = 2 ζ_k ω_k; all others keep the engine's structural damping, and none gets less than
-that. What was found stands in the body's records: ``inherited_damping`` (modes, 2) frequency in Hz and ζ of the level
-above, ``inherited_at`` speed in rad/s and load.
+The modal damping c_i (1/s) of the first two elastic modes of the lower level is set so that the modes φ_k of its
+cranktrain have the same decay, Σ_i c_i φ_ki² = 2 ζ_k ω_k. All other modes keep the engine's structural damping, which
+is also the least damping of any mode. The body's records keep the result: ``inherited_damping`` (modes, 2) frequency in
+Hz and ζ of the level above, ``inherited_at`` speed in rad/s and load.
 
 Sources: D. J. Ewins, *Modal Testing* (2000), free decay; W. Ker Wilson, *Practical Solution of Torsional Vibration
 Problems*, vol. 2 (1963), equivalent damping per cylinder.
@@ -52,7 +52,7 @@ STEP = math.radians(1.0)
 KICK = 1.0e-4
 """Largest rotation of an interface by the kick, rad: films feel it as linear."""
 STARTS, PERIODS = 8, 5
-"""Instants of a cycle at which it is kicked, and periods of the mode over which its decay is followed."""
+"""Number of kicks in a cycle, and periods of the mode over which the decay is followed."""
 
 
 class Decay(NamedTuple):
@@ -64,7 +64,7 @@ class Decay(NamedTuple):
 
 
 def with_damping(engine: Engine, body: ReducedBody, above: str, found: Decay) -> ReducedBody:
-    """The running ``body`` with the damping that was found of crank level ``above``, which its records tell."""
+    """The running ``body`` with the damping measured at crank level ``above``, which is added to its records."""
     damping = equivalent_damping(engine, body, found.ratio)
     return replace(
         body,
@@ -81,7 +81,7 @@ def with_damping(engine: Engine, body: ReducedBody, above: str, found: Decay) ->
 def equivalent_damping(engine: Engine, body: ReducedBody, ratios: Array) -> Array:
     """Modal damping (n,) 1/s of a torsional body whose cranktrain's first modes shall have ``ratios`` (k,)."""
     own = structural_damping(engine, body)
-    # What twists: rotation about the axis, and the elastic modes.
+    # Coordinates of twist: rotation about the axis, and the elastic modes.
     twists = slice(5, body.n_modes)
     stiffness, mass = (matrix[twists, twists] for matrix in cranktrain_matrices(engine, body))
     squares, shapes = eigh(stiffness, mass)
@@ -139,8 +139,8 @@ def _rate(
 ) -> float:
     """Rate (1/s) at which the energy of a kick in a mode's shape (n,) falls from ``state`` on.
 
-    ``steps`` are the step (s), how many were taken before, and how many to follow. What turns besides the crank is
-    not kicked.
+    ``steps`` are the step (s), the number of steps before, and the number to follow. Rotating bodies other than the
+    crank are not kicked.
     """
     omega, (h, done, count) = 2.0 * math.pi * hz, steps
     first = [offset(part, simulation.model.omega2.size) for part in (POSITION, VELOCITY)]

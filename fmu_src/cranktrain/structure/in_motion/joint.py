@@ -1,15 +1,16 @@
-"""What the drive line's axial joint is to small motions about a cycle.
+"""Mean law of the drive line's axial joint for small motions about a cycle.
 
 With slip velocity v and deflection z of the teeth (:mod:`cranktrain.film.laws.axial_joint`) small changes follow
 
     δż = b δv − a δz,     a = k |v| / F_max,     b = 1 − k z sgn v / F_max.
 
-Both change over the cycle. To a slip d exp(iωt) the teeth answer with y(t) d exp(iωt), y having the cycle's period,
+Both change over the cycle. The response of the teeth to a slip d exp(iωt) is y(t) d exp(iωt), where y has the cycle's
+period,
 
     ẏ = iω b − (a + iω) y,
 
-and the force at ω is that of the dynamic stiffness (k + iωc) ȳ, ȳ being the mean of y. Teeth that stick have ȳ = 1,
-teeth that slide one way under a steady force ȳ = 0. The friction limit is that of the cycle.
+and the force at ω is that of the dynamic stiffness (k + iωc) ȳ, ȳ being the mean of y. Sticking teeth have ȳ = 1, teeth
+that slide in one direction under a steady force ȳ = 0. The friction limit is taken from the cycle.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from cranktrain.engine.parts import AxialPath
 from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, REMEMBERED, SLIP, WINDUP_TORQUE
 
 STEADY = 1.0e-9
-"""Least difference from one of what is left of an answer after a cycle; below it the frozen answer is taken."""
+"""Least difference of a response's decay factor over a cycle from one; below it the frozen response is used."""
 
 
 def joint_at_state(simulation: Simulation) -> tuple[float, float]:

@@ -125,7 +125,7 @@ def main_forces(engine: Engine, body: ReducedBody, speed: float, angle: Array) -
 
 
 def main_dampers(engine: Engine) -> list[dict[int, float]]:
-    """Linear damping beside the springs of :func:`cranktrain.structure.crank.modal.main_springs` (N s/m, N m s/rad)."""
+    """Linear damping in parallel with :func:`cranktrain.structure.crank.modal.main_springs` (N s/m, N m s/rad)."""
     roller = engine.main_roller
     dampers: list[dict[int, float]] = [{} for _ in engine.crankshaft.main_widths]
     if roller is not None:

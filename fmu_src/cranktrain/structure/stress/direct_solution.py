@@ -1,12 +1,12 @@
 """Direct finite-element solution of a crankshaft at an instant of a run, to check the modes' stresses against.
 
-The bare crankshaft carries the loads at its interfaces, L, those of rigid parts fixed to it included, and its own
-inertia in the turning frame; inertia relief takes what rounding and linearisation leave out of balance:
+The bare crankshaft carries the loads L at its interfaces, including those of rigid parts fixed to it, and its own
+inertia in the turning frame. Inertia relief removes the imbalance due to rounding and linearisation:
 
     u = G [Wᵀ L − M (Φ a + 2Ω e_z×Φ v + Ω̇ e_z×(X + Φ q) − Ω² (X + Φ q)_⊥ − g)]
 
-with the modal position q, velocity v and acceleration a of the run. A structural damping force D v acts on the mass as
-an acceleration does and is counted with it. Loads act on the undeformed body, as stress stiffness is left out.
+with the modal position q, velocity v and acceleration a of the run. A structural damping force D v acts on the mass
+like an acceleration and is added to it. Loads act on the undeformed body, because stress stiffness is left out.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from cranktrain.structure.stress.stress_modes import ShapedCrank
 Array = NDArray[np.float64]
 
 ARM = 0.1
-"""Distance from its centre of the points that stand for a part's inertia, m; any does."""
+"""Distance from the centre of the points that represent a part's inertia, m; any value would do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class Instants:
 
 
 def direct_solution(crank: ShapedCrank, engine: Engine, at: Instants) -> tuple[Array, Array]:
-    """Displacement (ndof, k) of the bare crankshaft, and what inertia relief took of the loads over their size, (k,).
+    """Displacement (ndof, k) of the bare crankshaft, and loads removed by inertia relief over their size, (k,).
 
     Parameters
     ----------

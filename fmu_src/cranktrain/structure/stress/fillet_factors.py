@@ -38,8 +38,8 @@ _ON_PLANE = 1e-7
 class ThrowFactors(NamedTuple):
     """Factors of pin (α) and main journal (β) in bending, torsion and shear without moment in the web.
 
-    ``free_surface``: least over largest principal stress at the peak, the worst of pin and main journal in bending; a
-    free surface has 0, so it tells how converged the peak is.
+    ``free_surface``: least over largest principal stress at the peak, the worst of pin and main journal in bending. It
+    is 0 at a free surface, so it measures the convergence of the peak.
     """
 
     alpha_b: float

@@ -53,7 +53,7 @@ def throw_fillets(engine: Engine, throw: int, shaped: Callable[[], ShapedCrank],
 
 
 def _read(path: Path, task: ReductionTask) -> FilletModes | None:
-    """What is kept of the body that is kept, or None."""
+    """Sub-models kept for the body in the cache, or None."""
     try:
         shapes = load_body(task.path, task.digest).shapes
         with np.load(path) as file:

@@ -2,8 +2,8 @@
 
 Displacement gradients are taken at the four points of the second-order quadrature, where those of quadratic elements
 are most accurate, carried on linearly to the corners of each element, to mid-side nodes as the mean of their two
-corners, and averaged over the elements that share a node: what CalculiX does with its ten-node tetrahedra. Stress
-follows from the averaged gradient by Hooke's law, σ = λ tr(ε) I + 2 μ ε.
+corners, and averaged over the elements that share a node, as in CalculiX for ten-node tetrahedra. Stress follows from
+the averaged gradient by Hooke's law, σ = λ tr(ε) I + 2 μ ε.
 
 References: Barlow, Int. J. Num. Meth. Eng. 10 (1976) 243; Zienkiewicz, Taylor and Zhu, *The Finite Element Method*,
 7th ed., section 15.3.

@@ -1,7 +1,8 @@
 """Stress modes of a crankshaft: the stress at its surface in each mode of the reduction.
 
-They are made where the reduction has its shapes, which no store keeps: the first question for them repeats the
-reduction. They lie in a file of their own beside the body's, so that runs without stresses do not carry them.
+They are computed from the shapes of the reduction. No file keeps these shapes, so the first request for stress modes
+repeats the reduction. Stress modes have a file of their own beside the body's file, so runs without stresses do not
+load them.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ class StressModes:
     Attributes
     ----------
     modes : (n, 6, s) float32, Pa per unit coordinate of each bare mode
-    centrifugal : (6, s) float32, Pa s², what the modes lack of the static stress that the centrifugal load of 1 rad/s
-        raises in the bare crankshaft
+    centrifugal : (6, s) float32, Pa s², part of the bare crankshaft's static stress under the centrifugal load of 1
+        rad/s that the modes do not contain
     points : (s, 3) undeformed places, m
     triangles : (t, 3) of the surface, into ``points``
     """
@@ -63,7 +64,7 @@ class StressModes:
     def of_running(self, complete: ReducedBody, running: ReducedBody) -> NDArray[np.float32]:
         """Stress (r + 1, 6, s) in the r modes of a running model's crankshaft and, last, for Ω² = 1 (rad/s)².
 
-        What the modes beyond the cut-off answer to the centrifugal load is static and belongs to the last.
+        The response of modes beyond the cut-off to the centrifugal load is static and is part of the last.
 
         Parameters
         ----------
@@ -94,7 +95,7 @@ class ShapedCrank:
 
     @classmethod
     def of(cls, engine: Engine, mesh_file: str | Path | None, say: Progress) -> ShapedCrank:
-        """Repeat the reduction; where the kept body is another (made on another machine), it is made anew."""
+        """Repeat the reduction; if the kept body differs (made on another machine), it is replaced."""
         task = reduction_task(engine, mesh_file)
         check_kept(task.path)
         found = cls(*reduced_with_shapes(task, say))
@@ -181,7 +182,7 @@ def same_modes(one: ReducedBody, other: ReducedBody) -> bool:
 
 
 def _read(path: Path, task: ReductionTask) -> StressModes | None:
-    """What is kept of the body that is kept, or None."""
+    """Stress modes kept for the body in the cache, or None."""
     try:
         body = load_body(task.path, task.digest)
         with np.load(path) as file:

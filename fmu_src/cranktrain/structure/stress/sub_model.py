@@ -1,19 +1,19 @@
 """Sub-models of one throw, fine at one fillet or oil bore each, driven by the reduced crank's motion and loads.
 
-The crank's own mesh has one element over a fillet and reads its peak too low. A sub-model reaches from the middle of
-one main journal to that of the next, with short edges at one place and the crank's elsewhere. Its cut faces move as the
-crank does there; its pin and half journals carry the loads of their interfaces; its mass is accelerated as the pin is,
-as if the throw were rigid:
+The crank's own mesh has one element over a fillet and gives too low peak stresses. A sub-model reaches from the middle
+of one main journal to the middle of the next, with short edges at one place and the crank's edge length elsewhere. Its
+cut faces move with the crank. Its pin and half journals carry the loads of their interfaces. Its mass has the
+acceleration of the pin, as if the throw were rigid:
 
     K u = Wᵀ L − M R a + Ω² M X_⊥  inside,      u = P Φ q + C s  on the cuts
 
-P fits a cubic polynomial in x, y, z to the crank's nodes near a cut: it takes no search for elements and smooths the
-coarse field. All is linear in the *drive* [q, L_pin, L_front, L_rear, a, Ω²] and in s, so the sub-model is solved once
-for each of its entries, and stresses in a run are a product.
+P fits a cubic polynomial in x, y, z to the crank's nodes near a cut. It needs no search for elements and smooths the
+coarse field. The solution is linear in the *drive* [q, L_pin, L_front, L_rear, a, Ω²] and in s, so the sub-model is
+solved once for each entry, and stresses in a run are a matrix product.
 
 C are rigid motions of the two cuts. With s = 0 the cuts follow the *motion* of the crank, whose coarse mesh is too
-stiff. Or s is what lets the rest of the crank act on the cuts with the *resultants* that it has in the run: forces on
-their own, and the motion only for how they are spread over a cut.
+stiff. Alternatively s is chosen so that the rest of the crank acts on the cuts with its *resultants* in the run. Then
+the forces come from the run, and the motion only gives their distribution over a cut.
 
 Reference: Zienkiewicz, Taylor and Zhu, *The Finite Element Method*, 7th ed., chapter 15; sub-models by displacements of
 their borders: Cook, Malkus, Plesha and Witt, *Concepts and Applications of Finite Element Analysis*, 4th ed., section
@@ -46,7 +46,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.integer]
 
 SLAB = 0.4
-"""Half thickness of the slab about a cut whose nodes tell its motion, over the main journal's width."""
+"""Half thickness of the slab of nodes that define the motion of a cut, over the main journal's width."""
 LOADS = 6 * 4 + 1
 """Entries of a drive behind the modal coordinates: loads of pin, front and rear main, acceleration, Ω²."""
 CUTS = 6 * 2
@@ -77,12 +77,12 @@ class FilletModes:
     points: Array
 
     def by_resultants(self, drive: Array, wrenches: Array) -> Array:
-        """Motions s (k, CUTS) with which what lies beyond the cuts acts with ``wrenches``.
+        """Motions s (k, CUTS) with which the rest of the crank acts on the cuts with ``wrenches``.
 
         Parameters
         ----------
         drive : (k, n + LOADS)
-        wrenches : (k, CUTS), N and N m; what they lack of balance with the drive is left
+        wrenches : (k, CUTS), N and N m; their imbalance with the drive remains
         """
         stiffness = 0.5 * (self.beyond[-CUTS:] + self.beyond[-CUTS:].T)
         size = np.sqrt(np.diag(stiffness))
@@ -108,7 +108,7 @@ def fillet_modes(
     ----------
     coarse : nodes (3, p) m of the crank's mesh and its modes there, (3, p, n)
     place : one of :func:`cranktrain.structure.stress.throw_mesh.throw_places`
-    fineness : radius of a fillet or bore over the edges on it; without, what resolves the place
+    fineness : radius of a fillet or bore over the edges on it; by default a value that resolves the place
     """
     say(f"throw {throw}: mesh, fine at {place}")
     model = finite_elements(throw_mesh(crankshaft, throw, place, fineness or place_fineness(place)), material)
@@ -185,7 +185,7 @@ def _about(motions: Array, place: Array) -> Array:
 
 
 def _half_journal(model: FEModel, name: str, middle: Array) -> Array:
-    """Forces (ndof, 6) on the half of a main journal that a unit load on the whole of it leaves here."""
+    """Forces (ndof, 6) on the half of a main journal in this sub-model, from a unit load on the whole journal."""
     facets = surface_basis(model.mesh, model.basis.elem, name, 4)
     fields = unit_motions(np.asarray(facets.global_coordinates()) - middle[:, None, None])
     here = np.einsum("kafq,lafq,fq->kl", fields, fields, facets.dx)
@@ -227,7 +227,7 @@ def _cubic(places: Array) -> Array:
 
 
 def _watched(mesh: MeshTet2, c: Crankshaft, throw: int, place: str) -> Integers:
-    """Corner nodes on a fillet, or where an oil bore leaves its pin."""
+    """Corner nodes on a fillet, or at the mouth of an oil bore on its pin."""
     nodes = np.unique(mesh.facets[:, mesh.boundary_facets()])
     names, number = surface_features(replace(c, oil_holes="hole" in place), mesh.p[:, nodes].T)
     wanted = number == names.index(place)

@@ -39,7 +39,7 @@ GRADING = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class QuarterThrow:
-    """A quarter of a throw: x ≥ 0, from the middle of a main journal to that of the pin, which lies towards +y (m).
+    """A quarter of a throw: x ≥ 0, from the middle of a main journal to the middle of the pin, which lies at +y (m).
 
     ``web_width`` gives the web as a rectangle, as the classification societies' rule has it, that reaches half its
     width beyond both axes; ``crankshaft`` as the engine's, with the counterweight of its first web where it has one.

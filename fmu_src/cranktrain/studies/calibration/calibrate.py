@@ -1,9 +1,9 @@
 """Calibration of an engine against a targets file, from its bodies to a new engine file and a report.
 
-Where the engine's own values meet all targets they are confirmed, and nothing is searched: more values than targets
-have many answers. Else all free values are searched; dimensions act by the linearised change of their bodies. Where
-there are such, the bodies of the result are then meshed, and what is not a dimension is fitted once more. Values are
-rounded as they are written, and the report is about what the new file gives in all modes of its bodies.
+If the engine's own values meet all targets, they are confirmed and there is no search, because a problem with more
+values than targets has many solutions. Otherwise all free values are searched; dimensions act by the linearised change
+of their bodies. If dimensions are free, the bodies of the result are then meshed, and the other values are fitted once
+more. Values are rounded for the new file, and the report is computed from the new file with all modes of its bodies.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def calibrate(
     ----------
     engine, targets : paths, or the name of a shipped engine
     seed, evaluations : of the search
-    say, follow : told each stage, and the share of a search with its cost
+    say, follow : get each stage, and the completed fraction of a search with its cost
 
     Returns
     -------
@@ -97,7 +97,7 @@ def calibrate(
 
 
 def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, follow: Follow) -> tuple[Problem, Found]:
-    """What is found, and the problem at the bodies that belong to it; interrupted, at those that were there."""
+    """Values found, and the problem with their bodies; after an interrupt, with the previous bodies."""
     start = start_values(base, task)
     before = engine_with(base, task, start, {})
     dimensions = dict[str, list[Change]]()
@@ -164,7 +164,7 @@ def film_means(engine: Engine, flexible: bool, say: Say) -> FilmMeans:
 
 
 def start_values(engine: Engine, task: Task) -> dict[str, float]:
-    """An engine's own value of each free one, SI; those without a key are such that what is derived comes out best."""
+    """An engine's own value of each free one, SI; values without a key are fitted to the derived values."""
     start = {p.key: values.value(engine, p.key) if p.is_key else 0.5 * (p.low + p.high) for p in task.parameters}
     names = [p for p in task.parameters if not p.is_key]
     if not names:
@@ -181,7 +181,7 @@ def start_values(engine: Engine, task: Task) -> dict[str, float]:
 
 
 def all_met(task: Task, found: Match) -> bool:
-    """Whether each target is met within its tolerance, and no mode is left over below the last."""
+    """True if every target is met within its tolerance and no computed mode below the last target is unmatched."""
     near = (abs(hz / target.hz - 1.0) <= target.tolerance for target, hz in zip(task.targets, found.hz, strict=True))
     return not found.extra and all(near)
 
@@ -192,7 +192,7 @@ def axial_hz(task: Task) -> float:
 
 
 def report_of(problem: Problem, free: Array) -> dict[str, Any]:
-    """What free values (p,), SI, give: each target, each value; JSON-able."""
+    """Report on free values (p,), SI: each target, each value; JSON-able."""
     task, modes = problem.task, problem.modes(free)
     found = match(task.targets, modes)
     slopes = sensitivities(problem, free, modes, found.places)

@@ -1,15 +1,15 @@
-"""Bodies under changes of their dimensions: what finite elements of two geometries differ by, at the interfaces.
+"""Bodies under changes of their dimensions: the difference of two finite-element geometries at the interfaces.
 
-A free dimension asks for one more mesh, at the bound that lies further from the engine's value. Both meshes are
-condensed on their interfaces, K = Ψᵀ K Ψ and M = Ψᵀ M Ψ with the constraint modes Ψ (Guyan 1965), and their difference
-per unit of the dimension acts at the interfaces of the engine's own reduced body:
+A free dimension needs one more mesh, at the bound that lies further from the engine's value. Both meshes are condensed
+on their interfaces, K = Ψᵀ K Ψ and M = Ψᵀ M Ψ with the constraint modes Ψ (Guyan 1965), and their difference per unit
+of the dimension acts at the interfaces of the engine's own reduced body:
 
     K(p) = diag(ω²) + Φᵀ (p − p₀) ΔK Φ,      M(p) = I + Φᵀ (p − p₀) ΔM Φ
 
-Where the dimension moves an interface, both matrices speak of the motion at its old place, rigidly carried on: else
-rigid motion would strain the difference. That is the first order of a change of frequencies, but for fixed-interface
-modes, which keep theirs, and for what is attached, which keeps its place. The result of a search is meshed anew and
-fitted again, so that nothing of the linearisation stays in it.
+If the dimension moves an interface, both matrices are referred to the motion at the old position by a rigid link.
+Otherwise rigid motion would strain the difference. This gives frequency changes to first order, except that
+fixed-interface modes keep their frequencies and attached parts their positions. The result of a search is meshed and
+fitted again, so it contains no error of the linearisation.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Progress = Callable[[str], None]
 
 
 class Change(NamedTuple):
-    """What a body gains at its interfaces per unit of a dimension: stiffness and mass, (6 m, 6 m)."""
+    """Change of a body at its interfaces per unit of a dimension: stiffness and mass, (6 m, 6 m)."""
 
     body: str
     stiffness: Array

@@ -1,10 +1,10 @@
-"""A calibration as a problem: engine of some free values, its frequencies beside the targets, deviations to minimise.
+"""A calibration problem: engine as a function of free values, frequencies, targets, and deviations to minimise.
 
 Targets without a number are matched with the lowest modes of the cranktrain, one to one, by the assignment of least
-cost: squared deviations over tolerances, and what a mode lacks to be called by the target's shape. A mode left over
-below the last of these targets counts as an extra one. Numbered torsional targets follow the definitions of
-:mod:`cranktrain.structure.crank.modal`; bending divides the second torsion among neighbours, so that the search sees
-their mean around the target, weighted by the squared shares of torsion.
+cost: squared deviations over tolerances, and the energy fraction that a mode lacks for the target's shape. An unmatched
+mode below the last of these targets counts as an extra mode. Numbered torsional targets follow the definitions of
+:mod:`cranktrain.structure.crank.modal`. Bending distributes the second torsion over neighbouring modes, so the search
+uses their mean frequency around the target, weighted by the squared fractions of torsion.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from cranktrain.studies.calibration.targets import MOTION, STAND_INS, Parameter,
 from cranktrain.studies.calibration.train import Matrices, Modes, Train
 
 NAME_MARGIN = 0.08
-"""Share by which the search wants a mode's own kind to exceed every other; less of it counts like a deviation."""
+"""Energy fraction by which a mode's own kind must exceed every other kind; a deficit counts like a deviation."""
 EXTRA_REACH = 0.05
 """Left-over modes count fully below the last target and fade out this far above it."""
 EXTRA_WEIGHT = 2.0
-"""What an extra mode counts, in tolerances."""
+"""Penalty of an extra mode, in tolerances."""
 BAND = 0.2
 """Half width of the band in which the search looks for a second torsion, over the target."""
 LOST = 30.0
-"""Deviation in tolerances of what cannot be computed."""
+"""Deviation, in tolerances, of a mode that cannot be computed."""
 MATCHED = 12
 """Lowest modes among which targets are matched."""
 
@@ -90,7 +90,7 @@ class Problem:
         return replace(self, task=replace(self.task, parameters=rest), held=dict(held))
 
     def engine_of(self, free: Array) -> Engine:
-        """Engine of free values (p,), SI, with all that is derived from them."""
+        """Engine of free values (p,), SI, with all derived values."""
         return engine_with(self.engine, self.task, self.given(free), self.stand_ins)
 
     def matrices(self, free: Array) -> tuple[Engine, dict[str, Matrices]]:
@@ -115,7 +115,7 @@ class Problem:
         return {name: of[name](engine, matrices) for name, matrices in found.items()}
 
     def residuals(self, free: Array) -> Array:
-        """All that a search makes small, in tolerances."""
+        """All residuals of a search, in tolerances."""
         try:
             found = match(self.task.targets, self.modes(free))
         except (LinAlgError, InputError):
@@ -133,7 +133,7 @@ def engine_with(engine: Engine, task: Task, given: Mapping[str, float], stand_in
     for entry in task.derived:
         if all(name in names for name in STAND_INS if name in entry.formula):
             number = values.formula_value(entry.formula, engine, names, f"derived.{entry.key}")
-            # A value that differs by rounding alone would ask for bodies of its own.
+            # A value that differs only by rounding would need bodies of its own.
             if not values.holds(engine, entry.key, number):
                 engine = values.with_value(engine, entry.key, number)
     return engine
@@ -176,13 +176,13 @@ def match(targets: tuple[Target, ...], modes: Mapping[str, Modes]) -> Match:
 
 
 def _lacks(own: Array, kind: int) -> Array:
-    """What modes lack to be called by a kind, in margins: shares (k, kinds) of the crank's energy."""
+    """Deficit of modes for a kind, in margins, from fractions (k, kinds) of the crank's energy."""
     others = np.delete(own, kind, axis=1).max(axis=1)
     return np.asarray(np.maximum(0.0, others - own[:, kind] + NAME_MARGIN) / NAME_MARGIN)
 
 
 def _mean_torsion(modes: Modes, hz: float) -> float:
-    """Mean frequency around ``hz`` by squared shares of torsion."""
+    """Mean frequency around ``hz`` weighted by squared fractions of torsion."""
     weight = modes.shares[:, KINDS.index("torsional")] ** 2 * (np.abs(modes.hz / hz - 1.0) < BAND)
     return float(weight @ modes.hz / weight.sum()) if weight.sum() > 1e-6 else hz * (1.0 + BAND)
 

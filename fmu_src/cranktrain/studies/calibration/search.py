@@ -24,7 +24,7 @@ SPREAD = 0.1
 STEP = 2e-3
 """Step of the differences in least squares, over the bounds' distance: wider than the jumps of matched modes."""
 MET = 1e-10
-"""Cost, sum of squares in tolerances, at which nothing is left to find."""
+"""Cost (sum of squares in tolerances) at which a search ends."""
 GLOBAL_SHARE = 0.7
 """Part of the evaluations that the evolution may take."""
 
@@ -46,7 +46,7 @@ class _Search:
         self.best, self.cost, self.evaluations = np.full(problem.low.size, 0.5), np.inf, 0
 
     def residuals(self, scaled: Array) -> Array:
-        """Residuals, in tolerances; remembers what was best."""
+        """Residuals, in tolerances; stores the best values."""
         p = self.problem
         found = p.residuals(p.low + np.clip(scaled, 0.0, 1.0) * (p.high - p.low))
         self.evaluations += 1
@@ -75,7 +75,7 @@ def search(
     ----------
     start : (p,) values that the first generation holds; values outside their bounds are moved to them
     evaluations : limit of both parts together, roughly
-    follow : told the share done and the cost so far
+    follow : gets the completed fraction and the cost so far
     """
     run, rng = _Search(problem, evaluations, follow), np.random.default_rng(seed)
     n, interrupted = problem.low.size, False

@@ -1,13 +1,13 @@
-"""What the block gives way by, as springs for the level ``ground``: its stiffness at main bores and thrust faces.
+"""Springs that replace the block at level ``ground``: its stiffness at main bores and thrust faces.
 
 Each is the inverse of the compliance of the free block with its heads under a unit load at that interface,
 
     C(ω) = Σ φ² / (ω_k² − ω²)
 
-Bores count statically and elastically (ω = 0, rigid motions left out, as inertia balances the load); theirs is the mean
-compliance of all mains, so that one value stands for them in the engine file. The thrust faces carry all of the axial
-motion alone: they count with the rigid motions, at the frequency of the axial mode, where the block moves against the
-crank and makes the mode faster than ground would.
+For the bores the static elastic stiffness is used (ω = 0, without rigid motions, because inertia balances the load),
+with the mean compliance of all mains, so that the engine file has one value for all. The thrust faces carry the whole
+axial motion. Their stiffness includes the rigid motions and is taken at the frequency of the axial mode, where the
+block moves against the crank and raises the frequency above that on ground.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Targets files: what a calibration is to meet, which values are free, and what follows from them.
+"""Targets files of a calibration: targets, free values, and derived values.
 
     block = "flexible"                       # or "ground"
 
@@ -17,8 +17,8 @@
     [derived]
     "flywheel.polar_inertia" = { formula = "flywheel.mass * flywheel_gyration ** 2", note = "radius of gyration" }
 
-Formulas are in SI. They also know ``bore_stiffness_x``, ``bore_stiffness_y`` and ``thrust_face_stiffness`` of the
-block, see :mod:`cranktrain.studies.calibration.stand_ins`.
+Formulas are in SI. They may use ``bore_stiffness_x``, ``bore_stiffness_y`` and ``thrust_face_stiffness`` of the block,
+see :mod:`cranktrain.studies.calibration.stand_ins`.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class DerivedTable(Table, kw_only=True):
 
 
 class TargetsTable(Table, kw_only=True):
-    """What a calibration is to meet, which values are free, and what follows from them."""
+    """Targets of a calibration, its free values, and the derived values."""
 
     block: Annotated[str, Meta(extra_json_schema={"enum": list(BLOCKS)})] = GROUND
     targets: dict[str, TargetTable] = field(default_factory=dict)
@@ -137,7 +137,7 @@ class Derived:
 
 @dataclass(frozen=True)
 class Task:
-    """All that a targets file says."""
+    """Contents of a targets file."""
 
     flexible: bool
     targets: tuple[Target, ...]

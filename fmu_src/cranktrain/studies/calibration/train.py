@@ -47,7 +47,7 @@ class Matrices(NamedTuple):
 
 
 class FilmMeans(NamedTuple):
-    """What films and collar of a run are to small motions in the axes of the turning crank.
+    """Linearised films and collar of a run for small motions in the axes of the turning crank.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Train:
 
     Parameters
     ----------
-    engine : which interfaces carry what; its values may change later
+    engine : defines the parts at the interfaces; its values may change later
     crank, block : bare reduced bodies
     changes : of each dimension, per unit
     films : of a run of the engine, where its modes in motion are wanted
@@ -146,7 +146,7 @@ class Train:
         return Matrices(free.stiffness, free.mass, damping + self.films.collar[1] * np.outer(row, row))
 
     def motion_modes(self, engine: Engine, of: Matrices) -> Modes:
-        """First torsional mode in motion; what the train leaves out of the eigenproblem scales its frequency."""
+        """First torsional mode in motion; a factor on its frequency corrects for the simplified eigenproblem."""
         hz = self._scale * self._first_in_motion(engine, of)
         return Modes(np.array([hz]), np.zeros((len(of.mass), 1)), np.array([[0.0, 1.0, 0.0, 0.0]]))
 

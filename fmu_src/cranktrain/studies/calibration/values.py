@@ -26,7 +26,7 @@ _FORMULA_HINT = "numbers, keys of the engine, named parameters, + - * / ** and b
 
 
 def quantity(engine: Engine, key: str) -> Quantity:
-    """What the number under a key measures, and its bounds; ``InputError`` for a key without a number."""
+    """Quantity of the number under a key, and its bounds; ``InputError`` for a key without a number."""
     table, name, index = _parts(engine, key)
     kind, many, rule = kinds(getattr(engine, table).__class__)[name]
     if kind is not float or not isinstance(rule, Quantity):

@@ -1,4 +1,4 @@
-"""Entries of what is asked of a scenario: of time series, of orders, of power, and of how the run ends."""
+"""Entries of a scenario's assertions: on time series, orders, power, and the end of the run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a harness file says, checked as far as the file alone can tell; times in s."""
+"""Contents of a harness file, checked as far as possible from the file alone; times in s."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ Variable = tuple[str, str]
 
 LAST, ZERO, NAN = "last", "zero", "nan"
 GIVES = (LAST, ZERO, NAN)
-"""What an input is given while its connection drops out."""
+"""Value of an input while its connection is interrupted."""
 FAILS, HANGS, DIES = "fails", "hangs", "dies"
 KINDS = (FAILS, HANGS, DIES, NAN)
-"""Faults of a unit: it refuses a step, never comes back from it, takes its process with it, says what is no number."""
+"""Faults of a unit: it refuses a step, does not return from it, ends its process, or outputs NaN."""
 FINAL, MEAN, LEAST, LARGEST = "final", "mean", "minimum", "maximum"
 SWING, RMS, ORDER = "peak_to_peak", "rms", "order"
 MEASURES = (FINAL, MEAN, LEAST, LARGEST, SWING, RMS, ORDER)
-"""What an assertion asks of a time series."""
+"""Quantities of a time series that an assertion may test."""
 TO_THE_END, BY_FAILURE = "runs to the end", "fails"
 ENDS = (TO_THE_END, BY_FAILURE)
 """How a scenario may end."""
@@ -55,7 +55,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Noise:
-    """Normally distributed noise on what an input is given, of a standard deviation; seeded."""
+    """Normally distributed noise added to an input, with a standard deviation; seeded."""
 
     target: Variable
     begin: float
@@ -67,7 +67,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Dropout:
-    """A time in which an input's connection is broken, and what the input is given meanwhile."""
+    """A time in which an input's connection is interrupted, and the input's value meanwhile."""
 
     target: Variable
     begin: float
@@ -87,9 +87,9 @@ class Fault:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What a number is to be: ``expected`` within a tolerance, or between two ends.
+    """Required value of a number: ``expected`` within a tolerance, or between two bounds.
 
-    ``relative`` is a share of the expected value, ``absolute`` in the unit of the number.
+    ``relative`` is a fraction of the expected value, ``absolute`` in the unit of the number.
     """
 
     expected: float | None = None
@@ -101,7 +101,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Assertion:
-    """What an output, or the residual of a power bond, is to be.
+    """Required value of an output, or of the residual of a power bond.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Assertion:
     output, residual : one of them is given
     measure, order : a name of MEASURES, and the order of ``order``
     cycles, begin, end : window: the last cycles, or between two times; the whole run where nothing is given
-    bounds : what is expected
+    bounds : required value
     unit : of measurement; empty: the output's own
     ratio_to : scenario whose value this one's is divided by
     """
@@ -129,7 +129,7 @@ class Assertion:
 
 @dataclass(frozen=True)
 class Ending:
-    """How a scenario is to end; of a failure: which unit is named, when (s, ± ``tolerance``) and what is said."""
+    """Required end of a scenario; for a failure: the unit, the time (s, ± ``tolerance``) and words of the message."""
 
     how: str = TO_THE_END
     unit: str = ""
@@ -150,7 +150,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Scenario:
-    """One run with what happens in it and what is asked of it."""
+    """One run with its events and assertions."""
 
     name: str
     way: Way

@@ -1,4 +1,4 @@
-"""Entries of what happens in a scenario: steps, ramps, signals, misfires; noise, drop-outs; faults."""
+"""Entries of a scenario's events: steps, ramps, signals, misfires; noise, drop-outs; faults."""
 
 from __future__ import annotations
 

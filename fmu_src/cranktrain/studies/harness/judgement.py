@@ -1,4 +1,4 @@
-"""What assertions find in a run, and whether that is what they expect."""
+"""Evaluation of assertions on a run: values found, and whether they meet the requirement."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ WORDS = {
 
 
 class Outcome(NamedTuple):
-    """What became of an assertion.
+    """Result of an assertion.
 
     Attributes
     ----------
@@ -46,9 +46,9 @@ class Outcome(NamedTuple):
     expected : in words
     found : a number, a text, or None where there is none
     unit : of measurement of the number
-    passed : whether it is what was expected
+    passed : whether the value meets the requirement
     remark : why there is no number
-    bounds : what was expected, as numbers
+    bounds : requirement, as numbers
     """
 
     name: str
@@ -71,7 +71,7 @@ class Outcome(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """A run as far as it came, what ended it (empty: nothing), wall seconds, and whether it was interrupted."""
+    """A run up to its end, the reason of its end (empty: none), wall seconds, and whether it was interrupted."""
 
     found: Coupled | None
     ended: str
@@ -82,7 +82,7 @@ class Ran(NamedTuple):
 def judge(
     assertion: Assertion, runs: Mapping[str, Ran], scenario: str, harness: Harness, ports: Mapping[str, Port]
 ) -> Outcome:
-    """Hold an assertion of a scenario against its run; ``ports`` are those of all outputs, ``unit.variable``."""
+    """Evaluate an assertion of a scenario on its run; ``ports`` are those of all outputs, ``unit.variable``."""
     quantity, unit = _quantity(assertion, ports)
     remark, found = "", None
     try:
@@ -119,7 +119,7 @@ def judge_ending(ending: Ending, ran: Ran) -> Outcome:
 
 
 def _quantity(assertion: Assertion, ports: Mapping[str, Port]) -> tuple[str, str]:
-    """What is measured, in words, and its unit."""
+    """Measured quantity, in words, and its unit."""
     if assertion.output is None:
         name, unit = f"residual of {assertion.residual}", "W"
     else:
@@ -135,7 +135,7 @@ def _quantity(assertion: Assertion, ports: Mapping[str, Port]) -> tuple[str, str
 
 
 def _measured(assertion: Assertion, ran: Ran, harness: Harness, ports: Mapping[str, Port]) -> float:
-    """The number that an assertion asks for; ``InputError`` says why there is none."""
+    """The number that an assertion tests; ``InputError`` gives the reason if there is none."""
     run = ran.found
     if run is None:
         raise InputError("the run did not begin")
@@ -200,7 +200,7 @@ def _within(found: float, bounds: Bounds) -> bool:
 
 
 def _expected(bounds: Bounds, unit: str) -> str:
-    """What is expected, in words."""
+    """Requirement, in words."""
     end = f" {unit}" if unit else ""
     if bounds.expected is not None:
         share = f"{100.0 * (bounds.relative or 0.0):g} %"

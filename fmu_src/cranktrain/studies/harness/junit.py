@@ -57,7 +57,7 @@ def _text(one: Judged) -> str:
 
 
 def found_text(outcome: Outcome) -> str:
-    """What was found, in words."""
+    """Value found, in words."""
     found = outcome.found
     if found is None:
         return f"nothing: {outcome.remark}"
@@ -66,5 +66,5 @@ def found_text(outcome: Outcome) -> str:
 
 
 def _plain(text: str) -> str:
-    """Text without what XML 1.0 cannot hold."""
+    """Text without characters that XML 1.0 does not allow."""
     return "".join(c for c in text if c in "\n\t" or ord(c) >= 32)

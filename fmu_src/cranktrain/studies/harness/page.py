@@ -1,4 +1,4 @@
-"""Results of a harness as one HTML file: assertions, and what they look at over the time."""
+"""Results of a harness as one HTML file: assertions, and their outputs over time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens in a scenario: inputs that follow the time, connections that carry noise or drop out, units with faults.
+"""Events of a scenario: inputs that depend on time, connections with noise or interruptions, units with faults.
 
 A signal is a unit of its own, without inputs, so that every scheme gives its value at a step's end to that step.
 """
@@ -99,20 +99,20 @@ class Noisy:
         """The value with noise on it."""
         if not self._begin <= time < self._end:
             return value
-        # A step may be taken again: what comes then is what came before.
+        # A step may be repeated: it then gets the same values as before.
         drawn = np.random.default_rng((*self._seed, *np.array([time]).view(np.uint32).tolist()))
         return value + self._size * float(drawn.standard_normal())
 
 
 class DroppedOut:
-    """Modifier of a connection: between two times the last value before, nothing, or what is no number."""
+    """Modifier of a connection: between two times the last value before, zero, or NaN."""
 
     def __init__(self, begin: float, end: float, gives: str) -> None:
         self._begin, self._end, self._gives = _JUST * begin, _JUST * end, gives
         self._last: float | None = None
 
     def __call__(self, time: float, value: float) -> float:
-        """The value, or what is given in its place."""
+        """The value, or its replacement."""
         if not self._begin <= time < self._end:
             if time < self._begin:
                 self._last = value

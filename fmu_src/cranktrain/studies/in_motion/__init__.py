@@ -1,1 +1,1 @@
-"""Modes in motion as a report: lists of frequencies and the springs that stand for the films."""
+"""Modes in motion as a report: lists of frequencies and the stand-in springs of the films."""

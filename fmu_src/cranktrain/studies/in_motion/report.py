@@ -21,12 +21,12 @@ from cranktrain.structure.in_motion.eigenproblem import PARTS, ModesInMotion, mo
 
 RPM = math.pi / 30.0
 SETTLE = 1.0e-4
-"""What may be left of settling in the run whose cycle is linearised."""
+"""Largest settling error of the run whose cycle is linearised."""
 SPRING_LEVELS = Settings(bearings="impedance", block="ground")
 SPRING_RPM = 1000.0
 """Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs."""
 MOSTLY_BLOCK = 0.5
-"""Share of the block in the kinetic energy from which a mode is the block's."""
+"""Fraction of the block in the kinetic energy from which a mode is the block's."""
 
 
 def settled_simulation(made: Assembly, speed: float) -> Simulation:
@@ -40,7 +40,7 @@ def settled_simulation(made: Assembly, speed: float) -> Simulation:
 
 
 def reference_speed(engine: Engine) -> float:
-    """Speed (rad/s) at which modes in motion are shown where none is asked for: that of the largest heat per cycle."""
+    """Default speed (rad/s) of modes in motion: the speed of the largest heat per cycle."""
     return float(engine.combustion.best_speed)
 
 

@@ -1,9 +1,9 @@
-"""What measured total errors say of a scene: the cheapest pair of levels within its accuracy of the best model.
+"""Choice of levels by measured total errors: the cheapest pair within a scene's accuracy of the best model.
 
-Figures are those that ship with the package (:mod:`cranktrain.studies.total_error.shipped`). They are of whole
-choices, levels and step, over all frequencies; at each of a scene's speeds the measured ones on either side count, the
-larger error of both. A scene that they do not cover is told nothing: another engine, speeds beyond them, outputs
-without a chart, damper, floating big ends, part load, a measured trace, warm films.
+The figures ship with the package (:mod:`cranktrain.studies.total_error.shipped`). They are for complete choices of
+levels and step, over all frequencies. At each speed of a scene, the larger error of the two neighbouring measured
+speeds is used. Some scenes are not covered and get no figures: another engine, speeds beyond the measured ones, outputs
+without a chart, damper, floating big ends, part load, a measured trace, heat balance of films.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class ChartedChoice:
 
     Attributes
     ----------
-    total, model : largest total error, and the largest share of it that the model leaves
+    total, model : largest total error, and the largest model error
     cost : mean processor seconds per simulated second of a settled cycle
     """
 
@@ -50,13 +50,13 @@ class ChartedChoice:
 
 @dataclass(frozen=True)
 class Charted:
-    """What the figures say of a scene.
+    """Figures for a scene.
 
     Attributes
     ----------
-    chosen : the cheapest choice within the accuracy that the scene allows, None where none is
-    closest : of those that the scene allows the one with the least total error
-    elsewhere : the cheapest within the accuracy on another block than the scene's, where ``chosen`` is None
+    chosen : the cheapest choice within the accuracy among those that the scene allows; None if there is none
+    closest : the choice with the least total error among those that the scene allows
+    elsewhere : the cheapest choice within the accuracy on another block than the scene's, if ``chosen`` is None
     best : name of the best model
     speeds_rpm : measured speeds that count
     current : whether the sources are still those that measured the figures
@@ -71,13 +71,13 @@ class Charted:
 
     @property
     def against(self) -> str:
-        """Against what, and at which speeds, for people."""
+        """Reference model and speeds, in words."""
         speeds = ", ".join(f"{rpm:g}" for rpm in self.speeds_rpm)
         old = "" if self.current else ", by earlier sources"
         return f"against {self.best}, measured at {speeds} rev/min{old}"
 
     def shortfall(self, accuracy: float) -> list[str]:
-        """A line on what there is where no choice serves; none where one does."""
+        """A line on the closest choices if no choice is within the accuracy; otherwise none."""
         if self.chosen is not None:
             return []
         line = f"no measured choice serves {percent(accuracy)} {self.against}; closest {self.closest}"
@@ -85,7 +85,7 @@ class Charted:
 
 
 def charted(scene: Scene, allowed: Callable[[Pair], bool], figures: Shipped | None = None) -> Charted | None:
-    """What shipped figures say of a scene, None where they do not cover it; ``allowed``: pairs that it may run at."""
+    """Shipped figures for a scene, None if they do not cover it; ``allowed``: pairs of levels that it may use."""
     known = figures or shipped(scene.engine)
     families = _families(scene)
     if known is None or not families or not _plain(scene):
@@ -129,7 +129,7 @@ def _families(scene: Scene) -> list[str]:
 
 
 def _plain(scene: Scene) -> bool:
-    """Whether a scene leaves all as it was measured."""
+    """Whether a scene has the conditions of the measurement."""
     usual = (scene.damper, scene.big_ends, scene.load, scene.film_temperature) == ("none", "rigid", 1.0, "engine")
     free = scene.integrator is None and scene.step is None and scene.cutoff is None
     return usual and free and scene.pressure is None and not scene.stress

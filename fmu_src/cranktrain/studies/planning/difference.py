@@ -1,8 +1,8 @@
-"""How far two runs of a scene are from each other, output by output, up to the scene's highest frequency.
+"""Relative difference of two runs of a scene, for each output, up to the scene's highest frequency.
 
-Relative difference of an output: with both runs' last cycles as Fourier series over 720°, the RMS of their difference
-over all harmonics up to the frequency, divided by the RMS of the reference's harmonics but for the mean. Where
-the frequency reaches beyond what the runs resolve this is the RMS over the samples.
+The last cycles of both runs are Fourier series over 720°. The relative difference of an output is the RMS of their
+difference over all harmonics up to the frequency, divided by the RMS of the reference's harmonics without the mean. If
+the runs do not resolve the frequency, it is the RMS over the samples.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ STEPS_PER_PERIOD = 4
 class LastCycle:
     """Wanted outputs over the last 720°, (outputs, samples), end point left out; and what the run took.
 
-    ``seconds`` is wall time, ``real_time_factor`` wall seconds per simulated second; ``settling`` (outputs,) is what
-    is left of settling in each output's family, not a number where one cycle tells nothing.
+    ``seconds`` is wall time, ``real_time_factor`` wall seconds per simulated second; ``settling`` (outputs,) is the
+    settling error of each output's family, NaN if there is only one cycle.
     """
 
     values: Array

@@ -29,9 +29,10 @@ def film(scene: Scene) -> str:
 
 
 def candidates(scene: Scene) -> list[Pair]:
-    """Pairs that a plan chooses from: they answer the outputs up to the frequency, and are what the scene fixes.
+    """Pairs of levels for a plan: they provide the outputs up to the frequency and satisfy the scene's fixed choices.
 
-    Elastic films take a hundred times as long as others: only a scene with a budget, or one that names them, gets them.
+    Elastic films take a hundred times as long as others, so they are included only for a scene with a budget, or one
+    that names them.
     """
     levels, usual = bearing_levels(scene), film(scene)
     films = tuple(level for level in levels[levels.index(usual) :] if not dearest(level) or scene.budget is not None)

@@ -1,7 +1,7 @@
-"""Short runs of a scene's model at any case, measured once and kept: the figures that a plan is made from.
+"""Short runs of a scene's model at any case, measured once and kept: the input of a plan.
 
-What is kept is the last cycle of the wanted outputs, under a digest of all that decides it:
-engine, bodies, running code, settings, speed, cycles, pressure trace and outputs.
+The last cycle of the wanted outputs is kept under a digest of all its input: engine, bodies, running code, settings,
+speed, cycles, pressure trace and outputs.
 """
 
 from __future__ import annotations
@@ -86,9 +86,9 @@ class Measured:
         return np.max([self.difference(case, reference, speed) for speed in speeds], axis=0)
 
     def settling(self, case: Case, speeds: tuple[float, ...]) -> Array:
-        """What a run of the scene will leave of settling in each wanted output, (outputs,), the largest over speeds.
+        """Settling error of a run of the scene in each wanted output, (outputs,), the largest over speeds.
 
-        Where a measurement is shorter than a run it is what the run may leave.
+        If a measurement is shorter than a run, it is the largest error that the run may have.
         """
         cycles = self.cycles(case)
         if cycles != self.scene.cycles:
@@ -103,7 +103,7 @@ class Measured:
             return math.inf
 
     def _key(self, case: Case, speed: float, cycles: int | None) -> str:
-        """Digest of all that decides a run."""
+        """Digest of all input of a run."""
         scene, model = self.scene, self.model
         made = model.assembly(case)
         parts = made.parts
@@ -122,6 +122,6 @@ class Measured:
 
 
 def _content(body: ReducedBody) -> str:
-    """Digest of what a body is: its inputs' own digest does not know the sources that made it."""
+    """Digest of a body's contents; the digest of its input does not include the sources that made the body."""
     arrays = (body.omega, body.shapes, body.stress_stiffness, body.centrifugal_load, body.inertia)
     return sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()

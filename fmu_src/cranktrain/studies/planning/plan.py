@@ -1,4 +1,4 @@
-"""A plan: what a scene is run with, which errors and time that promises, and why."""
+"""A plan: levels and method for a scene, with predicted errors and time, and reasons."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cranktrain.studies.scene import Scene
 class Errors:
     """Relative errors of each output, (outputs,); the model error is None at the top, with all modes.
 
-    ``settling`` is what a run leaves of it.
+    ``settling`` is the settling error of a run.
     """
 
     numerical: Array
@@ -35,7 +35,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a scene is run with, and why.
+    """Levels and method for a scene, with reasons.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Plan:
         return largest(self.errors.total)
 
     def as_dict(self) -> dict[str, Any]:
-        """What ``cranktrain plan --json`` prints."""
+        """Output of ``cranktrain plan --json``."""
         model, outputs = self.errors.model, self.scene.outputs
         above = None
         if model is not None:

@@ -1,18 +1,18 @@
-"""Choosing the lowest levels, mode count, method and step that serve a scene, by figures measured on its own model.
+"""Choice of the lowest levels, mode count, method and step for a scene, by runs of its own model.
 
-Two errors are kept apart. The *model error* of a pair of levels is how far its outputs are from those of the next pair
-up the ladder, both at the same step; it also holds what dropped modes of the crank change. The *numerical error* is how
-far they are from the same model with half the step. Both are relative differences up to the scene's highest frequency
-(:mod:`cranktrain.studies.planning.difference`), the largest over outputs and speeds counts, and together they predict
-what a run at the next pair with half the step would show: the root of the sum of squares, since neither knows of the
-other.
+Two errors are distinguished. The *model error* of a pair of levels is the difference of its outputs from those of the
+next pair up the ladder, both at the same step; it includes the effect of dropped modes of the crank. The *numerical
+error* is the difference from the same model with half the step. Both are relative differences up to the scene's highest
+frequency (:mod:`cranktrain.studies.planning.difference`); the largest over outputs and speeds counts. The errors are
+independent, so the root of the sum of their squares predicts the difference from a run at the next pair with half the
+step.
 
 Where measured total errors ship for the engine (:mod:`cranktrain.studies.planning.charted`) and one of their choices is
 within the accuracy of the best model, the plan takes the levels of the cheapest such choice, and judges its accuracy by
-that total error. Else it climbs a ladder to the first pair whose model error leaves room for a numerical one, and takes
-the cheapest method and step within that. What a run leaves of settling is an error of its own beside them, kept
-small. Where the next pair has no solid crank yet, the one after it must be as near: two coarse cranks may agree with
-each other. What the scene fixes is not judged, only reported.
+that total error. Otherwise it goes up the ladder to the first pair whose model error leaves room for a numerical error,
+and takes the cheapest method and step within this remainder. The settling error of a run is a third error, which is
+kept small. If the next pair has no solid crank yet, the pair after it must be as close, because two coarse cranks may
+agree with each other. Choices fixed by the scene are not judged, only reported.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ LONGEST_MEASUREMENT = 60.0
 def plan(scene: Scene | str | Path, model: SceneModel | None = None) -> Plan:
     """Plan of a scene, or of the scene in a file.
 
-    What it needs to know is measured on the scene's model, or read where it was measured before.
+    Its input is measured on the scene's model, or read if it was measured before.
 
     Raises
     ------
@@ -199,7 +199,7 @@ class _Chooser:
     # ------------------------------------------------------------------ method, step, modes
 
     def _method(self, chosen: _Judged, limit: float | None = None) -> Case:
-        """Case of the cheapest method and step whose numerical error leaves the accuracy to the model's."""
+        """Case of the cheapest method and step with which numerical and model error are within the accuracy."""
         scene, pair = self.scene, chosen.pair
         allowed = limit or self._room(chosen)
         if scene.integrator is not None and scene.step is not None:
@@ -222,7 +222,7 @@ class _Chooser:
         return min(found, key=lambda entry: entry[0])[1]
 
     def _room(self, chosen: _Judged) -> float:
-        """Most numerical error (relative) that the model error leaves."""
+        """Largest numerical error (relative) that is possible besides the model error."""
         accuracy = self.scene.accuracy
         model = min(chosen.model or 0.0, accuracy)
         return min(NUMERICAL_SHARE * accuracy, math.sqrt(max(accuracy**2 - model**2, (0.1 * accuracy) ** 2)))
@@ -230,8 +230,8 @@ class _Chooser:
     def _methods(self, pair: Pair, allowed: float) -> dict[str, list[float]]:
         """Integrators with their steps (rad) to try, the longest first, as the scene leaves them open.
 
-        Films that are solved online are dear: the steps for them begin at the longest one that is hopeful on the lowest
-        film level. Steps that do not resolve the frequency are shortened until they do.
+        Films solved online are expensive, so their steps begin at the longest one that is promising on the lowest film
+        level. Steps that do not resolve the frequency are shortened until they do.
         """
         scene = self.scene
         if scene.integrator is not None:

@@ -1,8 +1,8 @@
 """Runs of a scene: by its plan, by the next level to check the plan, or by every level of the ladder.
 
-What has run is kept at once: the result file holds all outputs of the plan's runs (under ``2000rpm/`` where the scene
-has several speeds) and, under ``levels/``, the last cycle of the wanted outputs at other levels. An interrupt keeps
-what is complete.
+Finished runs are written at once. The result file holds all outputs of the plan's runs (under ``2000rpm/`` if the scene
+has several speeds) and, under ``levels/``, the last cycle of the wanted outputs at other levels. An interrupt keeps all
+finished runs.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Advance = Callable[[float], None] | None
 
 @dataclass
 class LevelRun:
-    """Runs of one case, speed by speed: last cycles, seconds in all and simulated, and what went wrong."""
+    """Runs of one case at all speeds: last cycles, total and simulated seconds, and errors."""
 
     case: Case
     cycles: list[LastCycle] = field(default_factory=list)
@@ -135,7 +135,7 @@ class SceneRun:
 
     @property
     def settling(self) -> dict[str, str | int | float]:
-        """Most cycles of the plan's runs, after how many each repeats, and the most that is left of any output."""
+        """Largest number of cycles of the plan's runs, their periods, and the largest settling error of any output."""
         own = self._own.settlings
         return {
             "cycles": max((one.cycles for one in own), default=0),

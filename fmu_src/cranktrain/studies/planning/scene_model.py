@@ -22,7 +22,7 @@ from cranktrain.studies.scene import Scene
 Progress = Callable[[str], None]
 
 SETTLING_SHARE = 0.1
-"""Share of a scene's accuracy that settling may take."""
+"""Largest settling error as a fraction of a scene's accuracy."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class SceneModel:
         )
 
     def assembly(self, case: Case) -> Assembly:
-        """What a case is made of."""
+        """Parts of a case."""
         return assemble(self.scene.engine, self.settings(case), say=self.say, cutoff_hz=case.cutoff)
 
     @cached_property
@@ -101,7 +101,7 @@ class SceneModel:
 
     @property
     def settle(self) -> float:
-        """What a run that ends when its outputs repeat may leave of settling: little beside the scene's accuracy."""
+        """Largest settling error of a run that ends when its outputs repeat: a fraction of the scene's accuracy."""
         return min(TOLERANCE, SETTLING_SHARE * self.scene.accuracy)
 
     def run(

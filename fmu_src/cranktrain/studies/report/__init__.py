@@ -1,1 +1,1 @@
-"""Report of an engine: one HTML file with what the package knows of it."""
+"""Report of an engine: one HTML file with all results of the package."""

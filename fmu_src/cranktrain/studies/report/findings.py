@@ -1,4 +1,4 @@
-"""What a report is made from: computed here where that takes seconds, read from files of other verbs where not."""
+"""Input of a report: results that take seconds are computed here, others are read from files of other verbs."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Torsion:
 
 @dataclass(frozen=True)
 class Findings:
-    """Everything that a report shows.
+    """Contents of a report.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ def findings(
     say: Callable[[str], None] = lambda stage: None,
     measured: str | Path | None = None,
 ) -> Findings:
-    """Compute and read what a report shows.
+    """Compute and read the contents of a report.
 
     Raises ``InputError`` for an engine, file or folder that cannot be used, ``StoreError`` for a damaged run-up.
 

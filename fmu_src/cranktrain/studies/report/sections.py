@@ -20,8 +20,8 @@ from cranktrain.studies.report.vibration import axial, damper, torsion, torsion_
 class Section(NamedTuple):
     """Section of a report.
 
-    ``make`` returns its parts as HTML, or nothing where what it needs is missing; ``commands`` then make it, as of
-    ``RUN_UP``, or a text says what does.
+    ``make`` returns its parts as HTML, or nothing if its data are missing. ``commands``, such as ``RUN_UP``, then
+    produce the data, or a text names the way to produce them.
     """
 
     title: str
@@ -37,7 +37,7 @@ class Section(NamedTuple):
         return [text.format(shlex.quote(name), shlex.quote(folder), engine) for text in texts]
 
     def remedy(self, engine: str) -> str:
-        """What to do for the section, in words."""
+        """Instruction for producing the section, in words."""
         if isinstance(self.commands, str):
             return self.commands
         return "; ".join([*self.making(engine, "FOLDER", engine), f"cranktrain report {engine} --pictures FOLDER"])
@@ -98,7 +98,7 @@ def provenance(found: Findings) -> list[str]:
 
 
 def run_time(found: Findings) -> list[str]:
-    """What the report took, and where."""
+    """Time for the report, by stage."""
     rows = [(what, f"{seconds:.1f}") for what, seconds in found.seconds.items()]
     if found.run_up is not None and "seconds" in found.run_up.attributes:
         rows.append(("run-up that was given", f"{float(found.run_up.attributes['seconds']):.1f}"))

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 RPM = 30.0 / math.pi
 NEXT = 0.12
-"""Share of the speed within which the cycles of another speed tell nothing new."""
+"""Relative difference of speed below which cycles of another speed are not shown."""
 SHOWN_CYCLES = 4
 """Speeds whose cycle is drawn."""
 SAMPLES = 720
@@ -45,7 +45,7 @@ def torsion(found: Findings) -> list[str]:
 
 
 def damper(found: Findings) -> list[str]:
-    """The same with the damper, and what it takes off."""
+    """The same with the damper, and its reduction of the amplitudes."""
     if found.damped is None:
         return []
     before, after = found.torsion.run_up, found.damped.run_up
@@ -107,7 +107,7 @@ def axial(found: Findings) -> list[str]:
 
 
 def _beside(found: Findings, run: RunUp, output: str, words: str) -> list[str]:
-    """Chart of an output's orders over the speed, and what of them was measured."""
+    """Chart of an output's orders over the speed, with measured orders."""
     measured = {order: points for order, points in found.measured.get(output, {}).items() if order in run.orders}
     chart = _orders(run, output, words, measured=measured)
     return [chart, table(_measured(run, output, measured))] if measured else [chart]
@@ -251,7 +251,7 @@ def _peak(peak: Peak) -> tuple[str, ...]:
 
 
 def _levels(run: RunUp) -> str:
-    """What the run-up was made with."""
+    """Settings of the run-up."""
     names = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "integrator")
     said = ", ".join(f"{name.replace('_', ' ')} {run.attributes[name]}" for name in names if name in run.attributes)
     speeds = run.speeds_rpm

@@ -1,7 +1,8 @@
-"""How small motions of a running crank about its steady cycle die away: its torsional mode in motion.
+"""Decay of small motions of a running crank about its steady cycle: its torsional mode in motion.
 
-Two cycles from one start, of which the pulley of one is pushed, differ by a free decay of the model as it runs: films
-under their loads, rods that turn. Over a cycle, whose coefficients are periodic, it is a sum of
+The mode is measured by running a cycle twice from one start, once with a small push on the pulley. The difference is a
+free decay of the running model, with loaded films and turning rods. The coefficients are periodic over a cycle, so the
+decay is a sum of
 
     Σ_k a_k exp(λ_k t),   frequency |Im λ|/2π,   damping ratio −Re λ/|λ|
 
@@ -37,11 +38,11 @@ PUSH = 1.0e-2
 SLOWEST_HZ = 60.0
 """Below are rotation on the connecting shaft, and the crank as a whole in its bearings."""
 MOST, NOISE = 24, 1.0e-5
-"""Oscillations that a decay is divided into at most, and their least share of its largest singular value."""
+"""Largest number of oscillations in a decay, and their least singular value over the largest."""
 
 
 def torsional_mode(simulation: Simulation) -> FreeMode | None:
-    """Torsional mode about the cycle at whose start a simulation is, whose state stays as it is.
+    """Torsional mode about the cycle that begins at a simulation's state; the state is not changed.
 
     None where nothing twists. Raises ``SolverError`` for a step that fails.
     """
@@ -62,7 +63,7 @@ def torsional_mode(simulation: Simulation) -> FreeMode | None:
     decay = largest_decay(twists[0] - twists[1], step)
     if not cmath.isfinite(decay):
         return None
-    # What is left after a cycle is hardly anything but this mode.
+    # After a cycle the difference consists almost only of this mode.
     left = SlowModes(simulation.model, speed).rest(ends_of_cycles[0].minus(ends_of_cycles[1]))
     z = complex_place(left, decay)
     return FreeMode(decay, z / np.linalg.norm(z))

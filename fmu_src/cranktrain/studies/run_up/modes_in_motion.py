@@ -1,4 +1,4 @@
-"""Peaks of a run-up beside the torsional mode in motion, in the run's own block and bearings.
+"""Peaks of a run-up and the torsional mode in motion, in the run's own block and bearings.
 
 The mode is the first torsional one of :mod:`cranktrain.structure.in_motion.eigenproblem` about the steady cycle beside
 a peak.
@@ -17,9 +17,10 @@ from cranktrain.studies.run_up.report import SHOWN
 from cranktrain.studies.run_up.steady import CycleStart, SteadyRuns
 
 NEAR = 0.02
-"""Share of a peak's speed within which a steady motion serves it: in motion a mode changes little over the speed."""
+"""Relative difference of speed up to which a steady motion is used for a peak: modes in motion depend little on
+speed."""
 SAME = 0.04
-"""Share by which a peak may lie off the mode in motion; beyond it is another mode's."""
+"""Largest relative distance of a peak from the mode in motion; beyond it the peak belongs to another mode."""
 
 
 def in_motion(found: Sequence[Peak], runs: SteadyRuns, starts: Sequence[CycleStart]) -> list[Peak]:

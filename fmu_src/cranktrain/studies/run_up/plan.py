@@ -1,4 +1,4 @@
-"""What is asked of a run-up: its speeds, and the job of each. All that can be refused is refused here."""
+"""Request for a run-up: its speeds, and the job of each. All invalid input is refused here."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LEAST_RPM, MOST_SPEEDS = 100.0, 20_000
 
 
 def run_up_speeds(first_rpm: float, last_rpm: float, step_rpm: float) -> list[float]:
-    """Speeds (rad/s) from the first to the last, rev/min, rising; ``InputError`` for a range that no run-up has."""
+    """Speeds (rad/s) from the first to the last, rev/min, rising; ``InputError`` for an invalid run-up range."""
     if not LEAST_RPM <= first_rpm <= last_rpm:
         if first_rpm < LEAST_RPM:
             raise InputError(
@@ -35,7 +35,7 @@ def run_up_speeds(first_rpm: float, last_rpm: float, step_rpm: float) -> list[fl
 
 
 def job_of(request: Request, made: Assembly, gas: GasTrace | None, outputs: Sequence[str], highest_order: float) -> Job:
-    """What is to be done at each speed.
+    """Job at each speed.
 
     Raises ``InputError``: outputs that the run does not have, orders that its step does not resolve.
     """
@@ -58,7 +58,7 @@ def job_of(request: Request, made: Assembly, gas: GasTrace | None, outputs: Sequ
 
 
 def wanted_outputs(made: Assembly, asked: Sequence[str]) -> tuple[str, ...]:
-    """Torsion, axial motion where there is any, and what else is asked; ``InputError`` for what does not exist."""
+    """Torsion, axial motion if there is any, and other requested outputs; ``InputError`` for an unknown output."""
     needs = output_needs(output_counts(made.engine))
     carries = bearing_law(made.settings.bearings).carries
     shown = [name for name, need in needs.items() if carries or "bearings" not in need or "block" in need]

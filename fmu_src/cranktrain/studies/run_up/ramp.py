@@ -1,7 +1,7 @@
 """A true run-up: the speed rises evenly while the model runs, and orders are tracked through it.
 
-It sets out from the steady cycle at a speed below the first, so that fits have room on both sides; oil and damper stay
-as warm as they are there.
+It starts from the steady cycle at a speed below the first, so that fits have room on both sides. Oil and damper keep
+the temperature of this start.
 """
 
 from __future__ import annotations
@@ -21,11 +21,12 @@ from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 
 ROOM = CYCLES
-"""Cycles before the first and after the last speed: half of a fit, and what the set-out leaves."""
+"""Cycles before the first and after the last speed: half of a fit, and the decay of the start."""
 LONGEST = 90.0
-"""Phase (deg) of the highest order from sample to sample: a spline through four of a wave misses 1 % of it."""
+"""Phase (deg) of the highest order from sample to sample: a spline through four samples per wave has an error of 1
+%."""
 STRETCH = 1.05
-"""Ratio of speeds over which the step stays as it is: with each new one factors are made."""
+"""Ratio of speeds over which the step is constant, because each new step needs new factors."""
 
 
 def ramp(
@@ -81,7 +82,7 @@ def ramp(
 def _run_through(
     runs: SteadyRuns, job: Job, first: float, last: float, rate: float, tell: Callable[[str, float], None]
 ) -> tuple[Array, Array]:
-    """Times (k,), s, and at each the crank's angle and the outputs asked for, (k, 1 + outputs)."""
+    """Times (k,), s, and at each the crank's angle and the requested outputs, (k, 1 + outputs)."""
     simulation = runs.simulation
     columns = [simulation.output_names.index(name) for name in ("crank.angle", *job.outputs)]
     times, rows = [0.0], [simulation.outputs[columns]]
@@ -101,7 +102,7 @@ def _run_through(
 
 
 def _mean_rotation(time: Array, angle: Array) -> Array:
-    """The crank's angle (k,) without what swings within a cycle."""
+    """The crank's angle (k,) without the oscillation within a cycle."""
     even = np.polynomial.Polynomial.fit(time, angle, 2)(time)
     cycle = max(1, int(CYCLE / float(np.mean(np.diff(angle)))))
     return np.asarray(even + uniform_filter1d(angle - even, cycle, mode="nearest"))

@@ -1,4 +1,4 @@
-"""Speeds between those of a run-up, where the amplitude of an order is bent more than a straight line follows."""
+"""Additional speeds of a run-up where the amplitude of an order deviates too much from a straight line."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from cranktrain.results.run_up.run_up import TORSION, RunUp
 FINEST = 8
 """Largest number of parts that a step is divided into."""
 MATTERS = 0.05
-"""Share of the largest amplitude of all orders from which an order counts."""
+"""An order counts if its amplitude exceeds this fraction of the largest amplitude of all orders."""
 
 
 def speeds_between(run_up: RunUp, tolerance: float, step: float) -> list[float]:
-    """Middles (rad/s) of the steps next to which an order's torsion is bent too much.
+    """Middles (rad/s) of the steps next to speeds with too large a curvature of an order's torsion.
 
-    Half a step beside, a parabola through three speeds leaves the line by a quarter of its second difference over a
-    step (an eighth of h² times the curvature). Speeds without a periodic motion do not count: what they show of one
-    cycle is no curve.
+    In the middle of a step h, a parabola through three speeds deviates from the line by an eighth of h² times the
+    curvature (a quarter of the second difference). Speeds without a periodic motion are left out, because their
+    amplitudes of one cycle do not lie on a curve.
 
     Parameters
     ----------
-    tolerance : of that, over the largest amplitude of the order
-    step : of the run-up as it was asked for, rad/s; no step gets shorter than an eighth of it
+    tolerance : of this deviation, over the largest amplitude of the order
+    step : requested step of the run-up, rad/s; no step gets shorter than an eighth of it
     """
     periodic = run_up.repeats >= 1
     speeds, sizes = run_up.speeds[periodic], np.abs(run_up.amplitudes[TORSION][periodic])

@@ -1,4 +1,4 @@
-"""What a run-up says: orders over speed in engineers' units, resonances beside the critical speeds of linear modes."""
+"""Report of a run-up: orders over speed in engineering units, resonances and critical speeds of linear modes."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ from cranktrain.studies.run_up.steady import CycleStart, Job, SteadySpeed
 from cranktrain.studies.run_up.workers import Workers, cluster_workers, local_workers
 
 SAME = 1.0e-9
-"""Share by which two speeds may differ and be one."""
+"""Relative difference below which two speeds are equal."""
 WRITE_EVERY = 5.0
 """Seconds from one writing of the file to the next; speeds that are finished meanwhile are in its journal."""
 ASKED, CODE = "digest_asked", "digest_code"
@@ -39,7 +39,7 @@ ASKED, CODE = "digest_asked", "digest_code"
 
 @dataclass
 class Outcome:
-    """What a run-up came to.
+    """Outcome of a run-up.
 
     Attributes
     ----------
@@ -61,13 +61,13 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Means:
-    """How a run-up runs.
+    """Execution of a run-up.
 
     Attributes
     ----------
     workers : processes; as many as processors where not given
     scheduler : address of a Dask cluster's scheduler, in place of processes
-    refine : share of an order's largest amplitude that a straight line between two speeds may be off; 0 does not refine
+    refine : largest error of a straight line between two speeds over an order's largest amplitude; 0: no refinement
     anew : replace a file of another run, and run again what a file holds
     """
 
@@ -126,7 +126,7 @@ def run_up(
 
 
 def digests(job: Job) -> dict[str, str]:
-    """Digests of all that decides the result at a speed: of what is asked, and of the code."""
+    """Digests of all input of the result at a speed: of the request, and of the code."""
     made, gas = job.made, job.gas or GasTrace.from_engine(job.made.engine)
     trace = [gas.motored.tolist(), gas.fired.tolist(), gas.best_speed, gas.falloff]
     bodies = [made.body.digest, made.parts.block.digest if made.parts.block is not None else ""]

@@ -1,4 +1,4 @@
-"""In which order the speeds of a run-up run: each beside one that is finished, so that its motion is a start."""
+"""Sequence of the speeds of a run-up: each next to a finished speed, whose motion is the start."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cranktrain.studies.run_up.steady import CycleStart, SteadySpeed
 from cranktrain.studies.run_up.workers import Workers
 
 NEIGHBOURS = 2
-"""Starts that a speed is told of."""
+"""Number of starts that a speed gets."""
 
 
 class Failed(NamedTuple):
@@ -77,6 +77,6 @@ def next_speed(missing: Sequence[float], finished: Sequence[float], running: Seq
 
     ready = [speed for speed in missing if beside(speed)]
     if ready:
-        # The farther from what is under way, the longer two neighbours stay out of each other's way.
+        # The farther from speeds that are being run, the later two workers need neighbouring speeds.
         return max(ready, key=lambda speed: min((abs(speed - other) for other in busy), default=0.0))
     return max(missing, key=lambda speed: min(abs(speed - other) for other in taken))

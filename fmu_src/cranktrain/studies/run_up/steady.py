@@ -4,8 +4,8 @@ Along the speed the periodic motion x(Ω) changes little: a speed starts from th
 
     x(Ω) ≈ x₁ + (Ω − Ω₁) (x₁ − x₂)/(Ω₁ − Ω₂),
 
-and cycles settle it from there (:mod:`cranktrain.dynamics.settled`). Films with a memory keep that of the nearest.
-What no neighbour within ``REACH`` can tell starts from the static equilibrium.
+and cycles settle it from there (:mod:`cranktrain.dynamics.settled`). Films with a memory keep that of the nearest. A
+speed without a neighbour within ``REACH`` starts from the static equilibrium.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ REACH = 0.05
 
 @dataclass(frozen=True)
 class Job:
-    """What is asked of each speed.
+    """Request for each speed.
 
     Attributes
     ----------
     made : engine, body, settings and parts
     gas : pressure trace; None for the engine's
-    settle : what may be left of settling
+    settle : largest settling error
     highest_order : of the amplitudes
     outputs : whose orders are wanted
-    film_balance, damper_balance : whether films and damper are as warm as their losses make them
+    film_balance, damper_balance : whether temperatures of films and damper follow from their losses
     """
 
     made: Assembly
@@ -72,7 +72,7 @@ class CycleStart(NamedTuple):
 
 
 class SteadySpeed(NamedTuple):
-    """What a run-up keeps of one speed."""
+    """Results of one speed in a run-up."""
 
     speed: float  # rad/s
     amplitudes: dict[str, ComplexArray]  # output → (o,)
@@ -102,7 +102,7 @@ class SteadyRuns:
         self.simulation.initialize()  # loads the kernels
 
     def at(self, speed: float, near: Sequence[CycleStart] = ()) -> SteadySpeed:
-        """Steady motion at a speed (rad/s), from what is known of its neighbours, the nearest first.
+        """Steady motion at a speed (rad/s), from motions of its neighbours, the nearest first.
 
         Raises ``InputError``; ``SolverError`` for a step that fails.
         """
@@ -128,7 +128,7 @@ class SteadyRuns:
     def settled(self, speed: float, near: Sequence[CycleStart]) -> Result:
         """The cycle that repeats at a speed, or those that do; arguments and errors are those of :meth:`at`.
 
-        What a neighbour leads to no period, or into a step that fails, starts once more by itself.
+        If a start from neighbours leads to no period, or to a step that fails, the speed starts once more by itself.
         """
         begun = useful(near, speed)
         try:
@@ -152,7 +152,7 @@ class SteadyRuns:
         return result
 
     def _learned(self, result: Result) -> Learned | None:
-        """What settles last: as the run found it, else the mode that a push shows."""
+        """The mode that settles last: as found by the run, otherwise measured by a push."""
         if result.learned is not None or result.settling.repeats != 1:
             return result.learned
         mode = torsional_mode(self.simulation)

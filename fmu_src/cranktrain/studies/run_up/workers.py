@@ -1,4 +1,4 @@
-"""Who runs the speeds of a run-up: this process, processes beside it, or the workers of a Dask cluster."""
+"""Workers for the speeds of a run-up: this process, other processes, or the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns, Steady
 PATIENCE = 5.0
 """Seconds for which a cluster may be without workers, one being replaced, before the run-up ends."""
 _here = threading.local()
-"""What a worker's thread holds: the model of the job that it was last asked for."""
+"""Data of a worker's thread: the model of its last job."""
 
 
 class Workers(Protocol):
@@ -29,7 +29,7 @@ class Workers(Protocol):
         """Start a speed, rad/s."""
 
     def check(self) -> None:
-        """Raise ``SolverError`` where what is under way cannot end any more."""
+        """Raise ``SolverError`` if running tasks cannot end any more."""
 
 
 class _Here(Executor):

@@ -1,9 +1,9 @@
-"""What one step of an integrator does to a linear system, straight from its table, in plain NumPy.
+"""Amplification matrix of one step of an integrator on a linear system, from its table, in plain NumPy.
 
-A step of h on q̈ + C q̇ + K q = 0 applies a matrix to what the method carries from step to step: q, v and, for methods
-that read it, the true acceleration a, generalised-α's auxiliary ā, or the position and velocity a step before. Its
-eigenvalues are the theory that the running model's own steps are compared with: R(hλ) for the diagonally implicit
-methods, Chung & Hulbert's roots for generalised-α (J. Appl. Mech. 60, 1993).
+A step of h on q̈ + C q̇ + K q = 0 applies a matrix to the state of the method: q, v and, depending on the method, the
+true acceleration a, generalised-α's auxiliary ā, or position and velocity of the previous step. The eigenvalues of this
+matrix are the theory for the running model's own steps: R(hλ) for the diagonally implicit methods, Chung & Hulbert's
+roots for generalised-α (J. Appl. Mech. 60, 1993).
 """
 
 from __future__ import annotations

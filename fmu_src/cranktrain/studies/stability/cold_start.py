@@ -1,9 +1,9 @@
 """Cold start: from every position of the journals in their bores to a running engine.
 
-A run begins at the static equilibrium of films and loads (:func:`cranktrain.dynamics.start.settling.settle`), which
-it seeks from wherever the journals are. Here they are put everywhere, eccentric by 0 to 0.999 of the clearance in every
-direction, at speeds from standstill on: the start must find its equilibrium, and the first cycle must run. The same is
-asked without that search: journals released at rest where they are.
+A run begins at the static equilibrium of films and loads (:func:`cranktrain.dynamics.start.settling.settle`), which is
+searched from any position of the journals. Here the journals are placed at eccentricities of 0 to 0.999 of the
+clearance in every direction, at speeds from standstill on. The start must find its equilibrium, and the first cycle
+must run. The same test is made without the search, with the journals released at rest from these positions.
 
 Theory: a rigid rotor's equilibrium at each speed, from the two-dimensional Reynolds equation with Reynolds rupture
 (:class:`cranktrain.film.steady.bearing.SteadyBearing`), while the running model's film is the one with a parabolic

@@ -1,9 +1,9 @@
-"""Combustion beside the crank: how long a communication step a burn bears, by how long it lasts and who reconstructs.
+"""Combustion coupled with the crank: longest communication step by duration of the burn and by reconstruction.
 
 One cylinder of the six at constant speed, under the reference master: the combustion module with ``PREMIXED`` of the
-fuel burning over one Wiebe function of the given duration, and a crank that turns uniformly and takes in the work of
-what the product's reconstruction makes of the pressures. Error is that of the work of a cycle, the RMS over
-``PHASES`` positions of the communication points against the cycle.
+fuel burning over one Wiebe function of the given duration, and a crank that turns uniformly and receives the work of
+the pressures after the product's reconstruction. Error is that of the work of a cycle, the RMS over ``PHASES``
+positions of the communication points against the cycle.
 
 Theory is the same work in plain NumPy: the pressure over the crank's angle from one fine run, sampled and drawn again
 by the rule on paper.
@@ -231,7 +231,7 @@ def error(work: Work, duration: float, way: tuple[str, str], step_deg: float) ->
 
 
 def longest_steps(work: Work, durations: Array, way: tuple[str, str], about: list[Onset] | None = None) -> list[Onset]:
-    """Communication steps, degrees, from which on the error is beyond what is allowed, by duration of the burn."""
+    """Communication steps, degrees, from which the error exceeds the allowed error, by duration of the burn."""
     found = []
     for k, duration in enumerate(durations):
         places = np.geomspace(SHORTEST, LONGEST, 25)

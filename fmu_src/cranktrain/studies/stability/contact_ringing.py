@@ -1,9 +1,9 @@
-"""How long a contact rings that a step cannot resolve.
+"""Duration of the ringing of a contact that a step cannot resolve.
 
 A journal of 10 kg rests in its bore on contact alone (the law of :mod:`cranktrain.film.laws.impedance` below its
-contact height, at standstill, with an oil too thin to damp) and takes a small jolt. The contact is far stiffer than a
-step resolves; what force it shows from step to step is then the method's own. Generalised-α multiplies that mode by
-ρ(hω) a step, which falls from one to ρ∞ as hω grows: with ρ∞ = 1, the trapezoidal rule, the force alternates for ever.
+contact height, at standstill, with an oil too thin to damp) and takes a small jolt. The contact is too stiff for the
+step, so its force from step to step is determined by the method. Generalised-α multiplies this mode by ρ(hω) per step,
+which falls from one to ρ∞ as hω grows. With ρ∞ = 1, the trapezoidal rule, the force alternates for ever.
 
 Ringing is the largest contact force, less its mean, in TAIL steps after the first SETTLING, over its largest at all.
 Found: the running model on the contact as it is. Theory: the same from powers of the method's matrix at ω = √(k/m),
@@ -29,7 +29,7 @@ from cranktrain.studies.stability.stability_map import Axis, Progress, Stability
 MASS, LOAD = 10.0, 2000.0
 """kg and N a bearing."""
 SETTLING, TAIL, LEFT = 20, 10, 0.01
-"""Steps within which ringing shall be over, steps watched after them, and what may be left."""
+"""Steps within which ringing must end, number of steps evaluated after them, and the allowed remainder."""
 JOLT = 0.01
 """The jolt: displacement over the depth of contact."""
 LEAST_RHO = 1.0e-6
@@ -91,7 +91,7 @@ def linear_forces(table: Array, omega_h: float, count: int) -> Array:
 
 
 def ringing(forces: Array) -> float:
-    """What is left of the ringing after SETTLING steps, over its largest."""
+    """Remaining ringing after SETTLING steps, over its largest value."""
     return float(np.abs(forces[SETTLING:]).max() / np.abs(forces).max())
 
 

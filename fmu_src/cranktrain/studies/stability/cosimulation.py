@@ -1,4 +1,4 @@
-"""Co-simulation coupling: how long a communication step two coupled masses bear, by their ratio and the master's rule.
+"""Co-simulation coupling: longest stable communication step of two masses, by mass ratio and the master's rule.
 
 Theory is the spectral radius of the coupled step with slaves solved exactly; beside it the step at which slaves that
 integrate by themselves, coupled by a minimal master, begin to grow: :mod:`cranktrain.studies.stability.two_mass`.

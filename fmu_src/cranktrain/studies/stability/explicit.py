@@ -1,4 +1,4 @@
-"""Explicit methods, which the product does without: the classical Runge–Kutta method and central differences.
+"""Explicit methods for comparison (not used in runs): the classical Runge–Kutta method and central differences.
 
 A journal of mass m in its film, axes at rest, y up: m ü = F(u, u̇) − W e_y. Both need the film's force, never its
 tangent, and hold only while h|λ| stays within their stability region:

@@ -1,9 +1,9 @@
-"""Mode truncation: up to which frequency a body cut to its first modes still answers as the whole one does.
+"""Mode truncation: highest frequency up to which a body truncated to its first modes has the right receptance.
 
 The receptance of a free body at a loaded interface is H(ω) = Σ φ_n²/(ω_n² − ω²) over its elastic modes; its static
-value C = H(0) is the interface's elastic compliance. A body cut to m elastic modes lacks the rest, at every frequency;
-with static completeness (residual attachment, :func:`cranktrain.core.reduced_body.truncate`) it lacks what the rest has
-beyond statics. The error here is |H_m − H|/C; beyond 1 % the cut body fails.
+value C = H(0) is the interface's elastic compliance. A body truncated to m elastic modes lacks the other modes at every
+frequency. With static completeness (residual attachment, :func:`cranktrain.core.reduced_body.truncate`) it lacks only
+the dynamic part of the other modes. The error here is |H_m − H|/C; above 1 % the truncated body fails.
 
 Theory: a uniform shaft, free at both ends and loaded by a torque at one, has ω_n = n ω_1 and equal φ_n² there, so that
 with x = ω/ω_1, the omitted S(x) = Σ_{n>m} 1/(n² − x²) = [ψ(m+1+x) − ψ(m+1−x)]/2x and the sums S₂ = ζ(2, m+1),
@@ -11,8 +11,9 @@ S₄ = ζ(4, m+1) of 1/n² and 1/n⁴
 
     error without = S(x)/ζ(2),   error with = |S(x) − S₂/(1 − x² S₄/S₂)|/ζ(2),
 
-since the attachment is itself a mode, whose Rayleigh quotient is S₂/S₄: it has statics and the first power of ω² right
-(Rubin 1975). The shaft that is cut is no such sum: Ritz's method on Legendre polynomials makes its modes.
+because the attachment is itself a mode with the Rayleigh quotient S₂/S₄. Statics and the term of first power in ω² are
+then exact (Rubin 1975). The modes of the truncated shaft come from Ritz's method on Legendre polynomials, not from
+these sums.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Oil whirl as each integrator sees it: numerical damping against the film's own.
+"""Onset of oil whirl with each integrator: numerical damping and the film's own damping.
 
 A rigid rotor on two of the six's films at constant speed and load; its mass moves it through the threshold of its
 speed parameter, so that the film's equilibrium, K and C stay. Whirl sets in where ω √(c m/W) reaches the threshold of
@@ -9,9 +9,10 @@ Found: the whole running model over one revolution, from its own periodic orbit 
 beside it: onset is where the largest multiplier of that map has the size one. Theory of a method: its table applied to
 the linear film in the turning frame, in plain NumPy, over the same revolution.
 
-In that frame a load at rest turns backwards, and a method that follows it with an error in velocity feeds the film that
-error as squeeze: its journal is elsewhere. Backward Euler's ė is wrong by ½ hΩ² e, outwards, so it sees a journal
-nearer to the middle, and its film is linear about that place (:func:`film_as_seen`).
+In that frame a load at rest turns backwards. If a method follows the load with an error in velocity, this error acts on
+the film as squeeze, and the equilibrium position of the journal changes. The error of backward Euler's ė is ½ hΩ² e,
+outwards, so the journal lies nearer to the middle, and the film is linearised about this position
+(:func:`film_as_seen`).
 """
 
 from __future__ import annotations
@@ -163,9 +164,10 @@ def _revolved(simulation: Simulation, count: int) -> Array:
 
 
 def whirl_onset(growth: Callable[[float], float], critical: float, low: float = LOWEST, high: float = HIGHEST) -> Onset:
-    """Speed over its threshold at which ``growth(mass)`` first vanishes; looked for below ``low`` where it has there.
+    """Ratio of the speed at which the growth rate ``growth(mass)`` first crosses zero to the theoretical threshold.
 
-    Far above it a method that damps more than the film drives may hold the rotor again.
+    If the growth rate is already positive at ``low``, smaller speeds are searched. Far above the threshold a method
+    that damps more than the film drives may hold the rotor again.
     """
 
     def at(ratio: float) -> float:

@@ -24,7 +24,7 @@ from cranktrain.film.laws.impedance import MapFilm, impedance_map, journal_force
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR, KAPPA2
 
 NOTHING = 1.0e-7
-"""Mass (kg) and inertia of what is not meant to be there; zero has no inverse."""
+"""Mass (kg) and inertia of massless parts; zero would have no inverse."""
 SPAN = 0.064
 """Distance of the outer bearings from the mass centre, m."""
 SPEED = 2000.0 * math.pi / 30.0

@@ -1,4 +1,4 @@
-"""How short explicit steps must be in a stiff film, and how far the implicit step of the product goes.
+"""Longest explicit step in a stiff film, and longest implicit step of the running model.
 
 A journal of 10 kg a bearing in the six's film at 2000 rev/min. Near its equilibrium the film is a stiffness K and a
 damping C that both grow without end as the gap closes; the largest |λ| of m ü + C u̇ + K u = 0 is some C/m, a motion
@@ -6,10 +6,10 @@ that dies within microseconds and that an explicit step must resolve all the sam
 methods' matrices on that linear film. Found: the same methods marched in the film as it is, not linear, by
 :func:`~cranktrain.film.laws.impedance.journal_force`.
 
-The product's methods are A-stable: no step is too long for a film that does not whirl. What ends them is Newton's
-iteration on the film as it is. The journal's load becomes thirty times itself, as firing makes it, and one step must
-carry the journal to where that leads; found is the shortest step at which the running model rejects it and halves. For
-this there is no theory.
+The product's methods are A-stable, so no step is unstable for a film that does not whirl. Their step is limited by
+Newton's iteration on the nonlinear film. The journal's load is multiplied by thirty, as in firing, and one step must
+move the journal to its new position. The result is the shortest step that the running model rejects and halves. There
+is no theory for this limit.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ STEPS, LIMIT = 4000, 100.0
 KICK = 1.0e-4
 """Share of the surface speed by which that motion starts: small against what bends the film's force."""
 RADIUS = 1.0 + 1.0e-9
-"""Spectral radius that counts as growth: one, and rounding."""
+"""Spectral radius that counts as growth: one plus rounding."""
 BLOW = 30.0
 """Factor by which the journal's load grows at once."""
 LONGEST, LEAST = 90.0, 1.0e-3

@@ -62,7 +62,7 @@ class TwoMass:
 
 @dataclass(frozen=True)
 class Coupling:
-    """How the two are coupled; ``InputError`` for what does not exist."""
+    """Coupling of the two masses; ``InputError`` for an unknown one."""
 
     decomposition: str = "force/displacement"
     sequence: str = "jacobi"
@@ -144,7 +144,7 @@ def growth(masses: TwoMass, coupling: Coupling, step: float) -> float:
 def simulated_onset(masses: TwoMass, coupling: Coupling, low: float, high: float) -> Onset:
     """Communication step at which slaves that integrate begin to grow, looked for between ``low`` and ``high`` first.
 
-    Where they grow at ``low`` already it is looked for below that; infinite where they do not at ``high``.
+    If they already grow at ``low``, smaller steps are searched. The result is infinite if they do not grow at ``high``.
     """
     places, least = np.array([low, high]), SHORTEST_SHARE * low
     return onset(lambda step: growth(masses, coupling, step) > 0.0, places, 5.0e-4, least)

@@ -60,7 +60,7 @@ start with."""
 KICK = 1.0e-4
 """Displacement (rad, and over Ω) whose answer is seen."""
 GROWS = 1.0e-4
-"""Growth over half a turn that counts: what differences and the integrator leave is less."""
+"""Growth over half a turn that counts; errors of differences and of the integrator are smaller."""
 BANDS = {1: (0.6, 1.15), 2: (1.85, 2.01)}
 """Range of ν in which the bands about 1 and 2 lie for the ε of the map."""
 WIDER = np.array([1.5, 3.0, 6.0])

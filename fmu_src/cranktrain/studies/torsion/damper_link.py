@@ -1,13 +1,13 @@
-"""The damper between hub and ring order by order: its complex stiffness, and what a law that is not linear adds.
+"""The damper between hub and ring for each order: complex stiffness, and the residual torque of a nonlinear law.
 
-With g the motion of hub against ring by a torque between them, and ψ₀ that which all else causes, a link of complex
-stiffness κ(ω) lets them turn by
+Let g be the motion of hub against ring per torque between them, and ψ₀ the motion due to all other causes. With a link
+of complex stiffness κ(ω) the twist is
 
     ψ = (ψ₀ − g e)/(1 + κ g),   torque on the hub −(κ ψ + e).
 
 κ is what the law has at ω itself: iωη of a newtonian fluid, G*(ω) of a complex modulus, k (1 + id) of rubber; a run in
-time has one pair of spring and damper for all orders. A fluid that thins as it shears has the linear damper that
-dissipates as much over the cycle; e is the rest of its torque (:mod:`cranktrain.studies.torsion.forced_torsion`).
+time has one pair of spring and damper for all orders. A shear-thinning fluid is replaced by the linear damper with the
+same dissipation over the cycle; e is the residual torque (:mod:`cranktrain.studies.torsion.forced_torsion`).
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class DamperLink:
         return np.asarray(1j * self.omega * damping[:, None])
 
     def rest(self, twist: ComplexArray, stiffness: ComplexArray, samples: OrderSamples) -> ComplexArray:
-        """What the law's torque has besides that of ``stiffness`` at ``twist``, (s, k) N m.
+        """Torque of the law minus that of ``stiffness`` at ``twist``, (s, k) N m.
 
         A ring carries no mean torque: it slips against the hub until there is none.
         """

@@ -5,10 +5,10 @@ step, no integrator. With J the ring's inertia and link = k + iωc, the ring's t
 
     ψ = (−ω²J θ − e)/(link − ω²J),   torque on the hub −(link ψ + e)
 
-Where the law's torque is not linear in the rate, c is the linear damper that dissipates as much over the cycle, the
-mean of T ψ̇ over that of ψ̇², and e the rest of the law's torque. Both are found by iteration, so that all orders of
-the torque balance: harmonic balance, of which equivalent linearisation is the first round. A ring carries no mean
-torque; where its law is not linear it slips on average, slowly, against the hub.
+If the law's torque is not linear in the rate, c is the linear damper with the same dissipation over the cycle, the mean
+of T ψ̇ over the mean of ψ̇², and e is the residual torque of the law. Both are found by iteration, so that all orders
+of the torque balance. This is harmonic balance; equivalent linearisation is its first iteration. A ring transmits no
+mean torque. With a nonlinear law it slips slowly on average against the hub.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def forced_torsion(
     ring : of the damper on the pulley; None leaves it away
     gas, load : pressure trace in place of the built-in one; share of the full-load burn
     highest : highest order of the balance
-    coupled : whether what varies over the cycle couples the orders
+    coupled : whether the variation over the cycle couples the orders
 
     Raises
     ------

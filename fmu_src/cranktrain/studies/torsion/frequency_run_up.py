@@ -1,18 +1,19 @@
-"""Run-up of a crank that only twists in the frequency domain: all speeds and orders at once, without a step in time.
+"""Run-up of a torsional crank in the frequency domain: all speeds and orders at once, without time steps.
 
 ``linear``: the structure with the cycle mean of the rods' inertia and of the gas torques' tangents
-(:mod:`cranktrain.studies.torsion.shaft_orders`), under the torques of a crank that turns rigidly. Orders do not feel
-one another.
+(:mod:`cranktrain.studies.torsion.shaft_orders`), under the torques of a crank that turns rigidly. Orders are not
+coupled.
 
 ``harmonic-balance``: the rods' exact torques, those of a run in time. With the turn y of a pin and the two-sided
 Fourier coefficients Ĵ_h of its rods' inertia over the crank angle, inertia couples order m to order k by
 
     f_k = Ω²/2 Σ_m Ĵ_{k−m} (k² + m²) y_m,   m and k of both signs,
 
-which is −Ω² (J y'' + J' y' + ½ J'' y). J repeats every revolution: whole and half orders are two systems. Of each, one
-LU factorisation a speed answers the structure with this coupling; what the exact torques have besides, at the motion
-found last, is added to the known ones until nothing changes. Motions are given against the frame, as of
-:mod:`cranktrain.studies.torsion.torsional_response`, which solves the same equations at one speed.
+which is −Ω² (J y'' + J' y' + ½ J'' y). J repeats every revolution, so whole and half orders are two systems. For each
+system one LU factorisation per speed solves the structure with this coupling. The difference between the exact torques
+at the last motion and their linear part is added to the known torques until the motion converges. Motions are given
+against the frame, as of :mod:`cranktrain.studies.torsion.torsional_response`, which solves the same equations at one
+speed.
 """
 
 from __future__ import annotations
@@ -167,7 +168,7 @@ def _linear(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> Com
 
 
 class _Coupling:
-    """What varies of the rods' inertia, order by order: torque f_k = Ω² Σ_m (a_km y_m + b_km ȳ_m) for k, m > 0."""
+    """Varying part of the rods' inertia for each order: torque f_k = Ω² Σ_m (a_km y_m + b_km ȳ_m) for k, m > 0."""
 
     def __init__(self, structure: ShaftOrders) -> None:
         o = structure.orders[1:]
@@ -252,7 +253,7 @@ def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> C
         if transfer.link is not None:
             last, rest = rest, transfer.link.rest(motion[:, :, twist], transfer.stiffness, structure)
             change = np.maximum(change, np.abs(rest - last).max(axis=1))
-        # Changes shrink by the same factor from round to round: what the next one would change is known ahead.
+        # Changes decrease by a constant factor per iteration, so the change of the next iteration can be predicted.
         ahead = change * np.minimum(change / earlier, 1.0) if np.isfinite(earlier).all() else change
     raise SolverError(
         f"the orders do not settle at {speeds[0] * 30.0 / np.pi:.0f} rev/min; take the rule linear, or run it in time"

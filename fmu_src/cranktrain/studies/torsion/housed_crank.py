@@ -1,4 +1,4 @@
-"""The cranktrain that carries its damper's housing, and which of its modes are the torsional ones.
+"""The cranktrain with its damper's housing, and identification of its torsional modes.
 
 The housing shifts the torsional modes of the cranktrain, past bending modes at times, and mixes them with these. Its
 first and second torsional mode are therefore those that hold the largest share of torsion below and above the geometric

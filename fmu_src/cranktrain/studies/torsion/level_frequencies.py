@@ -1,8 +1,9 @@
-"""Frequencies of a crank level beside those of the solid crank, mode by mode.
+"""Frequencies of a crank level compared with those of the solid crank, mode by mode.
 
 Modes are compared by their shapes at the interfaces (modal assurance criterion; rotations count with the throw's
-radius): each mode of the solid goes to the one of the level that is most like it, and to none where less than half is
-alike. A torsional crank has twists only: it is compared in its rotations, where torsion is most of the solid's motion.
+radius): each mode of the solid is paired with the most similar mode of the level, and with none if the criterion is
+below a half. A torsional crank has twists only, so it is compared in its rotations, for modes of the solid that are
+mostly torsion.
 """
 
 from __future__ import annotations

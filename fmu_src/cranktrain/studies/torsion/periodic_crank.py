@@ -6,9 +6,9 @@ About the rigid crank that turns at Ω the motion is small. In the turning frame
 
 with f₀ the rods' forces on a rigid crank (gas and inertia) and A, B, C, of the cycle's period, the exact tangents of
 the rods (whose inertia varies as they turn), of the bearings' springs and dampers (fixed in space) and of the moment
-(u × f₀)_z. Every order of a cycle is solved with the mean of A, B and C; what they vary couples the orders and is
-solved for by GMRES, matrix-free, in the forces at samples of a cycle. The frame turns with the crank's mean rotation,
-as in a run. Gravity is left out.
+(u × f₀)_z. Every order of a cycle is solved with the mean of A, B and C. Their variation couples the orders; it is
+solved by GMRES, matrix-free, in the forces at samples of a cycle. The frame turns with the crank's mean rotation, as in
+a run. Gravity is left out.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class PeriodicCrank:
     ----------
     omega : (k + 1,) angular frequencies of the orders 0, 0.5, …, rad/s
     samples : number of samples of a cycle
-    coupled : whether what varies over the cycle couples the orders; may be set
+    coupled : whether the variation over the cycle couples the orders; may be set
     angle : (N,) crank angle of the samples, rad
     forces : the force laws about the rigid rotation; what :meth:`correct` adds is not among them
     stiffness, damping, mass : (n, n) of the crank with the cycle means of all tangents

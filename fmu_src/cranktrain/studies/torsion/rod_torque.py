@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 class RodTorque(NamedTuple):
-    """What rods do to their pins at given pin angles; all (…, c) as the angles.
+    """Torques of rods on their pins at given pin angles; all (…, c) like the angles.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""A crank that only twists, with its drive line and damper: a linear structure answered order by order, at many speeds.
+"""A torsional crank with drive line and damper: response of the linear structure for each order, at many speeds.
 
 In the modes of what turns (crank, ring, discs of the drive line), about a steady turn at Ω and with ω = oΩ for order o,
 
@@ -144,11 +144,11 @@ class ShaftOrders:
         return np.asarray(speeds[:, None, None] ** 2 * inertia + weight + motored + share * rise)
 
     def mean_feedback(self, speeds: Array, pins: ComplexArray, swing: ComplexArray) -> ComplexArray:
-        """What the structure holds already of the pins' torques (s, k + 1, p): mean inertia and mean gas tangents."""
+        """Part of the pins' torques (s, k + 1, p) that the structure includes: mean inertia and mean gas tangents."""
         turn, lead = (a + self.burn(speeds)[:, None] * b for a, b in (self._by_turn, self._by_lead))
         omega = speeds[:, None] * self.orders
         result = (omega**2)[:, :, None] * self.inertia[0].real * pins + turn[:, None] * pins
-        # What leads in the mean leads nothing: pressures go by the crank's swing about its steady turn.
+        # The mean of the lead has no effect: pressures depend on the crank's oscillation about uniform rotation.
         return np.asarray(result + lead[:, None] * swing[:, :, None])
 
     def exact(self, speeds: Array, turn: ComplexArray, swing: ComplexArray) -> ComplexArray:

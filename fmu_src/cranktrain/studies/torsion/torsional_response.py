@@ -1,11 +1,11 @@
-"""Steady state of a crank that only twists, in the frequency domain, to the last digit of a run in time.
+"""Steady state of a torsional crank in the frequency domain, to the accuracy of a converged run in time.
 
 A torsional crank with its journals locked on their axis turns and twists, nothing else. Its pins run on circles: at the
 angle θ + φ of pin c the rod pushes with the force of :mod:`cranktrain.loads.slider_crank`, whose inertia varies as it
 turns. The linear laws of :class:`cranktrain.studies.torsion.periodic_crank.PeriodicCrank` are the tangents of these
-forces at φ = 0; what the exact ones have besides, at the motion found last, is added to the known forces, and the
-orders are solved anew until nothing changes (harmonic balance). With twists of some thousandths each round gains two
-digits or more.
+forces at φ = 0. The difference between the exact forces at the last motion and their linear part is added to the known
+forces, and the orders are solved again until the motion converges (harmonic balance). With twists of some thousandths
+each round gains two digits or more.
 
 The frame of a run follows the crank's rotation slowly (:func:`cranktrain.loads.drive_line.frame_lead`): it wobbles by
 

@@ -1,1 +1,1 @@
-"""Total errors as they are kept and shipped: points, output families, figures of an engine, and their reader."""
+"""Stored and shipped total errors: points, output families, figures of an engine, and their reader."""

@@ -1,4 +1,4 @@
-"""One measured choice: what a simulated second costs with it, and how its total error is made up."""
+"""One measured choice: its cost per simulated second, and the parts of its total error."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ PARTS = ("model", "numerical", "settling")
 
 @dataclass(frozen=True)
 class Split:
-    """Total error of one output family and what it is made of, each a distance between two cycles.
+    """Total error of one output family and its parts, each a distance between two cycles.
 
     Attributes
     ----------
     total : the run's last cycle against that of the best model
     model : a fine run of the same model against the best one
     numerical : the run against that fine run
-    settling : what one more cycle changes of the run
+    settling : change of the run by one more cycle
 
     ``|model − numerical| ≤ total ≤ model + numerical``: a way over the fine run is no shorter. Settling is an error of
     its own: it says how far all of them may still move.
@@ -34,7 +34,7 @@ class Split:
 
 @dataclass(frozen=True)
 class TotalPoint:
-    """A choice of levels and step at one speed, and what was measured of it.
+    """A choice of levels and step at one speed, with measured errors and cost.
 
     Attributes
     ----------

@@ -1,8 +1,8 @@
 """Measured total errors that ship with the package: figures of ``cranktrain tradeoff --total``, for plans to read.
 
 ``python docs/figures.py total_error`` measures and ships them. A file holds the points of one engine with the digest of
-the engine that they were measured on, and of the sources that measured them. Figures of another engine are no figures
-of this one; those of other sources are told as such.
+the engine that they were measured on, and of the sources that measured them. Figures of another engine are not used;
+figures of other sources are marked as such.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Accuracy against speed: what each choice of method, level and resolution costs and how far it is off."""
+"""Accuracy against speed: cost and error of each choice of method, level and resolution."""

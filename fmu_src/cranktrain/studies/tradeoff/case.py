@@ -10,7 +10,7 @@ from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.model import Engine
 
 CYCLES = 6
-"""Cycles of a run, which starts from a settled one: what its own method and step change has decayed after them."""
+"""Cycles of a run from a settled start, after which the transient due to its own method and step has decayed."""
 GRID_DEG = 1.0
 COMMUNICATION_DEG = 3.0
 """Outputs are kept every 3 degrees or at the next multiple of the step: no method pays for more than another."""

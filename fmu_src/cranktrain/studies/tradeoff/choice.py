@@ -1,4 +1,4 @@
-"""What to choose for an accuracy: read off the measured points, in a few lines of text."""
+"""Recommended choices for an accuracy, from the measured points, in a few lines of text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ACCURACIES = (0.1, 0.01, 0.001)
 
 
 def choice_text(study: Study) -> str:
-    """Text for each scene: what to choose for 10 %, 1 % and 0.1 %."""
+    """Text for each scene: recommended choices for 10 %, 1 % and 0.1 %."""
     lines = [
         "What to choose, from the measured points. Errors are the largest of pulley torsion, pulley axial motion and",
         "least film: RMS of the difference over the last cycle over the RMS of the reference's alternating part.",
@@ -42,7 +42,7 @@ def _choices(points: Sequence[Point], accuracy: float) -> list[str]:
         among = [point for point in points if chosen(point) and point.usable]
         if not among:
             return
-        # A level that lacks an output is close in what it has only.
+        # A level that lacks an output has errors for its own outputs only.
         shown = {name for point in among for name, value in point.error.items() if value is not None}
         complete = [point for point in among if all(point.error[name] is not None for name in shown)]
         best = _cheapest(complete, accuracy, lambda point: point.worst)

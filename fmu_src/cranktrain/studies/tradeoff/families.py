@@ -1,4 +1,4 @@
-"""What is varied: each family as the entries that it measures in one scene.
+"""Families of choices: each family lists the entries that it measures in one scene.
 
 Families: ``integrators`` over their steps; ``adaptive`` against fixed steps; ``modes`` of the crank; ``ladder`` of the
 crank and the block; ``bearings`` with table and grid; ``coupling`` to a master that sends the pressures; ``schemes`` of
@@ -148,7 +148,7 @@ def bearings(scene: StudyScene, quick: bool) -> Entries:
 
 
 def coupling(scene: StudyScene, quick: bool) -> Entries:
-    """Communication step of a master that sends the pressures, and what the model makes of them between."""
+    """Communication step of a master that sends the pressures, and their reconstruction in the model."""
     base = scene.case
     fine = replace(base.settings, step=math.radians(COUPLED_REFERENCE_DEG), reconstruction="linear")
     reference = replace(base, settings=fine, coupled_deg=COUPLED_REFERENCE_DEG, interval_deg=1.0)

@@ -1,9 +1,9 @@
-"""Running cases and judging them: cost from the processor's clock, error against a reference of the same start.
+"""Runs of cases and their evaluation: cost from the processor's clock, error against a reference with equal start.
 
 Every run of an engine and speed starts alike, from the motion of a settled cycle at the default step, and references
-keep all cycles, so that a run of fewer cycles is judged over its own last one. What the last cycle still changes is an
-error of its own. What compiling takes is left out. Repeats are interleaved, case after case, because the machine's
-speed drifts; the cost is their median.
+keep all cycles, so that a run of fewer cycles is judged over its own last one. The change in the last cycle is a
+separate error. Compilation time is left out. Repeats are interleaved, case after case, because the machine's speed
+drifts; the cost is their median.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ HIGH_ORDERS = (12.0, 40.0)
 FINE_SAMPLES = 7200
 """Samples by which a trace of straight lines is handed to the model, whose own spline hardly rounds its kinks then."""
 SETTLE = 1.0e-4
-"""What is left of settling where runs start."""
+"""Settling error at the start of runs."""
 SLOW = 5.0
 """Seconds of a run that is not repeated: the machine's drift is within it."""
 
@@ -261,7 +261,7 @@ def named_errors(errors: Array, bearings: int, films: bool) -> dict[str, float |
 
 
 def settling(got: Recorded, case: Case, films: bool) -> float | None:
-    """What the last cycle still changed of the output of ``OUTPUTS`` that changed most; None after one cycle."""
+    """Change in the last cycle of the output of ``OUTPUTS`` that changed most; None after one cycle."""
     if case.cycles < 2:
         return None
     count = round(720.0 / got.interval)
@@ -321,7 +321,7 @@ def _entry_key(entry: Entry) -> str:
 
 
 def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progress) -> dict[str, Any]:
-    """What is kept of an entry after one more run."""
+    """Stored data of an entry after one more run."""
     case, other = entry.case, entry.other
 
     def started(wanted: Case) -> Simulation:
@@ -361,14 +361,14 @@ def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progre
 
 
 def _failure(status: str, problem: Exception) -> dict[str, Any]:
-    """What is kept of an entry whose run failed."""
+    """Stored data of an entry whose run failed."""
     details = {"why": " ".join(str(problem).split())}
     errors = {"error": dict.fromkeys(OUTPUTS), "other_errors": dict.fromkeys(OTHERS)}
     return {"costs": [], "status": status, **errors, "details": details}
 
 
 def _point(entry: Entry, kept: dict[str, Any]) -> Point:
-    """Point of an entry from what is kept of it."""
+    """Point of an entry from its stored data."""
     details = kept["details"]
     parameters = {
         **entry.case.parameters(), **entry.more, **details, "error_kind": entry.error_kind,

@@ -1,4 +1,4 @@
-"""One measured point: a choice, what a simulated second costs with it, and how far its outputs are off."""
+"""One measured point: a choice, its cost per simulated second, and the errors of its outputs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ what is varied; the same model with inputs known exactly."""
 
 @dataclass(frozen=True)
 class Point:
-    """A choice and what was measured of it.
+    """A choice with measured errors and cost.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Pictures of total error against cost: all choices with their Pareto front, and beside it what its errors are made of.
+"""Pictures of total error against cost: all choices with their Pareto front, and the parts of its errors.
 
 Left: total error over cost; colour tells the bearings, the mark's form the crank, a filled mark a flexible block; a
 line joins the steps of one model. Right: the choices of the front, and the default, one a row, with their parts.
@@ -106,7 +106,7 @@ def plot_points(ax: Any, points: Sequence[TotalPoint], family: str, listed: Sequ
 
 
 def plot_parts(ax: Any, rows: Sequence[TotalPoint], family: str, numbers: dict[int, str]) -> None:
-    """What the total error of each choice is made of, one a row, the cheapest at the top."""
+    """Parts of the total error of each choice, one choice per row, the cheapest at the top."""
     for k, point in enumerate(rows):
         parts = point.errors[family]
         if parts is None:

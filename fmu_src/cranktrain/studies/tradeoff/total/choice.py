@@ -1,4 +1,4 @@
-"""What to choose for an accuracy: the cheapest measured choice whose total error is within it, family by family."""
+"""Recommended choice for an accuracy: the cheapest measured choice with a total error within it, by family."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def percent(value: float | None) -> str:
 
 
 def default_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
-    """How the default stands in each family: its error, whether it is on the front, and what is as close for less.
+    """The default in each family: its error, whether it is on the front, and cheaper choices that are as close.
 
     The last row is of all families together: what is as close in each of them for less.
     """

@@ -1,7 +1,8 @@
 """What the study measures: models as crank × bearings × block, each at a few steps; the best model as reference.
 
-Which levels go together is read in the registers: what a run refuses is left out, and so are a block that moves under a
-crank or bearings that cannot follow it, and films that feel tilt on a crank whose journals do not tilt.
+Valid combinations of levels come from the registers. Combinations that a run refuses are left out, and so are a
+flexible block with a crank or bearings that cannot follow it, and films with tilt on a crank whose journals do not
+tilt.
 """
 
 from __future__ import annotations

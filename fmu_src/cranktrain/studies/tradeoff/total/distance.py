@@ -1,4 +1,4 @@
-"""How far two runs are apart in an output family, and what a total error is made of.
+"""Distance of two runs in an output family, and the parts of a total error.
 
 Of each member m (an output, or the axes of one vector) the RMS of the difference over the RMS of the reference's
 alternating part, and of these the largest,

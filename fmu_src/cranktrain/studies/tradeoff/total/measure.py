@@ -1,9 +1,9 @@
-"""Settled runs: their last cycle, what one more changes of it, and what such a cycle costs.
+"""Settled runs: their last cycle, its change by one more cycle, and the cost of a cycle.
 
-A run goes on until its outputs repeat, as ``cranktrain simulate`` does; one that others are compared with, whose cycles
-are dear, from where the same run settles with a long step on the usual grid. Then plain cycles follow, with all films
-solved anew: the first tells what settling has left, and the median of their processor times is the cost of a settled
-cycle. What ends is kept at once.
+A run continues until its outputs repeat, as in ``cranktrain simulate``. A reference run has expensive cycles; it starts
+from the settled motion of the same run with a long step on the usual grid. Cycles without correction follow, with all
+films solved anew. The first of them gives the settling error, and the median of their processor times is the cost of a
+settled cycle. Finished runs are stored at once.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from cranktrain.studies.total_error.families import Cycle, wanted
 Progress = Callable[[str], None]
 
 FINE_SETTLE = 3.0e-4
-"""What may be left of settling in runs that others are compared with."""
+"""Largest settling error of reference runs."""
 FINE_GRID = ElasticGrid(2 * IN_LOOP.n_phi, 2 * IN_LOOP.n_z, 0.3)
 """Nodes of elastic films of the reference: least films within 3 % of those of 96 x 24, the six at 2000 rev/min."""
 TIMED_SECONDS, TIMED_CYCLES, FEWEST_CYCLES = 0.4, 20, 3
@@ -62,7 +62,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Settled:
-    """What is kept of a run.
+    """Stored data of a run.
 
     Attributes
     ----------
@@ -176,7 +176,7 @@ def _plain_cycles(simulation: Any, per_cycle: int, h: float) -> tuple[Array, flo
 
 
 def _enough(costs: list[float]) -> bool:
-    """Whether these processor times of cycles tell the cost of one."""
+    """Whether these processor times are enough to determine the cost of a cycle."""
     if not costs:
         return False
     if costs[0] > SLOW or len(costs) >= TIMED_CYCLES:

@@ -1,4 +1,4 @@
-"""The study of total error: every model and step of a scene against the best model, with what each error is made of."""
+"""The study of total error: every model and step of a scene against the best model, with the parts of each error."""
 
 from __future__ import annotations
 
