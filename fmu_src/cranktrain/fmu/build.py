@@ -54,7 +54,10 @@ def build_fmu(
         Python FMU
     say : gets each stage of long work
 
-    Raises ------ InputError for input that cannot be read or built
+    Raises
+    ------
+    InputError
+        for input that cannot be read or built
     """
     full_interface()
     platforms = usual_platforms(say) if platforms is None else [checked_platform(name).folder for name in platforms]
