@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from cranktrain.engine import quantities as q
-from cranktrain.engine.parts import JournalBearing
+from cranktrain.engine.parts import JournalBearing, Skirt
 from cranktrain.engine.quantities import need
 
 
@@ -138,27 +138,9 @@ class Belt:
     tension: q.Tension
 
 
-@dataclass(frozen=True)
-class Liner:
-    """A piston's skirt in its liner, the first end at the piston's pin, as ``[piston_guidance]`` describes it (SI).
-
-    Attributes
-    ----------
-    upper_stiffness, lower_stiffness, upper_damping, lower_damping : of two layers of springs across the cylinder
-    upper_height, lower_height : of these above the pin, m
-    clearance : radial play of the skirt, m; 0: springs without it
-    friction, sliding_speed : coefficient on the side forces, and the speed above which it is full, m/s
-    """
-
-    upper_stiffness: q.Stiffness
-    lower_stiffness: q.Stiffness
-    upper_height: q.Offset
-    lower_height: q.Offset
-    upper_damping: q.Damping
-    lower_damping: q.Damping
-    clearance: q.Clearance = 0.0
-    friction: q.Friction = 0.0
-    sliding_speed: q.Velocity = 0.1
+@dataclass(frozen=True, kw_only=True)
+class Liner(Skirt):
+    """A piston's skirt in its liner; the first end is at the piston's pin."""
 
 
 @dataclass(frozen=True)

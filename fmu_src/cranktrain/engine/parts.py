@@ -284,12 +284,11 @@ class Oil:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PistonGuidance:
-    """Support of a piston across its cylinder: two layers of springs between skirt and liner.
+class Skirt:
+    """Skirt of a piston in its liner: two layers of springs across the cylinder, and friction along it.
 
-    Heights are those above the pin; ``mass_height`` is that of the piston's centre of mass, ``tilt_inertia`` the moment
-    of inertia about an axis through it along the crank. ``clearance`` is the skirt's radial play, 0 for springs without
-    it; ``friction`` a coefficient on the side forces, full above ``sliding_speed``.
+    Heights are those above the pin. ``clearance`` is the skirt's radial play, 0 for springs without it; ``friction`` a
+    coefficient on the side forces, full above ``sliding_speed``.
     """
 
     upper_stiffness: q.Stiffness
@@ -298,11 +297,21 @@ class PistonGuidance:
     lower_height: q.Offset
     upper_damping: q.Damping
     lower_damping: q.Damping
-    mass_height: q.Offset
-    tilt_inertia: q.Inertia
     clearance: q.Clearance = 0.0
     friction: q.Friction = 0.0
     sliding_speed: q.Velocity = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class PistonGuidance(Skirt):
+    """Support of a piston across its cylinder by its skirt.
+
+    ``mass_height`` is the height of the piston's centre of mass above the pin, ``tilt_inertia`` the moment of inertia
+    about an axis through it along the crank.
+    """
+
+    mass_height: q.Offset
+    tilt_inertia: q.Inertia
 
 
 @dataclass(frozen=True)

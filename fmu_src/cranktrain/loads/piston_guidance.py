@@ -25,7 +25,7 @@ import numpy as np
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
-from cranktrain.engine.parts import PistonGuidance
+from cranktrain.engine.parts import PistonGuidance, Skirt
 
 # Columns of the parameters.
 STIFFNESS, HEIGHT, DAMPING, CLEARANCE, FRICTION, SLIDING, UNBALANCE = 0, 2, 4, 6, 7, 8, 9
@@ -35,23 +35,26 @@ SMALL_FORCE = 10.0
 """Force (N) below which the friction's |F| is round."""
 
 
-def guidance_parameters(guidance: PistonGuidance, piston_mass: float) -> Array:
-    """Pack a piston's guidance for the kernels, (10,): the upper layer first, last its mass times its height."""
-    g = guidance
+def skirt_parameters(skirt: Skirt) -> Array:
+    """Pack a piston's skirt for the kernels, (9,): the upper layer first."""
     return np.array(
         [
-            g.upper_stiffness,
-            g.lower_stiffness,
-            g.upper_height,
-            g.lower_height,
-            g.upper_damping,
-            g.lower_damping,
-            g.clearance,
-            g.friction,
-            g.sliding_speed,
-            piston_mass * g.mass_height,
+            skirt.upper_stiffness,
+            skirt.lower_stiffness,
+            skirt.upper_height,
+            skirt.lower_height,
+            skirt.upper_damping,
+            skirt.lower_damping,
+            skirt.clearance,
+            skirt.friction,
+            skirt.sliding_speed,
         ]
     )
+
+
+def guidance_parameters(guidance: PistonGuidance, piston_mass: float) -> Array:
+    """Pack a piston's guidance for the kernels, (10,): its skirt, then its mass times the height of that."""
+    return np.append(skirt_parameters(guidance), piston_mass * guidance.mass_height)
 
 
 def piston_mass_matrix(guidance: PistonGuidance, piston_mass: float, small_end_mass: float) -> Array:

@@ -134,7 +134,7 @@ def lean(model, work, frame, k, u, f):
     for j in range(int(connection[added.FIRST]), int(connection[added.FIRST] + connection[added.SIZE])):
         slide = links.slides[j]
         turned = frames[int(slide[added.SLIDES_IN]), added.TURNED]
-        force = work.added.gaps[added.F, j]
+        force = row[added.LEAN_SIGN] * work.added.gaps[added.F, j]
         x += force * (math.cos(turned) * slide[added.SLIDES_X] - math.sin(turned) * slide[added.SLIDES_Y])
         y += force * (math.sin(turned) * slide[added.SLIDES_X] + math.cos(turned) * slide[added.SLIDES_Y])
     own = int(row[added.SLIDER_PORT])

@@ -58,22 +58,18 @@ def factor_rows(a, n):
     are made, then subtracted from all rows below, four at once, which do not wait for each other. Each product is
     rounded by itself and in order: the bits are those of the plain loop over pivots. The diagonal is kept inverted.
     """
-    k = 0
-    while k + 3 < n:
-        if factor_block(a, n, k, k + 4) != 0:
-            return 1
-        i = k + 4
-        while i < n:
-            height = 4 if i + 3 < n else 1
-            eliminate(a, n, i, height, k)
-            i += height
-        k += 4
-    return factor_block(a, n, k, n)
+    return factor_by_fours(a, n, False)
 
 
 @kernel
 def factor_sparse_rows(a, n):
     """The same where many elements are zero: rows that four pivots do not reach are left alone."""
+    return factor_by_fours(a, n, True)
+
+
+@inlined_kernel
+def factor_by_fours(a, n, sparse):
+    """Factorise by four pivots at a time; with ``sparse`` rows are looked at before pivots are subtracted."""
     k = 0
     while k + 3 < n:
         if factor_block(a, n, k, k + 4) != 0:
@@ -81,14 +77,20 @@ def factor_sparse_rows(a, n):
         i = k + 4
         while i < n:
             height = 4 if i + 3 < n else 1
-            size = 0.0
-            for r in range(i, i + height):
-                size += abs(a[r, k]) + abs(a[r, k + 1]) + abs(a[r, k + 2]) + abs(a[r, k + 3])
-            if size != 0.0:
+            if not sparse or reaches(a, i, height, k):
                 eliminate(a, n, i, height, k)
             i += height
         k += 4
     return factor_block(a, n, k, n)
+
+
+@inlined_kernel
+def reaches(a, i, height, k):
+    """Whether four pivots from k on change rows from i on."""
+    size = 0.0
+    for r in range(i, i + height):
+        size += abs(a[r, k]) + abs(a[r, k + 1]) + abs(a[r, k + 2]) + abs(a[r, k + 3])
+    return size != 0.0
 
 
 @inlined_kernel

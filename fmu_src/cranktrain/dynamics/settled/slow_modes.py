@@ -29,7 +29,7 @@ from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.wound_line import Wound
 from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.dynamics.topology import slots as added
-from cranktrain.dynamics.topology.frames import move_frames
+from cranktrain.dynamics.topology.frames import frames_at
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 
 PLAIN = 0.3
@@ -55,13 +55,6 @@ class SlowPart(Protocol):
         """What of y has energy, so scaled that its square is twice the energy, J."""
 
 
-def frames_at_start(model: ModelArrays) -> Array:
-    """Frames of added bodies (F, MOVED) at crank angle 0, where cycles end."""
-    moved = np.zeros((len(model.links.frames), added.MOVED))
-    move_frames(model.links.frames, 0.0, moved)
-    return moved
-
-
 def body_shares(model: ModelArrays, row: Array) -> Array:
     """Modal motion (3, n) of an added body that is tied to the crank, turned about z and moved along x and y."""
     own = slice(int(row[added.OWN_MODE]), int(row[added.OWN_MODE] + row[added.MODES]))
@@ -85,7 +78,7 @@ class DriveLine:
         self._turn[:t] = wound.turn
         # How the turning itself moves the frames of added bodies on, at crank angle 0, where cycles end.
         self._moves = np.zeros(model.omega2.size)
-        moved = frames_at_start(model)
+        moved = frames_at(model.links.frames, 0.0)
         for row in model.bodies.rows:
             size, first = int(row[added.MODES]), int(row[added.MODE])
             frame, shares = moved[int(row[added.FRAME_OF])], body_shares(model, row)
@@ -132,7 +125,11 @@ class BlockOnMounts:
     def __init__(self, model: ModelArrays, speed: float) -> None:
         n, t = model.omega2.size, int(model.layout[at.TURNING_MODES])
         self._turning, self._speed = t, speed
-        self._gyroscopic, self._bodies, self._frames = model.gyroscopic.T, model.bodies, frames_at_start(model)
+        self._gyroscopic, self._bodies, self._frames = (
+            model.gyroscopic.T,
+            model.bodies,
+            frames_at(model.links.frames, 0.0),
+        )
         units = np.eye(model.block_ports.shape[1])[:6]
         self._carried = np.column_stack([carried(model, unit) for unit in units])
         self._turned_back = self._moves_back(model)

@@ -10,7 +10,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.topology import slots as added
-from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
+from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.dynamics.topology.modes import law_at
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, NUMBERS, SIZE
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
@@ -45,11 +45,8 @@ def line_tangents(model: ModelArrays) -> tuple[Array, Array]:
     links, turning = model.links, model.ports.shape[0]
     n = model.ports.shape[1]
     found = np.zeros((2, n, n))
-    frames, coefficients = np.zeros((len(links.frames), added.MOVED)), np.zeros((len(links.terms), 2))
-    move_frames(links.frames, 0.0, frames)
-    fill_coefficients(links.terms, frames, 0.0, coefficients)
     rows, elsewhere = np.zeros((links.scales.size, n)), np.zeros(links.scales.size, dtype=bool)
-    for term, coefficient in zip(links.terms, coefficients[:, 0], strict=True):
+    for term, coefficient in zip(links.terms, coefficients_at(links.frames, links.terms, 0.0), strict=True):
         component, port = int(term[added.COMPONENT]), int(term[added.TERM_PORT])
         if port < turning:
             rows[component] += coefficient * model.ports[port]

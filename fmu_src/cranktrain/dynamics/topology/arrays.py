@@ -418,12 +418,7 @@ def _connections(
             *(numbers_of[frame] for frame in frames), piece.rubs, piece.closes, piece.cylinder - 1,
             piece.kernel is gas_law,
         ])  # fmt: skip
-        if frames[1] == REST and frames[0].slider is not None and connection.ends[1].body != GROUND:
-            wall = np.array(connection.ends[1].offset[:2]) - frames[0].moved(0.0)[[at.PLACE_X, at.PLACE_Y]]
-            first_port, wall_port = (port_of[end.body, end.interface] for end in connection.ends)
-            leans.append([
-                len(rows) - 1, numbers_of[frames[0]], first_port, *connection.ends[0].offset[:2], wall_port, *wall,
-            ])  # fmt: skip
+        leans += _leans(connection, frames, port_of, numbers_of, len(rows) - 1)
         tables.append([size, *(newton + first + j for j in range(size)), *[0] * (4 - size)])
         for j, pair in enumerate(piece.components):
             found: list[Term] = []
@@ -501,6 +496,24 @@ def _neighbours(
     order = np.concatenate((newton + first, newton + np.flatnonzero(~alone), np.arange(newton)))
     meets = np.column_stack((own.astype(int) @ own.T.astype(int) > 0, own[:, -2:].any(axis=1)))
     return meets.astype(float), order.astype(float)
+
+
+def _leans(
+    connection: Connection,
+    frames: Sequence[Frame],
+    port_of: Mapping[tuple[str, str], int],
+    numbers_of: _Frames,
+    number: int,
+) -> list[list[float]]:
+    """Row of ``leans`` where an end of connection ``number`` slides over a body, else nothing."""
+    for sign, slider, wall in ((1.0, 0, 1), (-1.0, 1, 0)):
+        own, body = connection.ends[slider], connection.ends[wall]
+        frame = frames[slider]
+        if frame.slider is not None and frames[wall] == REST and body.body != GROUND:
+            beside = np.array(body.offset[:2]) - frame.moved(0.0)[[at.PLACE_X, at.PLACE_Y]]
+            ports = [port_of[end.body, end.interface] for end in (own, body)]
+            return [[number, sign, numbers_of[frame], ports[0], *own.offset[:2], ports[1], *beside]]
+    return []
 
 
 def _slide(pair: tuple[Direction, Direction], frames: Sequence[Frame], numbers_of: _Frames) -> list[float]:

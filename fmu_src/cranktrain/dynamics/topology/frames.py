@@ -17,6 +17,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology import slots as at
@@ -88,3 +90,17 @@ def fill_coefficients(terms: Array, frames: Array, speed: float, out: Array) -> 
             value *= lever
         out[t, 0] = value
         out[t, 1] = speed * rate
+
+
+def frames_at(frames: Array, theta: float) -> Array:
+    """Frames (F, MOVED) at a crank angle (rad), without compiled code."""
+    moved = np.zeros((len(frames), at.MOVED))
+    move_frames.py_func(frames, theta, moved)
+    return moved
+
+
+def coefficients_at(frames: Array, terms: Array, theta: float) -> Array:
+    """Coefficients (T,) of all terms at a crank angle (rad), without compiled code."""
+    found = np.zeros((len(terms), 2))
+    fill_coefficients.py_func(terms, frames_at(frames, theta), 0.0, found)
+    return np.asarray(found[:, 0])

@@ -16,7 +16,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.engine.connections import Liner
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, ECCENTRICITY
 from cranktrain.film.laws.films import FRICTION as RUBBING_TORQUE
-from cranktrain.loads.piston_guidance import FRICTION, SLIDING, layer_force, liner_friction
+from cranktrain.loads.piston_guidance import FRICTION, SLIDING, layer_force, liner_friction, skirt_parameters
 
 ALONG = 2
 
@@ -24,17 +24,12 @@ ALONG = 2
 class LinerRecord(NamedTuple):
     """Data of one piston in its liner."""
 
-    law: Array  # as of guidance_parameters, without the piston's mass
+    law: Array  # (9,) as of skirt_parameters
 
 
 def liner_record(liner: Liner) -> LinerRecord:
     """Data of a piston in its liner."""
-    return LinerRecord(
-        np.array([
-            liner.upper_stiffness, liner.lower_stiffness, liner.upper_height, liner.lower_height, liner.upper_damping,
-            liner.lower_damping, liner.clearance, liner.friction, liner.sliding_speed,
-        ])
-    )  # fmt: skip
+    return LinerRecord(skirt_parameters(liner))
 
 
 _read = record_reader(LinerRecord(np.zeros(1)))

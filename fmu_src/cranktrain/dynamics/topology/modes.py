@@ -17,7 +17,7 @@ from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.arrays import Base, added
-from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
+from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.dynamics.topology.relations import groups
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, Topology
 from cranktrain.film.laws.films import BY_PLACE, COS, FORCE, NUMBERS, SIZE
@@ -75,10 +75,7 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
         p = slice(int(row[at.OWN_PORT]), int(row[at.OWN_PORT] + row[at.PORTS]))
         shapes[on_crank:][p, m : m + k] = bodies.shapes[p, :k]
     measured = np.zeros((links.scales.size, n))
-    frames, coefficients = np.zeros((len(links.frames), at.MOVED)), np.zeros((len(links.terms), 2))
-    move_frames(links.frames, 0.0, frames)
-    fill_coefficients(links.terms, frames, 0.0, coefficients)
-    for row, coefficient in zip(links.terms, coefficients[:, 0], strict=True):
+    for row, coefficient in zip(links.terms, coefficients_at(links.frames, links.terms, 0.0), strict=True):
         measured[int(row[at.COMPONENT])] += coefficient * shapes[int(row[at.TERM_PORT])]
     stiffness, mass = np.diag(np.concatenate((np.zeros(first), made.omega)) ** 2), np.eye(n)
     if crank is not None:

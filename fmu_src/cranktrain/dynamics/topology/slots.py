@@ -27,10 +27,10 @@ RUBS, CLOSES, CYLINDER, IS_GAS, CONNECTION = 11, 12, 13, 14, 15
 # ``AddedConnections.slides``: frames of both ends, whose origins move along the component by themselves (−1: the ends
 # meet at one place), frame of its direction, and that direction across the crank's axis, x and y.
 SLIDING, AGAINST, SLIDES_IN, SLIDES_X, SLIDES_Y, SLIDES = range(6)
-# ``AddedConnections.leans``: connection whose first end slides over a body, frame of that end, its port of displacement
-# x and how far beside its interface it is, x and y; the body's port, and where the end is beside its interface at crank
-# angle 0 less the place of the frame's origin then.
-LEANING, LEANS_IN, SLIDER_PORT, SLIDER_X, SLIDER_Y, WALL_PORT, WALL_X, WALL_Y, LEAN = range(9)
+# ``AddedConnections.leans``: a connection one end of which slides over a body, and 1, or −1 where that is the second
+# end. Of the sliding end its frame, its port of displacement x, and its place beside its interface, x and y. Of the
+# body its port, and the place of its end beside its interface at crank angle 0 less the frame's origin then.
+LEANING, LEAN_SIGN, LEANS_IN, SLIDER_PORT, SLIDER_X, SLIDER_Y, WALL_PORT, WALL_X, WALL_Y, LEAN = range(10)
 # ``AddedConnections.terms``: component, port, amplitude; frames whose angles' difference turns it, and phase (rad);
 # frame whose moving origin is its lever (−1: none), x or y of that, and what it is at crank angle 0.
 COMPONENT, TERM_PORT, AMPLITUDE, GIVEN_FRAME, OWN_FRAME, ANGLE, LEVER_FRAME, LEVER_WAY, LEVER_START, TERM = range(10)

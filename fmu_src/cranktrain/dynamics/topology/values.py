@@ -28,7 +28,7 @@ import numpy as np
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
-from cranktrain.dynamics.topology.frames import move_frames
+from cranktrain.dynamics.topology.frames import frames_at
 
 CRANK, BLOCK, GROUND = "crank", "block", "ground"
 """Bodies that a topology has without being told: those of its engine, and what is at rest."""
@@ -120,9 +120,7 @@ class Frame:
 
     def moved(self, theta: float) -> Array:
         """Its angle, place and their derivatives at a crank angle (rad), (MOVED,), see ``slots``."""
-        out = np.zeros((1, at.MOVED))
-        move_frames(self.row[None], theta, out)
-        return out[0]
+        return np.asarray(frames_at(self.row[None], theta)[0])
 
     @property
     def origin(self) -> Array:
