@@ -122,7 +122,8 @@ def law_parts(law, data):
     first, second = frames_for(law)
     top = ct.Topology((first, second), (disc("a", "a"), disc("b", "b")),
                       (ct.Connection("c", law, (ct.End("a", "gear"), ct.End("b", "gear")), data),))  # fmt: skip
-    from cranktrain.dynamics.topology.arrays import Base, added
+    from cranktrain.dynamics.topology.arrays import added
+    from cranktrain.dynamics.topology.records import Base
 
     return added(top, Base(None, None, 0, 0, 0, 0)).connections
 

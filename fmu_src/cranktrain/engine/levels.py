@@ -16,7 +16,7 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.model import Engine
 
 RIGID_SHARE = 0.25
-"""Highest frequency of a rigid crank over the first torsional one; its amplitude there is low by 1/(1 − 1/16), 7 %."""
+"""Highest frequency of a rigid crank over the first torsional one; it neglects 1/(1 − 1/16) there, which is 7 %."""
 RIGID_CUT_SHARE = 0.02
 """Likewise over the running model's cut-off, where the engine file publishes no torsional frequency."""
 TORSIONAL_SHARE = 0.25

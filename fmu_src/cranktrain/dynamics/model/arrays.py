@@ -38,7 +38,8 @@ from cranktrain.dynamics.model.settings import (
     resolved,
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
-from cranktrain.dynamics.topology.arrays import AddedBodies, AddedConnections, Base, added
+from cranktrain.dynamics.topology.arrays import added
+from cranktrain.dynamics.topology.records import AddedBodies, AddedConnections, Base
 from cranktrain.dynamics.topology.tables import added_topology
 from cranktrain.dynamics.topology.values import Topology
 from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity

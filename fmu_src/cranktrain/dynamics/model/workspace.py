@@ -17,7 +17,7 @@ from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import MAX_STAGES
 from cranktrain.dynamics.time.integrators import FAMILIES
 from cranktrain.dynamics.time.table import FAMILY, HEAD
-from cranktrain.dynamics.topology.arrays import AddedWork, added_work
+from cranktrain.dynamics.topology.records import AddedWork, added_work
 
 HOOKS = "cranktrain.dynamics.motion.added_hooks:hooks"
 """What lists the kernels of added bodies and connections, which rest on this module's records."""

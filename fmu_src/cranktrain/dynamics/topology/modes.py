@@ -16,8 +16,9 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
-from cranktrain.dynamics.topology.arrays import Base, added
+from cranktrain.dynamics.topology.arrays import added
 from cranktrain.dynamics.topology.frames import coefficients_at
+from cranktrain.dynamics.topology.records import Base
 from cranktrain.dynamics.topology.relations import groups
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, Topology
 from cranktrain.film.laws.films import BY_PLACE, COS, FORCE, NUMBERS, SIZE

@@ -1,0 +1,180 @@
+"""Added bodies as arrays: their matrices and shapes one after the other, bodies of a group in their common modes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.memory import zeros
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, skew
+from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.laws import connection_law
+from cranktrain.dynamics.topology.records import AddedBodies, Base, FrameNumbers
+from cranktrain.dynamics.topology.relations import Group
+from cranktrain.dynamics.topology.terms import PORTS
+from cranktrain.dynamics.topology.values import CRANK, GROUND, Body, Frame, Topology
+
+AROUND = np.linspace(0.0, 4.0 * np.pi, 97)[:-1]
+"""Crank angles (rad) at which what depends on them is looked at."""
+
+
+class _Body(NamedTuple):
+    """A body in the modes of its group: what its arrays hold."""
+
+    gyroscopic: Array
+    spin: Array
+    centrifugal_load: Array
+    euler_load: Array
+    translation: Array
+    turn: Array
+    carried: Array
+    shapes: Array  # (6 p, n) of the interfaces that are held, and the rotation of an elastic body as a whole
+
+
+def turns_whole(body: ReducedBody, held: int) -> bool:
+    """Whether a body's rotation as a whole is a port: a moment about its centre at one interface would bend it."""
+    return held > 0 and body.n_modes > PORTS
+
+
+def _ports(body: Body, held: Mapping[str, Mapping[str, None]]) -> int:
+    """Number of ports of a body in its group."""
+    names = held.get(body.name, {})
+    return PORTS * len(names) + turns_whole(body.reduced, len(names))
+
+
+def _in_modes(
+    body: Body, frame: Frame, held: Sequence[str], block: ReducedBody | None, part: Array | None, tied: bool
+) -> _Body:
+    """A body in modes of which ``part`` (n, z) are its own, None: its own ones."""
+    reduced, n = body.reduced, body.reduced.n_modes
+    turn = np.zeros(n)
+    turn[:PORTS] = rigid_coordinates(reduced)[5]
+    shapes = [reduced.shapes[reduced.index(name)] for name in held]
+    own = _Body(
+        reduced.gyroscopic, reduced.stress_stiffness - reduced.centrifugal, reduced.centrifugal_load,
+        reduced.euler_load, reduced.translation, turn,
+        np.zeros((n, PORTS)) if block is None else _carried(reduced, frame, block, tied),
+        np.concatenate([np.zeros((0, n)), *shapes, *([turn[None]] if turns_whole(reduced, len(held)) else [])]),
+    )  # fmt: skip
+    if part is None:
+        return own
+    return _Body(
+        part.T @ own.gyroscopic @ part, part.T @ own.spin @ part, part.T @ own.centrifugal_load,
+        part.T @ own.euler_load, own.translation @ part, own.turn @ part, part.T @ own.carried, own.shapes @ part,
+    )  # fmt: skip
+
+
+# In one piece: one row and one body's span of every array.
+def body_arrays(
+    topology: Topology,
+    joined: list[Group],
+    held: Mapping[str, Mapping[str, None]],
+    base: Base,
+    first: int,
+    frames: FrameNumbers,
+) -> tuple[AddedBodies, dict[tuple[str, str], int]]:
+    """Arrays of the bodies, group by group, and the first port of each interface that is held."""
+    sizes = [group.omega.size for group in joined]
+    counts = [[_ports(body, held) for body in group.bodies] for group in joined]
+    n, w = sum(size * len(own) for size, own in zip(sizes, counts, strict=True)), max(sizes, default=1)
+    m, v = sum(map(sum, counts)), max([1, *map(sum, counts)])
+    z = zeros
+    arrays = AddedBodies(
+        np.zeros((sum(map(len, counts)), at.BODY)), z((n, w)), z((n, w)), z(n), z(n), z((3, n)), z((3, n)), z(n),
+        z((m, w)), z((n, v)), z((n, PORTS)), _fastest(topology),
+    )  # fmt: skip
+    port_of: dict[tuple[str, str], int] = {}
+    mode, row_at, port, tied, number = 0, 0, 0, _tied(topology), 0
+    for group, size, own_counts in zip(joined, sizes, counts, strict=True):
+        start, group_port = row_at, port
+        columns = np.zeros((0, size))
+        for k, (body, ports) in enumerate(zip(group.bodies, own_counts, strict=True)):
+            reduced, frame, row = body.reduced, topology.frame(body.frame), arrays.rows[number]
+            names = held.get(body.name, {})
+            own = _in_modes(
+                body, frame, list(names), base.block, None if group.parts is None else group.parts[k], body.name in tied
+            )
+            span = slice(row_at, row_at + size)
+            row[: at.CARRIED] = (
+                base.modes + mode, size, first + port, ports, row_at, port, frames[frame], frame.rate, frame.sense,
+                reduced.mass,
+            )  # fmt: skip
+            row[at.CARRIED], row[at.TIED] = not _grounded(topology, body), body.name in tied
+            row[at.REFLECTED] = row[at.TIED] * _reflected(reduced, frame)
+            row[[at.UNBALANCE_X, at.UNBALANCE_Y]] = reduced.mass * reduced.centre[:2]
+            row[at.INERTIA] = float(reduced.euler_load @ reduced.euler_load)
+            row[at.GROUP], row[at.ENDS_GROUP] = start, k == len(group.bodies) - 1
+            row[at.GROUP_PORT], row[at.GROUP_PORTS] = first + group_port, sum(own_counts)
+            arrays.gyroscopic[span, :size] = own.gyroscopic.T
+            arrays.spin[span, :size] = own.spin.T
+            arrays.centrifugal_load[span], arrays.euler_load[span] = own.centrifugal_load, own.euler_load
+            arrays.translation[:, span], arrays.centre[:, span] = own.translation, own.translation / reduced.mass
+            arrays.turn[span], arrays.carried[span] = own.turn, own.carried
+            arrays.shapes[port : port + ports, :size] = own.shapes
+            port_of |= {(body.name, name): first + port + PORTS * i for i, name in enumerate(names)}
+            columns = np.concatenate((columns, own.shapes))
+            row_at, port, number = row_at + size, port + ports, number + 1
+        for k in range(len(group.bodies)):
+            arrays.transposed[start + size * k : start + size * (k + 1), : len(columns)] = columns.T
+        mode += size
+    return arrays, port_of
+
+
+def _tied(topology: Topology) -> set[str]:
+    """Bodies that laws make turn as the crank does, directly or through others, and those whose frames are a rod's."""
+    found = {CRANK} | {body.name for body in topology.bodies if topology.frame(body.frame).slider is not None}
+    pairs = [
+        {end.body for end in connection.ends}
+        for connection in topology.connections
+        if connection_law(connection.law, connection.name).turns
+    ]
+    for _ in pairs:
+        found |= {name for pair in pairs if pair & found for name in pair}
+    return found
+
+
+def _fastest(topology: Topology) -> Array:
+    frames = [topology.frame(body.frame) for body in topology.bodies]
+    turns = np.array([frame.moved(angle)[[at.TURN, at.TURN2]] for frame in frames if frame.swings for angle in AROUND])
+    most = np.abs(turns.reshape(-1, 2)).max(axis=0, initial=0.0)
+    return np.array([max([1.0, *(frame.rate for frame in frames)]), *most])
+
+
+def _reflected(body: ReducedBody, frame: Frame) -> float:
+    """Inertia (kg m²) that the crank feels of a body that moves as its frame does, mean over a turn."""
+    if frame.slider is None:
+        return frame.rate**2 * float(body.euler_load @ body.euler_load)
+    motions = [frame.moved(angle) for angle in AROUND]
+    swept = [follows(body, moved, frame.sense) for moved in motions]
+    return float(np.mean([row @ row for row in swept]))
+
+
+def _grounded(topology: Topology, body: Body) -> bool:
+    """Whether the ground holds a body, directly."""
+    return any(
+        body.name in names and GROUND in names
+        for names in ([end.body for end in connection.ends] for connection in topology.connections)
+    )
+
+
+def _carried(body: ReducedBody, frame: Frame, block: ReducedBody, tied: bool) -> Array:
+    """Modal motion (n, 6) of a body that goes along with the rigid modes of the block, at crank angle 0.
+
+    The crank does not turn with the block, so that bodies ``tied`` to it turn back against it as the crank does.
+    """
+    motion = rigid_coordinates(block)
+    moved = motion[:3] - skew(frame.origin) @ motion[3:]
+    across = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
+    seen = np.concatenate((across @ moved, across @ motion[3:]))
+    result = np.zeros((body.n_modes, PORTS))
+    result[:PORTS] = np.linalg.solve(rigid_coordinates(body), seen)
+    if tied:
+        result -= np.outer(follows(body, frame.moved(0.0), frame.sense), motion[5])
+    return result
+
+
+def follows(body: ReducedBody, moved: Array, sense: float) -> Array:
+    """Modal motion (n,) of a body by the crank angle with which its frame moves, as in ``moved`` (MOVED,)."""
+    return np.asarray(body.translation[:2].T @ moved[[at.OWN_X1, at.OWN_Y1]] + sense * moved[at.TURN] * body.euler_load)

@@ -1,0 +1,115 @@
+"""Arrays of added bodies and connections in the running model, and the memory of a stage for them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.kernel import record
+from cranktrain.core.memory import zeros
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.values import Frame
+from cranktrain.film.laws.films import IntArray
+
+
+@record
+class AddedBodies(NamedTuple):
+    """B bodies with N modes in all, W of the largest one, and M ports, V of the one that has most.
+
+    Bodies in one group have their modes in common: N counts them once for each, V the ports of a whole group.
+    """
+
+    rows: Array  # (B, BODY) see dynamics.topology.slots
+    gyroscopic: Array  # (N, W) G transposed, of each body
+    spin: Array  # (N, W) (K_σ − C) transposed
+    centrifugal_load: Array  # (N,)
+    euler_load: Array  # (N,)
+    translation: Array  # (3, N)
+    centre: Array  # (3, N) motion of the centre of mass in axes of the frame, x, y, z
+    turn: Array  # (N,) rotation about z of each body as a whole
+    shapes: Array  # (M, W)
+    transposed: Array  # (N, V)
+    carried: Array  # (N, 6) motion that goes along with the block's rigid modes
+    fastest: Array  # (FASTEST_SIZE,) how fast frames turn at most, see slots
+
+
+@record
+class AddedConnections(NamedTuple):
+    """K pieces of connections with C components, T terms, and what they hold."""
+
+    frames: Array  # (F, FRAME) of bodies, laws and directions
+    rows: Array  # (K, CONNECTION)
+    table: Array  # (K, 5) number of components and the Newton components, as ModelArrays.connections
+    terms: Array  # (T, TERM) in the order of their components
+    starts: Array  # (C + 1,) first term of each component
+    scales: Array  # (C,)
+    meets: Array  # (C, C + 1) 1 where a component's force moves another one, at last one of the engine's own
+    order: Array  # (n,) components, the engine's among them, in the order of their elimination
+    slides: Array  # (C, SLIDES)
+    leans: Array  # (L, LEAN)
+    interfaces: Array  # (I, INTERFACE)
+    ports: Array  # (P,) all ports that connections load
+    entry: IntArray  # (K, 3) addresses of the law and of its record, and the number by which the record knows it
+    place: Array  # (K, 4)
+    velocity: Array  # (K, 4)
+    numbers: Array  # (NUMBERS,)
+    out: Array  # (SIZE,)
+    bearings: Array  # (K, COLUMNS) of films
+    oil: Array  # (K,) viscosity that a film has by itself, Pa s; 0: the engine's, −1: no film
+    shown: Array  # (O, SHOWN) of each output
+    hooks: IntArray  # (HOOKS,) addresses of what a stage calls, see dynamics.motion.added_hooks
+
+
+class AddedWork(NamedTuple):
+    """Memory of a stage for added bodies and connections."""
+
+    scratch: Array  # (W, W)
+    inverse: Array  # (slots, N, W)
+    response: Array  # (slots, M, W)
+    compliance: Array  # (slots, M, V)
+    frames: Array  # (F, MOVED) angle and place of each frame, and their derivatives by the crank angle
+    coefficients: Array  # (T, 2) of each term, and its rate
+    permuted: Array  # (n, n) the Newton matrix in the order of elimination
+    gaps: Array  # (GAPS, C)
+    answered: Array  # (m,) motion of all ports by one component's force
+    axes: Array  # (B, 2) displacement of each body's centre of mass across its axis, m
+    blocks: Array  # (K, 16)
+    factored: Array  # (K, 16)
+    newton: Array  # (1, n) step of all components, to a multiple of four
+    sizes: Array  # (SIZES,), the angle no number at first
+
+
+class Base(NamedTuple):
+    """What a topology is added to: bodies ``crank`` and ``block`` and how many modes, ports, components there are."""
+
+    crank: ReducedBody | None
+    block: ReducedBody | None
+    modes: int
+    turning_ports: int
+    block_ports: int
+    newton: int
+
+
+def added_work(bodies: AddedBodies, connections: AddedConnections, ports: int, newton: int, slots: int) -> AddedWork:
+    """Memory for a model with ``ports`` and ``newton`` components in all."""
+    n, w = bodies.gyroscopic.shape
+    m, v = bodies.shapes.shape[0], bodies.transposed.shape[1]
+    k, c, t = len(connections.rows), len(connections.scales), len(connections.terms)
+    f = len(connections.frames)
+    z = zeros
+    return AddedWork(
+        z((w, w)), z((slots, n, w)), z((slots, m, w)), z((slots, m, v)), z((f, at.MOVED)), z((t, 2)),
+        z((newton, newton)), z((at.GAPS, c)),
+        z(ports), z((len(bodies.rows), 2)), z((k, 16)), z((k, 16)), z((1, -4 * (-newton // 4))),
+        np.full(at.SIZES, np.nan),
+    )  # fmt: skip
+
+
+class FrameNumbers(dict[Frame, int]):
+    """Numbers of frames in the order in which they are asked for."""
+
+    def __missing__(self, frame: Frame) -> int:
+        self[frame] = len(self)
+        return self[frame]

@@ -1,0 +1,242 @@
+"""Frames of rods and pistons, ends that slide, laws of gas and liner, and what files say of them."""
+
+from __future__ import annotations
+
+import math
+import re
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+from rods import FOUR, pair, rotation
+from scipy.interpolate import CubicSpline
+
+import cranktrain as ct
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import rigid_body
+from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.arrays import added
+from cranktrain.dynamics.topology.modes import law_at
+from cranktrain.dynamics.topology.records import Base
+from cranktrain.dynamics.topology.tables import added_topology
+from cranktrain.dynamics.topology.terms import Direction, terms_of
+from cranktrain.dynamics.topology.values import REST
+from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, NUMBERS, SIZE
+from cranktrain.structure.assembly import checked
+
+SLIDERS = [
+    (1.0, ct.Slider((0.0, 0.06), 0.2)),
+    (1.0, ct.Slider((0.03, -0.05), 0.18, bank=0.7, offset=0.004)),
+    (-1.0, ct.Slider((0.44, 0.31), 0.16, bank=-2.0, offset=-0.01)),
+    (2.0, ct.Slider((0.41, 0.27), 0.9, bank=0.3)),
+]
+AXES = [(0.0, 0.0), (0.0, 0.0), (0.4, 0.3), (0.4, 0.3)]
+
+
+@pytest.mark.parametrize(("ratio", "slider", "axis"), [(*pair, axis) for pair, axis in zip(SLIDERS, AXES, strict=True)])
+def test_rods_reach_from_the_pin_to_the_cylinders_axis(ratio, slider, axis):
+    _, rod, piston = pair(ratio, slider, axis)
+    arm = np.array(slider.pin) - axis
+    for theta in np.linspace(-7.0, 7.0, 29):
+        big, small = rod.moved(theta), piston.moved(theta)
+        pin = rotation(ratio * theta) @ arm
+        np.testing.assert_allclose(big[[at.PLACE_X, at.PLACE_Y]], pin, atol=1e-15)
+        end = pin + rotation(big[at.TURNED]) @ [0.0, slider.length]
+        np.testing.assert_allclose(small[[at.PLACE_X, at.PLACE_Y]], end, atol=1e-15)
+        cylinder = rotation(slider.bank).T @ end
+        assert cylinder[0] == pytest.approx(slider.offset, abs=1e-15) and cylinder[1] > 0.0
+        assert small[at.TURNED] == slider.bank
+
+
+@pytest.mark.parametrize(("ratio", "slider", "axis"), [(*pair, axis) for pair, axis in zip(SLIDERS, AXES, strict=True)])
+def test_derivatives_of_frames_are_derivatives(ratio, slider, axis):
+    step = 1e-3
+    for frame in pair(ratio, slider, axis)[1:]:
+        for theta in np.linspace(-4.0, 4.0, 17):
+            rows = np.array([frame.moved(theta + k * step) for k in range(-3, 4)])
+            spline = CubicSpline(np.arange(-3, 4) * step, rows[:, [at.TURNED, at.PLACE_X, at.PLACE_Y]])
+            moved, back = rows[3], rotation(rows[3, at.TURNED]).T
+            angle, *place = spline(0.0, 1)
+            assert moved[at.TURN] == pytest.approx(angle, abs=1e-7)
+            np.testing.assert_allclose(moved[[at.PLACE_X1, at.PLACE_Y1]], place, atol=1e-7)
+            np.testing.assert_allclose(moved[[at.OWN_X1, at.OWN_Y1]], back @ place, atol=1e-7)
+            first = [rows[k, [at.TURN, at.PLACE_X1, at.PLACE_Y1]] for k in (2, 4)]
+            angle, *place = (first[1] - first[0]) / (2.0 * step)
+            assert moved[at.TURN2] == pytest.approx(angle, abs=1e-5)
+            np.testing.assert_allclose(moved[[at.OWN_X2, at.OWN_Y2]], back @ place, atol=1e-5)
+
+
+def test_a_rod_that_is_too_short_is_told():
+    with pytest.raises(
+        InputError, match="a rod of 62 mm is no longer than the crank's throw and the cylinder's offset"
+    ):
+        ct.Frame("r", 1.0, slider=ct.Slider((0.0, 0.06), 0.062, offset=0.003))
+
+
+def test_an_end_that_slides_meets_the_wall_where_it_is():
+    """A direction given in space, and the wall's point beside an interface that moves away by what the piston moves."""
+    rng = np.random.default_rng(4)
+    _, _, piston = pair(*SLIDERS[1], AXES[1])
+    for _ in range(20):
+        along, offset_, move, turn = rng.normal(size=(4, 3))
+        theta = rng.uniform(-7.0, 7.0)
+        terms = terms_of(ct.End("w", "i", tuple(offset_)), REST, Direction(REST, along, np.zeros(3)), piston)
+        motion, now = np.concatenate((move, turn)), piston.moved(theta) - piston.moved(0.0)
+        found = 0.0
+        for term in terms:
+            lever = 1.0 if term.lever is None else now[at.PLACE_X + term.way]
+            found += term.amplitude * lever * math.cos(term.phase) * motion[term.component]
+        place = np.array(offset_) + np.array([now[at.PLACE_X], now[at.PLACE_Y], 0.0])
+        assert found == pytest.approx(along @ (move + np.cross(turn, place)), abs=1e-12)
+
+
+# Slips ----------------------------------------------------------------------------------------------------------------
+
+TABLES = """
+[[frame]]
+name = "rod"
+motion = "rod"
+cylinder = { value = 1, unit = "1", origin = "chosen" }
+
+[[frame]]
+name = "piston"
+motion = "piston"
+cylinder = { value = 1, unit = "1", origin = "chosen" }
+
+[[body]]
+name = "rod[1]"
+frame = "rod"
+along = "y"
+stations = { value = [0, 144], unit = "mm", origin = "chosen" }
+areas = { value = [300], unit = "mm^2", origin = "chosen" }
+second_moments = { value = [3e4], unit = "mm^4", origin = "chosen" }
+interfaces = ["big", "small"]
+y = { value = [0, 144], unit = "mm", origin = "chosen" }
+z = { value = [49], unit = "mm", origin = "chosen" }
+
+[[body]]
+name = "piston[1]"
+frame = "piston"
+mass = { value = 0.45, unit = "kg", origin = "chosen" }
+inertia = { value = [3.5e-4, 3.5e-4, 3.5e-4], unit = "kg m^2", origin = "chosen" }
+centre = { value = [0, 187, 49], unit = "mm", origin = "chosen" }
+interfaces = ["pin"]
+x = { value = [0], unit = "mm", origin = "chosen" }
+y = { value = [187], unit = "mm", origin = "chosen" }
+z = { value = [49], unit = "mm", origin = "chosen" }
+
+[[connection]]
+name = "gas"
+law = "gas"
+ends = ["piston[1].pin", "ground"]
+bore = { value = 82, unit = "mm", origin = "chosen" }
+cylinder = { value = 1, unit = "1", origin = "chosen" }
+"""
+
+
+MM = 'unit = "mm", origin = "chosen"'
+LENGTH = f"{{ value = 144, {MM} }}"
+
+
+def test_a_file_takes_rod_and_pistons_place_from_its_cylinder():
+    engine = from_text(TABLES)
+    made = ct.assemble(engine, ct.Settings(crank="beam", block="ground"), inherit=False)
+    topology = added_topology(engine, made.body, None, made.parts.bodies)
+    rod, piston = topology.frames
+    assert rod.slider == ct.Slider((pytest.approx(0.0), pytest.approx(0.043)), pytest.approx(0.144), cylinder=1)
+    np.testing.assert_allclose(piston.origin, [0.0, 0.187, 0.0], atol=1e-12)
+    body = topology.body("piston[1]").reduced
+    np.testing.assert_allclose(body.centre, [0.0, 0.0, 0.049], atol=1e-12)
+    assert topology.cylinders == {1}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('motion = "rod"', 'motion = "rods"', "unknown motion 'rods'; did you mean 'rod'?"),
+        ("cylinder = { value = 1,", "cylinder = { value = 5,", "no cylinder 5; the engine has 1 to 4"),
+        ('motion = "rod"\n', "", "a rod's pin, length or cylinder; write 'rod' or 'piston'"),
+        ("cylinder = {", f"length = {LENGTH}\ncylinder = {{", "leave these out"),
+        ('cylinder = { value = 1, unit = "1", origin = "chosen" }', f"length = {LENGTH}", "give x and y, or"),
+        ("areas = { value = [300]", "areas = { value = [300, 200]", "2 values for 1 pieces"),
+        (f"z = {{ value = [49], {MM} }}", f"z = {{ value = [49, 50], {MM} }}", "the one plane"),
+        ("bore = {", 'angles = { value = [0, 90], unit = "deg", origin = "chosen" }\nbore = {',
+         "either the cylinder whose gas it is"),
+        ('ends = ["piston[1].pin", "ground"]', 'ends = ["rod[1].big", "ground"]', "the first end is a piston"),
+        ('frame = "piston"\n', "", "cylinder 1 are left out; add a body in a frame with motion 'piston'"),
+    ],
+)  # fmt: skip
+def test_slips_are_told(old, new, said):
+    assert old in TABLES
+    with pytest.raises(InputError, match=re.escape(said)):
+        checked(from_text(TABLES.replace(old, new, 1)), ct.Settings(crank="beam"))
+
+
+def test_a_cylinder_without_its_gas_is_told():
+    with pytest.raises(InputError, match="cylinder 1 are left out; add a connection with law 'gas'"):
+        from_text(TABLES.split("[[connection]]")[0])
+
+
+def from_text(tables):
+    """The four without balancers and with these tables."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "four.toml"
+        path.write_text(FOUR.read_text(encoding="utf-8").split("# Two shafts")[0] + tables, encoding="utf-8")
+        return load_engine(path)
+
+
+def test_floating_big_ends_leave_their_rods_in_the_engine():
+    engine = replace(load_engine("diesel_i6"), axial_path=None)
+    top = ct.Topology((ct.Frame("r", 1.0, slider=ct.Slider((0.0, 0.06), 0.2, cylinder=2)),))
+    settings = ct.Settings(crank="rigid", block="ground", big_ends="impedance")
+    with pytest.raises(InputError, match="rod of cylinder 2 is an added body: big ends that float"):
+        run = Simulation(engine, rigid_crank(engine), settings, None, Parts(topology=top))
+        run.initialize()
+
+
+@pytest.mark.parametrize("law", ["gas", "liner"])
+def test_tangents_of_gas_and_liner_are_derivatives(law):
+    data = {
+        "gas": {"bore": 0.08, "angles": (0.0, 1.0, 3.0), "pressures": (5e6, 1e6, 1e5)},
+        "liner": {"upper_stiffness": 3e7, "lower_stiffness": 2e7, "upper_height": 0.015, "lower_height": -0.02,
+                  "upper_damping": 1e3, "lower_damping": 2e3, "clearance": 1e-5, "friction": 0.05},
+    }[law]  # fmt: skip
+    _, _, piston = pair(*SLIDERS[1], AXES[1])
+    connection = ct.Connection("c", law, (ct.End("p", "pin"), ct.End("ground")), data)
+    body = rigid_body("p", 0.5, 1e-3 * np.eye(3), (0, 0, 0), {"pin": (0, 0, 0)})
+    links = added(ct.Topology((piston,), (ct.Body("p", body, "piston"),), (connection,)), Base(None, None, 0, 0, 0, 0))
+    (address, record, index), rng = links.connections.entry[0].tolist(), np.random.default_rng(2)
+    for _ in range(20):
+        place, velocity = rng.normal(size=4) * 3e-5, rng.normal(size=4) * 0.1
+        numbers, out = np.zeros(NUMBERS), np.zeros(SIZE)
+        numbers[ANGLE] = rng.uniform(-20.0, 20.0)
+
+        def force(x, v, numbers=numbers):
+            found = np.zeros(SIZE)
+            assert law_at(address, record, index, x, v, numbers, found) == 0
+            return found[:4].copy()
+
+        law_at(address, record, index, place, velocity, numbers, out)
+        for k in range(2):
+            step = np.zeros(4)
+            step[k] = 1e-9
+            by_place = (force(place + step, velocity) - force(place - step, velocity))[:2] / 2e-9
+            np.testing.assert_allclose(
+                out[BY_PLACE : BY_PLACE + 16].reshape(4, 4)[:2, k], by_place, rtol=1e-4, atol=1.0
+            )
+        step = np.array([0.0, 0.0, 1e-6, 0.0])
+        along = (force(place, velocity + step) - force(place, velocity - step))[2] / 2e-6
+        if abs(place[0]) > 1.2e-5 and abs(place[1]) > 1.2e-5:
+            # A layer's force counts as its size but for the last newtons.
+            assert out[BY_VELOCITY + 10] == pytest.approx(along, rel=0.1, abs=0.1)
+    if law == "gas":
+        area = 0.25 * math.pi * 0.08**2
+        for theta, pressure in ((0.5, 3e6), (0.5 + 8.0 * math.pi, 3e6), (2.0 - 4.0 * math.pi, 5.5e5)):
+            numbers[ANGLE] = theta
+            assert force(np.zeros(4), np.zeros(4))[0] == pytest.approx(-(pressure - 1.013e5) * area, rel=1e-12)

@@ -1,0 +1,149 @@
+"""Rods of an engine as bodies of their own: forces, energy, cut loads, slow modes."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from rods import FOUR, rods_of
+
+import cranktrain as ct
+from cranktrain.dynamics.model import slots
+from cranktrain.dynamics.settled.slow_modes import SlowModes
+from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.frames import fill_coefficients, move_frames
+from cranktrain.dynamics.topology.laws import pieces_of
+from cranktrain.engine.file import load_engine
+from cranktrain.results.strength.cut_loads import unbalanced_share
+from cranktrain.results.strength.recorded_cycle import recorded_cycle
+from cranktrain.results.summary import run_summary
+
+
+@cache
+def both(name, cylinders, block="ground", rpm=1500.0):
+    """A run of an engine's own rods, and one in which some are bodies."""
+    engine = load_engine(FOUR if name == "four" else name)
+    engine = replace(engine, frame=(), body=(), connection=(), axial_path=None)
+    settings = ct.Settings(crank="beam", block=block, step=math.radians(1.25))
+    made = ct.assemble(engine, settings, inherit=False)
+    more = rods_of(engine, made.body, cylinders, made.parts.block if block == "flexible" else None)
+    speed = rpm * math.pi / 30.0
+    return [simulate(made.engine, made.body, made.settings, speed, parts=parts, settle=1e-6)
+            for parts in (made.parts, made.parts._replace(topology=more))]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "cylinders"), [("four", (2,)), ("diesel_i6", (6,)), ("diesel_v8", (3,))])
+def test_a_rod_as_body_does_to_the_engine_what_the_engines_own_does(name, cylinders):
+    """The same masses between a stiff guide and a film, whose clearance and friction the engine's own has not.
+
+    Forces of main bearings within 2 % of the largest, torque and torsion within 3 %.
+    """
+    own, added = both(name, cylinders)
+    mains = [key for key in own.outputs if re.fullmatch(r"bearing\[\d+\]\.force\.[xy]", key)]
+    largest = max(np.ptp(own.outputs[key]) for key in mains)
+    for key in mains:
+        assert np.abs(own.outputs[key] - added.outputs[key]).max() < 0.02 * largest, key
+    for key in ("shaft.torque", "pulley.torsion"):
+        assert np.abs(own.outputs[key] - added.outputs[key]).max() < 0.03 * np.ptp(own.outputs[key]), key
+
+
+@pytest.mark.parametrize(
+    ("block", "cylinders", "left"), [("ground", (1, 2, 3, 4), 5e-6), ("flexible", (1, 2, 3, 4), 3e-4)]
+)
+def test_energy_of_rods_as_bodies_closes(block, cylinders, left):
+    """Over a cycle that repeats; gas does as much work on four added pistons as on the engine's own."""
+    own, added = (run_summary(run, "")["energy"] for run in both("four", cylinders, block, 3000.0))
+    assert abs(added["residual_of_gas_work"]) < left
+    assert added["gas_work_j"] == pytest.approx(own["gas_work_j"], rel=0.01)
+
+
+@pytest.mark.parametrize("added", ["balancers", "rods"])
+def test_cut_loads_with_added_connections_balance(added):
+    """Forces of gears and films at the crank's interfaces, and its inertia: balanced to what the run solves to."""
+    engine = load_engine(FOUR)
+    if added == "rods":
+        engine = replace(engine, frame=(), body=(), connection=())
+    made = ct.assemble(engine, ct.Settings(crank="beam", block="ground", newton_tolerance=1e-11), inherit=False)
+    more = rods_of(engine, made.body, (1, 2, 3, 4), None) if added == "rods" else None
+    run = Simulation(engine, made.body, made.settings, None, made.parts._replace(topology=more))
+    run.inputs[0] = 300.0
+    cycle = recorded_cycle(run, engine, 0.5)
+    assert list(cycle.added) == (["main[3]"] if added == "balancers" else [f"pin[{k}]" for k in range(1, 5)])
+    assert np.abs(np.concatenate([*cycle.added.values()])).max() > 500.0
+    assert unbalanced_share(cycle) < 1e-5
+
+
+def test_slow_modes_leave_rods_on_their_pins():
+    """Drive line and block move them as the mechanism does: no joint opens, none but what slides along has a rate."""
+    engine = replace(load_engine(FOUR), frame=(), body=(), connection=())
+    made = ct.assemble(engine, ct.Settings(crank="beam", block="flexible"), inherit=False)
+    top = rods_of(engine, made.body, (1, 2, 3, 4), made.parts.block)
+    speed = 300.0
+    run = Simulation(engine, made.body, made.settings, None, made.parts._replace(topology=top))
+    run.inputs[0] = speed
+    run.initialize()
+    model, modes = run.model, SlowModes(run.model, speed)
+    links = model.links
+    frames, found = np.zeros((len(links.frames), at.MOVED)), np.zeros((len(links.terms), 2))
+    move_frames(links.frames, 0.0, frames)
+    fill_coefficients(links.terms, frames, speed, found)
+    turning, standing = len(model.ports), len(model.block_ports)
+    n, size = model.ports.shape[1], model.block_ports.shape[1]
+
+    def at_ports(q):
+        u = np.zeros(int(model.layout[slots.PORTS]))
+        u[:turning], u[turning : turning + standing] = model.ports @ q[:n], model.block_ports @ q[n : n + size]
+        for row in model.bodies.rows.astype(int):
+            own = slice(row[at.OWN_PORT], row[at.OWN_PORT] + row[at.PORTS])
+            modal = q[row[at.MODE] : row[at.MODE] + row[at.MODES]]
+            u[row[at.PORT] : row[at.PORT] + row[at.PORTS]] = model.bodies.shapes[own, : row[at.MODES]] @ modal
+        return u
+
+    joints = np.zeros(links.scales.size, dtype=bool)
+    for connection, row in zip(
+        [one for one in top.connections for _ in pieces_of(one, *map(top.end_frame, one.ends))], links.rows, strict=True
+    ):
+        if connection.name.startswith(("big", "small")):
+            joints[int(row[at.FIRST]) : int(row[at.FIRST]) + 2] = True
+    assert modes.drive_line is not None and modes.block is not None
+    turns = np.abs(model.block.motion[5, :6]) > 1e-3  # a rigid mode of the block that rolls
+    cases = [(modes.drive_line, k, True) for k in range(4)]
+    cases += [(modes.block, k, k >= 6 or turns[k]) for k in range(12) if k % 6 not in (3, 4)]
+    for part, k, has_rates in cases:
+        y = np.eye(part.matrix.shape[0])[k]
+        motion = part.lift(y)
+        place, rate = np.zeros(links.scales.size), np.zeros(links.scales.size)
+        u, v = at_ports(motion.place), at_ports(motion.velocity)
+        for term, (c, c_rate) in zip(links.terms, found, strict=True):
+            place[int(term[at.COMPONENT])] += c * u[int(term[at.TERM_PORT])]
+            rate[int(term[at.COMPONENT])] += c * v[int(term[at.TERM_PORT])] + c_rate * u[int(term[at.TERM_PORT])]
+        assert np.abs(place).max() < 1e-9
+        if has_rates:
+            assert np.abs(rate[joints]).max() < 1e-9 * speed
+
+
+def test_a_wall_leans_for_either_order_of_its_ends():
+    """A guide between piston and liner, stated from the piston or from the block, does the same to both."""
+    engine = replace(load_engine(FOUR), frame=(), body=(), connection=())
+    made = ct.assemble(engine, ct.Settings(crank="beam", block="flexible"), inherit=False)
+    guide = {"stiffness": (5e7, 0.0, 0.0), "damping": (1e4, 0.0, 0.0), "turning_stiffness": (0.0, 0.0, 1e5)}
+    found = []
+    for turned in (False, True):
+        top = rods_of(engine, made.body, (2,), made.parts.block)
+        skirt = next(one for one in top.connections if one.name == "skirt 2")
+        ends = skirt.ends[::-1] if turned else skirt.ends
+        others = tuple(one for one in top.connections if one is not skirt)
+        top = replace(top, connections=(*others, replace(skirt, law="spring", ends=ends, data=guide)))
+        run = Simulation(engine, made.body, made.settings, None, made.parts._replace(topology=top))
+        run.inputs[0] = 300.0
+        run.initialize()
+        rows = np.zeros((144, run.outputs.size))
+        assert run.series(4.0 * math.pi / 300.0 / 288, 1, rows) == 144
+        found.append(rows[:, [run.output_names.index(name) for name in ("piston[2].position.x", "mount[1].force.y")]])
+    for one, other in zip(found[0].T, found[1].T, strict=True):
+        assert np.abs(one - other).max() < 1e-6 * np.ptp(one)
