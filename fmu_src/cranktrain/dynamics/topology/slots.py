@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-# ``AddedBodies.rows``: first mode of the model that is the body's, number of its modes, first port, number of its ports;
-# first mode and first port counted among added bodies alone. Number of its frame, mean turns of that per turn of the
-# crank, and 1, or −1 if it turns backwards. Mass, kg; 1 if the body moves with the block; 1 if gears, couplings or its
-# frame move it with the crank. Mass times x and y of the centre of mass from the frame's origin, kg m; inertia about
-# the frame's z axis, and the inertia that the crank feels of a body which moves with it, kg m². Bodies of one group
-# (gears without give) have their modes in common: first mode of the group among added bodies, 1 in the row of its last
-# body, first port of the group and number of its ports.
+# ``AddedBodies.rows``: first mode of the model that is the body's, number of its modes, first port, number of its
+# ports; first mode and first port counted among added bodies alone. Number of its frame, mean turns of that per turn
+# of the crank, and 1, or −1 if it turns backwards. Mass, kg; 1 if the body moves with the block; 1 if gears,
+# couplings or its frame move it with the crank. Mass times x and y of the centre of mass from the frame's origin, kg
+# m; inertia about the frame's z axis, and the inertia that the crank feels of a body which moves with it, kg m².
+# Bodies of one group (gears without give) have their modes in common: first mode of the group among added bodies, 1
+# in the row of its last body, first port of the group and number of its ports.
 MODE, MODES, PORT, PORTS, OWN_MODE, OWN_PORT, FRAME_OF, RATE, SENSE, MASS, CARRIED, TIED = range(12)
 UNBALANCE_X, UNBALANCE_Y, INERTIA, REFLECTED, GROUP, ENDS_GROUP, GROUP_PORT, GROUP_PORTS, BODY = range(12, 21)
 # ``AddedConnections.frames``: kind; turns per turn of the crank, negative if backwards; angle at crank angle 0 of the
-# axes, or of the cylinder, rad. For rods and pistons also the pin's place at crank angle 0 across and along the cylinder,
-# from the crank's axis, the rod's length, and the offset of the cylinder's axis from the crank's, m.
+# axes, or of the cylinder, rad. For rods and pistons also the pin's place at crank angle 0 across and along the
+# cylinder, from the crank's axis, the rod's length, and the offset of the cylinder's axis from the crank's, m.
 FRAME_KIND, RATIO, START, PIN_X, PIN_Y, LENGTH, AXIS_OFFSET, FRAME = range(8)
 TURNING, ROD_FRAME, PISTON_FRAME = range(3)
-# ``AddedWork.frames``: angle of the axes in the engine's, and its first two derivatives by the crank angle. Place of the
-# origin from the crank's axis along the engine's axes, and its first derivative; then its first and second derivative
-# along the frame's own axes.
+# ``AddedWork.frames``: angle of the axes in the engine's, and its first two derivatives by the crank angle. Place of
+# the origin from the crank's axis along the engine's axes, and its first derivative; then its first and second
+# derivative along the frame's own axes.
 TURNED, TURN, TURN2, PLACE_X, PLACE_Y, PLACE_X1, PLACE_Y1, OWN_X1, OWN_Y1, OWN_X2, OWN_Y2, MOVED = range(12)
-# ``AddedConnections.rows``: number of components and the first of them. Frame in whose axes the law is evaluated, and 1,
-# or −1 if that turns backwards; first component of the pairs that turn with these axes (−1: none). Of both ends the port
-# of the rotation about z (−1: none), then the sense against the law's axes, then the frame. 1 if friction of the law
-# turns both ends; 1 if steps of the iteration are limited; cylinder whose gas pressure the law is given (−1: none); 1 if
-# the law is gas.
+# ``AddedConnections.rows``: number of components and the first of them. Frame in whose axes the law is evaluated, and
+# 1, or −1 if that turns backwards; first component of the pairs that turn with these axes (−1: none). Of both ends
+# the port of the rotation about z (−1: none), then the sense against the law's axes, then the frame. 1 if friction of
+# the law turns both ends; 1 if steps of the iteration are limited; cylinder whose gas pressure the law is given (−1:
+# none); 1 if the law is gas.
 SIZE, FIRST, AXES, AXES_SENSE, PAIRS, TURN_A, TURN_B, SENSE_A, SENSE_B, FRAME_A, FRAME_B = range(11)
 RUBS, CLOSES, CYLINDER, IS_GAS, CONNECTION = 11, 12, 13, 14, 15
 # ``AddedConnections.slides``: frames of both ends, whose origins move along the component by themselves (−1: the ends
@@ -34,9 +34,9 @@ SLIDING, AGAINST, SLIDES_IN, SLIDES_X, SLIDES_Y, SLIDES = range(6)
 # end. Of the sliding end its frame, its port of displacement x, and its place beside its interface, x and y. Of the
 # body its port, and the place of its end beside its interface at crank angle 0 less the frame's origin then.
 LEANING, LEAN_SIGN, LEANS_IN, SLIDER_PORT, SLIDER_X, SLIDER_Y, WALL_PORT, WALL_X, WALL_Y, LEAN = range(10)
-# ``AddedConnections.terms``: component, port, amplitude; the two frames whose difference in angle turns the coefficient,
-# and its phase, rad. Frame whose moving origin is a lever of the term (−1: none), 0 for its x or 1 for its y, and the
-# value of that at crank angle 0.
+# ``AddedConnections.terms``: component, port, amplitude; the two frames whose difference in angle turns the
+# coefficient, and its phase, rad. Frame whose moving origin is a lever of the term (−1: none), 0 for its x or 1 for
+# its y, and the value of that at crank angle 0.
 COMPONENT, TERM_PORT, AMPLITUDE, GIVEN_FRAME, OWN_FRAME, ANGLE, LEVER_FRAME, LEVER_WAY, LEVER_START, TERM = range(10)
 # ``AddedConnections.interfaces``: whose axis a displaced force is taken about (number of an added body, or one of
 # these), ports of the displacement across, x and y, and of the rotation about z.
