@@ -156,14 +156,14 @@ def main() -> int:
         runs = {name: ct.simulate(own, speed_rpm=speed, crank="beam", block="ground") for name, own in engines.items()}
         angle, height = by_angle(runs["elastic rod"], "piston[1].position.y")
         gained = 1e6 * (height - by_angle(runs["rigid rod"], "piston[1].position.y")[1])
-        print(f"{speed:.0f} rev/min: an elastic rod lifts the piston by {gained.min():.0f} to {gained.max():.0f} um")
+        print(f"{speed:.0f} rev/min: an elastic rod lifts the piston by {gained.min():.0f} to {gained.max():.0f} µm")
         left.plot(angle, gained, label=f"{speed:.0f} rev/min")
     for name, run in runs.items():
         force = np.hypot(*(by_angle(run, f"connection[small_end].force.{way}")[1] for way in "xy"))
         print(f"{speed:.0f} rev/min, {name}: small end carries {1e-3 * force.max():.2f} kN")
         right.plot(angle, 1e-3 * force, label=name)
     left.axhline(0.0, color="0.8", linewidth=0.8)
-    left.set(xlabel="crank angle / deg", ylabel="piston over that of a rigid rod / um", xlim=(0, 720))
+    left.set(xlabel="crank angle / deg", ylabel="piston over that of a rigid rod / µm", xlim=(0, 720))
     right.set(xlabel="crank angle / deg", ylabel="force in the small end / kN", xlim=(0, 720), ylim=(0, None))
     right.set_title(f"{speed:.0f} rev/min")
     left.set_title("an elastic rod under gas and inertia")
