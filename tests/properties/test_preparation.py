@@ -280,7 +280,7 @@ def plain_start(model, speed):
 
 def plain_leaning(model, torque, spectrum, omega):
     """Motion of the block that leans and rocks, (n_b,) each, by numpy."""
-    shapes, t = model.block_ports, int(model.layout[at.TURNING_MODES])
+    shapes, t = model.block_ports, model.ports.shape[1]
     modes, b = shapes.shape[1], len(model.bearings)
     first = int(model.layout[at.BORE_ROTATIONS]) - len(model.ports)
     load = -shapes[first : first + b].mean(axis=0)
@@ -296,7 +296,7 @@ def plain_leaning(model, torque, spectrum, omega):
 
 def plain_carried(model, block):
     """Motion of all modes that go along with the block, by numpy."""
-    q, t, first = np.zeros(model.omega2.size), int(model.layout[at.TURNING_MODES]), len(model.ports)
+    q, t, first = np.zeros(model.omega2.size), model.ports.shape[1], len(model.ports)
     shapes, modes, count = model.block_ports, block.size, len(model.cylinders)
     q[t : t + modes] = block
     joined = np.concatenate((model.pairs, model.pairs + 1.0, model.axial)).astype(int)
