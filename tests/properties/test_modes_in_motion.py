@@ -170,7 +170,7 @@ def test_a_stuck_joint_holds_the_crank_and_a_free_one_lets_it_go(friction):
     simulation = settled(replace(engine, axial_path=path), body, 2000.0, crank="beam", bearings="linear",
                          block="ground")  # fmt: skip
     means, _ = settled_means(simulation)
-    k = int(simulation.model.layout[at.AXIAL_JOINT])
+    k = dimensions(simulation.model).joint
     assert -means.place[k, 0, 0] == pytest.approx(4e8 if friction > 1.0 else 0.0, abs=4e6)
     assert abs(means.velocity[k, 0, 0]) < 4e4
 

@@ -96,7 +96,7 @@ def test_slow_modes_leave_rods_on_their_pins():
     n, size = model.ports.shape[1], model.block_ports.shape[1]
 
     def at_ports(q):
-        u = np.zeros(int(model.layout[slots.PORTS]))
+        u = np.zeros(dimensions(model).ports)
         u[:turning], u[turning : turning + standing] = model.ports @ q[:n], model.block_ports @ q[n : n + size]
         for row in model.bodies.rows.astype(int):
             own = slice(row[at.OWN_PORT], row[at.OWN_PORT] + row[at.PORTS])

@@ -31,14 +31,20 @@ def place_law(model, k, u, ud, whirl):
     place = model.laws.place[k]
     velocity = model.laws.velocity[k]
     size = int(row[at.COUPLED])
-    for r in range(size):
+    pairs = int(row[at.PAIRS])
+    for r in range(size if pairs < 0 else pairs):
         port = int(row[at.FIRST + r])
         place[r] = u[port]
         velocity[r] = ud[port]
-    if row[at.PAIRS] >= 0.0:
-        for r in range(int(row[at.PAIRS]), size, 2):
-            velocity[r] -= whirl * place[r + 1]
-            velocity[r + 1] += whirl * place[r]
+    if pairs >= 0:
+        for r in range(pairs, size, 2):
+            port = int(row[at.FIRST + r])
+            x = u[port]
+            y = u[port + 1]
+            place[r] = x
+            place[r + 1] = y
+            velocity[r] = ud[port] - whirl * y
+            velocity[r + 1] = ud[port + 1] + whirl * x
 
 
 @inlined_kernel
@@ -62,19 +68,24 @@ def hand_forces(row, frame, out, u, f):
     u (m,) are the displacements of the ports. Moments are about the crank's axis.
     """
     size = int(row[at.COUPLED])
-    for r in range(size):
+    pairs = int(row[at.PAIRS])
+    for r in range(size if pairs < 0 else pairs):
         f[int(row[at.FIRST + r])] = out[r]
-    if row[at.TURNED] < 0.0:
+    if pairs < 0:
         return
     torque = 0.0
-    for r in range(int(row[at.PAIRS]), size, 2):
+    for r in range(pairs, size, 2):
         port = int(row[at.FIRST + r])
+        force_x = out[r]
+        force_y = out[r + 1]
         x = u[port]
         y = u[port + 1]
         if r == 0:
             x -= frame[at.CRANK_X]
             y -= frame[at.CRANK_Y]
-        torque = torque + x * out[r + 1] - y * out[r]
+        f[port] = force_x
+        f[port + 1] = force_y
+        torque = torque + x * force_y - y * force_x
     if row[at.SPIN] >= 0.0:
         torque += out[FRICTION]
     f[int(row[at.TURNED])] += torque
@@ -84,14 +95,23 @@ def hand_forces(row, frame, out, u, f):
 def law_block(out, size, pairs, ratio, whirl, block):
     """Tangent of a law's ``size`` forces by the displacement of its ports into the 4 × 4 ``block``.
 
-    ``pairs``: first component of those that turn with the frame's axes, −1: none.
+    ``pairs``: first component of those that turn with the frame's axes, −1: none. Those of journals, which are nothing
+    but pairs, take loops of a length that the compiler knows.
     """
+    if pairs == 0:
+        for r in range(ROW):
+            for s in range(0, ROW, 2):
+                i = ROW * r + s
+                x = out[BY_VELOCITY + i]
+                y = out[BY_VELOCITY + i + 1]
+                block[i] = out[BY_PLACE + i] + ratio * x + whirl * y
+                block[i + 1] = out[BY_PLACE + i + 1] + ratio * y - whirl * x
+        return
     for r in range(size):
         for s in range(size):
             i = ROW * r + s
             block[i] = out[BY_PLACE + i] + ratio * out[BY_VELOCITY + i]
-        if pairs >= 0:
-            for s in range(pairs, size, 2):
-                i = ROW * r + s
-                block[i] += whirl * out[BY_VELOCITY + i + 1]
-                block[i + 1] -= whirl * out[BY_VELOCITY + i]
+        for s in range(pairs, size if pairs > 0 else 0, 2):
+            i = ROW * r + s
+            block[i] += whirl * out[BY_VELOCITY + i + 1]
+            block[i + 1] -= whirl * out[BY_VELOCITY + i]

@@ -297,7 +297,8 @@ def step_size(model, work, step):
         change = step[port]
         if model.limited[k, 1] >= 0.0:
             change -= step[int(model.limited[k, 1])]
-        journal = max(journal, abs(change) / model.scales[port])
+        if abs(change) > JOURNAL_STEP * model.scales[port]:
+            journal = max(journal, abs(change) / model.scales[port])
     if has_additions(model):
         call_kernel(model.links.hooks[added.AT_STEP_SIZE], (model, work))
         size = max(size, work.added.sizes[added.ANY])
