@@ -47,7 +47,7 @@ from cranktrain.dynamics.motion.linear_algebra import add_product, dot, factor_l
 from cranktrain.dynamics.motion.rod_motion import ARM, pin_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, SLIP, WINDUP_TORQUE, axial_joint
-from cranktrain.film.laws.films import FORCE, RUBBING, SPEED, film_call
+from cranktrain.film.laws.films import FORCE, film_call
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS

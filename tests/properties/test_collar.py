@@ -8,11 +8,12 @@ import pytest
 from bodies import free_six, rigid_crank
 
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, film_call
 from cranktrain.film.laws.register import LAWS
 from cranktrain.film.laws.thrust import thrust_force_tilted, thrust_parameters
 

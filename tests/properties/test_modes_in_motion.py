@@ -11,8 +11,7 @@ from bodies import six
 from small_block import single
 
 from cranktrain.dynamics.cycle_run import run_cycles
-from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.model.arrays import Parts, dimensions
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine

@@ -12,7 +12,7 @@ import pytest
 from rods import FOUR, rods_of
 
 import cranktrain as ct
-from cranktrain.dynamics.model import slots
+from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology import slots as at

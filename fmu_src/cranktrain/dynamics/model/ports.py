@@ -201,7 +201,7 @@ def _lay_rods(
 def _row(ports: Iterable[int], pairs: int = -1, of_rod: bool = False) -> Array:
     """Row of a connection at these Newton ports, see ``ModelArrays.connections``."""
     row = np.full(at.CONNECTION, at.NO_PORT)
-    row[[at.COUPLED, at.PAIRS, at.OF_ROD]] = 0.0, pairs, of_rod
+    row[[at.COUPLED, at.PAIRS, at.OF_ROD, at.ON_BLOCK]] = 0.0, pairs, of_rod, 0.0
     for port in ports:
         row[at.FIRST + int(row[at.COUPLED])] = port
         row[at.COUPLED] += 1
@@ -281,7 +281,8 @@ def _block_ports(
     if journals.collar:
         pairs.append([rows[thrust][at.FIRST + 1], laid.lay(shapes[faces, 3:5])])
     for i, k in enumerate(bores):
-        rows[i][at.REACTS] = laid.lay(shapes[k, 5:6])
+        rows[i][[at.REACTS, at.ON_BLOCK]] = laid.lay(shapes[k, 5:6]), 1.0
+    rows[thrust][at.ON_BLOCK] = 1.0
     for k in range(engine.n_cylinders):
         across, along = cylinder_axes(engine.cylinders.bank_angles[k])
         upper, lower = (shapes[index(f"liner[{k + 1}].{end}"), :3] for end in ("upper", "lower"))

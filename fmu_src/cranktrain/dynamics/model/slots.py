@@ -41,8 +41,8 @@ MOUNT_STIFFNESS, MOUNT_DAMPING, MOUNT_PRELOAD, MOUNT_WEIGHT, MOUNT_LAW = range(5
 # first component of the pairs that turn with the frame's axes. Ports, −1 for none: the rotation whose rate is added to
 # the frame's speed and that friction turns; the rotation that takes the moments of displaced forces, and that of the
 # stationary body, which takes the opposite; the drive line's wind-up, whose torque the law is told. 1 where the rods'
-# equations call the law, 0 where it acts on the relative motion of its ports.
-COUPLED, FIRST, PAIRS, SPIN, TURNED, REACTS, TOLD, OF_ROD, CONNECTION = 0, 1, 5, 6, 7, 8, 9, 10, 11
+# equations call the law, 0 where it acts on the relative motion of its ports; 1 where the other body is the block.
+COUPLED, FIRST, PAIRS, SPIN, TURNED, REACTS, TOLD, OF_ROD, ON_BLOCK, CONNECTION = 0, 1, 5, 6, 7, 8, 9, 10, 11, 12
 NO_PORT = -1.0
 # What a stage knows of the frame's motion, ``Work.frames``; the load torque on the rotor (N m), the restraint of the
 # block as a whole, (rad/s)², while a run's start is sought, the frame's angle against cylinders that lean, rad, and the

@@ -95,10 +95,16 @@ def close_stage(model, work, frame):
     ud = work.port[at.UD]
     d = work.port[at.RELATIVE]
     dd = work.port[at.RELATIVE_RATE]
-    relative_motion(model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, d, dd)
+    known = False
     for k in range(model.connections.shape[0]):
         if model.laws.traits[k, MEMORY] > 0.0:
-            place_law(model, k, d, dd, frame[at.WHIRL])
+            if model.connections[k, at.ON_BLOCK] == 0.0:
+                place_law(model, k, u, ud, frame[at.WHIRL])
+            else:
+                if not known:
+                    relative_motion(model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, d, dd)
+                    known = True
+                place_law(model, k, d, dd, frame[at.WHIRL])
             tell_law(model, frame, k, u, ud)
             status = film_call(model.laws, CLOSE_STAGE, k, work.scratch, work.scratch)
             if status != 0:

@@ -38,13 +38,18 @@ def place_law(model, k, u, ud, whirl):
         velocity[r] = ud[port]
     if pairs >= 0:
         for r in range(pairs, size, 2):
-            port = int(row[at.FIRST + r])
-            x = u[port]
-            y = u[port + 1]
-            place[r] = x
-            place[r + 1] = y
-            velocity[r] = ud[port] - whirl * y
-            velocity[r + 1] = ud[port + 1] + whirl * x
+            place_pair(int(row[at.FIRST + r]), u, ud, whirl, place[r:], velocity[r:])
+
+
+@inlined_kernel
+def place_pair(port, u, ud, whirl, place, velocity):
+    """Displacement of a pair of components from ``port`` on, and its velocity in space."""
+    x = u[port]
+    y = u[port + 1]
+    place[0] = x
+    place[1] = y
+    velocity[0] = ud[port] - whirl * y
+    velocity[1] = ud[port + 1] + whirl * x
 
 
 @inlined_kernel
@@ -74,44 +79,49 @@ def hand_forces(row, frame, out, u, f):
     if pairs < 0:
         return
     torque = 0.0
+    x = frame[at.CRANK_X] if pairs == 0 else 0.0
+    y = frame[at.CRANK_Y] if pairs == 0 else 0.0
     for r in range(pairs, size, 2):
-        port = int(row[at.FIRST + r])
-        force_x = out[r]
-        force_y = out[r + 1]
-        x = u[port]
-        y = u[port + 1]
-        if r == 0:
-            x -= frame[at.CRANK_X]
-            y -= frame[at.CRANK_Y]
-        f[port] = force_x
-        f[port + 1] = force_y
-        torque = torque + x * force_y - y * force_x
+        torque = hand_pair(int(row[at.FIRST + r]), x, y, out[r:], u, f, torque)
+        x = 0.0
+        y = 0.0
     if row[at.SPIN] >= 0.0:
         torque += out[FRICTION]
     f[int(row[at.TURNED])] += torque
 
 
 @inlined_kernel
+def hand_pair(port, x, y, out, u, f, torque):
+    """Hand a pair of forces to the ports from ``port`` on; the torque with their moment about x and y."""
+    f[port] = out[0]
+    f[port + 1] = out[1]
+    return torque + (u[port] - x) * out[1] - (u[port + 1] - y) * out[0]
+
+
+@inlined_kernel
 def law_block(out, size, pairs, ratio, whirl, block):
     """Tangent of a law's ``size`` forces by the displacement of its ports into the 4 × 4 ``block``.
 
-    ``pairs``: first component of those that turn with the frame's axes, −1: none. Those of journals, which are nothing
-    but pairs, take loops of a length that the compiler knows.
+    ``pairs``: first component of those that turn with the frame's axes, −1: none.
     """
-    if pairs == 0:
-        for r in range(ROW):
-            for s in range(0, ROW, 2):
-                i = ROW * r + s
-                x = out[BY_VELOCITY + i]
-                y = out[BY_VELOCITY + i + 1]
-                block[i] = out[BY_PLACE + i] + ratio * x + whirl * y
-                block[i + 1] = out[BY_PLACE + i + 1] + ratio * y - whirl * x
-        return
     for r in range(size):
         for s in range(size):
             i = ROW * r + s
             block[i] = out[BY_PLACE + i] + ratio * out[BY_VELOCITY + i]
-        for s in range(pairs, size if pairs > 0 else 0, 2):
+        if pairs >= 0:
+            for s in range(pairs, size, 2):
+                i = ROW * r + s
+                block[i] += whirl * out[BY_VELOCITY + i + 1]
+                block[i + 1] -= whirl * out[BY_VELOCITY + i]
+
+
+@inlined_kernel
+def pairs_block(out, ratio, whirl, block):
+    """The same of a law that has nothing but pairs; zero where it has one only."""
+    for r in range(ROW):
+        for s in range(0, ROW, 2):
             i = ROW * r + s
-            block[i] += whirl * out[BY_VELOCITY + i + 1]
-            block[i + 1] -= whirl * out[BY_VELOCITY + i]
+            x = out[BY_VELOCITY + i]
+            y = out[BY_VELOCITY + i + 1]
+            block[i] = out[BY_PLACE + i] + ratio * x + whirl * y
+            block[i + 1] = out[BY_PLACE + i + 1] + ratio * y - whirl * x

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.film_ports import ROW, law_block
+from cranktrain.dynamics.motion.film_ports import ROW, pairs_block
 from cranktrain.dynamics.motion.gas import gas_force
 from cranktrain.dynamics.motion.guided_pistons import LAYER, UPPER, PistonMotion, RodLoad, guided_rod, piston_forces
 from cranktrain.dynamics.motion.rod_motion import (
@@ -196,7 +196,7 @@ def big_end_film(model, work, frame, c, cos, sin, ratio):
     moved_y = pin[Y] - model.pins[c, 1] - frame[at.CRANK_Y]
     f[turn] += moved_x * out[1] - moved_y * out[0] + friction
     block = work.blocks[film]
-    law_block(out, 2, 0, ratio, frame[at.OMEGA], block)
+    pairs_block(out, ratio, frame[at.OMEGA], block)
     for r in range(2):
         for s in range(2):
             value = block[ROW * r + s]
