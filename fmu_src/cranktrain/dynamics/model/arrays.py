@@ -264,14 +264,17 @@ def structure(
     if key not in made:
         made[key] = _big_ends(engine, big_end_law, parts.big_end_table)
     big_ends, floating = made[key]
-    guided, free_big_ends = settings.pistons == "guided", big_end_law.carries
-    stationary = stationary_body(engine, block, guided)
+    free_big_ends = big_end_law.carries
     line = torsional_line(engine, float(body.inertia[2, 2]))
     turning = _turning_body(engine, body, settings, line)
     path = engine.axial_path if "shaft" in turning.interfaces else None
     drive_line, windup = _line_arrays(turning, line, path)
-    ports = lay_ports(engine, turning, body.n_modes, journals, windup, block, guided)
     topology = added_topology(engine, turning, block, parts.bodies, parts.topology)
+    # Pistons that are added bodies are none of the engine's own.
+    own = [k for k in range(engine.n_cylinders) if k + 1 not in topology.cylinders]
+    guided = own if settings.pistons == "guided" else []
+    stationary = stationary_body(engine, block, guided)
+    ports = lay_ports(engine, turning, body.n_modes, journals, windup, block, guided)
     modes = turning.n_modes + stationary.n_modes
     more = added(topology, Base(turning, block, modes, len(ports.turning), len(ports.block), ports.scales.size))
     ports = with_added_ports(ports, more)

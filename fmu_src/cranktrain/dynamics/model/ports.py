@@ -31,7 +31,7 @@ knows this order: each connection and each cylinder has its ports in its row.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -108,7 +108,7 @@ def lay_ports(
     journals: MainJournals,
     windup: Array,
     block: ReducedBody | None,
-    pistons: bool,
+    pistons: Sequence[int],
 ) -> Ports:
     """Lay out the ports of an engine.
 
@@ -118,7 +118,7 @@ def lay_ports(
     crank_modes : its first modes, which are the crankshaft's
     windup : (n,) wind-up of the drive line at the flywheel, rad, where the body holds a ``shaft`` of an axial path
     block : the flexible block, or nothing
-    pistons : whether they are guided
+    pistons : cylinders (from 0) whose pistons are guided
     """
     index, shapes, laid = body.index, body.shapes, _Laid()
     mains = [index(f"main[{i + 1}]") for i in range(journals.clearances.size)]
@@ -160,9 +160,8 @@ def lay_ports(
     layout[[at.CRANK_MODES, at.THRUST_ROW, at.JOINT_ROW, at.DAMPER_ROW]] = crank_modes, thrust, joint, damper
     layout[at.PORTS] = laid.end + len(still)
     layout[at.SLIDING] = joint >= 0 and engine.axial_path is not None and engine.axial_path.joint == "spline"
-    if pistons:
-        cylinders[:, at.PISTON_PORT - at.PIN_PORT] = layout[at.PORTS] + 2.0 * np.arange(len(pins))
-        layout[at.PORTS] += 2 * len(pins)
+    cylinders[pistons, at.PISTON_PORT - at.PIN_PORT] = layout[at.PORTS] + 2.0 * np.arange(len(pistons))
+    layout[at.PORTS] += 2 * len(pistons)
     journal_ports = [row[at.FIRST] + k for row in rows[: len(mains)] for k in range(2)]
     return Ports(
         laid.shapes, still, np.array(rows), cylinders, np.array(laid.scales),

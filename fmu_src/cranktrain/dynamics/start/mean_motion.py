@@ -17,7 +17,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import ModelArrays
-from cranktrain.dynamics.model.layout import crank_modes, joint_row
+from cranktrain.dynamics.model.layout import crank_modes, first_piston, joint_row
 from cranktrain.dynamics.model.workspace import start_room
 from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
@@ -236,11 +236,14 @@ def carry(model, joined, block, q):
     shape = model.block.piston_shape
     determinant = shape[0, 0] * shape[1, 1] - shape[0, 1] * shape[1, 0]
     for c in range(count):
+        piston = int(model.cylinders[c, slots.PISTON_PORT])
+        if piston < 0:
+            continue
         liner = int(model.cylinders[c, slots.LINER_PORT]) - first
         across = 0.0
         for i in range(modes):
             across += 0.5 * (shapes[liner, i] + shapes[liner + 1, i]) * block[i]
-        own = turning + modes + 2 * c
+        own = turning + modes + piston - first_piston(model)
         q[own] = shape[1, 1] * across / determinant
         q[own + 1] = -shape[1, 0] * across / determinant
 
