@@ -9,6 +9,7 @@ from typing import Any
 from cranktrain.cli.bodies import add_block_options, wants_flexible_block
 from cranktrain.cli.console import number, one_of, show, stages
 from cranktrain.engine.file import engine_provenance, load_engine
+from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.engine.levels import CRANKS, described
 
 RPM = math.pi / 30.0
@@ -66,8 +67,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             mesh=options.mesh, block_mesh=options.block_mesh, mesh_unit=options.mesh_unit,
             bearings=options.bearings, speed=None if options.speed is None else options.speed * RPM, say=tell,
         )  # fmt: skip
+    report["firing"] = firing_summary(engine.crankshaft, engine.cylinders)
     if options.json:
         return report
+    print(firing_text(engine.crankshaft, engine.cylinders))
     if "left_out" in report:
         print(f"Modes of crank and block by themselves, without the added {', '.join(report['left_out'])}.")
     if "level" in report:

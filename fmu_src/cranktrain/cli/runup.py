@@ -15,6 +15,7 @@ from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, 
 from cranktrain.cli.plot_runup import draw, pictures_folder
 from cranktrain.cli.run_options import add_run_options, asked_of, assembled
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
@@ -90,6 +91,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         peaks = in_motion(peaks, runs_here(job), outcome.starts)
     said = report(found, peaks, engine.published)
     said |= {
+        "firing": firing_summary(engine.crankshaft, engine.cylinders),
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
@@ -99,6 +101,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         for table in run_up_tables(said):
             show(table)
+        print(firing_text(engine.crankshaft, engine.cylinders))
         print(closing_text(found))
         resumed = f", {outcome.resumed} speeds of it from a run before" if outcome.resumed else ""
         print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")

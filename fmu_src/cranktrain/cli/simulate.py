@@ -12,6 +12,7 @@ from cranktrain.cli.console import Interrupted, labelled_bar, show
 from cranktrain.cli.run_options import add_run_options, asked_of, assembled, pressures_text
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE
+from cranktrain.engine.firing import firing_text
 from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
@@ -138,6 +139,7 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     """Print the summary for people."""
     from cranktrain.results.tables import closing_text, online_text, resolution_text, run_tables
 
+    print(firing_text(run.engine.crankshaft, run.engine.cylinders))
     print(f"Gas trace at full load: {run.gas.source}; {pressures_text(run.gas)}")
     for table in run_tables(summary):
         show(table)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cache, reduce
 from operator import or_
 from pathlib import Path
@@ -30,6 +31,7 @@ from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.connections import DATA
 from cranktrain.engine.entries import ORIGINS as ORIGINS
 from cranktrain.engine.entries import keys_of, part_of, said, stated, table_of
+from cranktrain.engine.firing import from_first_cylinder
 from cranktrain.engine.model import Engine, optional_fields
 
 TEXTS = ("name", "title")
@@ -87,6 +89,8 @@ def load_engine(name_or_path: str | Path) -> Engine:
         name: tuple(_added(name, found, path)) for name in TABLES if (found := getattr(read, name))
     }
     tables = {name: part_of(engine_parts()[name], found, f"{path.name}: {name}") for name, found in given.items()}
+    turned = from_first_cylinder(tables["crankshaft"], tables["cylinders"])
+    tables["crankshaft"] = replace(tables["crankshaft"], throw_angles=turned)
     engine = Engine(read.name, read.title, **tables, **added)
     try:
         check_engine(engine)

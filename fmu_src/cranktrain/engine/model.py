@@ -18,6 +18,7 @@ from cranktrain.engine import parts
 from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.firing import firing_angles, intervals
 from cranktrain.engine.torsional_chain import DriveLineChain
 
 
@@ -150,37 +151,16 @@ class Engine:
     def firing_angles(self) -> tuple[float, ...]:
         """Crank angle at which each cylinder (in the order of their numbers) passes firing dead centre, rad in [0, 4π).
 
-        A throw at angle α points along the bank at angle β when θ = β − α; the firing order chooses the revolution.
+        Cylinder 1 fires in the first revolution. How the order chooses that of the others:
+        :mod:`cranktrain.engine.firing`.
         Raises ``InputError``: if the throws cannot fire in the stated order within one cycle.
         """
-        order = self.cylinders.firing_order
-        angles, stopped = self._firing(order)
-        if stopped:
-            swapped = (
-                (*order[:i], order[j], *order[i + 1 : j], order[i], *order[j + 1 :])
-                for i in range(1, len(order))
-                for j in range(i + 1, len(order))
-            )
-            near = next((other for other in swapped if not self._firing(other)[1]), None)
-            hint = f"{'-'.join(map(str, near))} would do; " if near else ""
-            raise InputError(
-                f"cylinders.firing_order: the throws do not reach dead centre in this order within 720 deg "
-                f"(stopped at cylinder {stopped}); {hint}change firing_order or crankshaft.throw_angles"
-            )
-        return angles
+        return firing_angles(self.crankshaft, self.cylinders)
 
-    def _firing(self, order: tuple[int, ...]) -> tuple[tuple[float, ...], int]:
-        """Firing angles in this order, and the cylinder that is not reached within a cycle (0: all are)."""
-        angles = [0.0] * len(order)
-        previous = -1e-9
-        for cylinder in order:
-            throw = self.crankshaft.throw_angles[self.cylinders.pins[cylinder - 1] - 1]
-            angle = (self.cylinders.bank_angles[cylinder - 1] - throw - previous) % (2.0 * math.pi) + previous
-            if angle >= 4.0 * math.pi - 1e-6:
-                return tuple(angles), cylinder
-            angles[cylinder - 1] = max(angle, 0.0)
-            previous = angle + 1e-9
-        return tuple(angles), 0
+    @property
+    def firing_intervals(self) -> tuple[float, ...]:
+        """Intervals between firings from cylinder 1 on, rad; the last one ends a cycle later."""
+        return intervals(self.firing_angles)
 
 
 def engine_to_dict(engine: Engine) -> dict[str, Any]:

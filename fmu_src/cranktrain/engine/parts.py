@@ -112,7 +112,9 @@ class Cylinders:
     """Cylinders in the order of their numbers; angles rad, lengths m.
 
     ``bank_angles`` turn from the vertical in the sense of rotation. ``rod_offsets`` are the places along z of the rods'
-    middles from the middles of their pins; all 0 where the tuple is empty.
+    middles from the middles of their pins; all 0 where the tuple is empty. ``firing_order`` chooses the revolution in
+    which each cylinder fires (:mod:`cranktrain.engine.firing`); ``firing_angles``, one for each cylinder from that of
+    cylinder 1, or ``firing_intervals``, one for each cylinder of the order, state it where that is not meant.
     """
 
     bore: q.Size
@@ -123,6 +125,8 @@ class Cylinders:
     pin_offset: q.Offset
     compression_ratio: q.CompressionRatio
     rod_offsets: tuple[q.Offset, ...] = ()
+    firing_angles: tuple[q.Angle, ...] = ()
+    firing_intervals: tuple[q.Angle, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,6 +11,7 @@ from cranktrain import __version__
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import Result
+from cranktrain.engine.firing import firing_summary
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
@@ -88,6 +89,7 @@ class Run(Result):
         """The last cycle in a few numbers; keys carry their unit. ``path`` is that of the result file."""
         found = run_summary(self, str(path or ""))
         found["film_temperature"] = {"source": self.attributes["film_temperature"], "passes": self.passes}
+        found["firing"] = firing_summary(self.engine.crankshaft, self.engine.cylinders)
         found["gas"] = {
             "source": self.gas.source,
             "peak_mpa": 1e-6 * self.gas.peak,

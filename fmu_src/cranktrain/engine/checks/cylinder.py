@@ -24,6 +24,11 @@ def check_cylinders(engine: Engine) -> None:
     _of("pins", all(1 <= pin <= throws for pin in pins), f"{list(pins)} names a pin that is not one of 1..{throws}")
     banks = len(cylinders.bank_angles)
     _of("bank_angles", banks == n, f"{banks} angles for {n} cylinders; give one for each")
+    for key in ("firing_angles", "firing_intervals"):
+        given = len(getattr(cylinders, key))
+        _of(key, given in (0, n), f"{given} values for {n} cylinders; give one for each, or none")
+    both = bool(cylinders.firing_angles and cylinders.firing_intervals)
+    _of("firing_intervals", not both, "and firing_angles are both given; leave one of them out")
     _check_rods(engine)
 
 

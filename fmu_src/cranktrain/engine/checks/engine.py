@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import fields, is_dataclass
 from functools import partial
 
@@ -13,6 +14,7 @@ from cranktrain.engine.checks.crankshaft import check_balance_weights, check_cra
 from cranktrain.engine.checks.cylinder import check_cylinders
 from cranktrain.engine.checks.damper import check_damper
 from cranktrain.engine.checks.masses import warn_of_masses
+from cranktrain.engine.firing import uneven
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath, Combustion, Oil
 from cranktrain.engine.quantities import ZERO_CELSIUS, check_values, need, need_equal_lengths, need_table
@@ -60,7 +62,8 @@ def check_engine(engine: Engine) -> None:
     check_additions(engine.frame, engine.body, engine.connection, engine.n_cylinders)
     if engine.axial_path is not None:
         _check_axial_path(engine.axial_path)
-    engine.firing_angles  # noqa: B018  raises where the throws cannot fire in the stated order
+    for text in uneven(engine.crankshaft, engine.cylinders):  # raises where the throws cannot fire in the order
+        warnings.warn(f"{engine.name}: {text}", stacklevel=2)
     if engine.mounts is not None:
         check_mounts(engine.mounts)
     if engine.block is not None:  # after its mounts, whose pads it carries

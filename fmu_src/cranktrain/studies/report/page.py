@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from importlib.resources import files
 
+from cranktrain.engine.firing import firing_text
 from cranktrain.results.page_head import page_head
 from cranktrain.store.whole_file import marked
 from cranktrain.studies.report.findings import Findings
@@ -18,7 +19,9 @@ def page(found: Findings) -> str:
     """The page's text."""
     titles = [section.title for section in SECTIONS]
     contents = "".join(f'<li><a href="#s{k}">{html.escape(title)}</a></li>' for k, title in enumerate(titles, 1))
-    body = "".join(_section(k, section, found) for k, section in enumerate(SECTIONS, 1))
+    crank, cylinders = found.engine.crankshaft, found.engine.cylinders
+    body = f"<p>{html.escape(firing_text(crank, cylinders))}.</p>"
+    body += "".join(_section(k, section, found) for k, section in enumerate(SECTIONS, 1))
     return whole_page("report", f"{found.engine.title}: cranktrain report", contents, body)
 
 

@@ -1,0 +1,204 @@
+"""When cylinders fire: crank angles of their firing dead centres, from throws, banks and firing order.
+
+A throw at angle α points along the bank at angle β when θ = β − α, once a revolution; the order says which revolution
+fires. From each cylinder of the order to the next the crank turns to the next dead centre. Where all of these take less
+than a cycle together, whole revolutions remain. They go to the shortest intervals: a twin on one pin, with 45 degrees
+between its banks, fires at 0 and 405 degrees, not at 0 and 45. Cylinders at the same dead centre that follow each other
+in the order fire together where all fire evenly so. An engine that means something else states angles or intervals.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.parts import Crankshaft, Cylinders
+
+REVOLUTION = 2.0 * math.pi
+CYCLE = 2
+"""Revolutions of a cycle."""
+SAME = 1.0e-6
+"""Dead centres (rad) that differ by less are one."""
+LATER = 1.0e-9
+"""Angle (rad) behind a dead centre from which on the next one is sought."""
+STATED = math.radians(0.5)
+"""Difference (rad) that a stated angle may have from the throw's dead centre."""
+EVEN = math.radians(1.0)
+"""Intervals (rad) that differ by less are even."""
+
+
+def dead_centres(crank: Crankshaft, cylinders: Cylinders) -> list[float]:
+    """Crank angle at which each cylinder's throw points along its bank, rad; that of cylinder 1 in [0, 2π)."""
+    throws = [crank.throw_angles[pin - 1] for pin in cylinders.pins]
+    found = [bank - throw for throw, bank in zip(throws, cylinders.bank_angles, strict=True)]
+    return [(found[0] + LATER) % REVOLUTION - LATER, *found[1:]]
+
+
+def firing_angles(crank: Crankshaft, cylinders: Cylinders) -> tuple[float, ...]:
+    """Crank angle of each cylinder's firing dead centre, in the order of their numbers, rad.
+
+    Cylinder 1 fires in the first revolution. ``InputError``: throws that cannot fire so.
+    """
+    dead, order = dead_centres(crank, cylinders), cylinders.firing_order
+    if cylinders.firing_angles:
+        return _as_stated(dead, cylinders.firing_angles, "firing_angles")
+    if cylinders.firing_intervals:
+        return _by_intervals(dead, order, cylinders.firing_intervals)
+    at = order.index(1)
+    order = order[at:] + order[:at]
+    gaps = intervals_of(dead, order)
+    if gaps is None:
+        raise _refused("the throws do not reach dead centre in this order within 720 deg", dead, cylinders)
+    if min(gaps) < SAME and not is_even(gaps):
+        at = int(min(range(len(gaps)), key=gaps.__getitem__))
+        both = f"{order[at]} and {order[(at + 1) % len(order)]}"
+        raise _refused(f"cylinders {both} would fire together, others at uneven intervals", dead, cylinders)
+    angles, angle = [0.0] * len(order), dead[order[0] - 1]
+    angles[order[0] - 1] = angle
+    for gap, cylinder in zip(gaps, order[1:], strict=False):
+        # From the throw's own angle: sums of intervals would differ from it by rounding.
+        before = angle + LATER
+        after = (dead[cylinder - 1] - before) % REVOLUTION + before
+        angle = after + REVOLUTION * round((angle + gap - after) / REVOLUTION)
+        angles[cylinder - 1] = angle
+    return tuple(angle - CYCLE * REVOLUTION if angle >= CYCLE * REVOLUTION - SAME else angle for angle in angles)
+
+
+def intervals_of(dead: Sequence[float], order: Sequence[int]) -> list[float] | None:
+    """Intervals (n,) from each cylinder of the order to the next, the last to the first; None: not within a cycle."""
+    following = [*order[1:], order[0]]
+    gaps = [(dead[b - 1] - dead[a - 1] + SAME) % REVOLUTION - SAME for a, b in zip(order, following, strict=True)]
+    gaps = [max(gap, 0.0) for gap in gaps]
+    for _ in range(CYCLE - round(sum(gaps) / REVOLUTION)):
+        shortest = min(gaps)
+        last = max(k for k, gap in enumerate(gaps) if gap <= shortest + SAME)
+        gaps[last] += REVOLUTION
+    return gaps if round(sum(gaps) / REVOLUTION) == CYCLE else None
+
+
+def intervals(angles: Sequence[float]) -> tuple[float, ...]:
+    """Intervals between firings, rad, from the first in time on; the last one leads to the first of the next cycle."""
+    sequence = sorted(angles)
+    return tuple(b - a for a, b in pairwise([*sequence, sequence[0] + CYCLE * REVOLUTION]))
+
+
+def is_even(gaps: Sequence[float]) -> bool:
+    """Whether intervals are equal; those of cylinders that fire together are none."""
+    apart = [gap for gap in gaps if gap > EVEN]
+    return max(apart) - min(apart) < EVEN and len(gaps) % len(apart) == 0
+
+
+def even_order(dead: Sequence[float]) -> tuple[int, ...]:
+    """An order from cylinder 1 on that fires evenly, nothing where there is none."""
+    count, step = len(dead), CYCLE * REVOLUTION / len(dead)
+    left, found = list(range(2, count + 1)), [1]
+    for k in range(1, count):
+        wanted = dead[0] + k * step
+        near = [c for c in left if abs((dead[c - 1] - wanted + math.pi) % REVOLUTION - math.pi) < EVEN]
+        if not near:
+            return ()
+        left.remove(near[0])
+        found.append(near[0])
+    return tuple(found)
+
+
+def uneven(crank: Crankshaft, cylinders: Cylinders) -> Iterator[str]:
+    """One line where an order leads to uneven intervals that nobody stated, with what would make them even."""
+    if cylinders.firing_angles or cylinders.firing_intervals:
+        return
+    gaps = intervals(firing_angles(crank, cylinders))
+    if is_even(gaps):
+        return
+    dead = dead_centres(crank, cylinders)
+    mirrored = [-angle % REVOLUTION for angle in dead]
+    other_way, order = intervals_of(mirrored, cylinders.firing_order), even_order(dead)
+    if other_way is not None and is_even(other_way):
+        remedy = "turned the other way it fires evenly: negate crankshaft.throw_angles and cylinders.bank_angles; "
+    else:
+        remedy = f"{'-'.join(map(str, order))} fires evenly; " if order else ""
+    yield (
+        f"cylinders.firing_order: fires at uneven intervals, {degrees(gaps)} deg; {remedy}"
+        "state cylinders.firing_intervals where it is meant so"
+    )
+
+
+def firing_summary(crank: Crankshaft, cylinders: Cylinders) -> dict[str, Any]:
+    """``order`` of the cylinders as they fire, from cylinder 1 on, and ``intervals_deg`` from each to the next."""
+    angles = firing_angles(crank, cylinders)
+    after = [(angle - angles[0] + SAME) % (CYCLE * REVOLUTION) - SAME for angle in angles]
+    order = sorted(range(len(after)), key=after.__getitem__)
+    gaps = intervals(after)
+    return {"order": [k + 1 for k in order], "intervals_deg": [round(math.degrees(gap), 6) for gap in gaps]}
+
+
+def firing_text(crank: Crankshaft, cylinders: Cylinders) -> str:
+    """The same in a sentence."""
+    found = firing_summary(crank, cylinders)
+    gaps = found["intervals_deg"]
+    even = max(gaps) - min(gaps) < math.degrees(EVEN)
+    every = f"every {gaps[0]:g} deg" if even else f"at intervals of {', '.join(f'{gap:g}' for gap in gaps)} deg"
+    return f"Fires {'-'.join(map(str, found['order']))}, {every}"
+
+
+def degrees(angles: Sequence[float]) -> str:
+    """Angles in degrees, for a sentence."""
+    return ", ".join(f"{math.degrees(angle):.4g}" for angle in angles)
+
+
+def from_first_cylinder(crank: Crankshaft, cylinders: Cylinders) -> tuple[float, ...]:
+    """Throw angles that let cylinder 1 fire at crank angle 0, rad; as they are where it does."""
+    pin = cylinders.pins[0] if cylinders.pins else 0
+    if not 1 <= pin <= len(crank.throw_angles) or not cylinders.bank_angles:
+        return crank.throw_angles  # the checks say what is wrong
+    turn = cylinders.bank_angles[0] - crank.throw_angles[pin - 1]
+    off = (turn + math.pi) % REVOLUTION - math.pi
+    return crank.throw_angles if abs(off) < SAME else tuple(angle + off for angle in crank.throw_angles)
+
+
+def _refused(reason: str, dead: Sequence[float], cylinders: Cylinders) -> InputError:
+    """The error, with an even order: one that two exchanged cylinders make of the stated one, or any."""
+    order = cylinders.firing_order
+    near = [
+        (*order[:i], order[j], *order[i + 1 : j], order[i], *order[j + 1 :])
+        for i in range(1, len(order))
+        for j in range(i + 1, len(order))
+    ]
+    found = ((other, intervals_of(dead, other)) for other in near)
+    hint = next((other for other, gaps in found if gaps is not None and is_even(gaps)), even_order(dead))
+    text = f"{'-'.join(map(str, hint))} would do; " if hint else ""
+    return InputError(
+        f"cylinders.firing_order: {reason}; {text}change firing_order or crankshaft.throw_angles, or state "
+        "cylinders.firing_intervals where it is meant so"
+    )
+
+
+def _as_stated(dead: Sequence[float], stated: Sequence[float], key: str) -> tuple[float, ...]:
+    """Stated angles (rad, in the order of the cylinders' numbers) brought onto the throws' dead centres."""
+    found = []
+    for number, (own, angle) in enumerate(zip(dead, stated, strict=True), 1):
+        reached = dead[0] + (angle - stated[0]) % (CYCLE * REVOLUTION)
+        off = (own - reached + math.pi) % REVOLUTION - math.pi
+        if abs(off) > STATED:
+            raise InputError(
+                f"cylinders.{key}: cylinder {number} would fire {math.degrees(reached - dead[0]):.4g} deg after "
+                f"cylinder 1, but its throw is at dead centre {math.degrees((own - dead[0]) % REVOLUTION):.4g} deg "
+                "after it, or 360 deg later; change it, crankshaft.throw_angles or cylinders.bank_angles"
+            )
+        found.append(reached + off)
+    return tuple(found)
+
+
+def _by_intervals(dead: Sequence[float], order: Sequence[int], gaps: Sequence[float]) -> tuple[float, ...]:
+    if abs(sum(gaps) - CYCLE * REVOLUTION) > STATED:
+        raise InputError(
+            f"cylinders.firing_intervals: they sum up to {math.degrees(sum(gaps)):.6g} deg, a cycle has 720; give one "
+            "for each cylinder of firing_order, the last one from the last cylinder to the first"
+        )
+    stated, angle = [0.0] * len(order), 0.0
+    for cylinder, gap in zip(order, gaps, strict=True):
+        stated[cylinder - 1] = angle
+        angle += gap
+    return _as_stated(dead, stated, "firing_intervals")

@@ -1,0 +1,159 @@
+"""When cylinders fire: orders, layouts and statements, against the intervals that such engines have."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.firing import dead_centres, even_order, firing_summary, firing_text, uneven
+
+DATA = Path(__file__).parents[1] / "data" / "engines"
+SIX = load_engine("diesel_i6")
+V8 = {"banks": [-45] * 4 + [45] * 4, "pins": [1, 2, 3, 4] * 2}
+CROSS_PLANE = [1, 5, 4, 2, 6, 3, 7, 8]
+
+
+def engine(throws, order, banks=None, pins=None, **stated):
+    """An engine with throws and banks in degrees."""
+    count = len(order)
+    given = {key: tuple(math.radians(angle) for angle in angles) for key, angles in stated.items()}
+    cylinders = replace(
+        SIX.cylinders, firing_order=tuple(order), pins=tuple(pins or range(1, count + 1)),
+        bank_angles=tuple(math.radians(bank) for bank in banks or [0] * count), **given,
+    )  # fmt: skip
+    return replace(SIX, crankshaft=replace(SIX.crankshaft, throw_angles=tuple(map(math.radians, throws))),
+                   cylinders=cylinders)  # fmt: skip
+
+
+def fired(found):
+    return firing_summary(found.crankshaft, found.cylinders)
+
+
+def said(found):
+    return list(uneven(found.crankshaft, found.cylinders))
+
+
+@pytest.mark.parametrize(
+    ("made", "intervals"),
+    [
+        (engine([0, 240, 120], [1, 3, 2]), [240] * 3),
+        (engine([0, 180, 180, 0], [1, 3, 4, 2]), [180] * 4),
+        (engine([180, 0, 0, 180], [1, 3, 4, 2]), [180] * 4),
+        (engine([0, 180, 180, 0], [3, 4, 2, 1]), [180] * 4),
+        (engine([0, 216, 72, 288, 144], [1, 2, 3, 4, 5]), [144] * 5),
+        (engine([0, 90, 270, 180], CROSS_PLANE, **V8), [90] * 8),
+        (engine([-45, 45, 225, 135], CROSS_PLANE, **V8), [90] * 8),
+        (engine([0, 180, 180, 0], [1, 8, 3, 6, 4, 5, 2, 7], **V8), [90] * 8),
+        (engine([0, 120, 240], [1, 4, 2, 5, 3, 6], [-45] * 3 + [45] * 3, [1, 2, 3] * 2), [90, 150] * 3),
+        (engine([0], [1]), [720]),
+        (engine([0, 0], [1, 2]), [360, 360]),
+        (engine([0, 180], [1, 2]), [180, 540]),
+        (engine([0, 180], [1, 2], [-90, 90]), [360, 360]),
+        (engine([0], [1, 2], [-22.5, 22.5], [1, 1]), [405, 315]),
+        (engine([0], [2, 1], [-22.5, 22.5], [1, 1]), [405, 315]),
+    ],
+)
+def test_an_order_has_the_intervals_of_such_engines(made, intervals):
+    assert fired(made)["intervals_deg"] == pytest.approx(intervals)
+    for dead, angle in zip(dead_centres(made.crankshaft, made.cylinders), made.firing_angles, strict=True):
+        assert math.remainder(angle - dead, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_sixteen_fires_two_cylinders_at_a_time():
+    """Sixteen cylinders at 90 degrees on eight pins have eight dead centres in 720 degrees."""
+    order = [1, 9, 3, 11, 5, 13, 7, 15, 8, 16, 6, 14, 4, 12, 2, 10]
+    throws = [0, 90, 270, 180, 180, 270, 90, 0]
+    made = engine(throws, order, [-45] * 8 + [45] * 8, [*range(1, 9)] * 2)
+    assert fired(made)["intervals_deg"] == pytest.approx([0.0, 90.0] * 8, abs=1e-6)
+    assert not said(made)
+
+
+def test_the_first_cylinder_of_the_order_changes_nothing():
+    orders = [CROSS_PLANE[k:] + CROSS_PLANE[:k] for k in range(8)]
+    angles = {tuple(round(a, 12) for a in engine([0, 90, 270, 180], order, **V8).firing_angles) for order in orders}
+    assert len(angles) == 1
+
+
+def test_statements_choose_what_the_order_does_not():
+    together = engine([0, 0], [1, 2], firing_angles=[0, 0])
+    assert fired(together)["intervals_deg"] == pytest.approx([0, 720])
+    near = engine([0], [1, 2], [-22.5, 22.5], [1, 1], firing_intervals=[45, 675])
+    assert fired(near)["intervals_deg"] == pytest.approx([45, 675])
+    assert not said(near) and not said(together)
+    later = engine([0, 180, 180, 0], [1, 3, 4, 2], firing_angles=[90, 630, 270, 450])
+    assert fired(later) == {"order": [1, 3, 4, 2], "intervals_deg": [180.0] * 4}
+
+
+@pytest.mark.parametrize(
+    ("stated", "text"),
+    [
+        ({"firing_angles": [0, 540, 90, 360]}, r"firing_angles: cylinder 3 would fire 90 deg .* dead centre 180 deg"),
+        ({"firing_intervals": [180, 180, 180, 90]}, r"firing_intervals: they sum up to 630 deg, a cycle has 720"),
+        ({"firing_intervals": [90, 270, 180, 180]}, r"firing_intervals: cylinder 3 would fire 90 deg"),
+    ],
+)
+def test_statements_that_throws_contradict_are_refused(stated, text):
+    with pytest.raises(InputError, match=text):
+        engine([0, 180, 180, 0], [1, 3, 4, 2], **stated).firing_angles  # noqa: B018
+
+
+def test_uneven_orders_are_told_with_what_makes_them_even():
+    (line,) = said(engine([0, 240, 120], [1, 2, 3]))
+    assert "120, 120, 480 deg; turned the other way it fires evenly" in line
+    (line,) = said(engine([0, 216, 72, 288, 144], [1, 2, 4, 5, 3]))
+    assert "1-2-3-4-5 fires evenly" in line
+    (line,) = said(engine([0, 180], [1, 2]))
+    assert line.endswith("180, 540 deg; state cylinders.firing_intervals where it is meant so")
+    assert not said(engine([0, 120, 240], [1, 2, 3]))
+
+
+def test_an_order_beyond_a_cycle_is_refused_with_an_even_one():
+    """A five whose throws are mirrored: the order that is named fires every 144 degrees."""
+    mirrored = engine([0, 72, 144, 216, 288], [1, 2, 3, 4, 5])
+    with pytest.raises(InputError, match=r"within 720 deg; (\d-\d-\d-\d-\d) would do") as refused:
+        mirrored.firing_angles  # noqa: B018
+    order = [int(k) for k in re.search(r"; ([\d-]+) would do", str(refused.value)).group(1).split("-")]
+    assert order == list(even_order(dead_centres(mirrored.crankshaft, mirrored.cylinders)))
+    assert fired(engine([0, 72, 144, 216, 288], order))["intervals_deg"] == pytest.approx([144] * 5)
+
+
+def test_throws_counted_from_anywhere_are_the_same_engine(tmp_path):
+    """The V8 with its throws counted from throw 1: cylinder 1 fires at crank angle 0, as in the shipped file."""
+    text = engine_path("diesel_v8").read_text(encoding="utf-8")
+    turned = text.replace("value = [-45, 45, 225, 135]", "value = [0, 90, 270, 180]")
+    assert turned != text
+    (tmp_path / "own.toml").write_text(turned, encoding="utf-8")
+    own, shipped = load_engine(tmp_path / "own.toml"), load_engine("diesel_v8")
+    assert own.crankshaft.throw_angles == pytest.approx(shipped.crankshaft.throw_angles)
+    assert own.firing_angles == pytest.approx(shipped.firing_angles) and own.firing_angles[0] == 0.0
+
+
+@pytest.mark.parametrize("order", ["[1, 2]", "[2, 1]"])
+def test_a_twin_is_the_same_whichever_cylinder_its_order_names_first(tmp_path, order):
+    text = (DATA / "vtwin.toml").read_text(encoding="utf-8").replace("value = [2, 1]", f"value = {order}")
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    with pytest.warns(UserWarning, match=r"firing_order: fires at uneven intervals, 405, 315 deg"):
+        twin = load_engine(tmp_path / "own.toml")
+    assert [math.degrees(angle) for angle in twin.firing_angles] == pytest.approx([0.0, 405.0])
+    assert firing_text(twin.crankshaft, twin.cylinders) == "Fires 1-2, at intervals of 405, 315 deg"
+
+
+def test_a_statement_in_the_file_silences_the_warning(tmp_path):
+    text = (DATA / "vtwin.toml").read_text(encoding="utf-8")
+    stated = 'firing_intervals = { value = [315, 405], unit = "deg", origin = "chosen" }\nfiring_order'
+    (tmp_path / "own.toml").write_text(text.replace("firing_order", stated), encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        twin = load_engine(tmp_path / "own.toml")
+    assert [math.degrees(angle) for angle in twin.firing_angles] == pytest.approx([0.0, 405.0])
+
+
+def test_summaries_tell_when_cylinders_fire():
+    assert firing_text(SIX.crankshaft, SIX.cylinders) == "Fires 1-5-3-6-2-4, every 120 deg"
