@@ -70,11 +70,7 @@ def factor_added(model, work, level, c_q, c_v, omega, holding):
 
 @kernel
 def load_added(model, work, frame, displaced, out):
-    """Modal force of frame and gravity on added bodies, and where their centres of mass are, ``work.added.axes``.
-
-    A body's rotation about z is neutral: its equation holds already what the centrifugal force of its unbalance turns
-    by a displacement. Moments about the displaced centre of mass hold that once more; it is taken off.
-    """
+    """Modal force of frame and gravity on added bodies, and where their centres of mass are, ``work.added.axes``."""
     bodies = model.bodies
     turn_frames(model, work, frame[at.THETA])
     square = frame[at.OMEGA] * frame[at.OMEGA]
@@ -102,11 +98,6 @@ def load_added(model, work, frame, displaced, out):
             )
         for k in range(2):
             work.added.axes[b, k] = dot(bodies.centre[k, o:], displaced[first:], n)
-        x = work.added.axes[b, 0]
-        y = work.added.axes[b, 1]
-        twice = omega * omega * (x * row[added.UNBALANCE_Y] - y * row[added.UNBALANCE_X])
-        for i in range(n):
-            out[first + i] -= twice * bodies.turn[o + i]
 
 
 @kernel

@@ -23,7 +23,8 @@ MEASURED_BY = Path(__file__).parents[1] / "tradeoff" / "total" / "measure.py"
 """The source that measures them: looked at, never imported."""
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
-    ("frame", "", ()), ("body", "", ()), ("connection", "", ()),
+    ("frame", "", ()), ("body", "", ()), ("connection", "", ()), ("cylinders", "firing_angles", ()),
+    ("cylinders", "firing_intervals", ()),
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
 
