@@ -95,6 +95,32 @@ def test_terms_project_motion_of_a_point_at_any_crank_angle(ratios):
         assert abs(found - exact) < 1e-12
 
 
+@pytest.mark.parametrize("ratio", [1.0, -2.0])
+def test_an_unbalanced_body_takes_its_centrifugal_force_along_as_it_turns(ratio):
+    """A steady torque winds it up against a spring; the force on its bearing, m e Ω², turns by the same angle."""
+    engine = replace(load_engine(FOUR), frame=(), body=(), connection=())
+    own = rigid_body("b", 1.0, np.diag([6e-2, 6e-2, 1e-2]), (0.0, -0.01, 0.0), {"gear": (0.0, 0.0, 0.0)})
+    ends, order = (ct.End("b", "gear"), ct.End("ground")), round(2.0 * abs(ratio))
+    hold = ct.Connection("s", "spring", ends, HELD | {"turning_stiffness": (1e6, 1e6, 100.0),
+                                                      "turning_damping": (1e3, 1e3, 5.0)})  # fmt: skip
+    found = []
+    for torque in (0.0, 5.0):
+        load = ct.Connection("l", "load", ends, {"torque": (0.0, 0.0, torque), "force": (0.0, 1e-6, 0.0)})
+        top = ct.Topology((ct.Frame("f", ratio, axis=(-0.2, 0.0)),), (ct.Body("b", own, "f"),), (hold, load))
+        made = ct.assemble(engine, ct.Settings(crank="rigid", bearings="linear", block="ground", gas_load=0.0))
+        run = simulate(
+            made.engine, made.body, made.settings, SPEED, parts=made.parts._replace(topology=top), settle=1e-6
+        )
+        count = run.per_cycle
+        x, turned = run.outputs["connection[s].force.x"][-count:], run.outputs["b.rotation"][-count:]
+        found.append((np.fft.fft(x)[order] * 2.0 / count, turned.mean()))
+    (before, at_rest), (after, wound) = found
+    assert wound - at_rest == pytest.approx(0.05, rel=0.02)
+    assert abs(before) == pytest.approx(0.01 * (ratio * SPEED) ** 2, rel=0.02)
+    turned = np.angle(after / before)
+    assert math.copysign(turned, ratio) == pytest.approx(wound - at_rest, rel=0.02)
+
+
 def test_frames_turn_places_and_directions():
     frame = ct.Frame("f", -2.0, 0.3, (0.1, -0.2))
     place = np.array([0.3, 0.4, 0.5])
