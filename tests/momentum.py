@@ -9,7 +9,7 @@ numbers stand for vectors across the axis.
 
 import numpy as np
 
-from cranktrain.core.reduced_body import rigid_coordinates
+from cranktrain.core.reduced_body import rigid_coordinates, turning_stiffness
 from cranktrain.dynamics.model.state import offset
 
 SPAN = 2e-5  # s between the points of the difference: its own error and that of rounding are far below 1e-9
@@ -112,11 +112,13 @@ def imbalance(simulation):
     q, v, a = path[:, :n]
     turn = np.array([[np.cos(theta), -np.sin(theta), 0.0], [np.sin(theta), np.cos(theta), 0.0], [0.0, 0.0, 1.0]])
     # Crank: what the equations of motion take for its inertia, by its motions as a whole.
-    softening = crank.stress_stiffness - crank.centrifugal
     inertia = a + 2 * omega * crank.gyroscopic @ v + omega_dot * (crank.gyroscopic @ q + crank.euler_load)
-    inertia += omega**2 * (softening @ q - crank.centrifugal_load)
-    whole = np.linalg.inv(rigid_coordinates(crank)).T @ inertia[:6]
-    rates = [turn @ whole[:3], turn @ whole[3:]]
+    inertia -= omega**2 * crank.centrifugal_load
+    # Momentum knows nothing of stress: its rate is that of the places, with all that turns them.
+    to_whole = np.linalg.inv(rigid_coordinates(crank)).T
+    forces = to_whole @ (inertia - omega**2 * crank.centrifugal @ q)[:6]
+    moments = to_whole @ (inertia + omega**2 * turning_stiffness(crank) @ q)[:6]
+    rates = [turn @ forces[:3], turn @ moments[3:]]
     rates[1][2] += cross(of_crank, complex(*rates[0][:2]))
     displaced = turn @ (crank.mass * crank.centre + crank.translation @ q)
     force[1] -= crank.mass * g

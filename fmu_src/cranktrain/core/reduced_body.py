@@ -166,6 +166,32 @@ def with_rigid_rows(stress: Array, centrifugal: Array, rigid: Array, turned_load
     return result
 
 
+def turning_stiffness(body: ReducedBody, about_centre: bool = False) -> Array:
+    """K_σ − C (n, n) as the forces and moments of a turning body take it: by row what acts, by column what moves.
+
+    Stress exerts no force on a body as a whole: rows of translations are those of −C, so that an unbalanced body takes
+    its centrifugal force along as it turns by itself. Its centrifugal moments go along likewise: tilts against rotation
+    about z are those of −C. Centrifugal forces have no moment about the frame's axis, nor about the displaced centre of
+    mass: a row of zeros for rotation about the axis, or ``about_centre`` for that about a parallel one through it.
+    K_σ itself is symmetric, what acts on a body in a turning frame is not.
+    """
+    rigid = rigid_coordinates(body)
+    stress = body.stress_stiffness.copy()
+    if np.linalg.matrix_rank(rigid) < 6:
+        return stress - body.centrifugal  # of a crank that only twists
+    tells = np.zeros((6, body.n_modes))
+    tells[:, :6] = rigid
+    fields = np.linalg.inv(rigid)
+    stress -= tells[:3].T @ (fields[:, :3].T @ stress[:6])
+    turned = fields[:, 3:5].T @ stress[:6, :6] @ fields[:, 5]
+    stress -= np.outer(tells[3:5].T @ turned, tells[5])
+    found = stress - body.centrifugal
+    if about_centre:
+        x, y = body.centre[:2]
+        found -= np.outer(tells[5], (fields @ [y, -x, 0.0, 0.0, 0.0, 1.0]) @ found[:6])
+    return np.asarray(found)
+
+
 def attach(
     body: ReducedBody, interface: str, mass: float, inertia: Array, offset: Sequence[float] | Array
 ) -> ReducedBody:

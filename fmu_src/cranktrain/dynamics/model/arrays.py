@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import record
-from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.reduced_body import Array, ReducedBody, turning_stiffness
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.basis import Basis, basis
 from cranktrain.dynamics.model.block import BlockArrays, block_arrays
@@ -297,7 +297,7 @@ def structure(
             (structural_damping(engine, turning), _stationary_damping(engine, stationary), more.damping)
         ),
         gyroscopic=contiguous(turning.gyroscopic.T),
-        spin=contiguous((turning.stress_stiffness - turning.centrifugal).T),
+        spin=contiguous(turning_stiffness(turning).T),
         centrifugal_load=contiguous(turning.centrifugal_load),
         euler_load=contiguous(turning.euler_load),
         gravity=np.concatenate((turning.translation, stationary.translation, more.bodies.translation), axis=1),

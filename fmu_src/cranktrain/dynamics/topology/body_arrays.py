@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.memory import zeros
-from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, skew
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, skew, turning_stiffness
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.laws import connection_law
 from cranktrain.dynamics.topology.records import AddedBodies, Base, FrameNumbers
@@ -53,7 +53,7 @@ def _in_modes(
     turn[:PORTS] = rigid_coordinates(reduced)[5]
     shapes = [reduced.shapes[reduced.index(name)] for name in held]
     own = _Body(
-        reduced.gyroscopic, _spin(reduced), reduced.centrifugal_load,
+        reduced.gyroscopic, turning_stiffness(reduced, about_centre=True), reduced.centrifugal_load,
         reduced.euler_load, reduced.translation, turn,
         np.zeros((n, PORTS)) if block is None else _carried(reduced, frame, block, tied),
         np.concatenate([np.zeros((0, n)), *shapes, *([turn[None]] if turns_whole(reduced, len(held)) else [])]),
@@ -64,21 +64,6 @@ def _in_modes(
         part.T @ own.gyroscopic @ part, part.T @ own.spin @ part, part.T @ own.centrifugal_load,
         part.T @ own.euler_load, own.translation @ part, own.turn @ part, part.T @ own.carried, own.shapes @ part,
     )  # fmt: skip
-
-
-def _spin(body: ReducedBody) -> Array:
-    """K_σ − C (n, n) of a body whose rotation is taken about its displaced centre of mass.
-
-    Centrifugal forces have no moment about that centre, whatever the motion: a row of zeros. A body that turns about it
-    by itself takes its centrifugal moments along: the column is that of −C. Its forces go with the place of the centre.
-    """
-    spin = body.stress_stiffness - body.centrifugal
-    turn, tells = np.zeros(body.n_modes), np.zeros(body.n_modes)
-    tells[:PORTS] = rigid_coordinates(body)[5]
-    x, y = body.centre[:2]
-    turn[:PORTS] = np.linalg.solve(rigid_coordinates(body), [y, -x, 0.0, 0.0, 0.0, 1.0])
-    kept = np.eye(body.n_modes) - np.outer(turn, tells)
-    return np.asarray(kept.T @ (spin @ kept - np.outer(body.centrifugal @ turn, tells)))
 
 
 # In one piece: one row and one body's span of every array.

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.reduced_body import Array, rigid_coordinates, skew
+from cranktrain.core.reduced_body import Array, rigid_coordinates, skew, turning_stiffness
 from cranktrain.engine.model import Engine
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
 from cranktrain.structure.crank.reduction import attached_parts
@@ -241,7 +241,7 @@ def body_inertia(cycle: RecordedCycle) -> Array:
         - a[:, six]
         - 2.0 * omega * (v @ body.gyroscopic[six].T)
         - cycle.acceleration[:, None] * (q @ body.gyroscopic[six].T)
-        - omega**2 * (q @ (body.stress_stiffness - body.centrifugal)[six].T)
+        - omega**2 * (q @ turning_stiffness(body)[six].T)
     )
     wrench = modal @ np.linalg.inv(rigid_coordinates(body))
     displaced = q @ body.translation.T
