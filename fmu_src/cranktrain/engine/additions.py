@@ -135,6 +135,9 @@ class ConnectionTable:
     belt: laws.Belt | None = None
     gas: laws.Gas | None = None
     liner: laws.Liner | None = None
+    roller: laws.Roller | None = None
+    thrust: laws.Thrust | None = None
+    damper: laws.RingDamper | None = None
 
     @property
     def data(self) -> Any:

@@ -130,13 +130,13 @@ class Dimensions(NamedTuple):
     newton: int  # components of all connections
     ports: int
     turning_ports: int
-    films: int  # values in the state that elastic films and the axial joint remember
+    films: int  # values in the state that elastic films, the axial joint and added connections remember
 
 
 def dimensions(model: ModelArrays) -> Dimensions:
     """Sizes of a model."""
     b = model.bearings.shape[0]
-    films = int(model.films.remembered[-1] + model.axial_joint.remembered[-1])
+    films = int(model.films.remembered[-1] + model.axial_joint.remembered[-1] + model.links.remembered[-1])
     turning = int(model.layout[at.TURNING_MODES])
     return Dimensions(
         model.omega2.size, turning, b, model.cylinders.shape[0],

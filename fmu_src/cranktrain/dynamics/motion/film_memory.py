@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
 from cranktrain.dynamics.motion.film_ports import place_joint, place_journal
 from cranktrain.dynamics.motion.relative import relative_motion
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
 from cranktrain.film.laws.films import (
     CLOSE_STAGE,
@@ -45,7 +46,7 @@ def memory_offset(model, i):
 
 @inlined_kernel
 def remembers(films):
-    """Whether any of the films has a memory."""
+    """Whether any of the films, or of the added connections, has a memory."""
     return films.remembered[films.remembered.shape[0] - 1] > 0
 
 
@@ -66,6 +67,8 @@ def open_step(model, work, state):
     """Hand the memory of films and axial joint at the step's start, with the ports' motion then, to the stages."""
     if model.layout[at.AXIAL_JOINT] > 0.0:
         film_call(model.axial_joint, OPEN_STEP, 0, state[joint_offset(model) :], work.scratch)
+    if remembers(model.links):
+        call_kernel(model.links.hooks[added.AT_OPEN_STEP], (model, work, state))
     if not remembers(model.films):
         return
     numbers = model.films.numbers
@@ -98,6 +101,8 @@ def open_stage(model, work, stage, elapsed, h, gain):
         tell_stage(model.axial_joint, 1, model.stages[1 + stage], work, clock)
     if remembers(model.films):
         tell_stage(model.films, model.bearings.shape[0], model.stages[1 + stage], work, clock)
+    if remembers(model.links):
+        call_kernel(model.links.hooks[added.AT_OPEN_STAGE], (model, work, stage, elapsed, h, gain))
 
 
 @inlined_kernel
@@ -106,6 +111,10 @@ def close_stage(model, work, frame):
     if model.layout[at.AXIAL_JOINT] > 0.0:
         place_joint(model, frame, work.port[at.U], work.port[at.UD])
         film_call(model.axial_joint, CLOSE_STAGE, 0, work.scratch, work.scratch)
+    if remembers(model.links):
+        status = call_kernel(model.links.hooks[added.AT_CLOSE_STAGE], (model, work, frame))
+        if status != 0:
+            return status
     if not remembers(model.films):
         return 0
     numbers = model.films.numbers
@@ -139,6 +148,8 @@ def close_step(model, work, state):
     """Keep what films and axial joint of the last stage became."""
     if model.layout[at.AXIAL_JOINT] > 0.0:
         film_call(model.axial_joint, CLOSE_STEP, 0, state[joint_offset(model) :], work.scratch)
+    if remembers(model.links):
+        call_kernel(model.links.hooks[added.AT_CLOSE_STEP], (model, work, state))
     for i in range(model.bearings.shape[0]):
         if model.films.traits[i, MEMORY] == 0.0:
             continue
@@ -166,12 +177,12 @@ def fastest_closing(model, work, state, whirl):
             film_call(model.films, RATE, i, memory, work.scratch)
             worst = max(worst, work.scratch[0])
         else:
-            worst = max(worst, _closing_rate(model.bearings[i], model.films.place[i], model.films.velocity[i]))
+            worst = max(worst, closing_rate(model.bearings[i], model.films.place[i], model.films.velocity[i]))
     return worst
 
 
 @kernel
-def _closing_rate(law, place, velocity):
+def closing_rate(law, place, velocity):
     """Rate (1/s) at which the middle of a journal goes to or from the wall, over the least gap in a round bore."""
     x = place[0]
     y = place[1]

@@ -50,6 +50,7 @@ from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
 from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED, WORK_SPENT
 from cranktrain.dynamics.time.table import FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
 from cranktrain.dynamics.time.work_limit import cut_short, spent
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import RATE as FILM_RATE
 from cranktrain.film.laws.films import film_call
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
@@ -155,7 +156,11 @@ def film_rate(model, work, state):
     thrust.place[0, 0] = work.port[at.RELATIVE, z]
     thrust.velocity[0, 0] = work.port[at.RELATIVE_RATE, z]
     film_call(thrust, FILM_RATE, 0, thrust.out, thrust.out)
-    return max(rate, thrust.out[0])
+    rate = max(rate, thrust.out[0])
+    if model.layout[at.ADDED] > 0.0:
+        call_kernel(model.links.hooks[added.AT_RATE], (model, work, state))
+        rate = max(rate, work.added.sizes[added.CLOSING])
+    return rate
 
 
 @inlined_kernel

@@ -58,6 +58,8 @@ class AddedConnections(NamedTuple):
     out: Array  # (SIZE,)
     bearings: Array  # (K, COLUMNS) of films
     oil: Array  # (K,) viscosity that a film has by itself, Pa s; 0: the engine's, −1: no film
+    traits: Array  # (K, TRAITS) see slots
+    remembered: IntArray  # (K + 1,) where the memory of each begins behind that of the first; at last the size of all
     shown: Array  # (O, SHOWN) of each output
     hooks: IntArray  # (HOOKS,) addresses of what a stage calls, see dynamics.motion.added_hooks
 

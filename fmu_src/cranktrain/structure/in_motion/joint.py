@@ -38,7 +38,7 @@ def joint_at_state(simulation: Simulation) -> tuple[float, float]:
     if path is None or model.layout[at.AXIAL_JOINT] == 0.0:
         return 0.0, 1.0
     size = dimensions(model)
-    end = state_size(size.modes, size.ports, size.films)
+    end = state_size(size.modes, size.ports, size.films) - int(model.links.remembered[-1])
     z = float(simulation.state[end - REMEMBERED + DEFLECTION])
     joint = model.axial_joint
     return fading(path, z, float(joint.velocity[0, SLIP]), float(joint.place[0, WINDUP_TORQUE]))
