@@ -9,12 +9,15 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve
+from tests.film_tables import RATIO, coarse_table
 from tests.rods import FOUR, beside, part, plain_engine
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_body
-from cranktrain.dynamics.model.state import VELOCITY
+from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.model.settings import resolved
+from cranktrain.dynamics.model.state import TIME, VELOCITY
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology.laws import pieces_of
 from cranktrain.dynamics.topology.values import REST
@@ -23,6 +26,11 @@ from cranktrain.engine.connections import Film, RingDamper, Roller, Thrust
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.engine.roller_bearing import RollerBearing
+from cranktrain.film.elastic.bore_compliance import RIGID_BORE, BoreCompliance
+from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
+from cranktrain.film.laws.films import OBSERVE, P_MAX, film_call
+from cranktrain.film.laws.films import SPEED as FILM_SPEED
+from cranktrain.film.laws.register import PLAIN, bearing_law
 from cranktrain.film.laws.roller_contacts import equilibrium
 from cranktrain.film.laws.thrust import thrust_force, thrust_force_tilted, thrust_parameters
 from cranktrain.loads.damper import (
@@ -32,6 +40,7 @@ from cranktrain.loads.damper import (
     with_damper_housing,
 )
 from cranktrain.results.summary import run_summary
+from cranktrain.structure import assembly
 
 GRAVITY = 9.80665
 SPEED = 1500.0 * math.pi / 30.0
@@ -321,6 +330,199 @@ def test_an_axial_bearing_beside_the_engines_carries_what_it_carries(level, coll
     assert np.abs(one - two).max() < 2e-3 * np.abs(one).max()
 
 
+# Films from a table ---------------------------------------------------------------------------------------------------
+
+TABLED = {
+    "diameter": 0.04, "width": 0.04 * RATIO, "clearance": 4e-5, "contact_height": 1e-6, "contact_pressure": 3e8,
+    "relief_depth": 6e-6, "roughness": 4e-7, "level": "table", "viscosity": 0.01,
+}  # fmt: skip
+
+
+def rotor_on(film, load=1.5e3):
+    frame, body = rotor(2.0)
+    films = tuple(link(name, "film", film, name) for name in ("front", "rear"))
+    loads = [
+        link(f"push_{name}", "load", {"force": (share * load, load, 0.0), "order": 0.5}, name)
+        for name, share in (("middle", 0.3), ("front", -0.1))
+    ]
+    return ct.Topology((frame,), (body,), (*films, link("z", "spring", FREE), *loads))
+
+
+def test_added_films_read_the_table_of_their_proportions():
+    """As the law of the mains does at the same place, tilt and velocities; near to the film that is solved."""
+    tables = (coarse_table(),)
+    run = beside(rotor_on(TABLED), SPEED, tables)
+    found = advance(run, 0.5)
+    links = run.model.links
+    film = Film(**TABLED)
+    rows = bearing_parameters(film, film.viscosity)[None]
+    films = law_films(bearing_law("table"), PLAIN, Bearings(rows, film, parts={"table": tables[0]}))
+    for place, place_of in ((films.place[0], links.place[1]), (films.velocity[0], links.velocity[1])):
+        place[:] = place_of
+    assert np.abs(links.place[1, 2:]).max() > 1e-8  # the shaft is tilted
+    films.numbers[FILM_SPEED] = found["r.speed"][-1]
+    film_call(films, OBSERVE, 0, films.out, films.out)
+    for k, way in enumerate("xy"):
+        assert found[f"connection[rear].force.{way}"][-1] == pytest.approx(films.out[k], rel=1e-6)
+    assert found["connection[rear].pressure_max"][-1] == pytest.approx(films.out[P_MAX], rel=1e-6)
+    solved = advance(beside(rotor_on(TABLED | {"level": "reynolds"}), SPEED), 0.5)
+    for way in "xy":
+        one, two = found[f"r.position.{way}"], solved[f"r.position.{way}"]
+        assert np.abs(one - two).max() < 0.02 * np.ptp(two)
+
+
+def test_a_film_without_its_table_is_told():
+    with pytest.raises(InputError, match=r"connection 'front': level 'table' needs a film table of L/D 0.35"):
+        beside(rotor_on(TABLED), SPEED)
+    with pytest.raises(InputError, match=r"connection 'front': level 'table' needs a film table of L/D 0.4"):
+        beside(rotor_on(TABLED | {"width": 0.016}), SPEED, (coarse_table(),))
+
+
+def test_tables_are_made_once_for_films_of_the_same_proportions(monkeypatch):
+    made = []
+    monkeypatch.setattr(assembly, "_film_table", lambda bearing, say, resolution: made.append(bearing))
+    found = ct.film_tables(rotor_on(TABLED), resolution="coarse")
+    assert len(found) == len(made) == 1 and made[0].width == TABLED["width"]
+    assert ct.film_tables(rotor_on(TABLED | {"level": "reynolds"})) == ()
+
+
+def test_an_elastic_bore_that_nobody_knows_is_told(tmp_path):
+    film = {key: value for key, value in TABLED.items() if key != "level"} | {"level": "ehd"}
+    with pytest.raises(InputError, match="connection 'front': level 'ehd' knows the elastic bores of the engine's own"):
+        beside(rotor_on(film), SPEED)
+    engine = load_engine(FOUR)
+    tables = [replace(one, film=replace(one.film, level="ehd")) if one.film else one for one in engine.connection]
+    with pytest.raises(InputError, match="connection 'front_1': level 'ehd' knows"):
+        assembly.checked(replace(engine, connection=tuple(tables)), ct.Settings())
+
+
+# Laws with a memory ---------------------------------------------------------------------------------------------------
+
+
+def soft_bore():
+    """A bore with three made-up shapes: it widens, and becomes oval both ways."""
+    forms = np.zeros((3, 5, 2))
+    forms[0, 0, 0] = forms[1, 3, 0] = forms[2, 4, 0] = 1.0
+    return BoreCompliance(forms, np.array([6e-10, 5e-10, 4e-10]), np.zeros((3, 4)), np.ones(3), 1.0)
+
+
+@pytest.mark.parametrize("bore", ["rigid", "elastic"])
+def test_a_film_with_a_memory_beside_a_mains_carries_what_it_carries(bore):
+    """Level ehd: oil and bore's form are remembered by both, in the state."""
+    engine, compliance = load_engine("diesel_i6"), RIGID_BORE if bore == "rigid" else soft_bore()
+    made = ct.assemble(engine, ct.Settings(crank="beam", block="ground", bearings="impedance"), inherit=False)
+    links = (on_crank("c", "film", "main[3]", film_data(engine, "ehd") | {"bore": bore}),)
+    parts = Parts(bore=compliance, topology=ct.Topology((), (), links))
+    run = Simulation(engine, made.body, ct.Settings(crank="beam", block="ground", bearings="ehd"), None, parts)
+    run.inputs[0] = SPEED
+    run.initialize()
+    found = advance(run, 24 / 288)
+    one, two = (np.hypot(*(found[f"{name}.force.{way}"] for way in "xy")) for name in ("bearing[3]", "connection[c]"))
+    assert np.abs(one - two).max() < 1e-9 * one.max()
+    for name in ("friction_torque", "oil_flow", "pressure_max"):
+        one, two = found[f"bearing[3].{name}"], found[f"connection[c].{name}"]
+        assert np.abs(one - two).max() < 1e-9 * np.abs(one).max(), name
+
+
+EHD = {
+    "diameter": 0.03, "width": 0.015, "clearance": 2e-5, "contact_height": 1e-6, "contact_pressure": 3e8,
+    "level": "ehd", "bore": "rigid", "viscosity": 0.01,
+}  # fmt: skip
+
+
+def rotor_on_oil(ratio=2.0, load=1.5e3, interfaces=("front", "rear"), **film):
+    """A rotor on films that a force loads at an order of the crank angle."""
+    frame, body = rotor(ratio)
+    films = tuple(link(name, "film", EHD | film, name) for name in interfaces)
+    push = link("push", "load", {"force": (0.0, load, 0.0), "order": 3.0})
+    return ct.Topology((frame,), (body,), (*films, link("z", "spring", FREE | LEVEL), push))
+
+
+def orbit_after(cycles, steps):
+    """Place and velocity of the rotor on its remembered oil after so many cycles of so many steps."""
+    run = beside(rotor_on_oil(), SPEED, step=4.0 * math.pi / steps, film_change=1e9, newton_tolerance=1e-9)
+    advance(run, cycles, steps)
+    return np.array([shown(run, f"r.position.{way}") for way in "xy"])
+
+
+def test_a_film_with_a_memory_converges_with_the_step():
+    """Its voids follow backward Euler: halving the step about halves the error."""
+    places = [orbit_after(0.5, steps) for steps in (288, 576, 1152, 2304)]
+    errors = [float(np.hypot(*(place - places[-1]))) for place in places[:-1]]
+    assert errors[0] < 0.05 * float(np.hypot(*places[-1]))
+    # Against the finest step a method of first order leaves 7, 3 and 1 parts.
+    assert errors[1] == pytest.approx(3.0 / 7.0 * errors[0], rel=0.1)
+    assert errors[2] == pytest.approx(1.0 / 3.0 * errors[1], rel=0.1)
+
+
+@pytest.mark.parametrize("law", ["film", "axial_joint"])
+def test_a_state_holds_what_connections_remember(law):
+    """Going on from a copy of the state gives the same outputs to the bit."""
+    topology = rotor_on_oil() if law == "film" else sliding(SPLINE, 4.0)
+    run = beside(topology, SPEED)
+    advance(run, 0.1)
+    state = run.state
+    h = 4.0 * math.pi / SPEED / 288
+    begin, rows = round(float(state[TIME]) / h), np.zeros((2, 40, run.outputs.size))
+    for found in rows:
+        run.state = state
+        assert run.series(h, begin + 1, found) == 40
+    assert np.array_equal(rows[0], rows[1])
+    assert np.ptp(rows[0], axis=0).max() > 0.0
+    kept = run.model.links.remembered
+    assert int(kept[-1]) == (2 if law == "axial_joint" else 2 * int(run.model.links.traits[0, 0]))
+
+
+# The joint ------------------------------------------------------------------------------------------------------------
+
+SPLINE = {
+    "joint": "spline", "joint_stiffness": 1e7, "joint_damping": 2e3, "turning_stiffness": 4e4, "turning_damping": 60.0,
+    "spline_radius": 0.02, "friction": 0.08,
+}  # fmt: skip
+CARRIED = 100.0
+HOLDS = SPLINE["friction"] * CARRIED / SPLINE["spline_radius"]
+
+
+def sliding(joint, share):
+    """Two rotors that a joint joins, one held; a torque on the other one, and a force of ``share`` friction limits."""
+    frame, body = rotor(2.0)
+    places = {"middle": (0, 0, 0.0)}
+    other = rigid_body("o", 6.0, np.diag([0.02, 0.02, 0.03]), (0, 0, 0), places)
+    held = {"stiffness": (1e8, 1e8, 1e9), "damping": (1e4, 1e4, 1e4), "turning_stiffness": (1e6, 1e6, 1e6),
+            "turning_damping": (1e3, 1e3, 1e2)}  # fmt: skip
+    across = {"stiffness": (1e8, 1e8, 0.0), "damping": (1e4, 1e4, 0.0)} | LEVEL
+    links = (
+        ct.Connection("o", "spring", (ct.End("o", "middle"), ct.End("ground")), held),
+        link("r", "spring", across),
+        ct.Connection("j", "axial_joint", (ct.End("r", "middle"), ct.End("o", "middle")), joint),
+        link("push", "load", {"force": (0.0, 0.0, share * HOLDS), "torque": (0.0, 0.0, CARRIED)}),
+    )
+    return ct.Topology((frame,), (body, ct.Body("o", other, "f")), links)
+
+
+def test_a_joint_that_holds_is_a_spring_along_the_axis():
+    run = beside(sliding(SPLINE, 0.02), SPEED)
+    found = advance(run, 4)
+    assert found["connection[j].torque"][-1] == pytest.approx(-CARRIED, rel=1e-6)
+    assert found["connection[j].force.z"][-1] == pytest.approx(-0.02 * HOLDS, rel=1e-4)
+    bolted = beside(sliding(SPLINE | {"joint": "bolted"}, 5.0), SPEED)
+    found = advance(bolted, 4)
+    assert found["connection[j].slip"][-1] == pytest.approx(5.0 * HOLDS / SPLINE["joint_stiffness"], rel=1e-3)
+
+
+def test_a_joint_that_slides_leaves_the_force_beyond_friction():
+    """m v̇ = F − μ |T|/r from when it slides; the friction follows the torque that it carries."""
+    run = beside(sliding(SPLINE, 3.0), SPEED)
+    found = advance(run, 0.5)
+    friction = -found["connection[j].force.z"][36:]
+    torque = found["connection[j].torque"][36:]
+    np.testing.assert_allclose(friction, np.abs(torque) * SPLINE["friction"] / SPLINE["spline_radius"], rtol=2e-2)
+    speed, h = found["connection[j].slip_velocity"], 4.0 * math.pi / SPEED / 288
+    gained = np.diff(speed[36:]).sum() / (h * (speed.size - 37))
+    assert gained == pytest.approx(2.0 * HOLDS / 4.0, rel=1e-2)
+    assert speed[-1] > 1.0
+
+
 # In an engine ---------------------------------------------------------------------------------------------------------
 
 FAST = 4000.0 * math.pi / 30.0
@@ -335,7 +537,12 @@ def on_other_bearings(engine, tables):
     return replace(engine, connection=tuple(kept))
 
 
+OF_BALANCERS = {
+    "diameter": 0.032, "width": 0.02, "clearance": 3e-5, "contact_height": 1e-6, "contact_pressure": 3e8,
+}  # fmt: skip
+"""Films of the shafts as the file has them."""
 BALANCERS = {
+    "films solved online": {"film": ("film", Film(**OF_BALANCERS | {"level": "reynolds"}))},
     "rollers": {"film": ("roller", Roller(**ROLLER))},
     "rollers that go round": {"film": ("roller", Roller(**ROLLER | {"variable": True}))},
     "axial bearings": {"spring": ("thrust", Thrust(**COLLAR))},
@@ -351,6 +558,21 @@ def test_energy_of_balancers_on_the_engines_laws_closes(tables, block, left):
     """Over a cycle that repeats, as with films; in a block that shakes, moments of second order are left out."""
     engine = on_other_bearings(load_engine(FOUR), BALANCERS[tables])
     settings = ct.Settings(crank="beam", bearings="impedance", block=block, step=math.radians(1.25))
+    closed(engine, settings, left)
+
+
+@pytest.mark.slow
+def test_energy_of_balancers_on_oil_that_is_remembered_closes():
+    """Level ehd in a rigid bore, whose voids follow backward Euler."""
+    tables = {"film": ("film", Film(**OF_BALANCERS | {"level": "ehd", "bore": "rigid"}))}
+    engine = on_other_bearings(load_engine(FOUR), tables)
+    chosen = {"block": "flexible", "step": math.radians(1.25)}
+    assert resolved(ct.Settings(bearings="impedance"), engine).film_change == bearing_law("ehd").film_change
+    closed(engine, ct.Settings(crank="beam", bearings="impedance", **chosen), 1e-4)
+
+
+def closed(engine, settings, left):
+    """The energy balance of a settled cycle leaves less than a fraction of the gas work."""
     made = ct.assemble(engine, settings, inherit=False)
     run = simulate(made.engine, made.body, made.settings, FAST, parts=made.parts, settle=1e-6)
     energy = run_summary(run, "")["energy"]

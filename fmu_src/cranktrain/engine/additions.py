@@ -138,6 +138,7 @@ class ConnectionTable:
     roller: laws.Roller | None = None
     thrust: laws.Thrust | None = None
     damper: laws.RingDamper | None = None
+    axial_joint: laws.SlidingJoint | None = None
 
     @property
     def data(self) -> Any:

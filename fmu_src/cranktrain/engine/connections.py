@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields
 
 from cranktrain.engine import quantities as q
-from cranktrain.engine.parts import Damper, JournalBearing, RollerBearings, Skirt, ThrustBearing
+from cranktrain.engine.parts import AxialPath, Damper, JournalBearing, RollerBearings, Skirt, ThrustBearing
 from cranktrain.engine.quantities import need
 
 
@@ -91,10 +91,12 @@ class Film(JournalBearing):
     Attributes
     ----------
     level : of its film, as bearing levels are named
+    bore : of level ``ehd``: ``elastic``, known of the engine's own main bearings, or ``rigid``
     viscosity : of its oil, Pa s; 0: that of the engine's oil
     """
 
     level: q.FilmLevel = "impedance"
+    bore: q.FilmBore = "elastic"
     stiffness_x: q.Stiffness = 1.0e8
     stiffness_y: q.Stiffness = 1.0e8
     damping_x: q.Damping = 1.0e4
@@ -227,6 +229,34 @@ class RingDamper:
         )  # fmt: skip
 
 
+@dataclass(frozen=True, kw_only=True)
+class SlidingJoint:
+    """A joint between two bodies that turn alike: it carries a torque and holds or slides along the axis.
+
+    Attributes
+    ----------
+    joint : ``bolted``, or a ``spline``, which slides where the force exceeds friction times torque over spline_radius
+    joint_stiffness, joint_damping : along the axis, of a spline before it slides, N/m, N s/m
+    turning_stiffness, turning_damping : about the axis, N m/rad, N m s/rad
+    spline_radius, friction : of a spline: its mean radius, m, and the coefficient of friction
+    """
+
+    joint: q.AxialJoint
+    joint_stiffness: q.Stiffness
+    turning_stiffness: q.TorsionalStiffness
+    joint_damping: q.Damping = 0.0
+    turning_damping: q.TorsionalDamping = 0.0
+    spline_radius: q.Length = 0.0
+    friction: q.Friction = 0.0
+
+    @property
+    def path(self) -> AxialPath:
+        """The joint as that of an engine's drive line."""
+        own = {name: getattr(self, name) for name in ("joint", "joint_stiffness", "joint_damping")}
+        return AxialPath(**own, mass=1.0, stiffness=0.0, damping=0.0, spline_radius=self.spline_radius,
+                         friction=self.friction)  # fmt: skip
+
+
 @dataclass(frozen=True)
 class RigidGear:
     """Two gears with rigid teeth; the ratios of their frames match the teeth."""
@@ -294,7 +324,7 @@ STEEL = 7850.0
 DATA: dict[str, type] = {
     "gear_mesh": GearMesh, "coupling": Coupling, "spring": Spring, "load": Load, "film": Film,
     "rigid_gear": RigidGear, "planetary": Planetary, "belt": Belt, "gas": Gas,
-    "liner": Liner, "roller": Roller, "thrust": Thrust, "damper": RingDamper,
+    "liner": Liner, "roller": Roller, "thrust": Thrust, "damper": RingDamper, "axial_joint": SlidingJoint,
 }  # fmt: skip
 """Data of each law that a file may name."""
 WORDS = {2: "two", 3: "three", 4: "four"}

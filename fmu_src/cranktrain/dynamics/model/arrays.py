@@ -39,6 +39,7 @@ from cranktrain.dynamics.model.settings import (
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import added
+from cranktrain.dynamics.topology.pieces import FilmParts
 from cranktrain.dynamics.topology.records import AddedBodies, AddedConnections, Base
 from cranktrain.dynamics.topology.tables import added_topology
 from cranktrain.dynamics.topology.values import Topology
@@ -168,6 +169,7 @@ class Parts(NamedTuple):
     block: ReducedBody | None = None  # the block, level ``flexible``
     topology: Topology | None = None  # bodies and connections beside those of the engine's file
     bodies: Mapping[str, ReducedBody] | None = None  # that the engine's file takes from files of their own
+    film_tables: tuple[FilmTable, ...] = ()  # films of added bearings, level ``table``
     cycles: PastCycles | None = None  # keeps what the main bearings' films were over the last cycle of a run
 
 
@@ -251,7 +253,12 @@ def structure(
     ports = lay_ports(engine, turning, body.n_modes, journals, windup, block, guided)
     topology = added_topology(engine, turning, block, parts.bodies, parts.topology)
     modes = turning.n_modes + stationary.n_modes
-    more = added(topology, Base(turning, block, modes, len(ports.turning), len(ports.block), ports.scales.size))
+    more = added(
+        topology,
+        Base(
+            turning, block, modes, len(ports.turning), len(ports.block), ports.scales.size, _film_parts(engine, parts)
+        ),
+    )
     ports = with_added_ports(ports, more)
     shapes, contiguous = turning.shapes, np.ascontiguousarray
     flywheel, pulley = shapes[turning.index("flywheel")], shapes[turning.index("pulley")]
@@ -324,6 +331,12 @@ def whirls(turning: ReducedBody) -> bool:
     """Whether turning couples the modes of what turns: those of twist alone do not feel it."""
     stretched = turning.stress_stiffness - turning.centrifugal
     return bool(max(np.abs(turning.gyroscopic).max(), np.abs(stretched).max()) > LEAST_COUPLING)
+
+
+def _film_parts(engine: Engine, parts: Parts) -> FilmParts:
+    """What films of added bearings may need; the mains' own table and bores serve too."""
+    tables = (*parts.film_tables, *(() if parts.table is None else (parts.table,)))
+    return FilmParts(tables, engine.main_bearing, parts.bore, engine.oil)
 
 
 def _without_block_shares(engine: Engine) -> Engine:

@@ -5,6 +5,7 @@ The first end is what turns in the bearing, and the law is evaluated in the axes
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,18 +13,22 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.topology.axial_joint import sliding_law, sliding_record
 from cranktrain.dynamics.topology.damper import POWER, damper_record, ring_damper_law
-from cranktrain.dynamics.topology.pieces import ANGLE, REFERENCE_VISCOSITY, SAME, Piece, between
+from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, REFERENCE_VISCOSITY, SAME, FilmParts, Piece, between
 from cranktrain.dynamics.topology.terms import Direction, unit
 from cranktrain.dynamics.topology.values import Frame
 from cranktrain.engine.checks.damper import check_damper
-from cranktrain.engine.connections import Film, RingDamper, Roller, Thrust
+from cranktrain.engine.connections import Film, RingDamper, Roller, SlidingJoint, Thrust
 from cranktrain.engine.quantities import mm, need
 from cranktrain.engine.roller_bearing import FILE_KEYS, check_roller_bearing, main_roller
+from cranktrain.film.elastic.bore_compliance import RIGID_BORE
+from cranktrain.film.laws.axial_joint import REMEMBERED
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, P_MAX
 from cranktrain.film.laws.parameters import CLEARANCE, VISCOSITY
 from cranktrain.film.laws.register import PLAIN, ROLLER, THRUST, bearing_law
+from cranktrain.film.laws.rigid_bore import fitting_table
 from cranktrain.film.laws.roller import FIRST_ANGLE, roller_parameters, seats
 
 ACROSS = (
@@ -39,8 +44,12 @@ def film_pieces(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
     law, parameters = bearing_law(bearing.level), bearing_parameters(bearing, bearing.viscosity or REFERENCE_VISCOSITY)
     form = law.forms[PLAIN]
 
-    def record(rows: Array) -> Any:
-        return resolve(form.record)(Bearings(rows, bearing))
+    # The supply's angle is one of the engine's axes.
+    own = replace(bearing, supply_angle=journal.sense * bearing.supply_angle)
+
+    def record(rows: Array, parts: FilmParts) -> Any:
+        found = {name: _part(name, own, parts) for name in form.parts}
+        return resolve(form.record)(Bearings(rows, own, parts=found, oil=parts.oil))
 
     half = 0.5 * bearing.width
     components = _journal(journal, half if form.tilt else 0.0)
@@ -52,8 +61,42 @@ def film_pieces(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
         Piece(
             components, scales, resolve(form.kernel), record, journal, 0, law.film, form.closes,
             outputs, parameters, bearing.viscosity if law.film else -1.0, tilt=half if form.tilt else 0.0,
+            told_oil=form.viscous, tells_rate=bool(form.memory), memory=resolve(form.memory) if form.memory else None,
         )
     ]  # fmt: skip
+
+
+def film_parts(bearing: Film) -> tuple[str, ...]:
+    """Names of the parts that a film takes from elsewhere: ``table``, or ``bore`` where that is elastic."""
+    own = bearing_law(bearing.level).forms[PLAIN].parts
+    return tuple(name for name in own if name != "bore" or bearing.bore == "elastic")
+
+
+def no_bore(bearing: Film) -> InputError:
+    """What is said of a film whose elastic bore nobody knows."""
+    return InputError(
+        f"level '{bearing.level}' knows the elastic bores of the engine's own main bearings alone; write bore = rigid "
+        "for this film in a rigid bore, or take level table or reynolds"
+    )
+
+
+def _part(name: str, bearing: Film, parts: FilmParts) -> Any:
+    """Part of a name that a film's level needs; ``InputError`` where there is none."""
+    if name == "table":
+        table = fitting_table(parts.tables, bearing)
+        if table is None:
+            raise InputError(
+                f"level '{bearing.level}' needs a film table of L/D {bearing.width / bearing.diameter:.4g}, which "
+                "cranktrain.film_tables(topology) makes for Parts.film_tables; or take level impedance or reynolds"
+            )
+        return table
+    if bearing.bore == "rigid":
+        return RIGID_BORE
+    mains = parts.mains
+    same = mains is not None and (mains.diameter, mains.width) == (bearing.diameter, bearing.width)
+    if parts.bore is None or not (parts.at_main and same):
+        raise no_bore(bearing)
+    return parts.bore
 
 
 def roller_pieces(roller: Roller, journal: Frame, ring: Frame) -> list[Piece]:
@@ -118,6 +161,27 @@ def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
     )  # fmt: skip
     record = damper_record(ring.damper)
     return [Piece([component], [ANGLE], ring_damper_law, record, first, outputs=outputs, told_speed=True)]
+
+
+def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece]:
+    """Joint that carries a torque and slides along the axis."""
+    if abs(first.sense * first.rate - second.sense * second.rate) > SAME or first.rate == 0.0:
+        raise InputError("a joint carries a torque between bodies that turn alike; give both frames the same ratio")
+    if joint.joint == "spline":
+        for key in ("spline_radius", "friction"):
+            text = "is missing; a spline slides by friction x torque / spline_radius; give it, or take joint bolted"
+            need("", key, getattr(joint, key) > 0.0, text)
+    components = [between(first, unit(2), np.zeros(3)), between(first, np.zeros(3), unit(2))]
+    outputs = (
+        ("force.z", "force", 0), ("torque", "force", 1), ("slip", "place", 0), ("slip_velocity", "velocity", 0),
+        ("twist", "place", 1), ("twist_rate", "velocity", 1),
+    )  # fmt: skip
+    return [
+        Piece(
+            components, [LENGTH, ANGLE], sliding_law, sliding_record(joint), first, outputs=outputs,
+            memory=lambda record: REMEMBERED,
+        )
+    ]  # fmt: skip
 
 
 def _journal(frame: Frame, half: float) -> list[tuple[Direction, Direction]]:

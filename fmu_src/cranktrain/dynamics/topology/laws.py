@@ -15,7 +15,14 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.topology.bearings import damper_pieces, film_pieces, roller_pieces, thrust_pieces
+from cranktrain.dynamics.topology.axial_joint import sliding_law
+from cranktrain.dynamics.topology.bearings import (
+    damper_pieces,
+    film_pieces,
+    joint_pieces,
+    roller_pieces,
+    thrust_pieces,
+)
 from cranktrain.dynamics.topology.belt import belt_law, belt_record, strands
 from cranktrain.dynamics.topology.coupling import coupling_law, coupling_record
 from cranktrain.dynamics.topology.damper import ring_damper_law
@@ -38,6 +45,7 @@ from cranktrain.engine.connections import (
     RigidGear,
     RingDamper,
     Roller,
+    SlidingJoint,
     Spring,
     Thrust,
     check_ends,
@@ -113,6 +121,11 @@ def relations_of(connection: Connection, frames: Sequence[Frame]) -> list[Array]
                 f"teeth do not allow; give the frame of end {last + 1} the ratio {ratio:.10g}"
             )
     return found
+
+
+def data_of(connection: Connection) -> Any:
+    """Data of a connection as its law's class has them; ``InputError`` as above."""
+    return _read(connection)[1]
 
 
 def _read(connection: Connection) -> tuple[ConnectionLaw, Any, str]:
@@ -290,6 +303,14 @@ for _row in (
     ConnectionLaw("thrust", "axial bearing, whose collar is the first end", Thrust, thrust_pieces),
     ConnectionLaw(
         "damper", "torsional damper's housing and its ring", RingDamper, damper_pieces, ring_damper_law, turns=True
+    ),
+    ConnectionLaw(
+        "axial_joint",
+        "joint that carries torque, bolted or a spline that slides",
+        SlidingJoint,
+        joint_pieces,
+        sliding_law,
+        turns=True,
     ),
     ConnectionLaw("belt", "two strands on two pulleys, which pull only", Belt, _belt, belt_law, turns=True),
     ConnectionLaw("gas", "gas on a piston and its head", Gas, _gas, gas_law),

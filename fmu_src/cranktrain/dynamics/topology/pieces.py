@@ -8,6 +8,9 @@ from typing import Any, NamedTuple
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology.terms import Direction
 from cranktrain.dynamics.topology.values import REST, Frame
+from cranktrain.engine.parts import JournalBearing, Oil
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.table.database import FilmTable
 
 LENGTH, ANGLE = 5.0e-5, 1.0e-3
 """Motion (m, rad) that counts as much as a clearance in a connection without one."""
@@ -17,6 +20,26 @@ REFERENCE_VISCOSITY = 0.01
 """Viscosity (Pa s) of oil in a model that is not prepared yet."""
 
 
+class FilmParts(NamedTuple):
+    """What films of added bearings may need besides their data.
+
+    Attributes
+    ----------
+    tables : film tables of any bearings, of which a film takes one that fits
+    mains, bore : the engine's plain main bearings and the compliance of their bores
+    oil : dependence of the engine's oil on pressure
+    at_main : whether the film is that of a main journal in its bore
+    connection : name of the film's connection
+    """
+
+    tables: tuple[FilmTable, ...] = ()
+    mains: JournalBearing | None = None
+    bore: BoreCompliance | None = None
+    oil: Oil | None = None
+    at_main: bool = False
+    connection: str = ""
+
+
 class Piece(NamedTuple):
     """Up to four components of a connection, and the kernel that answers their motion.
 
@@ -24,7 +47,8 @@ class Piece(NamedTuple):
     ----------
     components : of each component what it measures of the first and of the second end
     scales : motion that counts as much as a clearance
-    kernel, record : of the law; a record that refers to the table of all bearings is made of that table by a call
+    kernel, record : of the law; a record that refers to the table of all bearings is made by a call,
+        ``record(table, parts)`` with :class:`FilmParts`
     axes : frame in whose axes the law is evaluated
     pairs : first component of the pairs that turn with these axes, −1: none
     rubs : whether friction turns both ends about z
