@@ -157,7 +157,7 @@ def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
     check_damper(ring.damper)
     component = between(first, np.zeros(3), unit(2))
     outputs = (
-        ("torque", "force", 0), ("twist", "place", 0), ("twist_rate", "velocity", 0), ("power", "out", POWER),
+        ("torque", "force", 0), ("twist", "place", 0), ("twist_rate", "velocity", 0), ("heat", "out", POWER),
     )  # fmt: skip
     record = damper_record(ring.damper)
     return [Piece([component], [ANGLE], ring_damper_law, record, first, outputs=outputs, told_speed=True)]
