@@ -67,8 +67,8 @@ class Case:
         self.run.initialize()
         if grid is not None:
             model = self.run.model
-            record = rigid_bore(made.engine.plain_mains, model.bearings, None, model.films.solved, size=grid)
-            model.films.entry[:, 1] = keep_record(record, model.films.entry)
+            record = rigid_bore(made.engine.plain_mains, model.bearings, None, model.laws.solved, size=grid)
+            model.films.entry[:, 1] = keep_record(record, model.laws.entry)
         self._step = communication_step(SPEED, made.settings.step)
         self._rows = np.zeros((round(4.0 * math.pi / SPEED / self._step), self.run.outputs.size))
         self._done = self.run.series(self._step, 1, self._rows)  # compiled, and past the start

@@ -97,7 +97,7 @@ def figures(simulation: Simulation, shown: Array, places: Array) -> dict[str, An
         "least_gap_um": 1e6 * least,
         "film_pressure_mpa": 1e-6 * float(of("pressure_max").max()),
         "share_beyond_barus_limit": float((of("pressure_max") > 1.0 / simulation.engine.oil.pressure_viscosity).mean()),
-        "online_films": float(simulation.model.films.solved[0]),
+        "online_films": float(simulation.model.laws.solved[0]),
     }
 
 
@@ -118,8 +118,8 @@ def compared(engine: Engine, level: str, speed: float, count: float, horizon: fl
         cycles(fine, count, f"{speed:g} rev/min, {level}, fine")
     else:
         fine = started("reynolds")
-        bore = rigid_bore(engine.plain_mains, fine.model.bearings, None, fine.model.films.solved, size=FINE)
-        fine.model.films.entry[:, 1] = keep_record(bore, fine.model.films.entry)
+        bore = rigid_bore(engine.plain_mains, fine.model.bearings, None, fine.model.laws.solved, size=FINE)
+        fine.model.films.entry[:, 1] = keep_record(bore, fine.model.laws.entry)
         fine.state = usual.state
     aligned = started("impedance")
     shown, _ = cycles(aligned, 2 * count, f"{speed:g} rev/min, impedance")

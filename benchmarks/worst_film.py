@@ -53,7 +53,7 @@ def started(engine: Engine, speed: float, grid: ElasticGrid, damper: str) -> Sim
 def cycle(run: Simulation) -> Array:
     """Least films of the mains over one cycle, (PER_CYCLE, b), m."""
     names, begin = list(run.output_names), run.time
-    at = [names.index(f"bearing[{i + 1}].film_thickness_min") for i in range(len(run.model.films.place))]
+    at = [names.index(f"bearing[{i + 1}].film_thickness_min") for i in range(len(run.model.bearings))]
     least = np.zeros((PER_CYCLE, len(at)))
     for k in range(PER_CYCLE):
         run.step(begin + (k + 1) * 4.0 * math.pi / run.inputs[0] / PER_CYCLE)

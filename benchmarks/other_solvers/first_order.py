@@ -29,6 +29,7 @@ from cranktrain.core.lanes import four, put_four
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
+from cranktrain.dynamics.model.layout import joint_row
 from cranktrain.dynamics.model.state import (
     LEAD_ANGLE,
     LEAD_SPEED,
@@ -38,15 +39,15 @@ from cranktrain.dynamics.model.state import (
     VELOCITY,
     offset,
 )
-from cranktrain.dynamics.motion.equations import external_force, frame_numbers, place_collar
-from cranktrain.dynamics.motion.film_memory import joint_offset
-from cranktrain.dynamics.motion.film_ports import journal_forces, place_joint, place_journal
+from cranktrain.dynamics.motion.equations import external_force
+from cranktrain.dynamics.motion.film_memory import memory_offset
+from cranktrain.dynamics.motion.film_ports import frame_numbers, hand_forces, place_law, tell_law
 from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import add_product, dot, factor_lu, product, solve_lu
 from cranktrain.dynamics.motion.rod_motion import ARM, pin_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.film.laws.axial_joint import DEFLECTION, LEAST_LIMIT, SLIP, WINDUP_TORQUE, axial_joint
-from cranktrain.film.laws.films import FORCE, RUBBING, SPEED, film_call
+from cranktrain.film.laws.films import FORCE, film_call
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
@@ -101,10 +102,10 @@ class FirstOrder:
         n, m, p = d.modes, d.ports, d.cylinders
         state = simulation.state
         speed = float(simulation.inputs[0])
-        first, rotation = 2 * d.bearings + 1, int(model.layout[at.PIN_ROTATIONS])
-        pins = np.concatenate((model.ports[first : first + 2 * p], model.ports[rotation : rotation + p]))
+        first, turns = (model.cylinders[:, slot].astype(int) for slot in (at.PIN_PORT, at.PIN_TURN))
+        pins = np.concatenate((model.ports[np.add.outer(first, (0, 1)).ravel()], model.ports[turns]))
         z = np.zeros
-        path = simulation.engine.axial_path if model.layout[at.AXIAL_JOINT] > 0.0 else None
+        path = simulation.engine.axial_path if d.joint >= 0 else None
         size = 2 * n + (2 if path is None else 4)
         scratch = Scratch(
             z(at.FRAME_SIZE), z((4, m)), z((2, n)), z(64), np.ascontiguousarray(pins @ pins.T), z((p, 2)), z((p, 2)),
@@ -129,7 +130,7 @@ class FirstOrder:
         """Unknowns (size,) of a state of the simulation."""
         model, scratch, n = self.data[0], self.data[1], self.modes
         q, v = offset(POSITION, n), offset(VELOCITY, n)
-        joint = [0.0, state[joint_offset(model) + DEFLECTION]] if scratch.joint.size else []
+        joint = [0.0, state[memory_offset(model, dimensions(model).joint) + DEFLECTION]] if scratch.joint.size else []
         return np.concatenate([state[q : q + n], state[v : v + n], state[[LEAD_ANGLE, LEAD_SPEED]], joint])
 
     def __call__(self, t: float, y: Array) -> Array:
@@ -245,39 +246,36 @@ def _body_acceleration(model, s, q, v, a):
 @kernel
 def _bearing_forces(model, s):
     """Forces of main and thrust bearings at their ports into ``s.port``."""
-    b = model.bearings.shape[0]
-    journal = int(model.layout[at.JOURNAL_ROTATIONS])
-    omega = s.frame[at.OMEGA]
     u = s.port[PLACE]
     ud = s.port[PACE]
     f = s.port[FORCES]
-    films = model.films
-    frame_numbers(s.frame, films.numbers)
-    for i in range(b):
-        films.numbers[SPEED] = omega + ud[journal + i]
-        films.numbers[RUBBING] = films.numbers[SPEED]
-        place_journal(model.connections[i], u, ud, omega, films.place[i], films.velocity[i])
-        film_call(films, FORCE, i, films.out, films.out)
-        f[journal + i] = journal_forces(model.connections[i], s.frame, films.out, u, f)
-    place_collar(model.thrust, model.connections[int(model.layout[at.THRUST_LAW])], s.frame, u, ud)
-    film_call(model.thrust, FORCE, 0, model.thrust.out, model.thrust.out)
-    f[2 * b] = model.thrust.out[0]
+    laws = model.laws
+    frame_numbers(s.frame, laws.numbers)
+    for k in range(f.shape[0]):
+        f[k] = 0.0
+    for k in range(model.connections.shape[0]):
+        if model.connections[k, at.OF_ROD] == 0.0 and k != joint_row(model):
+            place_law(model, k, u, ud, s.frame[at.WHIRL])
+            tell_law(model, s.frame, k, u, ud)
+            film_call(laws, FORCE, k, laws.out, laws.out)
+            hand_forces(model.connections[k], s.frame, laws.out, u, f)
 
 
 @kernel
 def _joint_force(model, s, z):
     """Force of the axial joint at deflection ``z`` into ``s.port``; ż."""
-    joint = model.axial_joint
-    place_joint(model, s.frame, s.port[PLACE], s.port[PACE])
-    slip_rate = joint.velocity[0, SLIP]
+    k = joint_row(model)
+    place_law(model, k, s.port[PLACE], s.port[PACE], 0.0)
+    tell_law(model, s.frame, k, s.port[PLACE], s.port[PACE])
+    place = model.laws.place[k]
+    slip_rate = model.laws.velocity[k, SLIP]
     rate = slip_rate
     if s.joint[2] < 0.0:
-        z = joint.place[0, SLIP]
+        z = place[SLIP]
     else:
-        limit = s.joint[2] * abs(joint.place[0, WINDUP_TORQUE]) + LEAST_LIMIT
+        limit = s.joint[2] * abs(place[WINDUP_TORQUE]) + LEAST_LIMIT
         rate -= s.joint[0] * abs(slip_rate) * z / limit
-    k = int(model.connections[int(model.layout[at.AXIAL_JOINT]), at.FIRST])
-    s.port[FORCES, k] = -s.joint[0] * z - s.joint[1] * rate
+    s.port[FORCES, int(model.connections[k, at.FIRST])] = -s.joint[0] * z - s.joint[1] * rate
     return rate
 
 
@@ -287,7 +285,6 @@ def _rod_forces(model, s, rotation):
 
     The gas acts at the crank's angle, which is by ``rotation`` (rad) ahead of the frame's.
     """
-    first = 2 * model.bearings.shape[0] + 1
     theta = s.frame[at.THETA]
     f = s.port[FORCES]
     r = s.out
@@ -314,9 +311,10 @@ def _rod_forces(model, s, rotation):
         )  # fmt: skip
         force_x = cos * r[0] + sin * r[1]
         force_y = cos * r[1] - sin * r[0]
-        f[first + 2 * k] = force_x
-        f[first + 2 * k + 1] = force_y
-        f[int(model.layout[at.PIN_ROTATIONS]) + k] = lever_x * force_y - lever_y * force_x
+        first = int(rod[at.PIN_PORT])
+        f[first] = force_x
+        f[first + 1] = force_y
+        f[int(rod[at.PIN_TURN])] = lever_x * force_y - lever_y * force_x
         xx, xy, yx, yy = four(r, BY_ACCELERATION)
         mass_xx = cos * cos * xx + cos * sin * (xy + yx) + sin * sin * yy
         mass_xy = cos * cos * xy + cos * sin * (yy - xx) - sin * sin * yx
@@ -329,15 +327,14 @@ def _add_rod_masses(model, s, a):
     """Add to the modal acceleration ``a`` = a₀ + Pᵀ F₀ what the rods' mass makes of it: (1 − P Pᵀ A) w = P a."""
     n = a.shape[0]
     p = model.pins.shape[0]
-    first = 2 * model.bearings.shape[0] + 1
-    rotation = int(model.layout[at.PIN_ROTATIONS])
     for k in range(p):
+        pin, turn = int(model.cylinders[k, at.PIN_PORT]), int(model.cylinders[k, at.PIN_TURN])
         for axis in range(2):
             i = 2 * k + axis
             arm = -s.arms[k, 1] if axis == 0 else s.arms[k, 0]
             value = 0.0
             for j in range(n):
-                value += (model.ports[first + i, j] + arm * model.ports[rotation + k, j]) * a[j]
+                value += (model.ports[pin + axis, j] + arm * model.ports[turn, j]) * a[j]
             s.rhs[i] = value
             for j in range(3 * p):
                 s.row[j] = s.coupling[i, j] + arm * s.coupling[2 * p + k, j]
@@ -355,12 +352,9 @@ def _add_rod_masses(model, s, a):
         fx = xx * s.rhs[2 * k] + xy * s.rhs[2 * k + 1]
         fy = yx * s.rhs[2 * k] + yy * s.rhs[2 * k + 1]
         moment = s.levers[k, 0] * fy - s.levers[k, 1] * fx
+        pin, turn = int(model.cylinders[k, at.PIN_PORT]), int(model.cylinders[k, at.PIN_TURN])
         for i in range(n):
-            a[i] += (
-                fx * model.ports[first + 2 * k, i]
-                + fy * model.ports[first + 2 * k + 1, i]
-                + moment * model.ports[rotation + k, i]
-            )
+            a[i] += fx * model.ports[pin, i] + fy * model.ports[pin + 1, i] + moment * model.ports[turn, i]
 
 
 @law_kernel

@@ -43,8 +43,8 @@ def test_films_of_the_loop_are_converged_where_edges_touch():
     usual = started(body, bearings="reynolds")
     cycle(usual, 2)
     fine = started(body, bearings="reynolds")
-    record = rigid_bore(ENGINE.plain_mains, fine.model.bearings, None, fine.model.films.solved, size=(96, 16))
-    fine.model.films.entry[:, 1] = keep_record(record, fine.model.films.entry)
+    record = rigid_bore(ENGINE.plain_mains, fine.model.bearings, None, fine.model.laws.solved, size=(96, 16))
+    fine.model.films.entry[:, 1] = keep_record(record, fine.model.laws.entry)
     fine.state = usual.state
     (torsion, loads, places), (finer, carried, _) = cycle(usual, 2), cycle(fine, 2)
     assert np.ptp(torsion) == pytest.approx(np.ptp(finer), rel=0.003)
@@ -61,7 +61,7 @@ def test_a_settled_cycle_reads_all_its_films_from_the_table(crank):
     """The first two cycles may leave it: a start throws journals further than they ever go again."""
     simulation = started(assembly.running_crank(ENGINE, crank), bearings="table", crank=crank)
     cycle(simulation, 2)
-    start = simulation.model.films.solved[0]
+    start = simulation.model.laws.solved[0]
     assert start < 0.02 * 7.0 * simulation.work.counters[2]
     cycle(simulation)
-    assert simulation.model.films.solved[0] == start
+    assert simulation.model.laws.solved[0] == start

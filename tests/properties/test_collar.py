@@ -8,11 +8,12 @@ import pytest
 from bodies import free_six, rigid_crank
 
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.motion.equations import port_forces
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, film_call
 from cranktrain.film.laws.register import LAWS
 from cranktrain.film.laws.thrust import thrust_force_tilted, thrust_parameters
 
@@ -57,8 +58,9 @@ def test_force_shown_is_the_rate_of_axial_momentum(tilting, bearings):
 def test_tilt_is_part_of_the_force_that_is_shown(tilting):
     simulation = tilting("reynolds")
     simulation.step(math.radians(20.0) / SPEED)
-    connection = simulation.model.connections[int(simulation.model.layout[at.THRUST_LAW])]
-    place, velocity = simulation.model.thrust.place[0], simulation.model.thrust.velocity[0]
+    k = dimensions(simulation.model).thrust
+    connection = simulation.model.connections[k]
+    place, velocity = simulation.model.laws.place[k], simulation.model.laws.velocity[k]
     ports = connection[at.FIRST : at.FIRST + 3].astype(int)
     assert place[:3] == pytest.approx(simulation.work.port[at.RELATIVE, ports])
     parameters, out = thrust_parameters(SIX.thrust, simulation.model.bearings[0, -1]), np.zeros(21)
@@ -78,7 +80,8 @@ def test_collar_is_as_stiff_in_tilt_on_films_without_tilt(tilting, monkeypatch):
         model, work = simulation.model, simulation.work
         work.port[at.U : at.UDD + 1] = work.port[at.STATE_U : at.STATE_UDD + 1]
         assert port_forces(model, work, work.frames[0].copy(), work.pressures[0].copy(), 1e-9, 3e-5) == 0
-        blocks.append(model.thrust.out[:BY_VELOCITY].copy())
+        film_call(model.laws, FORCE, dimensions(model).thrust, model.laws.out, model.laws.out)
+        blocks.append(model.laws.out[:BY_VELOCITY].copy())
     assert blocks[0] == pytest.approx(blocks[1], rel=1e-12)
     about_x, about_y = blocks[0][[BY_PLACE + 5, BY_PLACE + 10]]
     assert max(about_x, about_y) < 0.0

@@ -11,8 +11,7 @@ from bodies import six
 from small_block import single
 
 from cranktrain.dynamics.cycle_run import run_cycles
-from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.model.arrays import Parts, dimensions
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
@@ -170,7 +169,7 @@ def test_a_stuck_joint_holds_the_crank_and_a_free_one_lets_it_go(friction):
     simulation = settled(replace(engine, axial_path=path), body, 2000.0, crank="beam", bearings="linear",
                          block="ground")  # fmt: skip
     means, _ = settled_means(simulation)
-    k = int(simulation.model.layout[at.AXIAL_JOINT])
+    k = dimensions(simulation.model).joint
     assert -means.place[k, 0, 0] == pytest.approx(4e8 if friction > 1.0 else 0.0, abs=4e6)
     assert abs(means.velocity[k, 0, 0]) < 4e4
 

@@ -280,10 +280,9 @@ def plain_start(model, speed):
 
 def plain_leaning(model, torque, spectrum, omega):
     """Motion of the block that leans and rocks, (n_b,) each, by numpy."""
-    shapes, t = model.block_ports, int(model.layout[at.TURNING_MODES])
+    shapes, t = model.block_ports, model.ports.shape[1]
     modes, b = shapes.shape[1], len(model.bearings)
-    first = int(model.layout[at.BORE_ROTATIONS]) - len(model.ports)
-    load = -shapes[first : first + b].mean(axis=0)
+    load = -shapes[model.connections[:b, at.REACTS].astype(int) - len(model.ports)].mean(axis=0)
     place = np.linalg.solve(np.diag(model.omega2[t : t + modes]) + model.block.stiffness, torque * load)
     rate = np.zeros(modes)
     k, c = model.block.stiffness[:6, :6], model.block.damping[:6, :6]
@@ -296,17 +295,18 @@ def plain_leaning(model, torque, spectrum, omega):
 
 def plain_carried(model, block):
     """Motion of all modes that go along with the block, by numpy."""
-    q, t, first = np.zeros(model.omega2.size), int(model.layout[at.TURNING_MODES]), len(model.ports)
+    q, t, first = np.zeros(model.omega2.size), model.ports.shape[1], len(model.ports)
     shapes, modes, count = model.block_ports, block.size, len(model.cylinders)
     q[t : t + modes] = block
     joined = np.concatenate((model.pairs, model.pairs + 1.0, model.axial)).astype(int)
     q[:5] = np.linalg.lstsq(model.ports[joined[:, 0], :5], shapes[joined[:, 1] - first] @ block, rcond=None)[0]
-    if model.layout[at.RODS] > 0.0:
-        pin, rod, crank = 2 * len(model.bearings) + 1, int(model.layout[at.RODS]), int(model.layout[at.CRANK_MODES])
+    pin, rod = model.cylinders[0, [at.PIN_PORT, at.END_PORT]].astype(int)
+    if rod >= 0:
+        crank = dimensions(model).crank_modes
         moved = model.ports[pin : pin + 2 * count, :5] @ q[:5]
         q[crank : crank + 2 * count] = moved / np.diag(model.ports[rod : rod + 2 * count, crank:])
     for c in range(count):
-        liner = int(model.layout[at.LINERS]) - first + 3 * c
+        liner = int(model.cylinders[c, at.LINER_PORT]) - first
         across = 0.5 * (shapes[liner] + shapes[liner + 1]) @ block
         q[t + modes + 2 * c : t + modes + 2 * c + 2] = np.linalg.solve(model.block.piston_shape, [across, 0.0])
     return q

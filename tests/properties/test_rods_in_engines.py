@@ -13,6 +13,7 @@ from rods import FOUR, rods_of
 
 import cranktrain as ct
 from cranktrain.dynamics.model import slots
+from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology import slots as at
@@ -50,6 +51,25 @@ def test_a_rod_as_body_does_to_the_engine_what_the_engines_own_does(name, cylind
         assert np.abs(own.outputs[key] - added.outputs[key]).max() < 0.02 * largest, key
     for key in ("shaft.torque", "pulley.torsion"):
         assert np.abs(own.outputs[key] - added.outputs[key]).max() < 0.03 * np.ptp(own.outputs[key]), key
+
+
+def test_a_replaced_piston_leaves_no_mass_of_its_own_in_the_block():
+    """Across its cylinder the engine has its guided pistons' mass, less that of the added one's."""
+    engine = replace(load_engine(FOUR), frame=(), body=(), connection=(), axial_path=None)
+    made = ct.assemble(engine, ct.Settings(crank="beam", block="flexible"), inherit=False)
+    more = rods_of(engine, made.body, (2,), made.parts.block)
+    mass = engine.cylinders.piston_mass + engine.rod.small_end_mass
+    for topology, guided in ((ct.Topology(), (1, 2, 3, 4)), (more, (1, 3, 4))):
+        run = Simulation(made.engine, made.body, made.settings, None, made.parts._replace(topology=topology))
+        run.inputs[0] = 150.0
+        run.initialize()
+        model = run.model
+        first = model.ports.shape[1] + model.block_ports.shape[1]
+        across = model.gravity[0, first : first + 2 * len(guided)]
+        assert across @ across == pytest.approx(len(guided) * mass, rel=1e-12)
+        assert [c + 1 for c in range(4) if model.cylinders[c, slots.PISTON_PORT] >= 0.0] == list(guided)
+        added = sum(body.reduced.n_modes for body in topology.bodies)
+        assert model.omega2.size == first + across.size + added
 
 
 @pytest.mark.parametrize(
@@ -96,7 +116,7 @@ def test_slow_modes_leave_rods_on_their_pins():
     n, size = model.ports.shape[1], model.block_ports.shape[1]
 
     def at_ports(q):
-        u = np.zeros(int(model.layout[slots.PORTS]))
+        u = np.zeros(dimensions(model).ports)
         u[:turning], u[turning : turning + standing] = model.ports @ q[:n], model.block_ports @ q[n : n + size]
         for row in model.bodies.rows.astype(int):
             own = slice(row[at.OWN_PORT], row[at.OWN_PORT] + row[at.PORTS])

@@ -170,14 +170,13 @@ class Toy:
     def __init__(self, r):
         scalars = np.zeros(at.SCALARS)
         scalars[at.DRIVEN] = 1.0
+        nothing, layout = np.zeros((0, 0)), np.zeros(at.LAYOUT)
+        layout[[at.JOINT_ROW, at.DAMPER_ROW]] = -1.0
         self.model = SimpleNamespace(
-            omega2=np.ones(1),
-            scalars=scalars,
-            layout=np.zeros(at.LAYOUT),
-            block_ports=np.zeros((0, 0)),
-            bearings=np.zeros((0, 0)),
-            ports=np.zeros((1, 0)),
-        )
+            omega2=np.ones(1), scalars=scalars, layout=layout, block_ports=nothing, bearings=nothing,
+            ports=np.zeros((1, 0)), connections=np.zeros((1, at.CONNECTION)), cylinders=nothing, scales=np.zeros(0),
+            links=SimpleNamespace(scales=np.zeros(0)), laws=SimpleNamespace(remembered=np.zeros(1)),
+        )  # fmt: skip
         self.inputs, self.outputs, self.state, self.r = (
             np.array([4 * math.pi]),
             np.zeros(1),

@@ -61,14 +61,14 @@ def test_blocks_are_the_derivatives_of_the_forces(choices):
     model, work = simulation.model, simulation.work
     if choices.get("bearings") == "reynolds":
         # Nodes at rest: where they follow the journal tangents by place are exact to the order of the grid only.
-        record = rigid_bore(ENGINE.main_bearing, model.bearings, None, model.films.solved)
+        record = rigid_bore(ENGINE.main_bearing, model.bearings, None, model.laws.solved)
         record.grid.settings[NODE_GRADING] = 0.0
-        model.films.entry[:, 1] = keep_record(record, model.films.entry)
+        model.films.entry[:, 1] = keep_record(record, model.laws.entry)
     simulation.step(math.radians(3) / SPEED)
     c_q, c_v = 1e-9, 3e-5
     frame, pressures = work.frames[0].copy(), work.pressures[0].copy()
     motion = work.port[slots.STATE_U : slots.STATE_UDD + 1].copy()
-    model.films.numbers[FROZEN] = 0.0
+    model.laws.numbers[FROZEN] = 0.0
 
     def at(port, change):
         work.port[slots.U : slots.UDD + 1] = motion

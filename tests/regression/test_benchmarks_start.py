@@ -109,6 +109,7 @@ STARTS = {
     ),
     "ground_springs": Start("diesel_i6"),
     "inherited_damping": Start("diesel_i6", {"SPEEDS": [1.0]}),
+    "law_call": Start("--calls 1000", {"TIMES": 1, "CYCLES": 1}, quick=True),
     "level_cost": Start("torsional", {"ROUNDS": 1, "CYCLES": 2}),
     "long_run": Start("--speeds 1000 --tolerances 0.01 --cycles 2"),
     "misfire": Start("2000", {"CYCLES": 2}),

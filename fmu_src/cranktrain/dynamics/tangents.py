@@ -18,6 +18,7 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.motion.equations import port_forces
 
@@ -50,7 +51,7 @@ def evaluate_at_state(model, work, c_q, c_v):
 
     Films with a memory are those of the last stage.
     """
-    for k in range(int(model.layout[at.PORTS])):
+    for k in range(port_count(model)):
         work.port[at.U, k] = work.port[at.STATE_U, k]
         work.port[at.UD, k] = work.port[at.STATE_U + 1, k]
         work.port[at.UDD, k] = work.port[at.STATE_U + 2, k]
@@ -67,7 +68,7 @@ def tangents_at_state(model: ModelArrays, work: Work) -> Tangents:
             raise SolverError("a film has no tangents at a state of the run; take another bearing level")
         found.append(work.blocks.reshape(-1, 4, 4).copy())
     place, with_velocity, with_acceleration = found
-    ports = int(model.layout[at.PORTS])
+    ports = port_count(model)
     return Tangents(
         place, (with_velocity - place) / PER_VELOCITY, (with_acceleration - place) / PER_ACCELERATION,
         work.port[at.FORCES, :ports].copy(), work.port[at.STATE_U, :ports].copy(),

@@ -114,14 +114,14 @@ def _put_profile(simulation: Simulation, zeta: Array, worn: Array) -> None:
     """Let the films of a simulation see a worn shape, m, at |ζ| from 0 to 1."""
     model = simulation.model
     bearing = simulation.engine.plain_mains
-    bore = rigid_bore(bearing, model.bearings, None, model.films.solved)
+    bore = rigid_bore(bearing, model.bearings, None, model.laws.solved)
     for row, of in ((PROFILE, ZETA), (FACE_PROFILE, FACE_ZETA)):
         bore.grid.axial[row] = np.interp(np.abs(bore.grid.axial[of]), zeta, worn) / bearing.clearance
     line = bore.contact.line
     line[RELIEF] = np.interp(np.abs(line[LINE_ZETA]), zeta, worn)
     reach = bearing.clearance + line[RELIEF] - HIGHEST * bearing.roughness
     line[REACH2] = reach**2
-    model.films.entry[list(simulation.engine.plain_numbers), 1] = keep_record(bore, model.films.entry)
+    model.laws.entry[list(simulation.engine.plain_numbers), 1] = keep_record(bore, model.laws.entry)
 
 
 def least_gaps(simulation: Simulation, zeta: Array, worn: Array, cycles: int) -> Array:

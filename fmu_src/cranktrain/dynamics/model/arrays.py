@@ -29,7 +29,7 @@ from cranktrain.dynamics.model.bodies import (
 )
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY, main_bearings
-from cranktrain.dynamics.model.ports import lay_ports, with_added_ports
+from cranktrain.dynamics.model.ports import Ports, lay_ports, with_added_ports
 from cranktrain.dynamics.model.preparation import prepare_model
 from cranktrain.dynamics.model.settings import (
     BOUNDARIES,
@@ -39,6 +39,7 @@ from cranktrain.dynamics.model.settings import (
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import added
+from cranktrain.dynamics.topology.damper import damper_law, told_damper
 from cranktrain.dynamics.topology.pieces import FilmParts
 from cranktrain.dynamics.topology.records import AddedBodies, AddedConnections, Base
 from cranktrain.dynamics.topology.tables import added_topology
@@ -47,8 +48,15 @@ from cranktrain.engine.lubricant import oil_temperature, pressure_constants, vis
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.laws.bearings import Bearings, axial_joint_film, bearing_parameters, law_films, thrust_bearing
-from cranktrain.film.laws.films import Films
+from cranktrain.film.laws.bearings import (
+    Bearings,
+    axial_joint_film,
+    bearing_parameters,
+    enter,
+    law_films,
+    thrust_bearing,
+)
+from cranktrain.film.laws.films import Films, join_films, no_films
 from cranktrain.film.laws.parameters import COLUMNS
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import BIG_END, Law, bearing_law
@@ -101,17 +109,16 @@ class ModelArrays(NamedTuple):
     ends: Array  # (4, n_t): see dynamics.model.slots
     tilts: Array  # (2b, n_t): rotation about x and y of each main journal
     bearings: Array  # (b, COLUMNS) see film.laws.parameters
-    films: Films  # of the main bearings, with their memory of a step
-    thrust: Films  # the thrust bearing, see film.laws.thrust
+    laws: Films  # of each connection, with its memory of a step; a rod's row is empty where its big end is rigid
     pins: Array  # (c, 2) undeformed x, y of each rod's pin
-    axial_joint: Films  # between flywheel and connecting shaft, see film.laws.axial_joint
     big_ends: Array  # (c, COLUMNS) like ``bearings``: the film between pin and rod, where the big end is not rigid
-    floating: Films  # of the big ends
-    connections: Array  # (k, 5) force laws: number of Newton ports that each couples, then those ports
+    connections: Array  # (k, CONNECTION) Newton ports that each law couples, and what else it acts on, see slots
     scales: Array  # (n_newton,) displacement of a Newton port that counts as much as a clearance
-    layout: Array  # (LAYOUT,) see dynamics.model.slots
-    damper: Array  # see loads.damper
-    cylinders: Array  # (c, 11)
+    limited: Array  # (l, 2) ports whose change an iteration limits, and that from which it is counted, or NO_PORT
+    judged: Array  # (j,) ports whose error counts in a step's
+    layout: Array  # (LAYOUT,) see dynamics.model.layout
+    damper: Array  # (PARAMETERS,) see loads.damper
+    cylinders: Array  # (c, CYLINDER) see dynamics.model.slots
     gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
     scalars: Array  # (SCALARS,)
     kinks: Array  # (KINKS,) angles after firing dead centre at which the trace is least smooth, filled up with NO_KINK
@@ -120,9 +127,16 @@ class ModelArrays(NamedTuple):
     basis: Basis  # what the preparation of a run reads
     build: NDArray[np.void]  # (0,) see core.build_mark
 
+    @property
+    def films(self) -> Films:
+        """Laws of the main bearings, the first rows of ``laws``; their memory is that of all."""
+        b, laws = self.bearings.shape[0], self.laws
+        rows = {name: getattr(laws, name)[:b] for name in ("entry", "traits", "place", "velocity")}
+        return laws._replace(remembered=laws.remembered[: b + 1], **rows)
+
 
 class Dimensions(NamedTuple):
-    """Sizes that follow from the arrays."""
+    """Sizes that follow from the arrays, and where the laws are that an engine has once."""
 
     modes: int
     turning_modes: int
@@ -131,18 +145,26 @@ class Dimensions(NamedTuple):
     newton: int  # components of all connections
     ports: int
     turning_ports: int
-    films: int  # values in the state that elastic films, the axial joint and added connections remember
+    films: int  # values in the state that laws and added connections remember
+    crank_modes: int
+    thrust: int  # rows of ``connections`` of thrust bearing, axial joint and damper; −1: none
+    joint: int
+    damper: int
+    slides: bool  # whether the joint does
+    collar: int  # ports of the collar along its axis and of the damper's twist
+    twist: int
 
 
 def dimensions(model: ModelArrays) -> Dimensions:
     """Sizes of a model."""
-    b = model.bearings.shape[0]
-    films = int(model.films.remembered[-1] + model.axial_joint.remembered[-1] + model.links.remembered[-1])
-    turning = int(model.layout[at.TURNING_MODES])
+    rows = model.layout[[at.CRANK_MODES, at.THRUST_ROW, at.JOINT_ROW, at.DAMPER_ROW]].astype(int).tolist()
+    crank, thrust, joint, damper = rows
+    collar, twist = (int(model.connections[row, at.FIRST]) if row >= 0 else -1 for row in (thrust, damper))
     return Dimensions(
-        model.omega2.size, turning, b, model.cylinders.shape[0],
-        model.scales.size + model.links.scales.size, int(model.layout[at.PORTS]),
-        model.ports.shape[0], films,
+        model.omega2.size, model.ports.shape[1], model.bearings.shape[0], model.cylinders.shape[0],
+        model.scales.size + model.links.scales.size, int(model.layout[at.PORTS]), model.ports.shape[0],
+        int(model.laws.remembered[-1] + model.links.remembered[-1]), crank, thrust, joint, damper,
+        bool(model.layout[at.SLIDING] > 0.0), collar, twist,
     )  # fmt: skip
 
 
@@ -239,19 +261,22 @@ def structure(
     key = "mains", settings.bearings, settings.block
     if key not in made:
         made[key] = main_bearings(engine, settings.bearings, parts.table, parts.bore, parts.cycles)
-    journals, mains, films = made[key]
+    journals, mains, main_films = made[key]
     key = "big ends", settings.big_ends, ""
     if key not in made:
         made[key] = _big_ends(engine, big_end_law, parts.big_end_table)
     big_ends, floating = made[key]
-    guided, free_big_ends = settings.pistons == "guided", big_end_law.carries
-    stationary = stationary_body(engine, block, guided)
+    free_big_ends = big_end_law.carries
     line = torsional_line(engine, float(body.inertia[2, 2]))
     turning = _turning_body(engine, body, settings, line)
     path = engine.axial_path if "shaft" in turning.interfaces else None
     drive_line, windup = _line_arrays(turning, line, path)
-    ports = lay_ports(engine, turning, body.n_modes, journals, windup, block, guided)
     topology = added_topology(engine, turning, block, parts.bodies, parts.topology)
+    # Pistons that are added bodies are none of the engine's own.
+    own = [k for k in range(engine.n_cylinders) if k + 1 not in topology.cylinders]
+    guided = own if settings.pistons == "guided" else []
+    stationary = stationary_body(engine, block, guided)
+    ports = lay_ports(engine, turning, body.n_modes, journals, windup, block, guided)
     modes = turning.n_modes + stationary.n_modes
     more = added(
         topology,
@@ -267,7 +292,9 @@ def structure(
     top, bottom = pin_positions(engine)
     ports.layout[at.WHIRLS] = whirls(turning) or any(whirls(body.reduced) for body in topology.bodies)
     ports.layout[at.ADDED] = len(topology.connections) + len(topology.bodies) > 0
-    constants = basis(engine, settings, gas, top - bottom)
+    constants, damper = basis(engine, settings, gas, top - bottom), np.zeros(PARAMETERS)
+    thrust = thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar)
+    laws = _laws(ports, main_films, floating, thrust, path, damper)
     trace = np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])
     least_smooth = np.zeros(KINKS)
     fill_kinks(trace, least_smooth)
@@ -295,18 +322,17 @@ def structure(
         ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
         tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
         bearings=mains,
-        thrust=thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar),
-        axial_joint=axial_joint_film(path),
         pins=contiguous(turning.positions[pins, :2]),
         big_ends=big_ends,
-        floating=floating,
         connections=ports.connections,
         scales=ports.scales,
+        limited=ports.limited,
+        judged=ports.judged,
         layout=ports.layout,
-        damper=np.zeros(PARAMETERS),
-        cylinders=cylinder_parameters(engine, free_big_ends, topology.cylinders),
+        damper=damper,
+        cylinders=np.hstack((cylinder_parameters(engine, free_big_ends, topology.cylinders), ports.cylinders)),
         gas=trace,
-        films=films,
+        laws=laws,
         scalars=_scalars(engine, settings, gas, line, float(pulley[5, 5])),
         kinks=least_smooth,
         choices=np.zeros(at.CHOICES),
@@ -391,6 +417,22 @@ def _line_arrays(turning: ReducedBody, line: TorsionalLine, path: AxialPath | No
         "rotor": np.ascontiguousarray(rows[-1]),
     }
     return arrays, windup
+
+
+def _laws(ports: Ports, mains: Films, big_ends: Films, thrust: Films, path: AxialPath | None, damper: Array) -> Films:
+    """Laws of all connections; ``damper`` are the parameters of the damper's."""
+    own = {
+        at.THRUST_ROW: thrust,
+        at.JOINT_ROW: None if path is None else axial_joint_film(path),
+        at.DAMPER_ROW: enter(no_films(1), damper_law, told_damper(damper)),
+    }
+    b, c = len(mains.entry), len(big_ends.entry)
+    parts = [(mains, range(b)), (big_ends, range(b, b + c))]
+    for slot, law in own.items():
+        row = int(ports.layout[slot])
+        if law is not None and row >= 0:
+            parts.append((law, range(row, row + 1)))
+    return join_films(len(ports.connections), parts)
 
 
 def _big_ends(engine: Engine, law: Law, table: FilmTable | None) -> tuple[Array, Films]:

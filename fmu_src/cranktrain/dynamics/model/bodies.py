@@ -8,6 +8,7 @@ plane, whose displacement from the undeformed pin is exact at any angle), the da
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -103,24 +104,27 @@ def with_axial_mass(body: ReducedBody, name: str, at: str, mass: float) -> Reduc
     return _appended(body, (name,), body.positions[body.index(at)][None], shapes, translation=translation)
 
 
-def stationary_body(engine: Engine, block: ReducedBody | None, guided: bool) -> ReducedBody:
-    """Block, pistons, both or nothing; ``InputError`` where the engine does not say how pistons run."""
+def stationary_body(engine: Engine, block: ReducedBody | None, guided: Sequence[int]) -> ReducedBody:
+    """Block, pistons of the ``guided`` cylinders (from 0), both or nothing.
+
+    ``InputError`` where the engine does not say how pistons run.
+    """
     if not guided:
         return block or _nothing()
-    guidance, count = engine.piston_guidance, engine.n_cylinders
+    guidance, count = engine.piston_guidance, len(guided)
     if guidance is None:
         raise InputError(f"engine '{engine.name}' has no [piston_guidance]")
     mass = piston_mass_matrix(guidance, engine.cylinders.piston_mass, engine.rod.small_end_mass)
     modes = piston_modes(mass)
     shapes = np.zeros((count, 6, 2 * count))
     translation = np.zeros((3, 2 * count))
-    for k in range(count):
-        across, _ = cylinder_axes(engine.cylinders.bank_angles[k])
+    for k, cylinder in enumerate(guided):
+        across, _ = cylinder_axes(engine.cylinders.bank_angles[cylinder])
         own = slice(2 * k, 2 * k + 2)
         # The interface's x is the direction across the cylinder.
         shapes[k, 0, own], shapes[k, 5, own] = modes
         translation[:, own] = np.outer(across, mass[0] @ modes)
-    names = tuple(f"piston[{k + 1}]" for k in range(count))
+    names = tuple(f"piston[{cylinder + 1}]" for cylinder in guided)
     return _appended(block or _nothing(), names, np.zeros((count, 3)), shapes, translation=translation)
 
 

@@ -24,12 +24,14 @@ can but turn about it: its rotation takes the place of its x and y. Stationary p
 
 A *connection* is one force law with the Newton ports it couples; connections come as main journals, crank pins (or the
 films of the big ends), thrust bearing, rods of free big ends, axial joint, damper. Laws between a turning and a
-stationary body act on the *relative* motion of their ports, see :mod:`cranktrain.dynamics.motion.relative`.
+stationary body act on the *relative* motion of their ports, see :mod:`cranktrain.dynamics.motion.relative`. Nobody else
+knows this order: each connection and each cylinder has its ports in its row.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -48,15 +50,18 @@ TWIST_SCALE = 1.0e-2
 
 
 class Ports(NamedTuple):
-    """Shapes of the turning ports (m_t, n_t) and the block's (m_b, n_b), what joins them, and their layout.
+    """Shapes of the turning ports (m_t, n_t) and the block's (m_b, n_b), and what joins them.
 
     Each piston's two ports move with its own two modes only, all by the same shape, so they need none here.
     """
 
     turning: Array
     block: Array
-    connections: Array  # (k, 5) number of Newton ports that each law couples, then those ports; see slots.COUPLED
+    connections: Array  # (k, CONNECTION) see slots.COUPLED
+    cylinders: Array  # (c, CYLINDER - PIN_PORT) ports and rows of each cylinder, see slots.PIN_PORT
     scales: Array  # (n_newton,)
+    limited: Array  # (l, 2) ports whose change an iteration limits, and that from which it is counted, or NO_PORT
+    judged: Array  # (j,) ports whose error counts in a step's
     pairs: Array  # (r, 2) turning and stationary port of each x that a law takes relatively; y follows
     axial: Array  # (0 or 1, 2) likewise along the axis
     layout: Array
@@ -74,6 +79,28 @@ class MainJournals(NamedTuple):
     collar: bool  # whether the thrust bearing's collar feels its tilt
 
 
+class _Laid:
+    """Ports of a group of bodies, each where it is laid."""
+
+    def __init__(self, first: int = 0) -> None:
+        self.rows: list[Array] = []
+        self.scales: list[float] = []
+        self.end = first
+
+    def lay(self, shapes: Array, scale: float | None = None) -> int:
+        """Ports of these shapes (·, n); the first one. With a scale they are Newton ports, which come first."""
+        first = self.end
+        self.rows.append(shapes)
+        self.end += len(shapes)
+        self.scales += [] if scale is None else [scale] * len(shapes)
+        return first
+
+    @property
+    def shapes(self) -> Array:
+        """Of all, (m, n)."""
+        return np.ascontiguousarray(np.concatenate(self.rows))
+
+
 def lay_ports(
     engine: Engine,
     body: ReducedBody,
@@ -81,7 +108,7 @@ def lay_ports(
     journals: MainJournals,
     windup: Array,
     block: ReducedBody | None,
-    pistons: bool,
+    pistons: Sequence[int],
 ) -> Ports:
     """Lay out the ports of an engine.
 
@@ -91,87 +118,100 @@ def lay_ports(
     crank_modes : its first modes, which are the crankshaft's
     windup : (n,) wind-up of the drive line at the flywheel, rad, where the body holds a ``shaft`` of an axial path
     block : the flexible block, or nothing
-    pistons : whether they are guided
+    pistons : cylinders (from 0) whose pistons are guided
     """
-    index, shapes = body.index, body.shapes
+    index, shapes, laid = body.index, body.shapes, _Laid()
     mains = [index(f"main[{i + 1}]") for i in range(journals.clearances.size)]
-    rods = [index(f"rod[{i + 1}]") for i in range(engine.n_cylinders)] if "rod[1]" in body.interfaces else []
+    pins = [pin_shapes(engine, body, cylinder) for cylinder in range(engine.n_cylinders)]
     collar = index("thrust")
-    b, c = len(mains), engine.n_cylinders
-    pins = [pin_shapes(engine, body, cylinder) for cylinder in range(c)]
-    rows = [shapes[k, :2] for k in mains] + [shapes[collar, 2:3]]
-    turns = b == 0
-    rows += [pin[2:] if turns else pin[:2] for pin in pins] + [shapes[k, :2] for k in rods]
-    clearances = np.repeat(journals.clearances, 2).tolist()
-    scales = clearances + [0.5 * engine.thrust.clearance] + ([TWIST_SCALE] * c if turns else [PIN_SCALE] * (2 * c))
-    if engine.big_end_bearing is not None:
-        scales += [engine.big_end_bearing.clearance] * (2 * len(rods))
-    first_pin, first_rod = 2 * b + 1, 2 * b + 1 + 2 * c
-    tilts = len(scales)
-    laws = [[2 * i, 2 * i + 1] for i in range(b)]
-    laws += _pin_laws(c, first_pin, first_rod if rods else 0, turns)
-    thrust_law = len(laws)
-    laws.append([2 * b])
-    rod_laws = len(laws)
-    laws += [[first_rod + 2 * k, first_rod + 2 * k + 1] for k in range(len(rods))]
+    rows = []
+    for k, clearance in zip(mains, journals.clearances, strict=True):
+        port = laid.lay(shapes[k, :2], clearance)
+        rows.append(_row((port, port + 1), pairs=0))
+    along = laid.lay(shapes[collar, 2:3], 0.5 * engine.thrust.clearance)
+    cylinders = np.full((len(pins), at.CYLINDER - at.PIN_PORT), at.NO_PORT)
+    thrust, limited = _lay_rods(engine, body, pins, laid, rows, along, cylinders)
     for i in np.flatnonzero(journals.tilted).tolist():
-        rows += [_tilt(shapes[mains[i]], journals.half_widths[i])]
-        laws[i] += [len(scales), len(scales) + 1]
-        scales += [journals.clearances[i]] * 2
+        _couple(rows[i], laid.lay(_tilt(shapes[mains[i]], journals.half_widths[i]), journals.clearances[i]))
     if journals.collar:
-        rows += [shapes[collar, 3:5]]
         radius = 0.25 * (engine.thrust.inner_diameter + engine.thrust.outer_diameter)
-        laws[thrust_law] += [len(scales), len(scales) + 1]
-        scales += [0.5 * engine.thrust.clearance / radius] * 2
-    axial_joint = len(laws) if "shaft" in body.interfaces else 0
-    if axial_joint:
-        rows += [shapes[index("flywheel"), 2:3] - shapes[index("shaft"), 2:3]]
-        laws.append([len(scales)])
-        scales += [0.5 * engine.thrust.clearance]
-    damper, ring = len(scales), "ring" in body.interfaces
-    if ring:
-        rows += [shapes[index("pulley"), 5:6] - shapes[index("ring"), 5:6]]
-        scales += [TWIST_SCALE]
-        laws.append([damper])
-    rows += [windup[None]] if axial_joint else []
-    if not turns:
-        rows += [pin[2:] for pin in pins] + [shapes[k, 5:6] for k in mains]
-    turning = np.ascontiguousarray(np.concatenate(rows))
-    table = _law_table(laws)
+        _couple(rows[thrust], laid.lay(shapes[collar, 3:5], 0.5 * engine.thrust.clearance / radius))
+        rows[thrust][at.PAIRS] = 1.0
+    joint = damper = -1
+    if "shaft" in body.interfaces:
+        joint = len(rows)
+        slip = shapes[index("flywheel"), 2:3] - shapes[index("shaft"), 2:3]
+        rows.append(_row([laid.lay(slip, 0.5 * engine.thrust.clearance)]))
+    if "ring" in body.interfaces:
+        damper = len(rows)
+        twist = shapes[index("pulley"), 5:6] - shapes[index("ring"), 5:6]
+        rows.append(_row([laid.lay(twist, TWIST_SCALE)]))
+    if joint >= 0:
+        rows[joint][at.TOLD] = laid.lay(windup[None])
+    if mains:
+        cylinders[:, at.PIN_TURN - at.PIN_PORT] = [laid.lay(pin[2:]) for pin in pins]
+        for row, k in zip(rows, mains, strict=False):
+            row[[at.SPIN, at.TURNED]] = laid.lay(shapes[k, 5:6])
     if journals.collar:
-        table[thrust_law, at.TURNED] = len(turning) - b + engine.thrust.main - 1
+        rows[thrust][at.TURNED] = rows[engine.thrust.main - 1][at.TURNED]
+    liners = cylinders[:, at.LINER_PORT - at.PIN_PORT]
+    still, pairs, axial = _block_ports(engine, block, journals, rows, thrust, laid.end, liners)
     layout = np.zeros(at.LAYOUT)
-    layout[: at.DAMPER + 1] = [
-        first_rod if rods else 0, thrust_law, rod_laws, crank_modes, body.n_modes, damper if ring else 0,
-    ]  # fmt: skip
-    still, pairs, axial = _block_ports(engine, block, journals, len(turning), tilts, layout)
-    layout[at.PORTS] = len(turning) + len(still)
-    layout[at.JOURNAL_ROTATIONS], layout[at.MAINS] = len(turning) - b, len(engine.crankshaft.main_widths)
-    layout[at.PIN_ROTATIONS] = first_pin if turns else len(scales) + (axial_joint > 0)
-    layout[at.AXIAL_JOINT], layout[at.WINDUP] = axial_joint, len(scales)
-    layout[at.SLIDING] = axial_joint > 0 and engine.axial_path is not None and engine.axial_path.joint == "spline"
-    if pistons:
-        layout[at.PISTONS] = layout[at.PORTS]
-        layout[at.PORTS] += 2 * c
-    return Ports(turning, still, table, np.array(scales), pairs, axial, layout)
+    layout[[at.CRANK_MODES, at.THRUST_ROW, at.JOINT_ROW, at.DAMPER_ROW]] = crank_modes, thrust, joint, damper
+    layout[at.PORTS] = laid.end + len(still)
+    layout[at.SLIDING] = joint >= 0 and engine.axial_path is not None and engine.axial_path.joint == "spline"
+    cylinders[pistons, at.PISTON_PORT - at.PIN_PORT] = layout[at.PORTS] + 2.0 * np.arange(len(pistons))
+    layout[at.PORTS] += 2 * len(pistons)
+    journal_ports = [row[at.FIRST] + k for row in rows[: len(mains)] for k in range(2)]
+    return Ports(
+        laid.shapes, still, np.array(rows), cylinders, np.array(laid.scales),
+        np.array([*((port, at.NO_PORT) for port in journal_ports), *limited]).reshape(-1, 2),
+        np.array([*journal_ports, along]), pairs, axial, layout,
+    )  # fmt: skip
 
 
-def _pin_laws(cylinders: int, first_pin: int, first_rod: int, turns: bool) -> list[list[int]]:
-    """Newton ports of each cylinder's law: of its pin, whose journals turn alone or move, and of its free big end."""
-    found = []
-    for k in range(cylinders):
-        pin = [first_pin + k] if turns else [first_pin + 2 * k, first_pin + 2 * k + 1]
-        found.append([*pin, first_rod + 2 * k, first_rod + 2 * k + 1] if first_rod else pin)
-    return found
+def _lay_rods(
+    engine: Engine, body: ReducedBody, pins: list[Array], laid: _Laid, rows: list[Array], along: int, cylinders: Array
+) -> tuple[int, list[tuple[float, float]]]:
+    """Lay pins and free big ends, with their rows and between them that of the thrust bearing at port ``along``.
+
+    Fills ``cylinders``. Returns the thrust bearing's row, and the ports of big ends with those of their pins.
+    """
+    rods = [body.index(f"rod[{i + 1}]") for i in range(len(pins))] if "rod[1]" in body.interfaces else []
+    turns = not rows
+    held = [laid.lay(pin[2:], TWIST_SCALE) if turns else laid.lay(pin[:2], PIN_SCALE) for pin in pins]
+    scale = engine.big_end_bearing.clearance if engine.big_end_bearing is not None else PIN_SCALE
+    ends = [laid.lay(body.shapes[k, :2], scale) for k in rods]
+    cylinders[:, (at.PIN_TURN if turns else at.PIN_PORT) - at.PIN_PORT] = held
+    cylinders[:, [at.PIN_ROW - at.PIN_PORT, at.END_ROW - at.PIN_PORT]] = len(rows) + np.arange(len(pins))[:, None]
+    on_pins = [(port,) if turns else (port, port + 1) for port in held]
+    on_ends = [(port, port + 1) for port in ends]
+    for c, ports in enumerate(on_pins):
+        rows.append(_row((*ports, *on_ends[c]) if ends else ports, of_rod=True))
+    thrust = len(rows)
+    rows.append(_row((along,)))
+    if ends:
+        cylinders[:, at.END_PORT - at.PIN_PORT] = ends
+        cylinders[:, at.END_ROW - at.PIN_PORT] = len(rows) + np.arange(len(pins))
+    rows += [_row(ports, of_rod=True) for ports in on_ends]
+    return thrust, [pair for end, pin in zip(on_ends, on_pins, strict=False) for pair in zip(end, pin, strict=True)]
 
 
-def _law_table(laws: list[list[int]]) -> Array:
-    """Table of the connections, see ``ModelArrays.connections``."""
-    table = np.zeros((len(laws), 5))
-    for row, law in zip(table, laws, strict=True):
-        row[at.COUPLED] = len(law)
-        row[at.FIRST : at.FIRST + len(law)] = law
-    return table
+def _row(ports: Iterable[int], pairs: int = -1, of_rod: bool = False) -> Array:
+    """Row of a connection at these Newton ports, see ``ModelArrays.connections``."""
+    row = np.full(at.CONNECTION, at.NO_PORT)
+    row[[at.COUPLED, at.PAIRS, at.OF_ROD, at.ON_BLOCK]] = 0.0, pairs, of_rod, 0.0
+    for port in ports:
+        row[at.FIRST + int(row[at.COUPLED])] = port
+        row[at.COUPLED] += 1
+    return row
+
+
+def _couple(row: Array, first: int) -> None:
+    """Let a connection couple two Newton ports more."""
+    size = int(row[at.COUPLED])
+    row[at.FIRST + size : at.FIRST + size + 2] = first, first + 1
+    row[at.COUPLED] += 2
 
 
 def with_added_ports(ports: Ports, more: Added) -> Ports:
@@ -180,18 +220,21 @@ def with_added_ports(ports: Ports, more: Added) -> Ports:
     They come behind the crank's, behind the block's, and between the block's and the pistons'.
     """
     on_crank, on_block, on_bodies = len(more.crank), len(more.block), more.bodies.shapes.shape[0]
-    layout, pairs, axial = ports.layout.copy(), ports.pairs.copy(), ports.axial.copy()
-    for slot in (at.BORE_ROTATIONS, at.LINERS):
-        layout[slot] += on_crank if layout[slot] > 0.0 else 0.0
-    pairs[:, 1] += on_crank
-    axial[:, 1] += on_crank
-    layout[at.PORTS] += on_crank + on_block + on_bodies
-    if layout[at.PISTONS] > 0.0:
-        layout[at.PISTONS] += on_crank + on_block + on_bodies
+    pairs, axial, connections, cylinders, layout = (
+        part.copy() for part in (ports.pairs, ports.axial, ports.connections, ports.cylinders, ports.layout)
+    )
+    of_block, of_pistons = at.LINER_PORT - at.PIN_PORT, at.PISTON_PORT - at.PIN_PORT
+    moved = on_crank + on_block + on_bodies
+    for column, by in (
+        (pairs[:, 1], on_crank), (axial[:, 1], on_crank), (connections[:, at.REACTS], on_crank),
+        (cylinders[:, of_block], on_crank), (cylinders[:, of_pistons], moved),
+    ):  # fmt: skip
+        column[column >= 0.0] += by
+    layout[at.PORTS] += moved
     return ports._replace(
         turning=np.concatenate((ports.turning, more.crank)) if on_crank else ports.turning,
         block=np.concatenate((ports.block, more.block)) if on_block else ports.block,
-        pairs=pairs, axial=axial, layout=layout,
+        connections=connections, cylinders=cylinders, pairs=pairs, axial=axial, layout=layout,
     )  # fmt: skip
 
 
@@ -218,32 +261,29 @@ def _tilt(shape: Array, half_width: float) -> Array:
 
 
 def _block_ports(
-    engine: Engine, body: ReducedBody | None, journals: MainJournals, first: int, tilts: int, layout: Array
-) -> tuple[Array, Array, Array]:
-    """Shapes of the block's ports, from port ``first`` on, with the pairs they form; adds to the layout."""
+    engine: Engine, body: ReducedBody | None, journals: MainJournals, rows: list[Array], thrust: int, first: int,
+    liners: Array,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Shapes of the block's ports, from port ``first`` on, with the pairs they form.
+
+    ``rows`` of the connections, of which ``thrust`` is the thrust bearing's, get the bores' rotations, ``liners`` their
+    first ports.
+    """
     if body is None:
         return np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((0, 2))
-    index, shapes = body.index, body.shapes
-    b = len(engine.crankshaft.main_widths)
-    bores = [index(f"bore[{i + 1}]") for i in range(b)]
-    faces = index("thrust")
-    rows: list[Array] = [shapes[k, :2] for k in bores] + [shapes[faces, 2:3]]
-    pairs = [[2 * i, first + 2 * i] for i in range(b)]
-    turned: list[Array] = []
-    turned += [_tilt(shapes[bores[i]], journals.half_widths[i]) for i in np.flatnonzero(journals.tilted)]
+    index, shapes, laid = body.index, body.shapes, _Laid(first)
+    bores, faces = [index(f"bore[{i + 1}]") for i in range(journals.clearances.size)], index("thrust")
+    pairs = [[rows[i][at.FIRST], laid.lay(shapes[k, :2])] for i, k in enumerate(bores)]
+    axial = [[rows[thrust][at.FIRST], laid.lay(shapes[faces, 2:3])]]
+    for i in np.flatnonzero(journals.tilted).tolist():
+        pairs.append([rows[i][at.FIRST + 2], laid.lay(_tilt(shapes[bores[i]], journals.half_widths[i]))])
     if journals.collar:
-        turned += [shapes[faces, 3:5]]
-    pairs += [[tilts + 2 * i, first + 2 * b + 1 + 2 * i] for i in range(len(turned))]
-    rows += turned
-    layout[at.BORE_ROTATIONS] = first + sum(len(row) for row in rows)
-    rows += [shapes[k, 5:6] for k in bores]
-    layout[at.LINERS] = first + sum(len(row) for row in rows)
+        pairs.append([rows[thrust][at.FIRST + 1], laid.lay(shapes[faces, 3:5])])
+    for i, k in enumerate(bores):
+        rows[i][[at.REACTS, at.ON_BLOCK]] = laid.lay(shapes[k, 5:6]), 1.0
+    rows[thrust][at.ON_BLOCK] = 1.0
     for k in range(engine.n_cylinders):
         across, along = cylinder_axes(engine.cylinders.bank_angles[k])
         upper, lower = (shapes[index(f"liner[{k + 1}].{end}"), :3] for end in ("upper", "lower"))
-        rows.append(np.array([across @ upper, across @ lower, 0.5 * along @ (upper + lower)]))
-    return (
-        np.ascontiguousarray(np.concatenate(rows)),
-        np.array(pairs, dtype=float),
-        np.array([[2.0 * b, first + 2.0 * b]]),
-    )
+        liners[k] = laid.lay(np.array([across @ upper, across @ lower, 0.5 * along @ (upper + lower)]))
+    return laid.shapes, np.array(pairs, dtype=float).reshape(-1, 2), np.array(axial, dtype=float)

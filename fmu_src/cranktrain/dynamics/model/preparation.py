@@ -10,6 +10,7 @@ import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import thrust_row
 from cranktrain.dynamics.model.numbers import (
     LEAST_TOLERANCE,
     LEVEL_FILM_CHANGE,
@@ -179,7 +180,7 @@ def choose(model, numbers):
     choices[at.NEWTON_TOLERANCE] = numbers[SET_NEWTON_TOLERANCE]
     if numbers[SET_NEWTON_TOLERANCE] == 0.0:
         choices[at.NEWTON_TOLERANCE] = numbers[LEVEL_TOLERANCE] / method[at.AMPLIFICATION]
-    model.films.numbers[TOLERANCE] = choices[at.NEWTON_TOLERANCE]
+    model.laws.numbers[TOLERANCE] = choices[at.NEWTON_TOLERANCE]
     model.links.numbers[TOLERANCE] = choices[at.NEWTON_TOLERANCE]
     choices[at.FILM_CHANGE] = numbers[SET_FILM_CHANGE]
     if numbers[SET_FILM_CHANGE] == 0.0:
@@ -218,14 +219,14 @@ def warm_films(model, temperature, temperatures):
         for i in range(model.bearings.shape[0]):
             own = eta if temperatures[i] == 0.0 else oil_viscosity(temperatures[i], basis.oil)
             fill_bearing(model.bearings[i], own)
-            if tell_films(model.films, i, own) != 0:
+            if tell_law(model.laws, i, own) != 0:
                 return THIN_OIL
     if basis.films[at.BIG_ENDS_OIL] > 0.0:
         for k in range(model.big_ends.shape[0]):
             fill_bearing(model.big_ends[k], eta)
-            if tell_films(model.floating, k, eta) != 0:
+            if tell_law(model.laws, int(model.cylinders[k, at.PIN_ROW]), eta) != 0:
                 return THIN_OIL
-    return OK if tell_films(model.thrust, 0, eta) == 0 else THIN_OIL
+    return OK if tell_law(model.laws, thrust_row(model), eta) == 0 else THIN_OIL
 
 
 @kernel
@@ -265,9 +266,9 @@ def fill_bearing(bearing, viscosity):
 
 
 @kernel
-def tell_films(films, i, viscosity):
-    """Tell the law of film i of its oil where it wants to know; its status."""
-    if films.traits[i, VISCOUS] == 0.0:
+def tell_law(laws, k, viscosity):
+    """Tell law k of its oil where it wants to know; its status."""
+    if laws.traits[k, VISCOUS] == 0.0:
         return 0
-    films.numbers[VISCOSITY] = viscosity
-    return film_call(films, OIL, i, films.out, films.out)
+    laws.numbers[VISCOSITY] = viscosity
+    return film_call(laws, OIL, k, laws.out, laws.out)

@@ -10,6 +10,10 @@ from __future__ import annotations
 # 1, or 0 where rod and piston are added bodies and a connection is the gas.
 M_SMALL, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
 COS_BANK, SIN_BANK, OWN_ROD = 11, 12, 13
+# Its ports, −1 for none: x (y follows) and rotation of the pin under its rod, x of a free big end, motion across of a
+# guided piston (its rotation follows), its liner's three; and rows of ``connections``: between pin and rod, and of a
+# free big end. A pin whose journals are locked only turns.
+PIN_PORT, PIN_TURN, END_PORT, PISTON_PORT, LINER_PORT, PIN_ROW, END_ROW, CYLINDER = range(14, 22)
 # ``ModelArrays.scalars``; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it; ``SHAFT_K`` and
 # ``SHAFT_C`` are those of the whole drive line at the flywheel, as it winds up slowly; ``LINE_INERTIA`` is that of its
 # rotors and the dynamometer as the crank feels it when all turn as one.
@@ -23,23 +27,23 @@ DRIVEN, DAMPER_TEMPERATURE, LINE_INERTIA, WINDUP_K, WINDUP_LEAD, SCALARS = range
 # iterations that a communication step may take (0: any number).
 GAS_SOURCE, RECONSTRUCTION, NEWTON_TOLERANCE, FILM_CHANGE, STEP_TOLERANCE, EMBEDDED_ORDER, ORDER = range(7)
 GAS_DELAY, METHOD_MARK, WORK_LIMIT, CHOICES = 7, 8, 9, 10
-# ``ModelArrays.layout``: first port of free rods (0: none), connection of the thrust bearing and of the first
-# rod, modes of the crank, of all that turns; the damper's port (0: none); first stationary port of bores'
-# rotations, liners and pistons (0: none); ports in all; main journals of the engine, which may be locked on their axis;
-# first rotation of a pin; 1 where turning couples modes, by gyroscopic or centrifugal terms; connection of the drive
-# line's axial joint (0: none) and the port of the drive line's wind-up; 1 where that joint is a spline, which slides;
-# first rotation of a main journal; 1 where bodies or connections are added.
-RODS, THRUST_LAW, ROD_LAWS, CRANK_MODES, TURNING_MODES, DAMPER = range(6)
-BORE_ROTATIONS, LINERS, PISTONS, PORTS, MAINS, PIN_ROTATIONS, WHIRLS, AXIAL_JOINT, WINDUP = range(6, 15)
-SLIDING, JOURNAL_ROTATIONS, ADDED, LAYOUT = 15, 16, 17, 18
+# ``ModelArrays.layout``, read by :mod:`cranktrain.dynamics.model.layout`: modes of the crank; ports in all; rows of
+# ``connections`` of the thrust bearing, of the drive line's axial joint and of the damper (−1: none); 1 where that
+# joint is a spline, which slides; 1 where turning couples modes, by gyroscopic or centrifugal terms; 1 where bodies or
+# connections are added.
+CRANK_MODES, PORTS, THRUST_ROW, JOINT_ROW, DAMPER_ROW, SLIDING, WHIRLS, ADDED, LAYOUT = range(9)
 # Rows of ``ModelArrays.ends``: rotations of flywheel and pulley about the axis, displacements of both along it.
 FLYWHEEL_ROTATION, PULLEY_ROTATION, PULLEY_AXIAL, FLYWHEEL_AXIAL = range(4)
 # Columns of ``BlockArrays.mount_laws``: stiffness (N/m, N m/rad) and damping of a mount's component, its preload (N),
 # and that by m/s² of gravity.
 MOUNT_STIFFNESS, MOUNT_DAMPING, MOUNT_PRELOAD, MOUNT_WEIGHT, MOUNT_LAW = range(5)
-# Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of them; the
-# rotation of the journal beside a tilting collar.
-COUPLED, FIRST, TURNED = 0, 1, 4
+# Columns of ``ModelArrays.connections``: number of Newton ports that a law couples, and the first of up to four; the
+# first component of the pairs that turn with the frame's axes. Ports, −1 for none: the rotation whose rate is added to
+# the frame's speed and that friction turns; the rotation that takes the moments of displaced forces, and that of the
+# stationary body, which takes the opposite; the drive line's wind-up, whose torque the law is told. 1 where the rods'
+# equations call the law, 0 where it acts on the relative motion of its ports; 1 where the other body is the block.
+COUPLED, FIRST, PAIRS, SPIN, TURNED, REACTS, TOLD, OF_ROD, ON_BLOCK, CONNECTION = 0, 1, 5, 6, 7, 8, 9, 10, 11, 12
+NO_PORT = -1.0
 # What a stage knows of the frame's motion, ``Work.frames``; the load torque on the rotor (N m), the restraint of the
 # block as a whole, (rad/s)², while a run's start is sought, the frame's angle against cylinders that lean, rad, and the
 # torque that the valve train takes, N m; axial force on the flywheel, N.

@@ -121,7 +121,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     work.family[list(rows), at.STEP_KERNEL] = kernel_addresses(steps, model, work, np.zeros(state_size), 0, 0.0)
     differing = {row: resolve(kernels.difference) for row, kernels in rows.items() if kernels.difference}
     work.family[list(differing), at.DIFFERENCE_KERNEL] = kernel_addresses(differing.values(), model, work, 0.0)
-    if model.layout[at.ADDED] > 0.0:
+    if model.links.rows.size + model.bodies.rows.size > 0:
         for place, (hook, arguments) in enumerate(resolve(HOOKS)(model, work)):
             model.links.hooks[place] = kernel_addresses([hook], *arguments)[0]
     return work

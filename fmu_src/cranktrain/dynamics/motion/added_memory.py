@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.state import LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE, SHAFT_SPEED, film_offset
 from cranktrain.dynamics.motion.added_connections import call_link, measure_links, place_link, turn_terms
 from cranktrain.dynamics.motion.film_memory import closing_rate
@@ -28,9 +29,8 @@ from cranktrain.film.laws.films import (
 @inlined_kernel
 def link_offset(model, k):
     """First index in the state of what added connection k remembers; the next one's begins where it ends."""
-    first = film_offset(model.omega2.shape[0], int(model.layout[at.PORTS]))
-    first += model.films.remembered[model.films.remembered.shape[0] - 1]
-    first += model.axial_joint.remembered[model.axial_joint.remembered.shape[0] - 1]
+    first = film_offset(model.omega2.shape[0], port_count(model))
+    first += model.laws.remembered[model.laws.remembered.shape[0] - 1]
     return first + model.links.remembered[k]
 
 

@@ -26,17 +26,23 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.film_ports import film_block, journal_forces, place_joint, place_journal
+from cranktrain.dynamics.model.layout import crank_modes, has_additions
+from cranktrain.dynamics.motion.film_ports import (
+    frame_numbers,
+    hand_forces,
+    hand_pair,
+    law_block,
+    pairs_block,
+    place_law,
+    place_pair,
+    tell_law,
+)
 from cranktrain.dynamics.motion.gas import gas_force
 from cranktrain.dynamics.motion.linear_algebra import dot, invert, products
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
 from cranktrain.dynamics.motion.rods import rod_forces
 from cranktrain.dynamics.topology import slots as added
-from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, FORCE, RUBBING, SPEED, film_call
-from cranktrain.film.laws.films import COS as FRAME_COS
-from cranktrain.film.laws.films import SIN as FRAME_SIN
-from cranktrain.loads.damper import damper_torque
+from cranktrain.film.laws.films import FORCE, FRICTION, RUBBING, SPEED, film_call
 from cranktrain.loads.torsional_line import DAMPING, LEADING, STIFFNESS
 
 
@@ -47,7 +53,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
     Returns 0, or 1 if S is singular. ``holding`` (N m/rad) holds the flywheel against turning, ``block_holding``
     ((rad/s)²) the block as a whole where it is.
     """
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     ratio = c_v / c_q
     part = work.turning
     for i in range(t):
@@ -78,7 +84,7 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
                     s += block_holding
             part.scratch[i, j] = s + ratio * b
     status += factor_part(part, level, model.block_ports, model.block_ports_transposed)
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         status += call_kernel(model.links.hooks[added.AT_FACTOR], (model, work, level, c_q, c_v, omega, holding))
     work.counters[at.N_FACTORS] += 1.0
     return status
@@ -103,14 +109,14 @@ def factor_part(part, level, shapes, transposed):
 @inlined_kernel
 def external_force(model, frame, pressures, displaced, out):
     """Modal force (n,) of frame, shaft, valve train, gravity on the displaced mass, gas on heads, mounts' preload."""
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     omega = frame[at.OMEGA]
     g_x = -model.scalars[at.GRAVITY] * frame[at.SIN]
     g_y = -model.scalars[at.GRAVITY] * frame[at.COS]
-    crank = int(model.layout[at.CRANK_MODES])
+    crank = crank_modes(model)
     x = dot(model.gravity[0], displaced, crank)
     y = dot(model.gravity[1], displaced, crank)
-    if model.layout[at.BORE_ROTATIONS] > 0.0:
+    if model.block_ports.shape[0] > 0:
         x -= dot(model.gravity[0], model.gravity[0], crank) * frame[at.CRANK_X]
         y -= dot(model.gravity[1], model.gravity[1], crank) * frame[at.CRANK_Y]
     for i in range(t):
@@ -144,7 +150,7 @@ def external_force(model, frame, pressures, displaced, out):
     n = t + model.block.preload.shape[0]
     for i in range(t, n):
         out[i] = model.block.preload[i - t] - model.scalars[at.GRAVITY] * model.gravity[1, i]
-    if model.layout[at.BORE_ROTATIONS] > 0.0:
+    if model.block_ports.shape[0] > 0:
         for i in range(t, t + 6):
             out[i] += (
                 frame[at.BLOCK_RESTRAINT] * displaced[i]
@@ -164,117 +170,83 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     forces of the ports where pistons are guided. Moments of displaced forces and film friction act at the rotations of
     journals and pins; the Newton matrix omits their tangents. Returns 0, or a status if a law failed.
     """
-    b = model.bearings.shape[0]
-    journal = int(model.layout[at.JOURNAL_ROTATIONS])
-    omega = frame[at.OMEGA]
     ratio = c_v / c_q
     u = work.port[at.U]
     ud = work.port[at.UD]
     f = work.port[at.FORCES]
-    d = work.port[at.RELATIVE]
-    dd = work.port[at.RELATIVE_RATE]
-    relative_motion(model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, d, dd)
+    relative_motion(
+        model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE]
+    )
     move_axis(model, frame, u)
-    films = model.films
-    frame_numbers(frame, films.numbers)
-    for k in range(2 * b + 1, f.shape[0]):
+    frame_numbers(frame, model.laws.numbers)
+    for k in range(f.shape[0]):
         f[k] = 0.0
     status = 0
-    for i in range(b):
-        connection = model.connections[i]
-        place_journal(connection, d, dd, frame[at.WHIRL], films.place[i], films.velocity[i])
-        films.numbers[SPEED] = omega + ud[journal + i]
-        films.numbers[RUBBING] = films.numbers[SPEED]
-        status |= film_call(films, FORCE, i, films.out, films.out)
-        film_block(films.out, ratio, frame[at.WHIRL], work.blocks[i])
-        f[journal + i] = journal_forces(connection, frame, films.out, u, f)
-    k = int(model.layout[at.THRUST_LAW])
-    status |= collar_force(model.thrust, model.connections[k], frame, d, dd, ratio, f, work.blocks[k])
-    collar_torque(model.connections[k], u, f)
-    if model.layout[at.AXIAL_JOINT] > 0.0:
-        status |= axial_joint_force(model, work, frame, u, ud, ratio)
-    if model.layout[at.DAMPER] > 0.0:
-        k = int(model.layout[at.DAMPER])
-        damper_torque(model.damper, u[k], ud[k], work.scratch)
-        f[k] = work.scratch[0]
-        work.blocks[model.connections.shape[0] - 1, 0] = work.scratch[1] + ratio * work.scratch[2]
+    for k in range(model.connections.shape[0]):
+        if model.connections[k, at.OF_ROD] > 0.0:
+            continue
+        if model.connections[k, at.PAIRS] == 0.0:
+            status |= journal_force(model, work, frame, k, ratio)
+        else:
+            status |= law_force(model, work, frame, k, ratio)
     status |= rod_forces(model, work, frame, pressures, c_q, c_v)
-    if model.layout[at.BORE_ROTATIONS] > 0.0:
+    if model.block_ports.shape[0] > 0:
         reactions(model, frame[at.COS], frame[at.SIN], f)
         # The block feels the opposite about its own axis.
         x = frame[at.CRANK_X] - frame[at.COS] * frame[at.BLOCK_X] - frame[at.SIN] * frame[at.BLOCK_Y]
         y = frame[at.CRANK_Y] - frame[at.COS] * frame[at.BLOCK_Y] + frame[at.SIN] * frame[at.BLOCK_X]
-        for i in range(b):
-            f[int(model.layout[at.BORE_ROTATIONS]) + i] = -f[journal + i] - x * f[2 * i + 1] + y * f[2 * i]
-    if model.layout[at.ADDED] > 0.0:
+        for k in range(model.connections.shape[0]):
+            row = model.connections[k]
+            if row[at.REACTS] >= 0.0:
+                first = int(row[at.FIRST])
+                f[int(row[at.REACTS])] = -f[int(row[at.TURNED])] - x * f[first + 1] + y * f[first]
+    if has_additions(model):
         status |= call_kernel(model.links.hooks[added.AT_FORCES], (model, work, frame, pressures, ratio))
     return status
 
 
-@inlined_kernel
-def axial_joint_force(model, work, frame, u, ud, ratio):
-    """Force of the joint between flywheel and connecting shaft at its port, with its tangent; 0."""
-    k = int(model.layout[at.AXIAL_JOINT])
-    joint = model.axial_joint
-    place_joint(model, frame, u, ud)
-    status = film_call(joint, FORCE, 0, joint.out, joint.out)
-    work.port[at.FORCES, int(model.connections[k, at.FIRST])] = joint.out[0]
-    work.blocks[k, 0] = ratio * joint.out[BY_VELOCITY]
+@kernel
+def law_force(model, work, frame, k, ratio):
+    """Forces and tangents of connection k at the relative motion of its ports; 0, or a failure."""
+    row = model.connections[k]
+    laws = model.laws
+    place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
+    tell_law(model, frame, k, work.port[at.U], work.port[at.UD])
+    status = film_call(laws, FORCE, k, laws.out, laws.out)
+    hand_forces(row, frame, laws.out, work.port[at.U], work.port[at.FORCES])
+    law_block(laws.out, int(row[at.COUPLED]), int(row[at.PAIRS]), ratio, frame[at.WHIRL], work.blocks[k])
     return status
 
 
 @inlined_kernel
-def frame_numbers(frame, numbers):
-    """Tell films the frame's angle."""
-    numbers[FRAME_COS] = frame[at.COS]
-    numbers[FRAME_SIN] = frame[at.SIN]
-    numbers[FRAME_ANGLE] = frame[at.THETA]
+def journal_force(model, work, frame, k, ratio):
+    """The same of a law that has nothing but pairs, at most two: the direct path of journals, the most frequent laws.
 
-
-@inlined_kernel
-def place_collar(thrust, connection, frame, u, ud):
-    """Place and velocity of the thrust collar in space, along the frame's axes."""
-    z = int(connection[at.FIRST])
-    place = thrust.place[0]
-    velocity = thrust.velocity[0]
-    place[0] = u[z]
-    velocity[0] = ud[z]
-    if connection[at.COUPLED] > 1.0:
-        t = int(connection[at.FIRST + 1])
-        place[1] = u[t]
-        place[2] = u[t + 1]
-        velocity[1] = ud[t] - frame[at.WHIRL] * u[t + 1]
-        velocity[2] = ud[t + 1] + frame[at.WHIRL] * u[t]
-    thrust.numbers[SPEED] = frame[at.OMEGA]
-    frame_numbers(frame, thrust.numbers)
-
-
-@inlined_kernel
-def collar_force(thrust, connection, frame, u, ud, ratio, f, block):
-    """Thrust bearing: axial force, and where the collar's tilt has ports its two moments as well; 0, or a failure."""
-    place_collar(thrust, connection, frame, u, ud)
-    out = thrust.out
+    By the general path a cycle of the six at ``impedance`` takes 2 % longer.
+    """
+    row = model.connections[k]
+    laws = model.laws
+    place = laws.place[k]
+    velocity = laws.velocity[k]
+    out = laws.out
+    u = work.port[at.U]
+    f = work.port[at.FORCES]
+    d = work.port[at.RELATIVE]
+    dd = work.port[at.RELATIVE_RATE]
     whirl = frame[at.WHIRL]
-    status = film_call(thrust, FORCE, 0, out, out)
-    f[int(connection[at.FIRST])] = out[0]
-    if connection[at.COUPLED] == 1.0:
-        block[0] = out[BY_PLACE] + ratio * out[BY_VELOCITY]
-        return status
-    t = int(connection[at.FIRST + 1])
-    f[t] = out[1]
-    f[t + 1] = out[2]
-    for r in range(3):
-        place = BY_PLACE + 4 * r
-        rate = BY_VELOCITY + 4 * r
-        block[4 * r] = out[place] + ratio * out[rate]
-        block[4 * r + 1] = out[place + 1] + ratio * out[rate + 1] + whirl * out[rate + 2]
-        block[4 * r + 2] = out[place + 2] + ratio * out[rate + 2] - whirl * out[rate + 1]
+    spin = int(row[at.SPIN])
+    first = int(row[at.FIRST])
+    tilts = row[at.COUPLED] > 2.0
+    second = int(row[at.FIRST + 2])
+    place_pair(first, d, dd, whirl, place, velocity)
+    if tilts:
+        place_pair(second, d, dd, whirl, place[2:], velocity[2:])
+    laws.numbers[SPEED] = frame[at.OMEGA] + work.port[at.UD, spin]
+    laws.numbers[RUBBING] = laws.numbers[SPEED]
+    status = film_call(laws, FORCE, k, out, out)
+    pairs_block(out, ratio, whirl, work.blocks[k])
+    torque = hand_pair(first, frame[at.CRANK_X], frame[at.CRANK_Y], out, u, f, 0.0)
+    if tilts:
+        torque = hand_pair(second, 0.0, 0.0, out[2:], u, f, torque)
+    f[spin] = torque + out[FRICTION]
     return status
-
-
-@inlined_kernel
-def collar_torque(connection, u, f):
-    """Moments of a tilted collar act on it where it is: their part about the frame's axis, at the journal beside it."""
-    if connection[at.COUPLED] > 1.0:
-        t = int(connection[at.FIRST + 1])
-        f[int(connection[at.TURNED])] += u[t] * f[t + 1] - u[t + 1] * f[t]

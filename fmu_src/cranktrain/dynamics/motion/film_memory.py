@@ -1,7 +1,7 @@
-"""What films and the axial joint are told by a step, and what they remember; see :mod:`cranktrain.film.laws.films`.
+"""What laws with a memory are told by a step, and what they remember; see :mod:`cranktrain.film.laws.films`.
 
 The order of calls in a step is ``open_step``, then for each stage ``open_stage``, the stage's iteration and
-``close_stage``, and ``close_step`` at the end. Where films have no memory they do nothing.
+``close_stage``, and ``close_step`` at the end. Where no law has a memory they do nothing.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
-from cranktrain.dynamics.motion.film_ports import place_joint, place_journal
+from cranktrain.dynamics.motion.film_ports import frame_numbers, place_law, tell_law
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
@@ -27,7 +28,6 @@ from cranktrain.film.laws.films import (
     OPEN_STAGE,
     OPEN_STEP,
     RATE,
-    SPEED,
     STAGE,
     STEP,
     film_call,
@@ -38,146 +38,119 @@ from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT
 
 
 @inlined_kernel
-def memory_offset(model, i):
-    """First index in the state of what film i remembers; the next film's begins where it ends."""
-    first = film_offset(model.omega2.shape[0], int(model.layout[at.PORTS]))
-    return first + model.films.remembered[i]
+def memory_offset(model, k):
+    """First index in the state of what law k remembers; the next law's begins where it ends."""
+    first = film_offset(model.omega2.shape[0], port_count(model))
+    return first + model.laws.remembered[k]
 
 
 @inlined_kernel
-def remembers(films):
-    """Whether any of the films, or of the added connections, has a memory."""
-    return films.remembered[films.remembered.shape[0] - 1] > 0
+def remembers(laws):
+    """Whether any of the laws, or of the added connections, has a memory."""
+    return laws.remembered[laws.remembered.shape[0] - 1] > 0
 
 
 @inlined_kernel
-def place_film(model, d, dd, whirl, i):
-    """Place and velocity of journal i in its bore along the frame's axes, from the ports' relative motion."""
-    place_journal(model.connections[i], d, dd, whirl, model.films.place[i], model.films.velocity[i])
-
-
-@inlined_kernel
-def joint_offset(model):
-    """First index in the state of what the axial joint remembers, behind the films' memory."""
-    return memory_offset(model, model.bearings.shape[0])
+def recalling_call(model, state, action, k, out):
+    """Let law k act with the part of the state that it remembers; 0, or a failure."""
+    return film_call(model.laws, action, k, state[memory_offset(model, k) : memory_offset(model, k + 1)], out)
 
 
 @kernel
 def open_step(model, work, state):
-    """Hand the memory of films and axial joint at the step's start, with the ports' motion then, to the stages."""
-    if model.layout[at.AXIAL_JOINT] > 0.0:
-        film_call(model.axial_joint, OPEN_STEP, 0, state[joint_offset(model) :], work.scratch)
+    """Hand the memory of laws at the step's start, with the ports' motion then, to the stages."""
     if remembers(model.links):
         call_kernel(model.links.hooks[added.AT_OPEN_STEP], (model, work, state))
-    if not remembers(model.films):
+    if not remembers(model.laws):
         return
-    numbers = model.films.numbers
+    numbers = model.laws.numbers
     numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_ANGLE] = state[SHAFT_ANGLE]
-    for i in range(model.bearings.shape[0]):
-        if model.films.traits[i, MEMORY] == 0.0:
-            continue
-        place_film(model, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], 0.0, i)
-        memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
-        film_call(model.films, OPEN_STEP, i, memory, work.scratch)
-
-
-@inlined_kernel
-def tell_stage(films, count, row, work, clock):
-    """Tell ``count`` films the times of a stage: elapsed since the step's start, step, g of its rule (s), number."""
-    numbers = films.numbers
-    numbers[ELAPSED], numbers[STEP], numbers[GAIN], numbers[STAGE] = clock
-    for i in range(count):
-        if films.traits[i, MEMORY] > 0.0:
-            film_call(films, OPEN_STAGE, i, row, work.scratch)
+    for k in range(model.connections.shape[0]):
+        if model.laws.traits[k, MEMORY] > 0.0:
+            place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], 0.0)
+            recalling_call(model, state, OPEN_STEP, k, work.scratch)
 
 
 @inlined_kernel
 def open_stage(model, work, stage, elapsed, h, gain):
-    """Tell films and axial joint the times of a stage: ``elapsed`` since the step's start, g of the stage's rule, s."""
-    clock = elapsed, h, gain, float(stage)
-    if model.layout[at.AXIAL_JOINT] > 0.0:
-        tell_stage(model.axial_joint, 1, model.stages[1 + stage], work, clock)
-    if remembers(model.films):
-        tell_stage(model.films, model.bearings.shape[0], model.stages[1 + stage], work, clock)
+    """Tell laws the times of a stage: ``elapsed`` since the step's start, g of the stage's rule, s."""
     if remembers(model.links):
         call_kernel(model.links.hooks[added.AT_OPEN_STAGE], (model, work, stage, elapsed, h, gain))
+    if not remembers(model.laws):
+        return
+    numbers = model.laws.numbers
+    numbers[ELAPSED] = elapsed
+    numbers[STEP] = h
+    numbers[GAIN] = gain
+    numbers[STAGE] = float(stage)
+    for k in range(model.connections.shape[0]):
+        if model.laws.traits[k, MEMORY] > 0.0:
+            film_call(model.laws, OPEN_STAGE, k, model.stages[1 + stage], work.scratch)
 
 
 @inlined_kernel
 def close_stage(model, work, frame):
-    """Solve films and axial joint at the stage's ports, which the last Newton step only foresaw; 0, or a failure."""
-    if model.layout[at.AXIAL_JOINT] > 0.0:
-        place_joint(model, frame, work.port[at.U], work.port[at.UD])
-        film_call(model.axial_joint, CLOSE_STAGE, 0, work.scratch, work.scratch)
+    """Solve laws with a memory at the stage's ports, which the last Newton step only foresaw; 0, or a failure."""
     if remembers(model.links):
         status = call_kernel(model.links.hooks[added.AT_CLOSE_STAGE], (model, work, frame))
         if status != 0:
             return status
-    if not remembers(model.films):
+    if not remembers(model.laws):
         return 0
-    numbers = model.films.numbers
-    numbers[FRAME_COS] = frame[at.COS]
-    numbers[FRAME_SIN] = frame[at.SIN]
-    numbers[FRAME_ANGLE] = frame[at.THETA]
-    journal = int(model.layout[at.JOURNAL_ROTATIONS])
-    relative_motion(
-        model,
-        frame[at.COS],
-        frame[at.SIN],
-        frame[at.WHIRL],
-        work.port[at.U],
-        work.port[at.UD],
-        work.port[at.RELATIVE],
-        work.port[at.RELATIVE_RATE],
-    )
-    for i in range(model.bearings.shape[0]):
-        if model.films.traits[i, MEMORY] == 0.0:
-            continue
-        place_film(model, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL], i)
-        numbers[SPEED] = frame[at.OMEGA] + work.port[at.UD, journal + i]
-        status = film_call(model.films, CLOSE_STAGE, i, work.scratch, work.scratch)
-        if status != 0:
-            return status
+    frame_numbers(frame, model.laws.numbers)
+    u = work.port[at.U]
+    ud = work.port[at.UD]
+    d = work.port[at.RELATIVE]
+    dd = work.port[at.RELATIVE_RATE]
+    known = False
+    for k in range(model.connections.shape[0]):
+        if model.laws.traits[k, MEMORY] > 0.0:
+            if model.connections[k, at.ON_BLOCK] == 0.0:
+                place_law(model, k, u, ud, frame[at.WHIRL])
+            else:
+                if not known:
+                    relative_motion(model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, d, dd)
+                    known = True
+                place_law(model, k, d, dd, frame[at.WHIRL])
+            tell_law(model, frame, k, u, ud)
+            status = film_call(model.laws, CLOSE_STAGE, k, work.scratch, work.scratch)
+            if status != 0:
+                return status
     return 0
 
 
 @kernel
 def close_step(model, work, state):
-    """Keep what films and axial joint of the last stage became."""
-    if model.layout[at.AXIAL_JOINT] > 0.0:
-        film_call(model.axial_joint, CLOSE_STEP, 0, state[joint_offset(model) :], work.scratch)
+    """Keep what laws with a memory of the last stage became."""
     if remembers(model.links):
         call_kernel(model.links.hooks[added.AT_CLOSE_STEP], (model, work, state))
-    for i in range(model.bearings.shape[0]):
-        if model.films.traits[i, MEMORY] == 0.0:
-            continue
-        memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
-        film_call(model.films, CLOSE_STEP, i, memory, work.scratch)
+    for k in range(model.connections.shape[0]):
+        if model.laws.traits[k, MEMORY] > 0.0:
+            recalling_call(model, state, CLOSE_STEP, k, work.scratch)
 
 
 @kernel
 def fastest_closing(model, work, state, whirl):
     """Largest rate (1/s) at which a film closes, over itself, from the ports at the state.
 
-    Films with a memory tell it themselves; of others it is the rate of the journal's middle over the gap at the end
-    that is nearest to the bore.
+    Laws with a memory, and the thrust bearing's, tell it themselves; of other journals it is the rate of the middle
+    over the gap at the end that is nearest to the bore.
     """
-    numbers = model.films.numbers
-    numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
-    numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
+    laws = model.laws
+    laws.numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
+    laws.numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     worst = 0.0
-    for i in range(model.bearings.shape[0]):
-        if model.films.traits[i, CLOSES] == 0.0:
+    for k in range(model.connections.shape[0]):
+        if laws.traits[k, CLOSES] == 0.0 or model.connections[k, at.OF_ROD] > 0.0:
             continue
-        place_film(model, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], whirl, i)
-        if model.films.traits[i, MEMORY] > 0.0:
-            memory = state[memory_offset(model, i) : memory_offset(model, i + 1)]
-            film_call(model.films, RATE, i, memory, work.scratch)
+        place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], whirl)
+        if laws.traits[k, MEMORY] > 0.0 or k >= model.bearings.shape[0]:
+            recalling_call(model, state, RATE, k, work.scratch)
             worst = max(worst, work.scratch[0])
         else:
-            worst = max(worst, closing_rate(model.bearings[i], model.films.place[i], model.films.velocity[i]))
+            worst = max(worst, closing_rate(model.bearings[k], laws.place[k], laws.velocity[k]))
     return worst
 
 

@@ -1,74 +1,127 @@
-"""Films at the ports of a stage: where a journal is, and the tangents of its film by the ports' displacement.
+"""Laws at the ports of a stage: the motion that one feels, the forces it gives, and its tangents by the ports' motion.
 
-A film acts at the Newton ports of its connection: x and y of the journal's middle, and where it feels tilt those of the
-journal's end as well. With u̇ following u as (c_v/c_q) u in a stage, and velocities in space along the frame's axes
-u̇ + Ω e_z×u, a film's tangents by place and by velocity make one block.
+A law acts at the Newton ports of its connection. Components that form pairs turn with the frame's axes: of a journal x
+and y of its middle, and where it feels tilt those of its end as well; of a collar its rotations. With u̇ following u as
+(c_v/c_q) u in a stage, and velocities in space along the frame's axes u̇ + Ω e_z×u, a law's tangents by place and by
+velocity make one block.
 """
 
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.film.laws.axial_joint import SLIP, WINDUP_TORQUE
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, END_X, END_Y, FRICTION, X, Y
+from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, COS, FRICTION, RUBBING, SIN, SPEED
+
+ROW = 4
+"""Values in a row of a law's tangents, and of a connection's block."""
 
 
 @inlined_kernel
-def film_block(out, ratio, whirl, block):
-    """Tangent of a film by the displacement of its ports into the 4 × 4 ``block``; zero where it feels no tilt."""
-    for r in range(4):
-        for pair in range(0, 4, 2):
-            i = 4 * r + pair
-            d_x = out[BY_VELOCITY + i]
-            d_y = out[BY_VELOCITY + i + 1]
-            block[i] = out[BY_PLACE + i] + ratio * d_x + whirl * d_y
-            block[i + 1] = out[BY_PLACE + i + 1] + ratio * d_y - whirl * d_x
+def frame_numbers(frame, numbers):
+    """Tell laws the frame's angle."""
+    numbers[COS] = frame[at.COS]
+    numbers[SIN] = frame[at.SIN]
+    numbers[ANGLE] = frame[at.THETA]
 
 
 @inlined_kernel
-def place_journal(connection, u, ud, whirl, place, velocity):
-    """Middle and end displacement of a journal (4,), and their velocity in space along the frame's axes (4,)."""
-    k = int(connection[at.FIRST])
-    place_pair(u[k], u[k + 1], ud[k], ud[k + 1], whirl, place, velocity)
-    if connection[at.COUPLED] > END_X:
-        k = int(connection[at.FIRST + END_X])
-        place_pair(u[k], u[k + 1], ud[k], ud[k + 1], whirl, place[END_X:], velocity[END_X:])
+def place_law(model, k, u, ud, whirl):
+    """Place and velocity in space, along the frame's axes, of what connection k measures, into ``model.laws``."""
+    row = model.connections[k]
+    place = model.laws.place[k]
+    velocity = model.laws.velocity[k]
+    size = int(row[at.COUPLED])
+    pairs = int(row[at.PAIRS])
+    for r in range(size if pairs < 0 else pairs):
+        port = int(row[at.FIRST + r])
+        place[r] = u[port]
+        velocity[r] = ud[port]
+    if pairs >= 0:
+        for r in range(pairs, size, 2):
+            place_pair(int(row[at.FIRST + r]), u, ud, whirl, place[r:], velocity[r:])
 
 
 @inlined_kernel
-def place_pair(x, y, vx, vy, whirl, place, velocity):
-    """One displacement, and its velocity in space."""
-    place[X] = x
-    place[Y] = y
-    velocity[X] = vx - whirl * y
-    velocity[Y] = vy + whirl * x
+def place_pair(port, u, ud, whirl, place, velocity):
+    """Displacement of a pair of components from ``port`` on, and its velocity in space."""
+    x = u[port]
+    y = u[port + 1]
+    place[0] = x
+    place[1] = y
+    velocity[0] = ud[port] - whirl * y
+    velocity[1] = ud[port + 1] + whirl * x
 
 
 @inlined_kernel
-def journal_forces(connection, frame, out, u, f):
-    """Hand a film's forces ``out`` to the ports f (m,) of its journal; returns the journal's torque, with friction.
+def tell_law(model, frame, k, u, ud):
+    """Tell the law of connection k its speed, and the torque of the drive line's springs where it asks for that."""
+    row = model.connections[k]
+    speed = frame[at.OMEGA]
+    if row[at.SPIN] >= 0.0:
+        speed += ud[int(row[at.SPIN])]
+    model.laws.numbers[SPEED] = speed
+    model.laws.numbers[RUBBING] = speed
+    if row[at.TOLD] >= 0.0:
+        windup = u[int(row[at.TOLD])] + model.scalars[at.WINDUP_LEAD] * frame[at.LEAD]
+        model.laws.place[k, int(row[at.COUPLED])] = model.scalars[at.WINDUP_K] * windup
 
-    u (m,) are the displacements of the ports: forces act where the displaced points are. The torque is about the
-    crank's axis.
+
+@inlined_kernel
+def hand_forces(row, frame, out, u, f):
+    """Hand a law's forces ``out`` to the ports f (m,) of its connection, and their moments where they act.
+
+    u (m,) are the displacements of the ports. Moments are about the crank's axis.
     """
-    k = int(connection[at.FIRST])
-    f[k] = out[X]
-    f[k + 1] = out[Y]
-    torque = (u[k] - frame[at.CRANK_X]) * out[Y] - (u[k + 1] - frame[at.CRANK_Y]) * out[X]
-    if connection[at.COUPLED] > END_X:
-        k = int(connection[at.FIRST + END_X])
-        f[k] = out[END_X]
-        f[k + 1] = out[END_Y]
-        torque = torque + u[k] * out[END_Y] - u[k + 1] * out[END_X]
-    return torque + out[FRICTION]
+    size = int(row[at.COUPLED])
+    pairs = int(row[at.PAIRS])
+    for r in range(size if pairs < 0 else pairs):
+        f[int(row[at.FIRST + r])] = out[r]
+    if pairs < 0:
+        return
+    torque = 0.0
+    x = frame[at.CRANK_X] if pairs == 0 else 0.0
+    y = frame[at.CRANK_Y] if pairs == 0 else 0.0
+    for r in range(pairs, size, 2):
+        torque = hand_pair(int(row[at.FIRST + r]), x, y, out[r:], u, f, torque)
+        x = 0.0
+        y = 0.0
+    if row[at.SPIN] >= 0.0:
+        torque += out[FRICTION]
+    f[int(row[at.TURNED])] += torque
 
 
 @inlined_kernel
-def place_joint(model, frame, u, ud):
-    """Slip of the axial joint, its velocity, and the torque of the drive line's springs at the ports' motion."""
-    joint = model.axial_joint
-    k = int(model.connections[int(model.layout[at.AXIAL_JOINT]), at.FIRST])
-    windup = u[int(model.layout[at.WINDUP])] + model.scalars[at.WINDUP_LEAD] * frame[at.LEAD]
-    joint.place[0, SLIP] = u[k]
-    joint.place[0, WINDUP_TORQUE] = model.scalars[at.WINDUP_K] * windup
-    joint.velocity[0, SLIP] = ud[k]
+def hand_pair(port, x, y, out, u, f, torque):
+    """Hand a pair of forces to the ports from ``port`` on; the torque with their moment about x and y."""
+    f[port] = out[0]
+    f[port + 1] = out[1]
+    return torque + (u[port] - x) * out[1] - (u[port + 1] - y) * out[0]
+
+
+@inlined_kernel
+def law_block(out, size, pairs, ratio, whirl, block):
+    """Tangent of a law's ``size`` forces by the displacement of its ports into the 4 × 4 ``block``.
+
+    ``pairs``: first component of those that turn with the frame's axes, −1: none.
+    """
+    for r in range(size):
+        for s in range(size):
+            i = ROW * r + s
+            block[i] = out[BY_PLACE + i] + ratio * out[BY_VELOCITY + i]
+        if pairs >= 0:
+            for s in range(pairs, size, 2):
+                i = ROW * r + s
+                block[i] += whirl * out[BY_VELOCITY + i + 1]
+                block[i + 1] -= whirl * out[BY_VELOCITY + i]
+
+
+@inlined_kernel
+def pairs_block(out, ratio, whirl, block):
+    """The same of a law that has nothing but pairs; zero where it has one only."""
+    for r in range(ROW):
+        for s in range(0, ROW, 2):
+            i = ROW * r + s
+            x = out[BY_VELOCITY + i]
+            y = out[BY_VELOCITY + i + 1]
+            block[i] = out[BY_PLACE + i] + ratio * x + whirl * y
+            block[i + 1] = out[BY_PLACE + i + 1] + ratio * y - whirl * x

@@ -76,7 +76,7 @@ def guided_rod(model, work, frame, load, c_q, c_v):
     u = work.port[at.U]
     u_q = work.port[at.U_Q]
     u_v = work.port[at.U_V]
-    port = int(model.layout[at.PISTONS]) + 2 * c
+    port = int(rod[at.PISTON_PORT])
     # Side forces and friction go on from the stage's last evaluation.
     for j in range(LAYER):
         side[UPPER + j] = work.guides[c, j]
@@ -97,9 +97,9 @@ def guided_rod(model, work, frame, load, c_q, c_v):
     f = work.port[at.FORCES]
     f[port] = side[ACROSS]
     f[port + 1] = side[MOMENT]
-    if model.layout[at.LINERS] > 0.0:
+    if rod[at.LINER_PORT] >= 0.0:
         # The opposite of what liner and gas do to the piston: same force, same moment about the block's axis.
-        k = int(model.layout[at.LINERS]) + 3 * c
+        k = int(rod[at.LINER_PORT])
         upper = model.block.liners[c, 0]
         lower = model.block.liners[c, 1]
         x = frame[at.BLOCK_X] * rod[at.COS_BANK] + frame[at.BLOCK_Y] * rod[at.SIN_BANK]
@@ -154,11 +154,11 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
     c = load.cylinder
     rod = model.cylinders[c]
     law = model.block.guidance
-    liner = int(model.layout[at.LINERS]) + 3 * c
+    liner = int(rod[at.LINER_PORT])
     slope = 0.0
     rise = 0.0
     rise_rate = 0.0
-    if model.layout[at.LINERS] > 0.0:
+    if liner >= 0:
         rise = u[liner + 2]
         rise_rate = ud[liner + 2]
         slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
@@ -179,7 +179,7 @@ def piston_forces(model, load, piston, u, ud, cross, out, side):
         height = law[HEIGHT + layer]
         gap = piston.x - piston.t * height
         rate = piston.x_v - piston.t_v * height
-        if model.layout[at.LINERS] > 0.0:
+        if liner >= 0:
             # Along the liner as far as it has moved itself.
             share = upper_share(model, c, out[PISTON] + height - rise)
             gap -= share * u[liner] + (1.0 - share) * u[liner + 1]

@@ -59,7 +59,7 @@ def move_axis(model, frame, u):
     frame[at.CRANK_Y] = 0.0
     frame[at.BLOCK_X] = 0.0
     frame[at.BLOCK_Y] = 0.0
-    if model.layout[at.BORE_ROTATIONS] > 0.0:
+    if model.block_ports.shape[0] > 0:
         for i in range(model.axis_weights.shape[0]):
             weight = model.axis_weights[i]
             journal = int(model.pairs[i, 0])

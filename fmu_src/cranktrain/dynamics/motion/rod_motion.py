@@ -20,7 +20,7 @@ SMALL = 0.1
 @inlined_kernel
 def rod_end(model, frame, c, u, ud, udd, out):
     """Motion of what the rod of cylinder c turns about: its big end where that floats, else the pin."""
-    if model.layout[at.RODS] > 0.0:
+    if model.cylinders[c, at.END_PORT] >= 0.0:
         big_end_motion(model, frame, c, u, ud, udd, out)
     else:
         pin_motion(model, frame, c, u, ud, udd, out)
@@ -29,7 +29,7 @@ def rod_end(model, frame, c, u, ud, udd, out):
 @inlined_kernel
 def big_end_motion(model, frame, c, u, ud, udd, out):
     """Position, absolute velocity and acceleration of the free big end of cylinder c, in axes of the frame."""
-    k = int(model.layout[at.RODS]) + 2 * c
+    k = int(model.cylinders[c, at.END_PORT])
     absolute_motion(
         model.pins[c, 0] + u[k], model.pins[c, 1] + u[k + 1], ud[k], ud[k + 1], udd[k], udd[k + 1], frame, out
     )
@@ -54,8 +54,8 @@ def pin_motion(model, frame, c, u, ud, udd, out):
 
     From MOVED on ``out`` holds how far it moved, from ARM on the share (R(φ) − I) X of turning alone.
     """
-    i = 2 * model.bearings.shape[0] + 1 + 2 * c
-    r = int(model.layout[at.PIN_ROTATIONS]) + c
+    i = int(model.cylinders[c, at.PIN_PORT])
+    r = int(model.cylinders[c, at.PIN_TURN])
     x0 = model.pins[c, 0]
     y0 = model.pins[c, 1]
     phi = u[r]
@@ -64,7 +64,7 @@ def pin_motion(model, frame, c, u, ud, udd, out):
     turned_y = sin * x0 + cos * y0
     arm_x = turned_x - x0
     arm_y = turned_y - y0
-    if r < model.scales.shape[0]:
+    if i < 0:
         absolute_motion(
             turned_x, turned_y, -ud[r] * turned_y, ud[r] * turned_x,
             -udd[r] * turned_y - ud[r] * ud[r] * turned_x, udd[r] * turned_x - ud[r] * ud[r] * turned_y, frame, out,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.film_ports import film_block
+from cranktrain.dynamics.motion.film_ports import ROW, pairs_block
 from cranktrain.dynamics.motion.gas import gas_force
 from cranktrain.dynamics.motion.guided_pistons import LAYER, UPPER, PistonMotion, RodLoad, guided_rod, piston_forces
 from cranktrain.dynamics.motion.rod_motion import (
@@ -28,10 +28,7 @@ from cranktrain.dynamics.motion.rod_motion import (
     rod_end,
     rod_swing,
 )
-from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
-from cranktrain.film.laws.films import COS as FRAME_COS
 from cranktrain.film.laws.films import FORCE, FRICTION, RUBBING, SPEED, film_call
-from cranktrain.film.laws.films import SIN as FRAME_SIN
 from cranktrain.loads.slider_crank import (
     BY_ACCELERATION,
     BY_VX,
@@ -39,8 +36,6 @@ from cranktrain.loads.slider_crank import (
     rod_force,
 )
 
-ROW = 4
-"""Values in a row of a connection's block."""
 OBSERVING = 3
 """Evaluations after which side forces and friction at a known motion agree."""
 
@@ -51,13 +46,11 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
 
     The ports' motion and forces are rows of ``work.port``. Returns 0, or tells that a law failed.
     """
-    b = model.bearings.shape[0]
     u = work.port[at.U]
     ud = work.port[at.UD]
     udd = work.port[at.UDD]
     f = work.port[at.FORCES]
     out = work.scratch
-    free = model.layout[at.RODS] > 0.0
     status = 0
     for c in range(model.cylinders.shape[0]):
         rod = model.cylinders[c]
@@ -65,12 +58,12 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
         pin_motion(model, frame, c, u, ud, udd, out)
         moved_x = out[MOVED]
         moved_y = out[MOVED + 1]
-        port = 2 * b + 1 + 2 * c
-        block = work.blocks[b + c]
+        port = int(rod[at.PIN_PORT])
+        block = work.blocks[int(rod[at.END_ROW])]
         torque = 0.0
+        free = rod[at.END_PORT] >= 0.0
         if free:
-            port = int(model.layout[at.RODS]) + 2 * c
-            block = work.blocks[int(model.layout[at.ROD_LAWS]) + c]
+            port = int(rod[at.END_PORT])
             for j in range(MOVED):
                 out[PIN + j] = out[j]
             big_end_motion(model, frame, c, u, ud, udd, out)
@@ -78,7 +71,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             status |= failure
         load = rod_load(rod, model.scalars, c, pressures[c], torque)
         across_cylinder(out, cos, sin, work.scratch[CROSS:])
-        if model.layout[at.PISTONS] > 0.0:
+        if rod[at.PISTON_PORT] >= 0.0:
             guided_rod(model, work, frame, load, c_q, c_v)
         else:
             rod_on_axis(rod, load, work.scratch[CROSS:], out)
@@ -87,12 +80,12 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
         fx = cos * out[0] + sin * out[1]
         fy = cos * out[1] - sin * out[0]
         pin_block(out, frame, cos, sin, c_q, c_v, block)
-        rotation = int(model.layout[at.PIN_ROTATIONS]) + c
+        rotation = int(rod[at.PIN_TURN])
         moved_x -= frame[at.CRANK_X]
         moved_y -= frame[at.CRANK_Y]
         lever_x = model.pins[c, 0] + moved_x
         lever_y = model.pins[c, 1] + moved_y
-        if rotation < model.scales.shape[0]:
+        if port < 0:
             f[rotation] += lever_x * fy - lever_y * fx
             # The pin goes along its circle, and the force keeps its direction.
             block[0] = lever_y * (lever_y * block[0] - lever_x * block[1])
@@ -163,11 +156,11 @@ def observe_rod(model, work, c):
     across_cylinder(out, cos, sin, cross)
     for j in range(LAYER):
         side[UPPER + j] = 0.0
-    if model.layout[at.PISTONS] == 0.0:
+    if rod[at.PISTON_PORT] < 0.0:
         rod_on_axis(rod, load, cross, out)
         side[UPPER] = out[0] + rod[at.M_BIG] * (cross[AX] + load.g_x) + rod[at.M_OSC] * load.g_x
         return
-    k = int(model.layout[at.PISTONS]) + 2 * c
+    k = int(rod[at.PISTON_PORT])
     piston = PistonMotion(u[k], ud[k], udd[k], u[k + 1], ud[k + 1])
     for _ in range(OBSERVING):
         piston_forces(model, load, piston, u, ud, cross, out, side)
@@ -182,51 +175,50 @@ def big_end_film(model, work, frame, c, cos, sin, ratio):
     Adds its forces to pin, rod and pin rotation, and fills its tangent; returns the side force that holds its friction
     on the rod, and 0 or what tells that the law failed.
     """
+    row = model.cylinders[c]
     rod = work.scratch
     pin = work.scratch[PIN:]
     f = work.port[at.FORCES]
-    out = model.floating.out
-    turn = int(model.layout[at.PIN_ROTATIONS]) + c
-    height, rod_speed = rod_swing(model.cylinders[c], rod, cos, sin)
-    place_pin(model, c, pin, rod)
-    status = float_force(model, frame, c, FORCE, frame[at.OMEGA] + work.port[at.UD, turn], rod_speed)
+    out = model.laws.out
+    turn = int(row[at.PIN_TURN])
+    height, rod_speed = rod_swing(row, rod, cos, sin)
+    film = int(row[at.PIN_ROW])
+    place_pin(model, film, pin, rod)
+    status = float_force(model, film, FORCE, frame[at.OMEGA] + work.port[at.UD, turn], rod_speed)
     friction = out[FRICTION]
-    k = 2 * model.bearings.shape[0] + 1 + 2 * c
+    k = int(row[at.PIN_PORT])
     f[k] += out[0]
     f[k + 1] += out[1]
-    k = int(model.layout[at.RODS]) + 2 * c
+    k = int(row[at.END_PORT])
     f[k] -= out[0]
     f[k + 1] -= out[1]
     moved_x = pin[X] - model.pins[c, 0] - frame[at.CRANK_X]
     moved_y = pin[Y] - model.pins[c, 1] - frame[at.CRANK_Y]
     f[turn] += moved_x * out[1] - moved_y * out[0] + friction
-    block = work.blocks[model.bearings.shape[0] + c]
-    film_block(out, ratio, frame[at.OMEGA], block)
-    for row in range(2):
-        for column in range(2):
-            value = block[4 * row + column]
-            block[4 * row + column + 2] = -value
-            block[4 * (row + 2) + column] = -value
-            block[4 * (row + 2) + column + 2] = value
-    place = model.floating.place[c]
+    block = work.blocks[film]
+    pairs_block(out, ratio, frame[at.OMEGA], block)
+    for r in range(2):
+        for s in range(2):
+            value = block[ROW * r + s]
+            block[ROW * r + s + 2] = -value
+            block[ROW * (r + 2) + s] = -value
+            block[ROW * (r + 2) + s + 2] = value
+    place = model.laws.place[film]
     return -(friction + place[X] * out[1] - place[Y] * out[0]) / height, status
 
 
 @inlined_kernel
-def place_pin(model, c, pin, rod):
-    """Place and velocity of the pin in the floating big end of cylinder c, from the motions of both."""
+def place_pin(model, film, pin, rod):
+    """Place and velocity of a pin in its floating big end, whose film has this row, from the motions of both."""
     for k in range(2):
-        model.floating.place[c, k] = pin[k] - rod[k]
-        model.floating.velocity[c, k] = pin[VX + k] - rod[VX + k]
+        model.laws.place[film, k] = pin[k] - rod[k]
+        model.laws.velocity[film, k] = pin[VX + k] - rod[VX + k]
 
 
 @inlined_kernel
-def float_force(model, frame, c, action, pin_speed, rod_speed):
-    """Let the law act on the film of the floating big end of cylinder c, into ``floating.out``; 0, or a failure."""
-    films = model.floating
-    films.numbers[SPEED] = pin_speed + rod_speed
-    films.numbers[RUBBING] = pin_speed - rod_speed
-    films.numbers[FRAME_COS] = frame[at.COS]
-    films.numbers[FRAME_SIN] = frame[at.SIN]
-    films.numbers[FRAME_ANGLE] = frame[at.THETA]
-    return film_call(films, action, c, films.out, films.out)
+def float_force(model, film, action, pin_speed, rod_speed):
+    """Let the law of a floating big end act on its film, into ``laws.out``; 0, or a failure."""
+    laws = model.laws
+    laws.numbers[SPEED] = pin_speed + rod_speed
+    laws.numbers[RUBBING] = pin_speed - rod_speed
+    return film_call(laws, action, film, laws.out, laws.out)

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import collar_port, joint_row
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
-from cranktrain.dynamics.motion.film_memory import joint_offset
+from cranktrain.dynamics.motion.film_memory import recalling_call
 from cranktrain.dynamics.motion.linear_algebra import dot
-from cranktrain.film.laws.films import OBSERVE, film_call
+from cranktrain.film.laws.films import OBSERVE
 
 OF_ENGINE, OF_BEARING, OF_CRANK = range(3)
 FORCE, SLIP = range(2)
@@ -21,9 +22,9 @@ FORCE, SLIP = range(2)
 def observe_axial(model, work, state, members, out):
     """Displacements along the crank axis: thrust faces in space, collar against them, pulley against the collar."""
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]
-    collar = int(model.connections[int(model.layout[at.THRUST_LAW]), at.FIRST])
+    collar = collar_port(model)
     out[OF_ENGINE] = 0.0
     for k in range(model.axial.shape[0]):
         faces = int(model.axial[k, 1]) - model.ports.shape[0]
@@ -42,15 +43,15 @@ def observe_axial_path(model, work, state, members, out):
     out[FORCE] = 0.0
     out[SLIP] = 0.0
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
     work.powers[at.AXIAL_JOINT_LOSS] = 0.0
     work.powers[at.AXIAL_FORCE_WORK] = -work.frames[0, at.AXIAL_FORCE] * dot(model.ends[at.FLYWHEEL_AXIAL], v, t)
-    if model.layout[at.AXIAL_JOINT] > 0.0:
-        joint = model.axial_joint
-        film_call(joint, OBSERVE, 0, state[joint_offset(model) :], joint.out)
-        out[FORCE] = joint.out[0]
-        port = int(model.connections[int(model.layout[at.AXIAL_JOINT]), at.FIRST])
+    joint = joint_row(model)
+    if joint >= 0:
+        recalling_call(model, state, OBSERVE, joint, model.laws.out)
+        out[FORCE] = model.laws.out[0]
+        port = int(model.connections[joint, at.FIRST])
         out[SLIP] = work.port[at.STATE_U, port]
         work.powers[at.AXIAL_JOINT_LOSS] = -out[FORCE] * work.port[at.STATE_UD, port]
     return 0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.motion.film_ports import frame_numbers
 from cranktrain.dynamics.motion.rod_motion import PIN, X, Y, big_end_motion, cylinder_axes, pin_motion, rod_swing
 from cranktrain.dynamics.motion.rods import float_force, observe_rod, place_pin
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, OBSERVE, P_MAX
@@ -27,7 +28,7 @@ def observe_big_ends(model, work, state, members, out):
         row = out[BIG_END_OUTPUTS * c : BIG_END_OUTPUTS * (c + 1)]
         for i in range(BIG_END_OUTPUTS):
             row[i] = 0.0
-        if model.layout[at.RODS] > 0.0:
+        if model.cylinders[c, at.END_PORT] >= 0.0:
             observe_floating(model, work, c, row)
         else:
             observe_rod(model, work, c)
@@ -47,26 +48,26 @@ def observe_floating(model, work, c, row):
     pin = work.scratch[PIN:]
     pin_motion(model, frame, c, u, ud, udd, pin)
     big_end_motion(model, frame, c, u, ud, udd, rod)
-    place_pin(model, c, pin, rod)
+    film = int(model.cylinders[c, at.PIN_ROW])
+    place_pin(model, film, pin, rod)
     cos, sin = cylinder_axes(model.cylinders[c], frame)
     _, rod_speed = rod_swing(model.cylinders[c], rod, cos, sin)
-    pin_speed = frame[at.OMEGA] + ud[int(model.layout[at.PIN_ROTATIONS]) + c]
-    float_force(model, frame, c, OBSERVE, pin_speed, rod_speed)
-    film = model.floating.out
-    to_space(film, frame[at.COS], frame[at.SIN], row[FORCE_X:])
-    to_space(model.floating.place[c], frame[at.COS], frame[at.SIN], row[POSITION_X:])
-    row[ECCENTRIC] = film[ECCENTRICITY]
-    row[FILM_MIN] = max(model.big_ends[c, CLEARANCE] * (1.0 - film[ECCENTRICITY]), 0.0)
-    row[PRESSURE_MAX] = film[P_MAX]
-    row[FRICTION_TORQUE] = -film[FRICTION]
+    pin_speed = frame[at.OMEGA] + ud[int(model.cylinders[c, at.PIN_TURN])]
+    frame_numbers(frame, model.laws.numbers)
+    float_force(model, film, OBSERVE, pin_speed, rod_speed)
+    found, place, velocity = model.laws.out, model.laws.place[film], model.laws.velocity[film]
+    to_space(found, frame[at.COS], frame[at.SIN], row[FORCE_X:])
+    to_space(place, frame[at.COS], frame[at.SIN], row[POSITION_X:])
+    row[ECCENTRIC] = found[ECCENTRICITY]
+    row[FILM_MIN] = max(model.big_ends[c, CLEARANCE] * (1.0 - found[ECCENTRICITY]), 0.0)
+    row[PRESSURE_MAX] = found[P_MAX]
+    row[FRICTION_TORQUE] = -found[FRICTION]
     work.powers[at.BIG_ENDS_FRICTION] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
     work.powers[at.BIG_ENDS_SHEAR] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)
-    place = model.floating.place[c]
-    velocity = model.floating.velocity[c]
     # The film acts on the rod where the pin is.
-    work.powers[at.BIG_ENDS_SQUEEZE] -= film[X] * (velocity[X] + rod_speed * place[Y])
-    work.powers[at.BIG_ENDS_SQUEEZE] -= film[Y] * (velocity[Y] - rod_speed * place[X])
-    row[OIL_FLOW] = film[FLOW]
+    work.powers[at.BIG_ENDS_SQUEEZE] -= found[X] * (velocity[X] + rod_speed * place[Y])
+    work.powers[at.BIG_ENDS_SQUEEZE] -= found[Y] * (velocity[Y] - rod_speed * place[X])
+    row[OIL_FLOW] = found[FLOW]
 
 
 @kernel

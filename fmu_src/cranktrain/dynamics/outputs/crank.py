@@ -35,7 +35,7 @@ ONLINE, LAST = 3, 4
 def observe_crank(model, work, state, members, out):
     """Angle and speed, motion of pulley and flywheel against the frame, torque that the drive line takes."""
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     frame = work.frames[0]
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
@@ -76,7 +76,7 @@ def observe_crank(model, work, state, members, out):
 def observe_structure(model, work, state):
     """Powers of the structures' own damping and of the valve train; adds the energy of crank, rotors and block."""
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + n]
     powers = work.powers
@@ -102,7 +102,7 @@ def observe_structure(model, work, state):
     for i in range(t, t + standing):
         powers[at.BLOCK_LOSS] += model.damping[i] * v[i] * v[i]
     speed = omega + dot(model.ends[1], v, t)
-    if model.layout[at.BORE_ROTATIONS] > 0.0:
+    if model.block_ports.shape[0] > 0:
         speed -= dot(model.block.motion[at.ROTATION], v[t:], standing)
     powers[at.VALVE_POWER] = work.frames[0, at.VALVE_TORQUE] * speed
 

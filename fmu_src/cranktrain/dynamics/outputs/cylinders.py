@@ -35,9 +35,10 @@ def observe_cylinders(model, work, state, members, out):
         cos, sin = cylinder_axes(rod, frame)
         side = cos * motion[X] - sin * motion[Y] - rod[at.OFFSET]
         side_rate = cos * motion[VX] - sin * motion[VY]
-        if model.layout[at.PISTONS] > 0.0:
-            side -= u[int(model.layout[at.PISTONS]) + 2 * c]
-            side_rate -= work.port[at.STATE_UD, int(model.layout[at.PISTONS]) + 2 * c]
+        piston = int(rod[at.PISTON_PORT])
+        if piston >= 0:
+            side -= u[piston]
+            side_rate -= work.port[at.STATE_UD, piston]
         height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
         position = sin * motion[X] + cos * motion[Y] + height
         rate = sin * motion[VX] + cos * motion[VY] - side * side_rate / height
@@ -48,9 +49,9 @@ def observe_cylinders(model, work, state, members, out):
         pressure = work.pressures[0, c] - model.scalars[at.CRANKCASE]
         work.powers[at.GAS_POWER] += pressure * row[VOLUME_RATE]
         rising = sliding_rate(model, work, c, position, rate)
-        if model.layout[at.LINERS] > 0.0:
+        if rod[at.LINER_PORT] >= 0.0:
             n = model.omega2.shape[0]
-            t = int(model.layout[at.TURNING_MODES])
+            t = model.ports.shape[1]
             v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
             rising -= dot(model.block.heads[c], v, model.block.preload.shape[0])
         work.powers[at.GAS_WORK] -= pressure * rod[at.AREA] * rod[at.OWN_ROD] * rising
@@ -60,12 +61,12 @@ def observe_cylinders(model, work, state, members, out):
 @kernel
 def sliding_rate(model, work, c, position, rate):
     """Rate (m/s) at which the pin of piston c rises along its leaning liner, the liner's own rise not taken off."""
-    if model.layout[at.LINERS] == 0.0:
+    liner = int(model.cylinders[c, at.LINER_PORT])
+    if liner < 0:
         return rate
     u = work.port[at.STATE_U]
     ud = work.port[at.STATE_UD]
-    liner = int(model.layout[at.LINERS]) + 3 * c
-    piston = int(model.layout[at.PISTONS]) + 2 * c
+    piston = int(model.cylinders[c, at.PISTON_PORT])
     length = model.block.liners[c, 0] - model.block.liners[c, 1]
     slope = (u[liner] - u[liner + 1]) / length
     turning = (ud[liner] - ud[liner + 1]) / length
@@ -90,12 +91,11 @@ def observe_pistons(model, work, state, members, out):
         row[LATERAL] = 0.0
         row[TILT] = 0.0
         work.powers[at.STORED] += rod_energy(model, work, c)
-        if model.layout[at.PISTONS] > 0.0:
-            port = int(model.layout[at.PISTONS]) + 2 * c
+        port, liner = int(model.cylinders[c, at.PISTON_PORT]), int(model.cylinders[c, at.LINER_PORT])
+        if port >= 0:
             row[LATERAL] = u[port]
             row[TILT] = u[port + 1]
-            if model.layout[at.LINERS] > 0.0:
-                liner = int(model.layout[at.LINERS]) + 3 * c
+            if liner >= 0:
                 share = upper_share(model, c, r[PISTON])
                 row[LATERAL] -= share * u[liner] + (1.0 - share) * u[liner + 1]
                 row[TILT] += (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
@@ -103,10 +103,10 @@ def observe_pistons(model, work, state, members, out):
         row[FRICTION] = -r[SIDE + FRICTION_ALONG]
         work.powers[at.LINERS_FRICTION] += row[FRICTION] * r[PISTON_VELOCITY]
         rising = sliding_rate(model, work, c, r[PISTON], r[PISTON_VELOCITY])
-        if model.layout[at.LINERS] > 0.0:
-            rising -= work.port[at.STATE_UD, int(model.layout[at.LINERS]) + 3 * c + 2]
+        if liner >= 0:
+            rising -= work.port[at.STATE_UD, liner + 2]
         work.powers[at.LINERS_LOSS] += row[FRICTION] * rising
-        if model.layout[at.PISTONS] > 0.0:
+        if port >= 0:
             for layer in range(2):
                 work.powers[at.SKIRTS_LOSS] -= r[SIDE + UPPER + layer] * layer_rate(model, work, c, layer, r)
     return 0
@@ -119,9 +119,10 @@ def rod_energy(model, work, c):
     cross = work.scratch[CROSS:]
     side = cross[X] - rod[at.OFFSET]
     side_rate = cross[VX]
-    if model.layout[at.PISTONS] > 0.0:
-        side -= work.port[at.STATE_U, int(model.layout[at.PISTONS]) + 2 * c]
-        side_rate -= work.port[at.STATE_UD, int(model.layout[at.PISTONS]) + 2 * c]
+    piston = int(rod[at.PISTON_PORT])
+    if piston >= 0:
+        side -= work.port[at.STATE_U, piston]
+        side_rate -= work.port[at.STATE_UD, piston]
     swing = side_rate * side_rate / (rod[at.ROD] * rod[at.ROD] - side * side)
     along = work.scratch[PISTON_VELOCITY]
     across = cross[VX] * cross[VX] + cross[VY] * cross[VY]
@@ -133,11 +134,10 @@ def layer_rate(model, work, c, layer, rod):
     """Rate of the gap (m/s) between a layer of the skirt of piston c and its liner, square to the leaning liner."""
     u = work.port[at.STATE_U]
     ud = work.port[at.STATE_UD]
-    piston = int(model.layout[at.PISTONS]) + 2 * c
+    piston, liner = int(model.cylinders[c, at.PISTON_PORT]), int(model.cylinders[c, at.LINER_PORT])
     height = model.block.guidance[HEIGHT + layer]
     rate = ud[piston] - ud[piston + 1] * height
-    if model.layout[at.LINERS] > 0.0:
-        liner = int(model.layout[at.LINERS]) + 3 * c
+    if liner >= 0:
         slope = (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
         share = upper_share(model, c, rod[PISTON] + height - u[liner + 2])
         rate -= share * ud[liner] + (1.0 - share) * ud[liner + 1] + slope * (rod[PISTON_VELOCITY] - ud[liner + 2])

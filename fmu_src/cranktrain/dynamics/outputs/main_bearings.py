@@ -13,9 +13,10 @@ import math
 
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import thrust_row
 from cranktrain.dynamics.model.state import POSITION, offset
-from cranktrain.dynamics.motion.equations import frame_numbers, place_collar
-from cranktrain.dynamics.motion.film_memory import memory_offset, place_film
+from cranktrain.dynamics.motion.film_memory import recalling_call
+from cranktrain.dynamics.motion.film_ports import frame_numbers, place_law, tell_law
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.film.laws.films import (
     ECCENTRICITY,
@@ -28,7 +29,6 @@ from cranktrain.film.laws.films import (
     GAP_ANGLE,
     OBSERVE,
     P_MAX,
-    RUBBING,
     SPEED,
     X,
     Y,
@@ -56,11 +56,10 @@ EFFECTIVE_SPEED, ANGLE_OF_GAP, SIDE_OF_GAP, RATE_OF_GAP, BEARING_OUTPUTS = range
 def observe_bearings(model, work, state, members, out):
     """Load, film and motion of each main journal in its bore; 0 where journals are locked on their axis."""
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     b = model.bearings.shape[0]
-    journal = int(model.layout[at.JOURNAL_ROTATIONS])
     frame = work.frames[0]
-    films = model.films
+    films = model.laws
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     frame_numbers(frame, films.numbers)
     work.powers[at.MAINS_FRICTION] = 0.0
@@ -68,20 +67,16 @@ def observe_bearings(model, work, state, members, out):
     work.powers[at.MAINS_SQUEEZE] = 0.0
     for i in range(b):
         row = out[BEARING_OUTPUTS * i : BEARING_OUTPUTS * (i + 1)]
-        place_film(model, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.OMEGA], i)
-        speed = frame[at.OMEGA] + work.port[at.STATE_UD, journal + i]
-        films.numbers[SPEED] = speed
-        films.numbers[RUBBING] = speed
-        film_call(films, OBSERVE, i, state[memory_offset(model, i) : memory_offset(model, i + 1)], films.out)
-        observe_film(films.out, model.bearings[i], model.connections[i, at.COUPLED], frame, row)
+        connection = model.connections[i]
+        place_law(model, i, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.OMEGA])
+        tell_law(model, frame, i, work.port[at.STATE_U], work.port[at.STATE_UD])
+        speed = films.numbers[SPEED]
+        recalling_call(model, state, OBSERVE, i, films.out)
+        observe_film(films.out, model.bearings[i], connection[at.COUPLED], frame, row)
         work.powers[at.MAINS_FRICTION] += row[FRICTION_TORQUE] * speed
-        bore = (
-            work.port[at.STATE_UD, int(model.layout[at.BORE_ROTATIONS]) + i]
-            if model.layout[at.BORE_ROTATIONS] > 0.0
-            else 0.0
-        )
+        bore = work.port[at.STATE_UD, int(connection[at.REACTS])] if connection[at.REACTS] >= 0.0 else 0.0
         work.powers[at.MAINS_SHEAR] += row[FRICTION_TORQUE] * (speed - bore)
-        for k in range(int(model.connections[i, at.COUPLED])):
+        for k in range(int(connection[at.COUPLED])):
             work.powers[at.MAINS_SQUEEZE] -= films.out[k] * films.velocity[i, k]
         observe_gap(films.place[i], films.velocity[i], frame, model.bearings[i], speed, work.scratch, row)
         # An elastic bore, or rollers, have a least gap of their own.
@@ -149,12 +144,16 @@ def observe_thrust(model, work, state, members, out):
 
     The displacement is against the thrust faces.
     """
-    connection = model.connections[int(model.layout[at.THRUST_LAW])]
-    place_collar(model.thrust, connection, work.frames[0], work.port[at.RELATIVE], work.port[at.RELATIVE_RATE])
-    status = film_call(model.thrust, FORCE, 0, model.thrust.out, model.thrust.out)
+    frame = work.frames[0]
+    k = thrust_row(model)
+    laws = model.laws
+    frame_numbers(frame, laws.numbers)
+    place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
+    tell_law(model, frame, k, work.port[at.STATE_U], work.port[at.STATE_UD])
+    status = film_call(laws, FORCE, k, laws.out, laws.out)
     work.powers[at.THRUST_LOSS] = 0.0
-    for k in range(int(connection[at.COUPLED])):
-        work.powers[at.THRUST_LOSS] -= model.thrust.out[k] * model.thrust.velocity[0, k]
-    out[0] = model.thrust.out[0]
-    out[1] = model.thrust.place[0, 0]
+    for r in range(int(model.connections[k, at.COUPLED])):
+        work.powers[at.THRUST_LOSS] -= laws.out[r] * laws.velocity[k, r]
+    out[0] = laws.out[0]
+    out[1] = laws.place[k, 0]
     return status

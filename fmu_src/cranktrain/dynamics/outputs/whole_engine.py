@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import law_kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import damper_row
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.loads.damper import damper_torque
 
@@ -21,7 +22,7 @@ DAMPER_HEAT = 3
 def observe_mounts(model, work, state, members, out):
     """What each mount does to the engine, the engine's weight included."""
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
     v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
     block = model.block
@@ -44,7 +45,7 @@ def observe_mounts(model, work, state, members, out):
 def observe_block(model, work, state, members, out):
     """Displacement and rotation of the block as a whole."""
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     q = state[offset(POSITION, n) + t : offset(POSITION, n) + n]
     for j in range(AXES):
         motion = 0.0
@@ -58,7 +59,7 @@ def observe_block(model, work, state, members, out):
 def observe_cover(model, work, state, members, out):
     """Acceleration of the cover's middle, square to it."""
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     a = state[offset(ACCELERATION, n) + t : offset(ACCELERATION, n) + n]
     out[0] = 0.0
     for i in range(model.block.preload.shape[0]):
@@ -72,8 +73,9 @@ def observe_damper(model, work, state, members, out):
     for j in range(DAMPER_OUTPUTS):
         out[j] = 0.0
     work.powers[at.DAMPER_LOSS] = 0.0
-    if model.layout[at.DAMPER] > 0.0:
-        port = int(model.layout[at.DAMPER])
+    damper = damper_row(model)
+    if damper >= 0:
+        port = int(model.connections[damper, at.FIRST])
         r = work.scratch
         damper_torque(model.damper, work.port[at.STATE_U, port], work.port[at.STATE_UD, port], r)
         out[TORQUE] = r[0]

@@ -17,8 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.settled.free_mode import FreeMode
 from cranktrain.dynamics.settled.motion import Motion
 
@@ -47,8 +46,8 @@ class Collar:
 
     def __init__(self, model: ModelArrays, over_cycle: Array) -> None:
         self.over_cycle = over_cycle
-        turning = int(model.layout[at.TURNING_MODES])
-        along = model.ports[2 * model.bearings.shape[0]]
+        turning = model.ports.shape[1]
+        along = model.ports[dimensions(model).collar]
         rigid = np.zeros(model.omega2.size)
         rigid[:turning] = np.where(model.omega2[:turning] == 0.0, along, 0.0)
         size = float(np.linalg.norm(rigid))

@@ -19,8 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import ALONG, SlowModes
 
@@ -40,9 +39,9 @@ class Creep:
 
     def __init__(self, model: ModelArrays, modes: SlowModes) -> None:
         self._modes = modes
-        b, t = model.bearings.shape[0], int(model.layout[at.TURNING_MODES])
-        self._clearance = 2.0 * float(model.scales[2 * b])
-        along, faces = model.ports[2 * b], int(model.axial[0, 1]) - model.ports.shape[0]
+        sizes, t = dimensions(model), model.ports.shape[1]
+        self._clearance = 2.0 * float(model.scales[sizes.collar])
+        along, faces = model.ports[sizes.collar], int(model.axial[0, 1]) - model.ports.shape[0]
         self._block, per_mode = t + ALONG, float(model.block_ports[faces, ALONG])
         self._per_metre = 1.0 / per_mode
         # Crank and block go one metre along the axis, the shaft behind the spline does not.
@@ -52,7 +51,7 @@ class Creep:
         place[self._block] = self._per_metre
         still = np.zeros_like(place)
         self._metre = Motion(place, still, still, 0.0, 0.0)
-        self._slides, self._fresh_starts = bool(model.layout[at.SLIDING] > 0.0), 0
+        self._slides, self._fresh_starts = sizes.slides, 0
         self.forget()
 
     def fresh_start(self) -> bool:
@@ -114,5 +113,5 @@ class Creep:
 
 def creep_of(model: ModelArrays, modes: SlowModes) -> Creep | None:
     """How a model creeps; None where no joint holds it along the axis, or nothing stands on mounts."""
-    held = model.layout[at.AXIAL_JOINT] > 0.0 and model.layout[at.BORE_ROTATIONS] > 0.0
+    held = dimensions(model).joint >= 0 and model.block_ports.shape[0] > 0
     return Creep(model, modes) if held else None

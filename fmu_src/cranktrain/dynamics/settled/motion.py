@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     AUXILIARY,
@@ -58,8 +57,9 @@ def settling_motion(model: ModelArrays, state: Array) -> Motion:
     is tells nothing of the motion.
     """
     motion = motion_of(state, model.omega2.size)
-    if model.layout[at.DAMPER] > 0.0 and model.damper[STIFFNESS] == 0.0:
-        twist, crank = model.ports[int(model.layout[at.DAMPER])], int(model.layout[at.CRANK_MODES])
+    sizes = dimensions(model)
+    if sizes.damper >= 0 and model.damper[STIFFNESS] == 0.0:
+        twist, crank = model.ports[sizes.twist], sizes.crank_modes
         # Floating big ends come before the ring, and have no part in its twist.
         ring = crank + int(np.abs(twist[crank:]).argmax())
         motion.place[ring] -= float(twist @ motion.place[: twist.size]) / twist[ring]

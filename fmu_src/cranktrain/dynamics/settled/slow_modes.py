@@ -23,7 +23,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.settled.collar import NOTHING_LEFT, RATE, Collar, Learned
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.wound_line import Wound
@@ -72,7 +72,7 @@ class DriveLine:
     """The crank on its connecting shaft, y = (β, β̇, δ, w)."""
 
     def __init__(self, model: ModelArrays, speed: float) -> None:
-        t = int(model.layout[at.TURNING_MODES])
+        t = model.ports.shape[1]
         self._turn = np.zeros(model.omega2.size)
         wound = Wound.of(model)
         self._turn[:t] = wound.turn
@@ -85,9 +85,9 @@ class DriveLine:
             self._turn[first : first + size] += frame[[added.TURN, added.OWN_X1, added.OWN_Y1]] @ shares
             self._moves[first : first + size] += speed * (frame_change(frame) @ shares)
         self._weight = self._turn.copy()
-        first = int(model.layout[at.PIN_ROTATIONS])
-        for c, (rod, pin) in enumerate(zip(model.cylinders, model.pins, strict=True)):
-            self._weight[:t] += (rod[at.M_BIG] + 0.5 * rod[at.M_OSC]) * float(pin @ pin) * model.ports[first + c]
+        for rod, pin in zip(model.cylinders, model.pins, strict=True):
+            swept = (rod[at.M_BIG] + 0.5 * rod[at.M_OSC]) * float(pin @ pin)
+            self._weight[:t] += swept * model.ports[int(rod[at.PIN_TURN])]
         self.inertia = float(self._weight @ self._turn)
         self._stiffness = wound.stiffness
         k, lost = self._stiffness / self.inertia, wound.damping / self.inertia
@@ -123,7 +123,7 @@ class BlockOnMounts:
     """The block and what it carries, y = (η, η̇) of its six rigid modes."""
 
     def __init__(self, model: ModelArrays, speed: float) -> None:
-        n, t = model.omega2.size, int(model.layout[at.TURNING_MODES])
+        n, t = model.omega2.size, model.ports.shape[1]
         self._turning, self._speed = t, speed
         self._gyroscopic, self._bodies, self._frames = (
             model.gyroscopic.T,
@@ -135,10 +135,9 @@ class BlockOnMounts:
         self._turned_back = self._moves_back(model)
         # Rods and pistons lie in no mode; those of guided pistons hold their motion across alone.
         weight = self._carried.copy()
-        first, across = 2 * model.bearings.shape[0] + 1, model.layout[at.PISTONS] == 0.0
-        for c, rod in enumerate(model.cylinders):
-            rows = np.zeros((2, n))
-            rows[:, :t] = model.ports[first + 2 * c : first + 2 * c + 2]
+        for rod in model.cylinders:
+            rows, pin, across = np.zeros((2, n)), int(rod[at.PIN_PORT]), rod[at.PISTON_PORT] < 0.0
+            rows[:, :t] = model.ports[pin : pin + 2]
             cos, sin = math.cos(rod[at.BANK]), math.sin(rod[at.BANK])
             sideways, along = np.array([[cos, sin], [-sin, cos]]) @ rows
             masses = rod[at.M_BIG] + (rod[at.M_OSC] if across else 0.0), rod[at.M_BIG] + rod[at.M_OSC]
@@ -215,10 +214,10 @@ class SlowModes:
         self._period = 4.0 * math.pi / speed
         self._model = model
         # Where the engine creeps along the axis all other modes settle with it (:mod:`creep`).
-        self._creeps = bool(model.layout[at.AXIAL_JOINT] > 0.0 and model.layout[at.BORE_ROTATIONS] > 0.0)
+        self._creeps = dimensions(model).joint >= 0 and model.block_ports.shape[0] > 0
         driven = model.scalars[at.DRIVEN] > 0.0
         self.drive_line = DriveLine(model, speed) if driven and model.scalars[at.SHAFT_K] > 0.0 else None
-        self.block = BlockOnMounts(model, speed) if driven and model.layout[at.BORE_ROTATIONS] > 0.0 else None
+        self.block = BlockOnMounts(model, speed) if driven and model.block_ports.shape[0] > 0 else None
         self._parts: list[SlowPart] = [part for part in (self.drive_line, self.block) if part is not None]
 
     def multipliers(self) -> Array:
@@ -283,7 +282,7 @@ class SlowModes:
             if part is not None and y is not None:
                 rest = rest.minus(part.lift(y))
         energy = np.array([rest.velocity, np.sqrt(np.maximum(self._model.omega2, RATE**2)) * rest.place])
-        t = int(self._model.layout[at.TURNING_MODES])
+        t = self._model.ports.shape[1]
         block = slice(t, t + self._model.block_ports.shape[1])
         return (
             np.concatenate((slow[0], np.delete(energy, block, axis=1).ravel())),

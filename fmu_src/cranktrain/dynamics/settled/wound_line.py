@@ -8,7 +8,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.dynamics.topology.modes import law_at
@@ -28,7 +28,7 @@ class Wound(NamedTuple):
         """That of the drive line's own shafts, and of added connections beside them."""
         own = cls(model.euler_load - model.lag, float(model.scalars[at.SHAFT_K]), float(model.scalars[at.SHAFT_C]))
         stiffness, damping = line_tangents(model)
-        rotors = np.arange(model.lag.size) >= int(model.layout[at.CRANK_MODES])
+        rotors = np.arange(model.lag.size) >= dimensions(model).crank_modes
         rotors &= np.abs(model.shafts).max(axis=0, initial=0.0) > 0.0
         if not rotors.any() or not stiffness[rotors].any():
             return own

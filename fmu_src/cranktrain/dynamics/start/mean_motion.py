@@ -17,6 +17,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.layout import crank_modes, first_piston, joint_row
 from cranktrain.dynamics.model.workspace import start_room
 from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
@@ -138,13 +139,12 @@ def lean(model, work, speed, place, rate):
     for i in range(model.omega2.shape[0]):
         place[i] = 0.0
         rate[i] = 0.0
-    if model.layout[slots.BORE_ROTATIONS] == 0.0:
+    if model.block_ports.shape[0] == 0:
         return 0
     room = work.start
-    turning = int(model.layout[slots.TURNING_MODES])
+    turning = model.ports.shape[1]
     modes = model.block_ports.shape[1]
     b = model.bearings.shape[0]
-    first = int(model.layout[slots.BORE_ROTATIONS]) - model.ports.shape[0]
     load = room.block[slots.START_LOAD]
     own = room.block[slots.START_PLACE]
     own_rate = room.block[slots.START_RATE]
@@ -153,7 +153,8 @@ def lean(model, work, speed, place, rate):
     for i in range(modes):
         load[i] = 0.0
         for k in range(b):
-            load[i] -= model.block_ports[first + k, i] / b
+            bore = int(model.connections[k, slots.REACTS]) - model.ports.shape[0]
+            load[i] -= model.block_ports[bore, i] / b
         own[i] = room.mean[slots.START_TORQUE] * load[i]
         own_rate[i] = 0.0
         for j in range(modes):
@@ -198,7 +199,7 @@ def rock(model, room, omega, harmonic):
 @kernel
 def carry(model, joined, block, q):
     """Motion q (n,) of all modes that go along with the block's (n_b,); ``joined`` (rows, 6) is scratch."""
-    turning, first = int(model.layout[slots.TURNING_MODES]), model.ports.shape[0]
+    turning, first = model.ports.shape[1], model.ports.shape[0]
     modes, shapes = block.shape[0], model.block_ports
     for i in range(q.shape[0]):
         q[i] = 0.0
@@ -217,28 +218,32 @@ def carry(model, joined, block, q):
             for i in range(STRAIGHT):
                 joined[row, i] = model.ports[port, i]
             joined[row, STRAIGHT] = 0.0
-            if part < 2 or model.layout[slots.AXIAL_JOINT] == 0.0:
+            if part < 2 or joint_row(model) < 0:
                 for i in range(modes):
                     joined[row, STRAIGHT] += shapes[still, i] * block[i]
             row += 1
     least_squares(joined, q)
     carry_added(model, block, q)
-    crank, count = int(model.layout[slots.CRANK_MODES]), model.cylinders.shape[0]
-    if model.layout[slots.RODS] > 0.0:
-        pin, rod = 2 * model.bearings.shape[0] + 1, int(model.layout[slots.RODS])
-        for k in range(2 * count):
+    crank, count = crank_modes(model), model.cylinders.shape[0]
+    for c in range(count):
+        pin, rod = int(model.cylinders[c, slots.PIN_PORT]), int(model.cylinders[c, slots.END_PORT])
+        for k in range(2 if rod >= 0 else 0):
             moved = 0.0
             for i in range(STRAIGHT):
                 moved += model.ports[pin + k, i] * q[i]
-            q[crank + k] = moved / model.ports[rod + k, crank + k]
+            own = crank + 2 * c + k
+            q[own] = moved / model.ports[rod + k, own]
     shape = model.block.piston_shape
     determinant = shape[0, 0] * shape[1, 1] - shape[0, 1] * shape[1, 0]
     for c in range(count):
-        liner = int(model.layout[slots.LINERS]) - first + 3 * c
+        piston = int(model.cylinders[c, slots.PISTON_PORT])
+        if piston < 0:
+            continue
+        liner = int(model.cylinders[c, slots.LINER_PORT]) - first
         across = 0.0
         for i in range(modes):
             across += 0.5 * (shapes[liner, i] + shapes[liner + 1, i]) * block[i]
-        own = turning + modes + 2 * c
+        own = turning + modes + piston - first_piston(model)
         q[own] = shape[1, 1] * across / determinant
         q[own + 1] = -shape[1, 0] * across / determinant
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import crank_modes
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     AUXILIARY,
@@ -27,7 +28,6 @@ from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, Stage, solve_stage
 from cranktrain.dynamics.time.status import FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.step_control import frame_at, ports_at_state
 from cranktrain.dynamics.topology import slots as added
-from cranktrain.film.laws.parameters import CLEARANCE
 
 SETTLED = 1.0e-4
 """Tolerance of the start, in clearances."""
@@ -90,7 +90,6 @@ def balance(model, work, state):
     also where a film cannot carry at all (standstill).
     """
     n = model.omega2.shape[0]
-    journals = 2 * model.bearings.shape[0]
     o_q = offset(POSITION, n)
     frame = work.frames[0]
     h = 1.0e-6
@@ -113,8 +112,10 @@ def balance(model, work, state):
             state[o_q + i] = work.stage[0, 0, i]
         ports_at_state(model, work, state)
         displaced = 0.0
-        for k in range(journals):
-            displaced = max(displaced, abs(work.port[at.RELATIVE, k]) / model.bearings[k // 2, CLEARANCE])
+        for k in range(model.limited.shape[0]):
+            if model.limited[k, 1] < 0.0:
+                port = int(model.limited[k, 0])
+                displaced = max(displaced, abs(work.port[at.RELATIVE, port]) / model.scales[port])
         close_step(model, work, state)
         # Journals that nothing displaces, or none at all, need no longer.
         if (displaced < SETTLED and h > 1.0e-3) or elapsed > SETTLING_TIME:
@@ -155,8 +156,8 @@ def euler_step(model, work, state, h, omega, tolerance):
 def set_in_motion(model, work, state, windup, rotation, rate):
     """Velocities of a crank whose bending is at rest in space and whose wind-up turns with the shaft."""
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
-    crank = int(model.layout[at.CRANK_MODES])
+    t = model.ports.shape[1]
+    crank = crank_modes(model)
     q = state[offset(POSITION, n) : offset(POSITION, n) + t]
     v = state[offset(VELOCITY, n) : offset(VELOCITY, n) + t]
     frame = work.frames[0]

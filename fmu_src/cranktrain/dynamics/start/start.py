@@ -77,7 +77,7 @@ def find_start(model, work, state, inputs, time):
         state[SHAFT_ACCELERATION] = (mean[at.START_TORQUE] - load) / turning
     for j in range(2):
         moved = 0.0
-        for i in range(int(model.layout[at.TURNING_MODES])):
+        for i in range(model.ports.shape[1]):
             moved += model.ends[1 + j, i] * q[i]
         state[OUTPUT_MEAN + j] = moved
         state[OUTPUT_VARIANCE + j] = FIRST_AMPLITUDES[j] * FIRST_AMPLITUDES[j]

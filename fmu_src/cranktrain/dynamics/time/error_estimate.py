@@ -11,6 +11,7 @@ import math
 
 from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import collar_port, thrust_row
 from cranktrain.dynamics.model.state import OUTPUT_MEAN, OUTPUT_VARIANCE, POSITION, SHAFT_SPEED, offset
 from cranktrain.dynamics.motion.gas import trace_angle
 from cranktrain.dynamics.time.table import FAMILY, HEAD
@@ -30,12 +31,13 @@ def step_error(model, work, state, h):
     worst = 0.0
     for j in range(2):
         change = 0.0
-        for i in range(int(model.layout[at.TURNING_MODES])):
+        for i in range(model.ports.shape[1]):
             change += model.ends[1 + j, i] * work.modal[at.DIFFERENCE, i]
         least = LEAST_TORSION if j == 0 else LEAST_AXIAL
         size = max(least, math.sqrt(max(0.0, state[OUTPUT_VARIANCE + j])))
         worst = max(worst, abs(change) / size)
-    for k in range(2 * model.bearings.shape[0] + 1):
+    for i in range(model.judged.shape[0]):
+        k = int(model.judged[i])
         worst = max(worst, abs(work.port[at.U_DIFFERENCE, k]) / model.scales[k])
     return worst / model.choices[at.STEP_TOLERANCE]
 
@@ -47,7 +49,7 @@ def remember_outputs(model, state, h):
     fading = 1.0 - math.exp(-h * max(abs(state[SHAFT_SPEED]), 1.0) / (4.0 * math.pi))
     for j in range(2):
         value = 0.0
-        for i in range(int(model.layout[at.TURNING_MODES])):
+        for i in range(model.ports.shape[1]):
             value += model.ends[1 + j, i] * state[q + i]
         away = value - state[OUTPUT_MEAN + j]
         state[OUTPUT_MEAN + j] += fading * away
@@ -72,16 +74,17 @@ def event_within(model, work, state, builtin, angle, turn, h):
                     return True
     u = work.port[at.RELATIVE]
     ud = work.port[at.RELATIVE_RATE]
-    b = model.bearings.shape[0]
-    for i in range(b):
+    for i in range(model.bearings.shape[0]):
         law = model.bearings[i]
-        x = u[2 * i]
-        y = u[2 * i + 1]
+        port = int(model.connections[i, at.FIRST])
+        x = u[port]
+        y = u[port + 1]
         e = math.sqrt(x * x + y * y)
-        if e > 0.0 and model.films.traits[i, CONTACT] > 0.0:
+        if e > 0.0 and model.laws.traits[i, CONTACT] > 0.0:
             gap = law[CLEARANCE] - e - law[CONTACT_HEIGHT]
-            rate = -(x * ud[2 * i] + y * ud[2 * i + 1]) / e
+            rate = -(x * ud[port] + y * ud[port + 1]) / e
             if gap * (gap + h * rate) < 0.0:
                 return True
-    z = u[2 * b]
-    return model.thrust.traits[0, CLOSES] > 0.0 and z * (z + h * ud[2 * b]) < 0.0
+    collar = collar_port(model)
+    z = u[collar]
+    return model.laws.traits[thrust_row(model), CLOSES] > 0.0 and z * (z + h * ud[collar]) < 0.0

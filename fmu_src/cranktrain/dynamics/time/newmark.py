@@ -45,9 +45,10 @@ def newmark_step(model, work, state, slot, h):
 @law_kernel
 def newmark_difference(model, work, h):
     """Fill ``work.port[U_DIFFERENCE]`` with the step less that of constant acceleration; the step did the modes; 0."""
-    for k in range(2 * model.bearings.shape[0] + 1):
+    for j in range(model.judged.shape[0]):
+        k = int(model.judged[j])
         move = 0.0
-        for i in range(int(model.layout[at.TURNING_MODES])):
+        for i in range(model.ports.shape[1]):
             move += model.ports[k, i] * work.modal[at.DIFFERENCE, i]
         work.port[at.U_DIFFERENCE, k] = move
     return OK

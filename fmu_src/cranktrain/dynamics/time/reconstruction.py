@@ -77,8 +77,8 @@ def crank_angle(model, state):
     n = model.omega2.shape[0]
     rotation, _, _ = crank_rotation(model, state)
     angle = state[SHAFT_ANGLE] + state[LEAD_ANGLE] + rotation
-    if model.layout[at.BORE_ROTATIONS] > 0.0:
-        t = int(model.layout[at.TURNING_MODES])
+    if model.block_ports.shape[0] > 0:
+        t = model.ports.shape[1]
         for i in range(6):
             angle -= model.block.motion[at.ROTATION, i] * state[offset(POSITION, n) + t + i]
     return angle

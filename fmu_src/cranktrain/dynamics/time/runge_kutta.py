@@ -8,6 +8,7 @@ from __future__ import annotations
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel
 from cranktrain.core.vectors import LANES, load, store
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, offset
 from cranktrain.dynamics.time.stage import Stage
 from cranktrain.dynamics.time.status import OK
@@ -48,7 +49,7 @@ def explicit_stage(model, work, state):
         work.stage[0, 0, i] = state[offset(POSITION, n) + i]
         work.stage[0, 1, i] = state[offset(VELOCITY, n) + i]
         work.stage[0, 2, i] = state[offset(ACCELERATION, n) + i]
-    for k in range(int(model.layout[at.PORTS])):
+    for k in range(port_count(model)):
         work.known[0, 0, k] = work.port[at.STATE_U, k]
         work.known[0, 1, k] = work.port[at.STATE_UD, k]
         work.known[0, 2, k] = work.port[at.STATE_UDD, k]
@@ -59,7 +60,7 @@ def combine_stages(model, work, state, s, h):
     """Fill Q and V of stage s, in modes and at the ports, from the stages before it."""
     table = model.stages
     n = model.omega2.shape[0]
-    m = int(model.layout[at.PORTS])
+    m = port_count(model)
     _, c_v = coefficients(table, h)
     big_q = work.modal[at.BIG_Q]
     big_v = work.modal[at.BIG_V]
@@ -106,12 +107,13 @@ def runge_kutta_difference(model, work, h):
     table = model.stages
     stages = int(table[HEAD, STAGES])
     weights = table[FIRST_STAGE + stages]
-    for i in range(int(model.layout[at.TURNING_MODES])):
+    for i in range(model.ports.shape[1]):
         move = 0.0
         for s in range(stages):
             move += h * weights[s] * work.stage[s, 1, i]
         work.modal[at.DIFFERENCE, i] = move
-    for k in range(2 * model.bearings.shape[0] + 1):
+    for j in range(model.judged.shape[0]):
+        k = int(model.judged[j])
         move = 0.0
         for s in range(stages):
             move += h * weights[s] * work.known[s, 1, k]

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import couples_modes, first_piston, has_additions, port_count
 from cranktrain.dynamics.model.state import CONTRACTION
 from cranktrain.dynamics.motion.equations import external_force, port_forces
 from cranktrain.dynamics.motion.gas import built_in, follow_crank
@@ -101,7 +102,7 @@ def predict(model, work, stage):
     guided pistons' side forces to 0.
     """
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     s = model.block_ports.shape[1]
     frame = work.frames[stage.number]
     ratio = stage.c_v / stage.c_q
@@ -110,16 +111,16 @@ def predict(model, work, stage):
     base = work.modal[at.BASE]
     back = work.modal[at.LEVER]
     a = work.stage[stage.number, 2]
-    if model.pairs.shape[0] > 0 or model.layout[at.ADDED] > 0.0:
+    if model.pairs.shape[0] > 0 or has_additions(model):
         relative_compliance(
             model, frame[at.COS], frame[at.SIN], work.turning.compliance[stage.slot], work.block.compliance[stage.slot],
             work.relative,
         )  # fmt: skip
-        if model.layout[at.ADDED] > 0.0:
+        if has_additions(model):
             call_kernel(model.links.hooks[added.AT_COMPLIANCE], (model, work, frame, stage.slot))
     move_axis(model, frame, work.port[at.U_Q])
     external_force(model, frame, work.pressures[stage.number], big_q, base)
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         call_kernel(model.links.hooks[added.AT_LOAD], (model, work, frame, big_q, base))
     for i in range(n):
         back[i] = ratio * big_q[i] - big_v[i]
@@ -131,7 +132,7 @@ def predict(model, work, stage):
             base[i] += twist * model.shafts[k, i]
     if s > 0:
         add_product(model.block.damping, back[t:], s, s, base[t:])
-    for k in range(int(model.layout[at.PORTS])):
+    for k in range(port_count(model)):
         work.port[at.U, k] = work.port[at.GUESS, k]
     for c in range(work.guides.shape[0]):
         for j in range(work.guides.shape[1]):
@@ -145,7 +146,7 @@ def move_freely(model, work, stage):
     What S holds of 2Ω₀G, and what it lacks because the frame turns at Ω ≠ Ω₀, is part of the load.
     """
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     s = model.block_ports.shape[1]
     frame = work.frames[stage.number]
     c_q = stage.c_q
@@ -164,7 +165,7 @@ def move_freely(model, work, stage):
     for i in range(t):
         lever[i] = 2.0 * stage.omega * (ratio * big_q[i] - big_v[i])
         lever[i] -= 2.0 * d_omega * (big_v[i] + c_v * a[i]) + frame[at.OMEGA_DOT] * (big_q[i] + c_q * a[i])
-    if model.layout[at.WHIRLS] > 0.0:
+    if couples_modes(model):
         add_product(model.gyroscopic, lever, t, t, rhs)
         if d_omega2 != 0.0:
             for i in range(t):
@@ -175,7 +176,7 @@ def move_freely(model, work, stage):
         product(work.block.inverse[stage.slot], rhs[t:], s, s, q_free[t:])
     for i in range(t + s, t + model.block.preload.shape[0]):
         q_free[i] = c_q * rhs[i]
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         arguments = (model, work, frame, stage.number, stage.slot, stage.c_q, stage.c_v, stage.omega)
         call_kernel(model.links.hooks[added.AT_MOVE], arguments)
     to_ports(model, q_free, work.port[at.U_FREE])
@@ -190,7 +191,7 @@ def iterate(model, work, state, stage):
     iterations = 0
     converged = False
     # Heads take the gas of the first guess; pistons in a block must feel the same.
-    follows = built_in(model, state) and model.layout[at.BORE_ROTATIONS] == 0.0
+    follows = built_in(model, state) and model.block_ports.shape[0] == 0
     while not converged:
         if iterations == MAX_ITERATIONS:
             work.counters[at.WORST_RESIDUAL] = previous
@@ -242,15 +243,15 @@ def newton_step(model, work, stage, keep_matrix):
     f = work.port[at.FORCES]
     step = work.port[at.U_STEP]
     port_rates(model, work, stage)
-    model.films.numbers[FROZEN] = 1.0 if keep_matrix else 0.0
+    model.laws.numbers[FROZEN] = 1.0 if keep_matrix else 0.0
     status = port_forces(model, work, frame, work.pressures[stage.number], stage.c_q, stage.c_v)
-    model.films.numbers[FROZEN] = 0.0
+    model.laws.numbers[FROZEN] = 0.0
     if status != OK:
         return FILM_FAILED
-    for k in range(int(model.layout[at.PORTS])):
+    for k in range(port_count(model)):
         step[k] = work.port[at.U_FREE, k] - work.port[at.U, k]
     answer(model, work, stage.slot, f, step)
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         call_kernel(model.links.hooks[added.AT_STEPS], (model, work, step))
     relative_step(model, frame[at.COS], frame[at.SIN], step)
     if not keep_matrix:
@@ -260,12 +261,12 @@ def newton_step(model, work, stage, keep_matrix):
                 work.factored[k, j] = work.blocks[k, j]
         # On rigid ground the journals' own compliance is the relative one.
         compliance = work.turning.compliance[stage.slot]
-        if model.pairs.shape[0] > 0 or model.layout[at.ADDED] > 0.0:
+        if model.pairs.shape[0] > 0 or has_additions(model):
             compliance = work.relative
         start_jacobian(work.jacobian)
         n_newton = model.scales.shape[0] + model.links.scales.shape[0]
         fill_jacobian(compliance, model.connections, work.factored, n_newton, work.jacobian)
-        if model.layout[at.ADDED] > 0.0:
+        if has_additions(model):
             singular = call_kernel(model.links.hooks[added.AT_NEWTON], (model, work))
         else:
             singular = factor_rows(work.jacobian, work.jacobian.shape[0])
@@ -278,7 +279,7 @@ def newton_step(model, work, stage, keep_matrix):
 @inlined_kernel
 def solve_step(model, work):
     """Solve for the Newton step in place: of the engine's components in ``work.port[U_STEP]``, then of added ones."""
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         call_kernel(model.links.hooks[added.AT_SOLVE], (model, work))
     else:
         solve_rows(work.jacobian, work.jacobian.shape[0], work.port, at.U_STEP)
@@ -287,20 +288,18 @@ def solve_step(model, work):
 @inlined_kernel
 def step_size(model, work, step):
     """Size of a Newton step in units of the ports' scales, and the share of it that journals may take at once."""
-    journals = 2 * model.bearings.shape[0]
     size = 0.0
     journal = 0.0
     for k in range(model.scales.shape[0]):
-        change = abs(step[k]) / model.scales[k]
-        size = max(size, change)
-        if k < journals:
-            journal = max(journal, change)
-    if model.layout[at.RODS] > 0.0:
-        # A pin in its floating big end is a journal too.
-        rod = int(model.layout[at.RODS])
-        for k in range(2 * model.cylinders.shape[0]):
-            journal = max(journal, abs(step[rod + k] - step[journals + 1 + k]) / model.scales[rod + k])
-    if model.layout[at.ADDED] > 0.0:
+        size = max(size, abs(step[k]) / model.scales[k])
+    for k in range(model.limited.shape[0]):
+        port = int(model.limited[k, 0])
+        change = step[port]
+        if model.limited[k, 1] >= 0.0:
+            change -= step[int(model.limited[k, 1])]
+        if abs(change) > JOURNAL_STEP * model.scales[port]:
+            journal = max(journal, abs(change) / model.scales[port])
+    if has_additions(model):
         call_kernel(model.links.hooks[added.AT_STEP_SIZE], (model, work))
         size = max(size, work.added.sizes[added.ANY])
         journal = max(journal, work.added.sizes[added.LIMITED])
@@ -320,7 +319,7 @@ def take_step(model, work, stage, limit):
     before = work.port[at.U_BEFORE]
     for k in range(pistons):
         before[k] = u[k]
-    if model.block_ports.shape[0] == 0 and model.layout[at.ADDED] == 0.0:
+    if model.block_ports.shape[0] == 0 and not has_additions(model):
         follow_step(model, work, stage)
     else:
         follow_forces(model, work, stage)
@@ -341,10 +340,10 @@ def follow_load(model, work, stage):
     """Let the ports follow a small change of the load: the last Newton matrix and linearised forces still apply."""
     frame = work.frames[stage.number]
     step = work.port[at.U_STEP]
-    for k in range(int(model.layout[at.PORTS])):
+    for k in range(port_count(model)):
         step[k] = work.port[at.U_FREE, k] - work.port[at.U, k]
     answer(model, work, stage.slot, work.port[at.FORCES], step)
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         call_kernel(model.links.hooks[added.AT_STEPS], (model, work, step))
     relative_step(model, frame[at.COS], frame[at.SIN], step)
     solve_step(model, work)
@@ -358,7 +357,7 @@ def follow_forces(model, work, stage):
     f = work.port[at.FORCES]
     linearise(model.connections, work.factored, work.port[at.U_STEP], f)
     reactions(model, frame[at.COS], frame[at.SIN], f)
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         call_kernel(model.links.hooks[added.AT_FOLLOW], (model, work, f))
     for k in range(first_piston(model)):
         work.port[at.U, k] = work.port[at.U_FREE, k]
@@ -395,7 +394,7 @@ def recover(model, work, stage):
     Returns whether what the frame's speed away from Ω₀ couples has settled.
     """
     n = model.omega2.shape[0]
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     s = model.block_ports.shape[1]
     turning = model.ports.shape[0]
     standing = model.block_ports.shape[0]
@@ -412,12 +411,12 @@ def recover(model, work, stage):
     if s > 0:
         add_product(work.block.response[stage.slot], f[turning:], standing, s, q[t:])
     shape = model.block.piston_shape
-    for c in range(0, int(model.layout[at.PORTS]) - pistons, 2):
+    for c in range(0, port_count(model) - pistons, 2):
         q[t + s + c] += c_q * (shape[0, 0] * f[pistons + c] + shape[1, 0] * f[pistons + c + 1])
         q[t + s + c + 1] += c_q * (shape[0, 1] * f[pistons + c] + shape[1, 1] * f[pistons + c + 1])
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         call_kernel(model.links.hooks[added.AT_RECOVER], (model, work, stage.slot, f, q))
-    if model.layout[at.WHIRLS] == 0.0:
+    if not couples_modes(model):
         for i in range(n):
             a[i] = (q[i] - work.modal[at.BIG_Q, i]) / c_q
             v[i] = work.modal[at.BIG_V, i] + stage.c_v * a[i]
@@ -442,12 +441,6 @@ def recover(model, work, stage):
 
 
 @inlined_kernel
-def first_piston(model):
-    """First port of the guided pistons, or the number of ports where there are none."""
-    return int(model.layout[at.PISTONS]) if model.layout[at.PISTONS] > 0.0 else int(model.layout[at.PORTS])
-
-
-@inlined_kernel
 def port_rates(model, work, stage):
     """u̇ and ü of the ports that belong to their u in a stage."""
     u = work.port[at.U]
@@ -455,7 +448,7 @@ def port_rates(model, work, stage):
     u_v = work.port[at.U_V]
     ud = work.port[at.UD]
     udd = work.port[at.UDD]
-    for k in range(int(model.layout[at.PORTS])):
+    for k in range(port_count(model)):
         acceleration = (u[k] - u_q[k]) / stage.c_q
         udd[k] = acceleration
         ud[k] = u_v[k] + stage.c_v * acceleration
@@ -464,17 +457,17 @@ def port_rates(model, work, stage):
 @kernel
 def to_ports(model, q, u):
     """Motion (m,) of all ports in the modal motion q (n,)."""
-    t = int(model.layout[at.TURNING_MODES])
+    t = model.ports.shape[1]
     turning = model.ports.shape[0]
     product(model.ports_transposed, q, t, turning, u)
     block, s = model.block_ports.shape
     if block > 0:
         product(model.block_ports_transposed, q[t:], s, block, u[turning:])
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         call_kernel(model.links.hooks[added.AT_TO_PORTS], (model, q, u))
     shape = model.block.piston_shape
     first = first_piston(model)
-    for c in range(0, int(model.layout[at.PORTS]) - first, 2):
+    for c in range(0, port_count(model) - first, 2):
         x = q[t + s + c]
         y = q[t + s + c + 1]
         u[first + c] = shape[0, 0] * x + shape[0, 1] * y
@@ -489,7 +482,7 @@ def answer(model, work, slot, f, u):
     block = model.block_ports.shape[0]
     if block > 0:
         add_product(work.block.compliance[slot], f[turning:], block, block, u[turning:])
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         call_kernel(model.links.hooks[added.AT_ANSWER], (model, work, slot, f, u))
 
 

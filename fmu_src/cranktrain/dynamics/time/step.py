@@ -12,6 +12,7 @@ import math
 
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.state import ACCELERATION, OMEGA_REFERENCE, POSITION, VELOCITY, defect_offset, offset
 from cranktrain.dynamics.motion.film_memory import close_stage, open_stage
 from cranktrain.dynamics.time.stage import Stage, solve_stage, to_ports
@@ -49,7 +50,7 @@ def guess_ports(model, work, state, stage, h):
             distance = away
             nearest = s
     tau = distance * h
-    m = int(model.layout[at.PORTS])
+    m = port_count(model)
     o = defect_offset(model.omega2.shape[0]) + stage * m
     for k in range(m):
         if nearest < 0:
@@ -67,7 +68,7 @@ def guess_ports(model, work, state, stage, h):
 @inlined_kernel
 def keep_ports(model, work, state, stage):
     """Keep the ports of a solved stage, and what the series missed, for the guesses to come."""
-    m = int(model.layout[at.PORTS])
+    m = port_count(model)
     o = defect_offset(model.omega2.shape[0]) + stage * m
     for k in range(m):
         work.known[stage, 0, k] = work.port[at.U, k]

@@ -15,6 +15,7 @@ import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import has_additions, port_count
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     CONTRACTION,
@@ -51,8 +52,6 @@ from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED, WORK_SPENT
 from cranktrain.dynamics.time.table import FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
 from cranktrain.dynamics.time.work_limit import cut_short, spent
 from cranktrain.dynamics.topology import slots as added
-from cranktrain.film.laws.films import RATE as FILM_RATE
-from cranktrain.film.laws.films import film_call
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
 from cranktrain.loads.gas_pressure import CYCLE
 
@@ -118,9 +117,9 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     axial = model.cylinders.shape[0] + at.AXIAL_INPUT
     frame[at.AXIAL_FORCE] = work.inputs[at.VALUE, axial] + work.inputs[at.RATE, axial] * (begin + tau)
     frame[at.FIRING] = frame[at.THETA]
-    if model.layout[at.BORE_ROTATIONS] > 0.0:
+    if model.block_ports.shape[0] > 0:
         # Dead centre is where the cylinders point: the trace turns with the block that leans on its mounts.
-        t = int(model.layout[at.TURNING_MODES])
+        t = model.ports.shape[1]
         for i in range(6):
             frame[at.FIRING] -= model.block.motion[at.ROTATION, i] * (
                 state[offset(POSITION, n) + t + i]
@@ -151,13 +150,7 @@ def ports_at_state(model, work, state):
 def film_rate(model, work, state):
     """Largest rate (1/s) at which a film's least gap changes, over itself, from the ports at the state."""
     rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
-    z = 2 * model.bearings.shape[0]
-    thrust = model.thrust
-    thrust.place[0, 0] = work.port[at.RELATIVE, z]
-    thrust.velocity[0, 0] = work.port[at.RELATIVE_RATE, z]
-    film_call(thrust, FILM_RATE, 0, thrust.out, thrust.out)
-    rate = max(rate, thrust.out[0])
-    if model.layout[at.ADDED] > 0.0:
+    if has_additions(model):
         call_kernel(model.links.hooks[added.AT_RATE], (model, work, state))
         rate = max(rate, work.added.sizes[added.CLOSING])
     return rate
@@ -171,7 +164,7 @@ def sub_step(model, work, state, begin, h, halvings):
     ``work.port[RELATIVE]`` and the row after it.
     """
     n = model.omega2.shape[0]
-    m = int(model.layout[at.PORTS])
+    m = port_count(model)
     table = model.stages
     stages = int(table[HEAD, STAGES])
     for s in range(stages):
@@ -280,7 +273,7 @@ def advance(model, work, state, inputs, t_end):
     for i in range(size):
         work.backup[0, i] = state[i]
     iterations = work.counters[at.N_ITERATIONS]
-    solved = model.films.solved[0]
+    solved = model.laws.solved[0]
     work.counters[at.WORST_RESIDUAL] = 0.0
     work.counters[at.N_WORK] = 0.0
     work.counters[at.N_CUT] = 0.0
@@ -335,7 +328,7 @@ def advance(model, work, state, inputs, t_end):
     state[SUBSTEPS] = taken
     state[ITERATIONS] = work.counters[at.N_ITERATIONS] - iterations
     state[RESIDUAL] = work.counters[at.WORST_RESIDUAL]
-    state[ONLINE_FILMS] = model.films.solved[0] - solved
+    state[ONLINE_FILMS] = model.laws.solved[0] - solved
     state[LIMITED] = work.counters[at.N_CUT]
     work.counters[at.N_LIMITED] += work.counters[at.N_CUT]
     return OK

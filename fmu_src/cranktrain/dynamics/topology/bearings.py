@@ -14,7 +14,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology.axial_joint import sliding_law, sliding_record
-from cranktrain.dynamics.topology.damper import POWER, damper_record, ring_damper_law
+from cranktrain.dynamics.topology.damper import HEAT, damper_law, damper_record
 from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, REFERENCE_VISCOSITY, SAME, FilmParts, Piece, between
 from cranktrain.dynamics.topology.terms import Direction, unit
 from cranktrain.dynamics.topology.values import Frame
@@ -157,10 +157,10 @@ def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
     check_damper(ring.damper)
     component = between(first, np.zeros(3), unit(2))
     outputs = (
-        ("torque", "force", 0), ("twist", "place", 0), ("twist_rate", "velocity", 0), ("heat", "out", POWER),
+        ("torque", "force", 0), ("twist", "place", 0), ("twist_rate", "velocity", 0), ("heat", "out", HEAT),
     )  # fmt: skip
     record = damper_record(ring.damper)
-    return [Piece([component], [ANGLE], ring_damper_law, record, first, outputs=outputs, told_speed=True)]
+    return [Piece([component], [ANGLE], damper_law, record, first, outputs=outputs, told_speed=True)]
 
 
 def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece]:

@@ -25,7 +25,7 @@ from cranktrain.dynamics.topology.bearings import (
 )
 from cranktrain.dynamics.topology.belt import belt_law, belt_record, strands
 from cranktrain.dynamics.topology.coupling import coupling_law, coupling_record
-from cranktrain.dynamics.topology.damper import ring_damper_law
+from cranktrain.dynamics.topology.damper import damper_law
 from cranktrain.dynamics.topology.gas import gas_law, gas_record
 from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
 from cranktrain.dynamics.topology.liner import liner_law, liner_record
@@ -302,7 +302,7 @@ for _row in (
     ConnectionLaw("roller", "cylindrical roller bearing, whose journal is the first end", Roller, roller_pieces),
     ConnectionLaw("thrust", "axial bearing, whose collar is the first end", Thrust, thrust_pieces),
     ConnectionLaw(
-        "damper", "torsional damper's housing and its ring", RingDamper, damper_pieces, ring_damper_law, turns=True
+        "damper", "torsional damper's housing and its ring", RingDamper, damper_pieces, damper_law, turns=True
     ),
     ConnectionLaw(
         "axial_joint",

@@ -111,10 +111,8 @@ def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, til
     return enter(films, resolve(form.kernel), resolve(form.record)(thrust, viscosity))
 
 
-def axial_joint_film(path: AxialPath | None) -> Films:
-    """The drive line's axial joint behind one address; without an axial path nothing."""
-    if path is None:
-        return no_films(0)
+def axial_joint_film(path: AxialPath) -> Films:
+    """The drive line's axial joint behind one address."""
     films = no_films(1)
     films.traits[0, MEMORY] = REMEMBERED
     return enter(films, resolve(AXIAL_JOINT.kernel), resolve(AXIAL_JOINT.record)(path))

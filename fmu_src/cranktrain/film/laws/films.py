@@ -22,6 +22,8 @@ connections whose data follow the engine's speed, by a table of temperatures, th
 
 from __future__ import annotations
 
+import weakref
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +61,7 @@ MEMORY, CLOSES, CONTACT, VISCOUS, TRAITS = range(5)
 
 
 class Films(NamedTuple):
-    """Films or other bearings of b journals, each behind the address of its law."""
+    """Laws of b connections, each behind its address; those of an engine's mains come first."""
 
     entry: IntArray  # (b, 3) addresses of a film's law and of its record, and its number there; 0 where there are none
     traits: Array  # (b, TRAITS)
@@ -77,6 +79,19 @@ def no_films(bearings: int) -> Films:
     entry, remembered = z((bearings, 3), dtype=np.int64), z(bearings + 1, dtype=np.int64)
     places, velocities = z((bearings, 4)), z((bearings, 4))
     return Films(entry, z((bearings, TRAITS)), remembered, places, velocities, z(NUMBERS), z(SIZE), z(1))
+
+
+def join_films(count: int, parts: Sequence[tuple[Films, Sequence[int]]]) -> Films:
+    """Laws of ``count`` connections: those of each part at its rows. The parts live as long as they do.
+
+    Films outside their table are counted with those of the first part.
+    """
+    films = no_films(count)
+    for part, rows in parts:
+        films.entry[list(rows)], films.traits[list(rows)] = part.entry, part.traits
+    films.remembered[1:] = np.cumsum(films.traits[:, MEMORY])
+    weakref.finalize(films.entry, len, parts)  # a finalizer's arguments live until then
+    return films._replace(solved=parts[0][0].solved)
 
 
 @inlined_kernel

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import TIME
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.tangents import Tangents, tangents_at_state
@@ -105,8 +105,8 @@ def plain_means(tangents: CycleTangents, hz: float) -> CycleMeans:
 
 def with_joint_mean(simulation: Simulation, tangents: CycleTangents, means: CycleMeans, hz: float) -> CycleMeans:
     """Means for vibration at ``hz`` with the mean law of the axial joint; unchanged for a model without a joint."""
-    path, k = simulation.engine.axial_path, int(simulation.model.layout[slots.AXIAL_JOINT])
-    if path is None or not k:
+    path, k = simulation.engine.axial_path, dimensions(simulation.model).joint
+    if path is None or k < 0:
         return means
     law = joint_stiffness(path, tangents.joint, 4.0 * math.pi / tangents.speed, hz)
     place, velocity = means.place.copy(), means.velocity.copy()
@@ -142,11 +142,10 @@ def mean_law(laws: ComplexArray, compliance: ComplexArray) -> ComplexArray:
 
 def films(model: ModelArrays) -> list[tuple[int, Sequence[int]]]:
     """Films of mains and floating big ends, with the ports of their relative motion."""
-    mains, cylinders = model.bearings.shape[0], model.cylinders.shape[0]
     found: list[tuple[int, Sequence[int]]] = [
-        (k, range(int(model.connections[k, slots.COUPLED]))) for k in range(mains)
+        (k, range(int(model.connections[k, slots.COUPLED]))) for k in range(model.bearings.shape[0])
     ]
-    return found + [(mains + c, range(2)) for c in range(cylinders if model.layout[slots.RODS] > 0.0 else 0)]
+    return found + [(int(rod[slots.PIN_ROW]), range(2)) for rod in model.cylinders if rod[slots.END_PORT] >= 0.0]
 
 
 def main_tangents(model: ModelArrays, tangents: CycleTangents) -> tuple[Array, Array]:

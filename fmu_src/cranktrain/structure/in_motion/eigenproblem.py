@@ -41,7 +41,7 @@ from scipy.linalg import eig
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.arrays import ModelArrays
+from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.bodies import locked_on_axis
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.model import Engine
@@ -192,7 +192,7 @@ def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:
 def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
     """Equations of small motions of a running model in the ``means`` of its force laws."""
     model, speed = simulation.model, means.speed
-    t, n_b = int(model.layout[slots.TURNING_MODES]), model.block_ports.shape[1]
+    t, n_b = model.ports.shape[1], model.block_ports.shape[1]
     turning = [np.eye(t), np.diag(model.damping[:t]) + 2.0 * speed * model.gyroscopic.T,
                np.diag(model.omega2[:t]) + speed**2 * model.spin.T]  # fmt: skip
     for twist, law in zip(model.shafts, model.shaft_laws, strict=True):
@@ -213,7 +213,7 @@ def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
         _add_block(model, speed, parts)
     _add_laws(model, means, motion, parts)
     mass, damping, stiffness = parts
-    return Equations(mass, damping, stiffness, int(model.layout[slots.CRANK_MODES]), t)
+    return Equations(mass, damping, stiffness, dimensions(model).crank_modes, t)
 
 
 def vibrations(equations: Equations) -> tuple[ComplexArray, ComplexArray]:
@@ -230,24 +230,25 @@ def vibrations(equations: Equations) -> tuple[ComplexArray, ComplexArray]:
 def _rods(simulation: Simulation, speed: float) -> tuple[Array, list[Array]]:
     """Rows (3 c + 1, n_t) of the rods' motion, and mean tangents by place, velocity and acceleration."""
     engine, body, model = simulation.engine, simulation.body, simulation.model
-    t, free = int(model.layout[slots.TURNING_MODES]), int(model.layout[slots.RODS])
+    t, ends = model.ports.shape[1], [int(rod[slots.END_PORT]) for rod in model.cylinders]
     if not bearing_law(simulation.settings.bearings).carries:
         body = locked_on_axis(body)
-    if free:  # a floating big end is a body of its own
+    if ends[0] >= 0:  # a floating big end is a body of its own
         engine = replace(engine, rod=replace(engine.rod, big_end_mass=0.0))
     angle: Array = np.arange(SAMPLES, dtype=np.float64) * (4.0 * math.pi / SAMPLES)
     forces = rod_forces(engine, body, speed, angle, simulation.gas, simulation.settings.gas_load)
     rows = np.zeros((len(forces.rows), t))
     rows[:, : forces.rows.shape[1]] = forces.rows
-    for c in range(engine.n_cylinders if free else 0):
-        rows[3 * c : 3 * c + 2] = model.ports[free + 2 * c : free + 2 * c + 2]
-        rows[3 * c + 2] = 0.0
+    for c, end in enumerate(ends):
+        if end >= 0:
+            rows[3 * c : 3 * c + 2] = model.ports[end : end + 2]
+            rows[3 * c + 2] = 0.0
     return rows, [tangent.mean(axis=0) for tangent in forces[2:]]
 
 
 def _relative_motion(model: ModelArrays) -> NDArray[Any]:
     """Relative motion (n_newton, n) of the ports by all coordinates: turning modes, and the block's w₀, w₊, w₋."""
-    t, n_b, m = int(model.layout[slots.TURNING_MODES]), model.block_ports.shape[1], model.scales.size
+    t, n_b, m = model.ports.shape[1], model.block_ports.shape[1], model.scales.size
     turning = model.ports[:m]
     if not n_b:
         return np.array(turning)
@@ -266,7 +267,7 @@ def _relative_motion(model: ModelArrays) -> NDArray[Any]:
 
 def _add_block(model: ModelArrays, speed: float, parts: list[NDArray[Any]]) -> None:
     """Add the block on its mounts, moving with λ, λ + iΩ and λ − iΩ."""
-    t, n_b = int(model.layout[slots.TURNING_MODES]), model.block_ports.shape[1]
+    t, n_b = model.ports.shape[1], model.block_ports.shape[1]
     own = slice(t, t + n_b)
     damping = np.diag(model.damping[own]) + model.block.damping
     stiffness = np.diag(model.omega2[own]) + model.block.stiffness
@@ -279,23 +280,23 @@ def _add_block(model: ModelArrays, speed: float, parts: list[NDArray[Any]]) -> N
 
 def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts: list[NDArray[Any]]) -> None:
     """Add the mean tangents of all connections but rods, and the moments of the journals' displaced forces."""
-    mains, cylinders, free = model.bearings.shape[0], model.cylinders.shape[0], model.layout[slots.RODS] > 0.0
-    first = int(model.layout[slots.ROD_LAWS]) if free else mains
-    t, n_b = int(model.layout[slots.TURNING_MODES]), model.block_ports.shape[1]
+    of_rods = set(model.cylinders[:, slots.END_ROW].astype(int).tolist())
+    t, n_b = model.ports.shape[1], model.block_ports.shape[1]
     tangents = means.acceleration, means.velocity, means.place
     for k in range(len(model.connections)):
-        if first <= k < first + cylinders:
+        if k in of_rods:
             continue
         ports = ports_of(model, k)
         rows, count = motion[ports], ports.size
         for part, tangent in zip(parts, tangents, strict=True):
             part -= rows.conj().T @ tangent[k, :count, :count] @ rows
-        if k >= mains:
+        row = model.connections[k].astype(int)
+        if row[slots.SPIN] < 0:
             continue
         turned = np.zeros(motion.shape[1])
-        turned[:t] = model.ports[int(model.layout[slots.JOURNAL_ROTATIONS]) + k]
+        turned[:t] = model.ports[row[slots.TURNED]]
         if n_b:
-            turned[t : t + n_b] = -model.block_ports[int(model.layout[slots.BORE_ROTATIONS]) - len(model.ports) + k]
+            turned[t : t + n_b] = -model.block_ports[row[slots.REACTS] - len(model.ports)]
         across = np.kron(np.eye(count // 2), ACROSS)
         # u × f = −uᵀ (e_z×) f, differentiated by the arguments of f and by u.
         arm = -means.displaced[ports] @ across

@@ -21,7 +21,6 @@ import math
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.dynamics.model.state import state_size
 from cranktrain.dynamics.simulation import Simulation
@@ -35,13 +34,13 @@ STEADY = 1.0e-9
 def joint_at_state(simulation: Simulation) -> tuple[float, float]:
     """a (1/s) and b of the joint at a state whose tangents were taken last; nothing of a run without a joint."""
     model, path = simulation.model, simulation.engine.axial_path
-    if path is None or model.layout[at.AXIAL_JOINT] == 0.0:
+    if path is None or dimensions(model).joint < 0:
         return 0.0, 1.0
     size = dimensions(model)
     end = state_size(size.modes, size.ports, size.films) - int(model.links.remembered[-1])
     z = float(simulation.state[end - REMEMBERED + DEFLECTION])
-    joint = model.axial_joint
-    return fading(path, z, float(joint.velocity[0, SLIP]), float(joint.place[0, WINDUP_TORQUE]))
+    place, velocity = model.laws.place[size.joint], model.laws.velocity[size.joint]
+    return fading(path, z, float(velocity[SLIP]), float(place[WINDUP_TORQUE]))
 
 
 def fading(path: AxialPath, deflection: float, slip_velocity: float, torque: float) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.engine.model import Engine
@@ -158,7 +158,7 @@ def film_means(engine: Engine, flexible: bool, say: Say) -> FilmMeans:
     settings = replace(SPRING_LEVELS, block="flexible" if flexible else "ground")
     simulation = settled_simulation(assemble(engine, settings, say=say), reference_speed(engine))
     means, hz = settled_means(simulation)
-    mains, collar = simulation.model.bearings.shape[0], int(simulation.model.layout[at.THRUST_LAW])
+    mains, collar = simulation.model.bearings.shape[0], dimensions(simulation.model).thrust
     axial = float(-means.place[collar, 0, 0]), float(-means.velocity[collar, 0, 0])
     return FilmMeans(-means.place[:mains, :2, :2], -means.velocity[:mains, :2, :2], axial, hz)
 

@@ -21,7 +21,6 @@ from scipy.linalg import hankel
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import communication_step
-from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import VELOCITY, offset
 from cranktrain.dynamics.settled.cycles import Recorder
 from cranktrain.dynamics.settled.free_mode import FreeMode, complex_place
@@ -55,7 +54,7 @@ def torsional_mode(simulation: Simulation) -> FreeMode | None:
     twists, ends_of_cycles = [], []
     for push in (PUSH, 0.0):
         start = state.copy()
-        start[velocity : velocity + int(simulation.model.layout[at.TURNING_MODES])] += push / float(row @ row) * row
+        start[velocity : velocity + simulation.model.ports.shape[1]] += push / float(row @ row) * row
         simulation.state = start
         twists.append(recorder.cycles(1)[:, ends] @ (1.0, -1.0))
         ends_of_cycles.append(motion_of(simulation.state, simulation.model.omega2.size))

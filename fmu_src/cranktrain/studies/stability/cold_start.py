@@ -20,6 +20,7 @@ import numpy as np
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots
+from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
     INPUTS_NOW,
@@ -71,20 +72,24 @@ class Start:
 
 def journals(simulation: Simulation, state: Array, angle: float = 0.0) -> np.ndarray:
     """Places (b,) of the main journals in space over their clearance, complex: x + iy."""
-    model = simulation.model
-    n, b = model.omega2.size, model.bearings.shape[0]
-    u = model.ports[: 2 * b] @ state[offset(POSITION, n) : offset(POSITION, n) + model.ports.shape[1]]
+    model, n = simulation.model, simulation.model.omega2.size
+    u = journal_shapes(model) @ state[offset(POSITION, n) : offset(POSITION, n) + model.ports.shape[1]]
     return np.asarray((u[::2] + 1j * u[1::2]) / model.bearings[:, CLEARANCE] * np.exp(1j * angle))
+
+
+def journal_shapes(model: ModelArrays) -> Array:
+    """Shapes (2b, n_t) of x and y of the main journals."""
+    mains = model.connections[: model.bearings.shape[0], slots.FIRST].astype(int)
+    return model.ports[np.add.outer(mains, (0, 1)).ravel()]
 
 
 def placed(simulation: Simulation, eccentricity: float, direction: float) -> Array:
     """State of a crank at rest in its frame, moved as a rigid body until its journals are where they are wanted."""
-    model = simulation.model
-    n, b = model.omega2.size, model.bearings.shape[0]
+    model, n = simulation.model, simulation.model.omega2.size
     unit = np.array([math.cos(direction), math.sin(direction)])
     wanted = (eccentricity * model.bearings[:, CLEARANCE, None] * unit).ravel()
     state = np.zeros_like(simulation.state)
-    state[offset(POSITION, n) : offset(POSITION, n) + 6] = np.linalg.pinv(model.ports[: 2 * b, :6]) @ wanted
+    state[offset(POSITION, n) : offset(POSITION, n) + 6] = np.linalg.pinv(journal_shapes(model)[:, :6]) @ wanted
     return state
 
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots
-from cranktrain.dynamics.model.arrays import build_model
+from cranktrain.dynamics.model.arrays import build_model, dimensions
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
@@ -89,11 +89,9 @@ class ShaftOrders:
         self.pins = len(pins)
         # Locked rigid motions feel nothing and are left out.
         own = slice(slots.ROTATION, None)
-        port = int(model.layout[slots.PIN_ROTATIONS])
-        rows = model.ports[port : port + engine.n_cylinders, own][first]
-        twist = (
-            model.ports[int(model.layout[slots.DAMPER]), own] if model.layout[slots.DAMPER] else np.zeros(rows.shape[1])
-        )
+        sizes = dimensions(model)
+        rows = model.ports[model.cylinders[first, slots.PIN_TURN].astype(int), own]
+        twist = model.ports[sizes.twist, own] if sizes.damper >= 0 else np.zeros(rows.shape[1])
         swing = np.zeros(rows.shape[1])
         swing[0] = model.scalars[slots.RIGID_ROTATION]
         self.at = Observed(*range(self.pins, self.pins + 4))
@@ -104,7 +102,7 @@ class ShaftOrders:
         self._damping: Array = np.diag(model.damping[own]) + shafts.T @ (laws[:, DAMPING, None] * shafts)
         self._scale = float(self._stiffness.max())
         # The ring is appended to the crank's modes.
-        self._ring = [int(model.layout[slots.CRANK_MODES]) - slots.ROTATION] if model.layout[slots.DAMPER] else []
+        self._ring = [sizes.crank_modes - slots.ROTATION] if sizes.damper >= 0 else []
         still = self.rods.torque(np.repeat(self.angle[:, None], engine.n_cylinders, axis=1))
         self.inertia: ComplexArray = np.fft.rfft(self.on_pins(still.inertia), axis=0) / self.samples
         self._gas_means(still.arm)

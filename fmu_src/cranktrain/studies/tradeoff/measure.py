@@ -186,8 +186,8 @@ def _change_grid(simulation: Simulation, case: Case) -> None:
     """Solve the films in the loop on the case's grid from here on."""
     model = simulation.model
     size = case.film_grid or (0, 0)
-    record = rigid_bore(case.engine.plain_mains, model.bearings, None, model.films.solved, size=size)
-    model.films.entry[list(case.engine.plain_numbers), 1] = keep_record(record, model.films.entry)
+    record = rigid_bore(case.engine.plain_mains, model.bearings, None, model.laws.solved, size=size)
+    model.laws.entry[list(case.engine.plain_numbers), 1] = keep_record(record, model.laws.entry)
 
 
 def sampled_trace(engine: Engine, spacing_deg: float, rule: str) -> GasTrace:

@@ -23,7 +23,7 @@ from cranktrain.dynamics.cycle_run import communication_step, run_cycles
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import SHAFT_ANGLE
-from cranktrain.dynamics.motion.film_memory import joint_offset, memory_offset
+from cranktrain.dynamics.motion.film_memory import memory_offset
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.settled.motion import motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
@@ -149,9 +149,9 @@ def _go_on_from(simulation: Simulation, other: Simulation) -> None:
     state, known = simulation.state, other.state
     put_motion(state, motion_of(known, simulation.model.omega2.size))
     state[SHAFT_ANGLE] = known[SHAFT_ANGLE]
-    kept = joint_offset(simulation.model)
-    state[kept:] = known[joint_offset(other.model) :]
-    if kept == joint_offset(other.model):
+    kept, others = (memory_offset(run.model, run.model.bearings.shape[0]) for run in (simulation, other))
+    state[kept:] = known[others:]
+    if kept == others:
         films = memory_offset(simulation.model, 0)
         state[films:kept] = known[films:kept]
     simulation.state = state
