@@ -41,11 +41,11 @@ def plain_engine():
     return replace(engine, drive_line=replace(engine.drive_line, stiffness=1e12)), rigid_crank(engine)
 
 
-def beside(topology, speed):
-    """A run of a topology beside an engine that it does not touch, at its start."""
+def beside(topology, speed, tables=(), **chosen):
+    """A run of a topology beside an engine that it does not touch, at its start; ``tables`` are those of its films."""
     engine, crank = plain_engine()
-    settings = ct.Settings(crank="rigid", block="ground", gas_load=0.0)
-    run = Simulation(engine, crank, settings, None, Parts(topology=topology))
+    settings = ct.Settings(crank="rigid", block="ground", gas_load=0.0, **chosen)
+    run = Simulation(engine, crank, settings, None, Parts(topology=topology, film_tables=tables))
     run.inputs[0] = speed
     run.initialize()
     return run

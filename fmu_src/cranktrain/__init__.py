@@ -29,6 +29,7 @@ _FACE = {
     "Settings": "dynamics.model.settings",
     "assemble": "structure.assembly",
     "build_fmu": "fmu.build",
+    "film_tables": "structure.assembly",
     "load_engine": "engine.file",
     "load_scene": "studies.scene",
     "modal": "studies.modal",

@@ -135,6 +135,10 @@ class ConnectionTable:
     belt: laws.Belt | None = None
     gas: laws.Gas | None = None
     liner: laws.Liner | None = None
+    roller: laws.Roller | None = None
+    thrust: laws.Thrust | None = None
+    damper: laws.RingDamper | None = None
+    axial_joint: laws.SlidingJoint | None = None
 
     @property
     def data(self) -> Any:

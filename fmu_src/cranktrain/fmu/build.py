@@ -132,6 +132,7 @@ def whole_model(
     if flexible:
         say(f"{engine.name}: block")
         data["block"] = assembly.running_block(engine, tilting=True, say=say)
+    data["film_tables"] = assembly.film_tables_of(engine, say)
     if engine.rollers_only:
         return FlatModel(engine, **data)
     if any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms):
@@ -179,6 +180,7 @@ def build_scene(
         bore=None if scene.block == "flexible" else run.parts.bore,
         block_bore=run.parts.bore if scene.block == "flexible" else None,
         added=run.parts.bodies or {},
+        film_tables=run.parts.film_tables,
     )
     if platforms and scene.film_temperature != "engine":
         say(f"{scene.name}: films by a heat balance take runs before the start: the Python FMU")

@@ -12,9 +12,9 @@ Layout (little-endian)::
                   values: float64 arrays in C order, at the offsets (in values) that the header gives
 
 The header holds ``engine`` (SI, as :func:`cranktrain.engine.model.engine_to_dict` writes it), ``bodies`` with their
-names (``cranks.solid``, ``damped.solid``, ``block``), ``table``, ``big_end_table``, ``bore`` and ``block_bore`` (what
-is not an array) and ``arrays`` (name, shape, offset). All but the engine may be absent. Equal data give equal bytes. A
-body's records and basis, which serve reports, stay behind.
+names (``cranks.solid``, ``damped.solid``, ``block``), ``table``, ``big_end_table``, ``film_tables.0`` …, ``bore`` and
+``block_bore`` (what is not an array) and ``arrays`` (name, shape, offset). All but the engine may be absent. Equal data
+give equal bytes. A body's records and basis, which serve reports, stay behind.
 """
 
 from __future__ import annotations
@@ -57,6 +57,8 @@ _ARRAYS = (
 )
 _BODIES = ("cranks", "damped", "added")
 _TABLES = ("table", "big_end_table")
+_ADDED_TABLE = "film_tables."
+"""What the names of the tables of added films begin with, behind it their number."""
 _BORES = ("bore", "block_bore")
 _ERRORS = ("aligned_error", "tilted_error")
 _SHAPES = ("coefficients", "compliance", "load_coupling", "captured")
@@ -66,7 +68,7 @@ class FlatModel(NamedTuple):
     """Contents of a flat binary.
 
     ``cranks`` are crankshafts by their level, ``damped`` likewise those with the damper's housing on the pulley.
-    ``added`` are shafts and bodies from files that the engine adds, by their name.
+    ``added`` are shafts and bodies from files that the engine adds, by their name, ``film_tables`` those of its films.
     ``bore`` includes its motion as a whole, on ground; for ``block_bore`` this motion is in the modes of a flexible
     block.
     """
@@ -80,6 +82,7 @@ class FlatModel(NamedTuple):
     block: ReducedBody | None = None
     block_bore: BoreCompliance | None = None
     added: Mapping[str, ReducedBody] = MappingProxyType({})
+    film_tables: tuple[FilmTable, ...] = ()
 
 
 def to_bytes(model: FlatModel) -> bytes:
@@ -89,6 +92,7 @@ def to_bytes(model: FlatModel) -> bytes:
         bodies["block"] = model.block
     named = {f"{key}.{name}": getattr(body, name) for key, body in bodies.items() for name in _ARRAYS}
     tables = {key: getattr(model, key) for key in _TABLES}
+    tables |= {f"{_ADDED_TABLE}{k}": films for k, films in enumerate(model.film_tables)}
     for key, films in tables.items():
         if films is not None:
             named |= {f"{key}.{name}": array for name, array in films.arrays._asdict().items()}
@@ -175,12 +179,14 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
             parts[kind][level] = body
         else:
             parts[kind] = body
-    for key in _TABLES:
+    added = sorted((key for key in header if key.startswith(_ADDED_TABLE)), key=lambda key: int(key.rpartition(".")[2]))
+    for key in (*_TABLES, *added):
         if header[key] is not None:
             data_of = {field: arrays[f"{key}.{field}"] for field in TableArrays._fields}
             data_of["tilted"] = data_of["tilted"].astype(np.float32)
             errors = [arrays[f"{key}.{field}"] for field in _ERRORS]
             parts[key] = FilmTable(TableSettings(**header[key]), TableArrays(**data_of), *errors)
+    parts["film_tables"] = tuple(parts.pop(key) for key in added)
     for key in _BORES:
         if header[key] is not None:
             data_of = {field: arrays[f"{key}.{field}"] for field in _SHAPES}

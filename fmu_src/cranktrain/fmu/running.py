@@ -68,7 +68,9 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
     settings = resolved(given, engine)
     check_levels(settings, engine)
     bore = model.block_bore if settings.block == "flexible" else model.bore
-    parts = Parts(model.table, bore, model.big_end_table, model.block, bodies=model.added)
+    parts = Parts(
+        model.table, bore, model.big_end_table, model.block, bodies=model.added, film_tables=model.film_tables
+    )
     for part in needed_parts(engine, settings):
         if getattr(parts, part) is None:
             _refuse(settings, names, *_PARTS[part])

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "1": "eccentricity substeps iterations online_films limited residual side",
-    "N": "force side_force friction",
+    "N": "force side_force friction tension",
     "N m": "torque friction_torque moment",
     "Pa": "pressure_max",
     "W": "heat",
     "K": "temperature",
     "degC": "film_temperature_c",
-    "m": "axial deflection displacement film_thickness_min piston_position lateral position",
-    "m/s": "velocity rate",
+    "m": "axial deflection displacement film_thickness_min piston_position lateral position slip",
+    "m/s": "velocity rate slip_velocity",
     "m/s^2": "acceleration",
     "m^3": "volume",
     "m^3/s": "oil_flow",

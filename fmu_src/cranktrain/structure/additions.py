@@ -13,8 +13,10 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import ReducedBody, attach, truncate
+from cranktrain.dynamics.topology.bearings import film_parts, no_bore
+from cranktrain.dynamics.topology.connection_arrays import at_main
 from cranktrain.dynamics.topology.tables import added_outputs, file_frames
-from cranktrain.dynamics.topology.values import Frame, Topology
+from cranktrain.dynamics.topology.values import End, Frame, Topology
 from cranktrain.engine.additions import BodyTable, split_end
 from cranktrain.engine.model import Engine
 from cranktrain.loads.torsional_line import torsional_line
@@ -42,6 +44,11 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
     if not engine.connection:
         return
     added_outputs(engine)
+    for table in engine.connection:
+        ends = [End(*split_end(text)) for text in table.ends]
+        elastic = table.film is not None and "bore" in film_parts(table.film)
+        if table.film is not None and elastic and (table.place or not at_main(ends)):
+            raise InputError(f"connection '{table.name}': {no_bore(table.film)}")
     throws, mounts = len(engine.crankshaft.throw_angles), len(engine.mounts.x) if engine.mounts is not None else 0
     block = block_interface_names(throws + 1, engine.n_cylinders, mounts)
     line = torsional_line(engine, 1.0)

@@ -6,7 +6,7 @@ Parts are kept as long as the process lives, and on disk if making them takes lo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,10 @@ from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
+from cranktrain.dynamics.topology.bearings import film_parts
+from cranktrain.dynamics.topology.laws import data_of
+from cranktrain.dynamics.topology.values import Topology
+from cranktrain.engine.connections import Film
 from cranktrain.engine.levels import CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
@@ -217,7 +221,8 @@ def _parts(engine: Engine, settings: Settings, say: Progress, resolution: str, b
         table = main_table(engine, say, resolution)
     if "big_end_table" in wanted:
         floating = big_end_table(engine, say)
-    return Parts(table=table, bore=bore, big_end_table=floating, block=block)
+    own = film_tables_of(engine, say, resolution)
+    return Parts(table=table, bore=bore, big_end_table=floating, block=block, film_tables=own)
 
 
 def running_block(
@@ -257,6 +262,37 @@ def elastic_bore(
 def main_table(engine: Engine, say: Progress = lambda stage: None, resolution: str = "default") -> FilmTable:
     """Film table of the main bearings."""
     return _film_table(engine.plain_mains, say, resolution)
+
+
+def film_tables(topology: Topology, say: Progress = lambda stage: None, resolution: str = "default") -> tuple[Any, ...]:
+    """Film tables of a topology's films at level ``table``, for ``Parts.film_tables``; from the cache or made now.
+
+    Parameters
+    ----------
+    topology : of a script
+    say : told the progress
+    resolution : of the tables, see :class:`cranktrain.film.table.database.TableSettings`
+
+    Raises
+    ------
+    InputError
+        data of a connection that describe no film
+    """
+    found = [data_of(connection) for connection in topology.connections if connection.law == "film"]
+    return _film_tables(found, say, resolution)
+
+
+def film_tables_of(
+    engine: Engine, say: Progress = lambda stage: None, resolution: str = "default"
+) -> tuple[FilmTable, ...]:
+    """Film tables of the films at level ``table`` that an engine's file adds."""
+    return _film_tables([table.film for table in engine.connection if table.film is not None], say, resolution)
+
+
+def _film_tables(films: Sequence[Film], say: Progress, resolution: str = "default") -> tuple[FilmTable, ...]:
+    """A table for all films of the same proportions that want one."""
+    wanted = {bearing_settings(film, resolution): film for film in films if "table" in film_parts(film)}
+    return tuple(_film_table(film, say, resolution) for film in wanted.values())
 
 
 def big_end_table(engine: Engine, say: Progress = lambda stage: None) -> FilmTable:

@@ -11,8 +11,9 @@ from cranktrain.dynamics.topology.arrays import on_ground
 from cranktrain.dynamics.topology.modes import CrankAtRest, topology_modes
 from cranktrain.dynamics.topology.tables import added_topology
 from cranktrain.dynamics.topology.values import CRANK, Connection
-from cranktrain.engine.connections import Film
+from cranktrain.engine.connections import Film, Roller, Thrust
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.thrust import closed_stiffness
 from cranktrain.results.tables import Table
 from cranktrain.structure.additions import read_added
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, energy_shares
@@ -25,9 +26,9 @@ SHOWN = 0.05
 def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     """Modes of crank and additions on a block at rest; JSON-able.
 
-    ``body`` is the engine's bare crankshaft. Mains and added films are their linear stand-in springs, flanks of gears
-    without backlash are closed; big end and half the oscillating mass stand on each pin. A mode's ``shares`` of energy
-    are those of the crank by kind of motion, and of each added body.
+    ``body`` is the engine's bare crankshaft. Mains and added bearings are their linear stand-in springs, flanks of
+    gears without backlash are closed; big end and half the oscillating mass stand on each pin. A mode's ``shares`` of
+    energy are those of the crank by kind of motion, and of each added body.
     """
     crank = complete_crankshaft(engine.without_additions, body)
     topology = on_ground(added_topology(engine, crank, None, read_added(engine)))
@@ -44,15 +45,21 @@ def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
             listed.append({"hz": float(hz), "shape": max(shares, key=lambda name: shares[name]), "shares": shares})
     return {
         "modes": listed,
-        "definition": "at rest at crank angle 0 on a block at rest; mains and added films as springs, rods on their "
+        "definition": "at rest at crank angle 0 on a block at rest; mains and added bearings as springs, rods on their "
         "pins, gears without backlash closed, with backlash free",
     }
 
 
 def _on_springs(connection: Connection) -> Connection:
-    """A film at level linear: at rest it holds nothing."""
-    if isinstance(connection.data, Film):
-        return replace(connection, data=replace(connection.data, level="linear"))
+    """A bearing as it is taken at rest: films and rollers as their linear stand-ins, an axial bearing closed."""
+    data = connection.data
+    if isinstance(data, Film):
+        return replace(connection, data=replace(data, level="linear"))
+    if isinstance(data, Roller):
+        return replace(connection, data=replace(data, contact="linear"))
+    if isinstance(data, Thrust):
+        along = {"stiffness": (0.0, 0.0, closed_stiffness(data.bearing))}
+        return replace(connection, law="spring", data=along)
     return connection
 
 

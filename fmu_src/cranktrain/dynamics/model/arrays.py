@@ -39,7 +39,8 @@ from cranktrain.dynamics.model.settings import (
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import added
-from cranktrain.dynamics.topology.damper import DamperRecord, damper_law
+from cranktrain.dynamics.topology.damper import damper_law, told_damper
+from cranktrain.dynamics.topology.pieces import FilmParts
 from cranktrain.dynamics.topology.records import AddedBodies, AddedConnections, Base
 from cranktrain.dynamics.topology.tables import added_topology
 from cranktrain.dynamics.topology.values import Topology
@@ -144,7 +145,7 @@ class Dimensions(NamedTuple):
     newton: int  # components of all connections
     ports: int
     turning_ports: int
-    films: int  # values in the state that laws remember
+    films: int  # values in the state that laws and added connections remember
     crank_modes: int
     thrust: int  # rows of ``connections`` of thrust bearing, axial joint and damper; −1: none
     joint: int
@@ -162,8 +163,8 @@ def dimensions(model: ModelArrays) -> Dimensions:
     return Dimensions(
         model.omega2.size, model.ports.shape[1], model.bearings.shape[0], model.cylinders.shape[0],
         model.scales.size + model.links.scales.size, int(model.layout[at.PORTS]), model.ports.shape[0],
-        int(model.laws.remembered[-1]), crank, thrust, joint, damper, bool(model.layout[at.SLIDING] > 0.0), collar,
-        twist,
+        int(model.laws.remembered[-1] + model.links.remembered[-1]), crank, thrust, joint, damper,
+        bool(model.layout[at.SLIDING] > 0.0), collar, twist,
     )  # fmt: skip
 
 
@@ -190,6 +191,7 @@ class Parts(NamedTuple):
     block: ReducedBody | None = None  # the block, level ``flexible``
     topology: Topology | None = None  # bodies and connections beside those of the engine's file
     bodies: Mapping[str, ReducedBody] | None = None  # that the engine's file takes from files of their own
+    film_tables: tuple[FilmTable, ...] = ()  # films of added bearings, level ``table``
     cycles: PastCycles | None = None  # keeps what the main bearings' films were over the last cycle of a run
 
 
@@ -276,7 +278,12 @@ def structure(
     stationary = stationary_body(engine, block, guided)
     ports = lay_ports(engine, turning, body.n_modes, journals, windup, block, guided)
     modes = turning.n_modes + stationary.n_modes
-    more = added(topology, Base(turning, block, modes, len(ports.turning), len(ports.block), ports.scales.size))
+    more = added(
+        topology,
+        Base(
+            turning, block, modes, len(ports.turning), len(ports.block), ports.scales.size, _film_parts(engine, parts)
+        ),
+    )
     ports = with_added_ports(ports, more)
     shapes, contiguous = turning.shapes, np.ascontiguousarray
     flywheel, pulley = shapes[turning.index("flywheel")], shapes[turning.index("pulley")]
@@ -352,6 +359,12 @@ def whirls(turning: ReducedBody) -> bool:
     return bool(max(np.abs(turning.gyroscopic).max(), np.abs(stretched).max()) > LEAST_COUPLING)
 
 
+def _film_parts(engine: Engine, parts: Parts) -> FilmParts:
+    """What films of added bearings may need; the mains' own table and bores serve too."""
+    tables = (*parts.film_tables, *(() if parts.table is None else (parts.table,)))
+    return FilmParts(tables, engine.main_bearing, parts.bore, engine.oil)
+
+
 def _without_block_shares(engine: Engine) -> Engine:
     """Engine whose linear bearings and thrust bearing end on a block that gives way itself."""
     mains = engine.main_bearing.in_rigid_bores if engine.main_bearing is not None else None
@@ -411,7 +424,7 @@ def _laws(ports: Ports, mains: Films, big_ends: Films, thrust: Films, path: Axia
     own = {
         at.THRUST_ROW: thrust,
         at.JOINT_ROW: None if path is None else axial_joint_film(path),
-        at.DAMPER_ROW: enter(no_films(1), damper_law, DamperRecord(damper)),
+        at.DAMPER_ROW: enter(no_films(1), damper_law, told_damper(damper)),
     }
     b, c = len(mains.entry), len(big_ends.entry)
     parts = [(mains, range(b)), (big_ends, range(b, b + c))]

@@ -29,7 +29,14 @@ from cranktrain.dynamics.model.numbers import (
     SET_TOLERANCE,
     SET_WORK_LIMIT,
 )
-from cranktrain.dynamics.model.settings import FOR_HELD_INPUTS, GAS_SOURCES, RECONSTRUCTIONS, Settings, resolved
+from cranktrain.dynamics.model.settings import (
+    FOR_HELD_INPUTS,
+    GAS_SOURCES,
+    RECONSTRUCTIONS,
+    Settings,
+    resolved,
+    usual_film_change,
+)
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
@@ -68,7 +75,7 @@ def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
     law, rows = bearing_law(resolved(settings, engine).bearings), list(INTEGRATORS)
     return {
         LEVEL_TOLERANCE: law.tolerance,
-        LEVEL_FILM_CHANGE: law.film_change,
+        LEVEL_FILM_CHANGE: usual_film_change(law, engine),
         LEVEL_METHOD: float(rows.index(law.integrator)),
         LEVEL_HELD_METHOD: float(rows.index(FOR_HELD_INPUTS.get(law.integrator, law.integrator))),
     }

@@ -166,7 +166,7 @@ def lay_ports(
     return Ports(
         laid.shapes, still, np.array(rows), cylinders, np.array(laid.scales),
         np.array([*((port, at.NO_PORT) for port in journal_ports), *limited]).reshape(-1, 2),
-        np.array([*journal_ports, along]), pairs, axial, layout,
+        np.array([*journal_ports, along], dtype=float), pairs, axial, layout,
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import thrust_row
 from cranktrain.dynamics.model.numbers import (
@@ -51,8 +51,10 @@ from cranktrain.dynamics.time.status import (
     TRACE_FIXED,
     UNKNOWN_METHOD,
 )
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.engine.lubricant import oil_viscosity, temperature_at
-from cranktrain.film.laws.films import OIL, TOLERANCE, VISCOSITY, VISCOUS, film_call
+from cranktrain.film.laws.films import OIL, TOLERANCE, VISCOSITY, VISCOUS, WARM, film_call
+from cranktrain.film.laws.films import SPEED as FILM_SPEED
 from cranktrain.film.laws.parameters import CLEARANCE, FACTOR, RADIUS, WIDTH
 from cranktrain.film.laws.parameters import VISCOSITY as BEARING_VISCOSITY
 from cranktrain.loads.built_in_trace import BUILT_IN, TRACE_BORE, TRACE_COMPRESSION, renew_trace
@@ -90,7 +92,8 @@ def prepare_model(model, numbers, temperatures, speed):
         model.block.mount_laws[j, at.MOUNT_PRELOAD] = numbers[SET_GRAVITY] * model.block.mount_laws[j, at.MOUNT_WEIGHT]
     scalars[at.DAMPER_TEMPERATURE] = damper_warmth(model.basis, numbers, speed)
     damper_at(model.basis.damper, scalars[at.DAMPER_TEMPERATURE], model.damper)
-    return warm_films(model, oil_warmth(model.basis, numbers, speed), temperatures)
+    status = warm_films(model, oil_warmth(model.basis, numbers, speed), temperatures)
+    return warm_links(model, oil_warmth(model.basis, numbers, speed), speed) if status == OK else status
 
 
 @kernel
@@ -178,6 +181,7 @@ def choose(model, numbers):
     if numbers[SET_NEWTON_TOLERANCE] == 0.0:
         choices[at.NEWTON_TOLERANCE] = numbers[LEVEL_TOLERANCE] / method[at.AMPLIFICATION]
     model.laws.numbers[TOLERANCE] = choices[at.NEWTON_TOLERANCE]
+    model.links.numbers[TOLERANCE] = choices[at.NEWTON_TOLERANCE]
     choices[at.FILM_CHANGE] = numbers[SET_FILM_CHANGE]
     if numbers[SET_FILM_CHANGE] == 0.0:
         choices[at.FILM_CHANGE] = numbers[LEVEL_FILM_CHANGE]
@@ -222,11 +226,35 @@ def warm_films(model, temperature, temperatures):
             fill_bearing(model.big_ends[k], eta)
             if tell_law(model.laws, int(model.cylinders[k, at.PIN_ROW]), eta) != 0:
                 return THIN_OIL
-    links = model.links
-    for k in range(links.oil.shape[0]):
-        if links.oil[k] >= 0.0:
-            fill_bearing(links.bearings[k], links.oil[k] if links.oil[k] > 0.0 else eta)
     return OK if tell_law(model.laws, thrust_row(model), eta) == 0 else THIN_OIL
+
+
+@kernel
+def warm_links(model, temperature, speed):
+    """Added connections with oil of a temperature (K) in an engine of a ``speed``, rad/s; a status."""
+    eta = oil_viscosity(temperature, model.basis.oil)
+    links = model.links
+    numbers = links.numbers
+    for k in range(links.rows.shape[0]):
+        if links.oil[k] >= 0.0:
+            numbers[VISCOSITY] = links.oil[k] if links.oil[k] > 0.0 else eta
+            if links.bearings[k, CLEARANCE] > 0.0:
+                fill_bearing(links.bearings[k], numbers[VISCOSITY])
+            if links.traits[k, added.TOLD_OIL] > 0.0 and tell_link(links, OIL, k) != 0:
+                return THIN_OIL
+        if links.traits[k, added.TOLD_SPEED] > 0.0:
+            numbers[FILM_SPEED] = speed
+            if tell_link(links, WARM, k) != 0:
+                return DAMPER_RANGE
+    return OK
+
+
+@inlined_kernel
+def tell_link(links, action, k):
+    """Let the law of added connection k take what ``numbers`` say; its status."""
+    row = links.entry[k]
+    arguments = (row[1], action, row[2], links.place[k], links.velocity[k], links.numbers, links.out, links.out)
+    return call_kernel(row[0], arguments)
 
 
 @kernel

@@ -11,6 +11,7 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.mains import check_mains, mains_kind
 from cranktrain.dynamics.model.numbers import LEAST_TOLERANCE, MOST_DELAY, MOST_TOLERANCE
 from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator
+from cranktrain.dynamics.topology.bearings import film_parts
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, Law, bearing_law, bearing_levels, usual_level
@@ -106,9 +107,15 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
         "pistons": pistons,
         "integrator": integrator,
         "newton_tolerance": settings.newton_tolerance or usual,
-        "film_change": settings.film_change or law.film_change,
+        "film_change": settings.film_change or usual_film_change(law, engine),
     }
     return replace(settings, **chosen)
+
+
+def usual_film_change(law: Law, engine: Engine) -> float:
+    """Fraction of its thickness by which a film may close over a step: the least of the mains' law and added films'."""
+    films = [bearing_law(table.film.level) for table in engine.connection if table.film is not None]
+    return min(row.film_change for row in (law, *films))
 
 
 def _usual_block(settings: Settings, engine: Engine, law: Law) -> str:
@@ -122,7 +129,9 @@ def needed_parts(engine: Engine, settings: Settings) -> tuple[str, ...]:
     """Fields of ``Parts`` that a run needs; ``settings`` have nothing left open."""
     mains = bearing_law(settings.bearings).forms[mains_kind(engine)]
     block = ("block",) if settings.block == "flexible" else ()
-    return (*block, *mains.parts, *bearing_law(settings.big_ends).forms[BIG_END].parts)
+    films = [table.film for table in engine.connection if table.film is not None]
+    bore = ("bore",) if any("bore" in film_parts(film) for film in films) else ()
+    return (*block, *mains.parts, *bore, *bearing_law(settings.big_ends).forms[BIG_END].parts)
 
 
 def check_levels(settings: Settings, engine: Engine) -> None:

@@ -88,7 +88,7 @@ def link_forces(model, work, frame, pressures, ratio):
         f[int(links.ports[k])] = 0.0
     status = 0
     for k in range(links.rows.shape[0]):
-        status |= link_law(model, work, frame, pressures, k, FORCE, links.out)
+        status |= link_law(model, work, frame, pressures, k, FORCE, work.scratch)
         row = links.rows[k]
         first = int(row[added.FIRST])
         size = int(row[added.SIZE])
@@ -96,7 +96,7 @@ def link_forces(model, work, frame, pressures, ratio):
             gaps[added.F, first + r] = links.out[r]
         link_block(row, links.out, ratio, frame_turn(work, row) * frame[at.WHIRL], work.added.blocks[k])
         if row[added.RUBS] > 0.0:
-            rub(row, links.out, gaps[added.D], f)
+            rub(row, links.out, gaps[added.D], u, f)
     load_ports(model, work, gaps[added.F], f)
     for k in range(links.leans.shape[0]):
         lean(model, work, frame, k, u, f)
@@ -105,17 +105,36 @@ def link_forces(model, work, frame, pressures, ratio):
 
 
 @inlined_kernel
-def rub(row, out, gaps, f):
-    """Add the friction torque of a connection to the rotations of its ends, f (m,).
+def rub(row, out, gaps, u, f):
+    """Add the torque about z of a connection to the rotations of its ends, f (m,), from displacements u (m,) of ports.
 
-    The second end feels the opposite about its own centre, beside which the first one lies.
+    It is friction, and what the moments across do to an end that is tilted. The second end feels the opposite about its
+    own centre, beside which the first one lies.
     """
-    first = int(row[added.FIRST])
+    torque = out[FRICTION]
     if row[added.TURN_A] >= 0.0:
-        f[int(row[added.TURN_A])] += row[added.SENSE_A] * out[FRICTION]
+        turn = int(row[added.TURN_A])
+        if row[added.TILT_LEVER] > 0.0:
+            # Moments (−l Q_y, l Q_x) of a journal's end, or those of a collar.
+            pair = int(row[added.SIZE]) - 2
+            x, y = u[turn - 2], u[turn - 1]
+            if row[added.PAIRS] == 0.0:
+                torque += row[added.TILT_LEVER] * (x * out[pair] + y * out[pair + 1])
+            else:
+                torque += x * out[pair + 1] - y * out[pair]
+        f[turn] += row[added.SENSE_A] * torque
     if row[added.TURN_B] >= 0.0:
-        across = gaps[first] * out[1] - gaps[first + 1] * out[0]
-        f[int(row[added.TURN_B])] -= row[added.SENSE_B] * (out[FRICTION] + across)
+        across = second_lever(row, out, gaps)
+        f[int(row[added.TURN_B])] -= row[added.SENSE_B] * (torque + across)
+
+
+@inlined_kernel
+def second_lever(row, out, gaps):
+    """Moment (N m) of a bearing's force at the first end's place about the second end's centre."""
+    if row[added.PAIRS] != 0.0:
+        return 0.0
+    first = int(row[added.FIRST])
+    return gaps[first] * out[1] - gaps[first + 1] * out[0]
 
 
 @kernel
@@ -181,8 +200,11 @@ def frame_turn(work, row):
 
 
 @inlined_kernel
-def link_law(model, work, frame, pressures, k, action, out):
-    """Let the law of connection k act at the motion of its components; 0, or a failure."""
+def place_link(model, work, whirl, omega, ud, k):
+    """Place and velocity of connection k at the motion of its components, and the ``numbers`` that its law is told.
+
+    ``whirl`` and ``omega`` (rad/s) are the speeds of the frame and of the shaft, ud (m,) the ports' velocity.
+    """
     links = model.links
     row = links.rows[k]
     gaps = work.added.gaps
@@ -193,12 +215,12 @@ def link_law(model, work, frame, pressures, k, action, out):
         place[r] = gaps[added.D, first + r]
         velocity[r] = gaps[added.DD, first + r]
         if links.slides[first + r, added.SLIDING] >= 0.0:
-            velocity[r] += frame[at.WHIRL] * sliding_rate(work, links.slides[first + r])
+            velocity[r] += whirl * sliding_rate(work, links.slides[first + r])
     if row[added.PAIRS] >= 0.0:
-        whirl = frame_turn(work, row) * frame[at.WHIRL]
+        turning = frame_turn(work, row) * whirl
         for r in range(int(row[added.PAIRS]), int(row[added.SIZE]) - 1, 2):
-            velocity[r] -= whirl * place[r + 1]
-            velocity[r + 1] += whirl * place[r]
+            velocity[r] -= turning * place[r + 1]
+            velocity[r + 1] += turning * place[r]
     numbers = links.numbers
     frames = work.added.frames
     sense = row[added.AXES_SENSE]
@@ -206,19 +228,33 @@ def link_law(model, work, frame, pressures, k, action, out):
     numbers[ANGLE] = angle
     numbers[COS] = math.cos(angle)
     numbers[SIN] = math.sin(angle)
-    if row[added.CYLINDER] >= 0.0:
-        numbers[PRESSURE] = pressures[int(row[added.CYLINDER])] - model.scalars[at.CRANKCASE]
-    own = sense * frames[int(row[added.FRAME_A]), added.TURN] * frame[at.OMEGA]
-    other = sense * frames[int(row[added.FRAME_B]), added.TURN] * frame[at.OMEGA]
+    own = sense * frames[int(row[added.FRAME_A]), added.TURN] * omega
+    other = sense * frames[int(row[added.FRAME_B]), added.TURN] * omega
     if row[added.TURN_A] >= 0.0:
-        own += row[added.SENSE_A] * work.port[at.UD, int(row[added.TURN_A])]
+        own += row[added.SENSE_A] * ud[int(row[added.TURN_A])]
     if row[added.TURN_B] >= 0.0:
-        other += row[added.SENSE_B] * work.port[at.UD, int(row[added.TURN_B])]
+        other += row[added.SENSE_B] * ud[int(row[added.TURN_B])]
     numbers[SPEED] = own + other
     numbers[RUBBING] = own - other
-    return call_kernel(
-        links.entry[k, 0], (links.entry[k, 1], action, links.entry[k, 2], place, velocity, numbers, out, out)
-    )
+
+
+@inlined_kernel
+def call_link(links, k, action, memory, out):
+    """Let the law of connection k act at its place and velocity; 0, or a failure."""
+    row = links.entry[k]
+    arguments = (row[1], action, row[2], links.place[k], links.velocity[k], links.numbers, memory, out)
+    return call_kernel(row[0], arguments)
+
+
+@inlined_kernel
+def link_law(model, work, frame, pressures, k, action, memory):
+    """Let the law of connection k act at the motion of its components, into ``links.out``; 0, or a failure."""
+    links = model.links
+    place_link(model, work, frame[at.WHIRL], frame[at.OMEGA], work.port[at.UD], k)
+    if links.rows[k, added.CYLINDER] >= 0.0:
+        links.numbers[PRESSURE] = pressures[int(links.rows[k, added.CYLINDER])] - model.scalars[at.CRANKCASE]
+    links.out[FRICTION] = 0.0
+    return call_link(links, k, action, memory, links.out)
 
 
 @inlined_kernel

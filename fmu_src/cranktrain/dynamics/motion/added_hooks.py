@@ -27,6 +27,13 @@ from cranktrain.dynamics.motion.added_connections import (
     link_steps,
     turn_terms,
 )
+from cranktrain.dynamics.motion.added_memory import (
+    close_link_stage,
+    close_links,
+    fastest_link,
+    open_link_stage,
+    open_links,
+)
 from cranktrain.dynamics.motion.linear_algebra import factor_sparse_rows, solve_rows
 from cranktrain.dynamics.motion.newton_matrix import fill_jacobian
 from cranktrain.dynamics.topology import slots as added
@@ -155,6 +162,40 @@ def forces_hook(model, work, frame, pressures, ratio):
     return link_forces(model, work, frame, pressures, ratio)
 
 
+@law_kernel
+def open_step_hook(model, work, state):
+    """Memory of added connections at the step's start. Returns 0."""
+    open_links(model, work, state)
+    return 0
+
+
+@law_kernel
+def open_stage_hook(model, work, stage, elapsed, h, gain):
+    """Times of a stage, told to added connections with a memory. Returns 0."""
+    open_link_stage(model, work, stage, elapsed, h, gain)
+    return 0
+
+
+@law_kernel
+def close_stage_hook(model, work, frame):
+    """Added connections with a memory at the stage's ports. Returns 0, or tells that a law failed."""
+    return close_link_stage(model, work, frame)
+
+
+@law_kernel
+def close_step_hook(model, work, state):
+    """Keep the memory of added connections. Returns 0."""
+    close_links(model, work, state)
+    return 0
+
+
+@law_kernel
+def rate_hook(model, work, state):
+    """Largest rate at which the gap of an added bearing closes, into ``work.added.sizes``. Returns 0."""
+    work.added.sizes[added.CLOSING] = fastest_link(model, work, state)
+    return 0
+
+
 def hooks(model: Any, work: Any) -> list[tuple[Any, tuple[Any, ...]]]:
     """Kernel of each hook, in the order of their slots, with arguments of the types that it takes."""
     x = np.zeros(1)
@@ -172,4 +213,9 @@ def hooks(model: Any, work: Any) -> list[tuple[Any, tuple[Any, ...]]]:
         (ports_hook, (model, x, x)),
         (answer_hook, (model, work, 0, x, x)),
         (forces_hook, (model, work, x, x, 0.0)),
+        (open_step_hook, (model, work, x)),
+        (open_stage_hook, (model, work, 0, 0.0, 0.0, 0.0)),
+        (close_stage_hook, (model, work, x)),
+        (close_step_hook, (model, work, x)),
+        (rate_hook, (model, work, x)),
     ]

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
 from cranktrain.dynamics.motion.film_ports import frame_numbers, place_law, tell_law
 from cranktrain.dynamics.motion.relative import relative_motion
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
 from cranktrain.film.laws.films import (
     CLOSE_STAGE,
@@ -45,7 +46,7 @@ def memory_offset(model, k):
 
 @inlined_kernel
 def remembers(laws):
-    """Whether any of the laws has a memory."""
+    """Whether any of the laws, or of the added connections, has a memory."""
     return laws.remembered[laws.remembered.shape[0] - 1] > 0
 
 
@@ -58,6 +59,8 @@ def recalling_call(model, state, action, k, out):
 @kernel
 def open_step(model, work, state):
     """Hand the memory of laws at the step's start, with the ports' motion then, to the stages."""
+    if remembers(model.links):
+        call_kernel(model.links.hooks[added.AT_OPEN_STEP], (model, work, state))
     if not remembers(model.laws):
         return
     numbers = model.laws.numbers
@@ -73,6 +76,8 @@ def open_step(model, work, state):
 @inlined_kernel
 def open_stage(model, work, stage, elapsed, h, gain):
     """Tell laws the times of a stage: ``elapsed`` since the step's start, g of the stage's rule, s."""
+    if remembers(model.links):
+        call_kernel(model.links.hooks[added.AT_OPEN_STAGE], (model, work, stage, elapsed, h, gain))
     if not remembers(model.laws):
         return
     numbers = model.laws.numbers
@@ -88,6 +93,10 @@ def open_stage(model, work, stage, elapsed, h, gain):
 @inlined_kernel
 def close_stage(model, work, frame):
     """Solve laws with a memory at the stage's ports, which the last Newton step only foresaw; 0, or a failure."""
+    if remembers(model.links):
+        status = call_kernel(model.links.hooks[added.AT_CLOSE_STAGE], (model, work, frame))
+        if status != 0:
+            return status
     if not remembers(model.laws):
         return 0
     frame_numbers(frame, model.laws.numbers)
@@ -115,6 +124,8 @@ def close_stage(model, work, frame):
 @kernel
 def close_step(model, work, state):
     """Keep what laws with a memory of the last stage became."""
+    if remembers(model.links):
+        call_kernel(model.links.hooks[added.AT_CLOSE_STEP], (model, work, state))
     for k in range(model.connections.shape[0]):
         if model.laws.traits[k, MEMORY] > 0.0:
             recalling_call(model, state, CLOSE_STEP, k, work.scratch)
@@ -139,12 +150,12 @@ def fastest_closing(model, work, state, whirl):
             recalling_call(model, state, RATE, k, work.scratch)
             worst = max(worst, work.scratch[0])
         else:
-            worst = max(worst, _closing_rate(model.bearings[k], laws.place[k], laws.velocity[k]))
+            worst = max(worst, closing_rate(model.bearings[k], laws.place[k], laws.velocity[k]))
     return worst
 
 
 @kernel
-def _closing_rate(law, place, velocity):
+def closing_rate(law, place, velocity):
     """Rate (1/s) at which the middle of a journal goes to or from the wall, over the least gap in a round bore."""
     x = place[0]
     y = place[1]

@@ -13,9 +13,11 @@ from cranktrain.dynamics.motion.added_connections import (
     load_ports,
     measure_links,
     rub,
+    second_lever,
     turn_frames,
     turn_terms,
 )
+from cranktrain.dynamics.motion.added_memory import link_offset
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import FRICTION, OBSERVE, RUBBING, SPEED
@@ -43,7 +45,7 @@ def observe_added(model, work, state, members, out):
         work.port[at.UD, k] = work.port[at.STATE_UD, k]
         forces[k] = 0.0
     for k in range(model.links.rows.shape[0]):
-        link_law(model, work, frame, work.pressures[0], k, OBSERVE, model.links.out)
+        link_law(model, work, frame, work.pressures[0], k, OBSERVE, state[link_offset(model, k) :])
         lost = link_loss(model, work, frame, k)
         if model.links.rows[k, added.IS_GAS] > 0.0:
             work.powers[at.GAS_WORK] -= lost
@@ -53,7 +55,7 @@ def observe_added(model, work, state, members, out):
         for r in range(int(model.links.rows[k, added.SIZE])):
             work.added.gaps[added.F, first + r] = model.links.out[r]
         if model.links.rows[k, added.RUBS] > 0.0:
-            rub(model.links.rows[k], model.links.out, work.added.gaps[added.D], forces)
+            rub(model.links.rows[k], model.links.out, work.added.gaps[added.D], work.port[at.STATE_U], forces)
         while row < shown.shape[0] and int(shown[row, added.SHOWN_OF]) == k:
             out[row] = link_value(model, k, shown[row])
             row += 1
@@ -92,7 +94,7 @@ def link_loss(model, work, frame, k):
     if row[added.RUBS] > 0.0:
         # Speeds of both ends about z: their sum and difference were the law's numbers.
         speed = links.numbers[RUBBING]
-        across = links.place[k, 0] * links.out[1] - links.place[k, 1] * links.out[0]
+        across = second_lever(row, links.out, work.added.gaps[added.D])
         other = 0.5 * (links.numbers[SPEED] - speed)
         lost += across * other - links.out[FRICTION] * speed
     return lost

@@ -19,6 +19,8 @@ FREE_CYCLES = 6
 """Cycles of a run whose speed a load torque leaves free, unless it asks for others: it settles in seconds only."""
 LEAST = 1.0e-9
 """Alternating part over RMS below which an output counts as constant."""
+NOTHING = 1.0e-13
+"""Alternating part (RMS, SI) that is rounding, of whatever output: a collar that nothing tilts has 1e-15 N m."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,8 @@ class Judge:
     def _alternating(self, rows: Array) -> Array:
         """Size of each family's alternating part; 0 of those that are constant."""
         sizes = self._norms(rows - rows.mean(axis=0))
-        return np.where(sizes > LEAST * self._norms(rows), sizes, 0.0)
+        least = np.maximum(LEAST * self._norms(rows), NOTHING * math.sqrt(len(rows)))
+        return np.where(sizes > least, sizes, 0.0)
 
     def _norms(self, rows: Array) -> Array:
         """Norm of each family's part of rows (samples, outputs)."""

@@ -15,7 +15,7 @@ import math
 
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.layout import port_count
+from cranktrain.dynamics.model.layout import has_additions, port_count
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     CONTRACTION,
@@ -51,6 +51,7 @@ from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
 from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED, WORK_SPENT
 from cranktrain.dynamics.time.table import FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
 from cranktrain.dynamics.time.work_limit import cut_short, spent
+from cranktrain.dynamics.topology import slots as added
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
 from cranktrain.loads.gas_pressure import CYCLE
 
@@ -148,7 +149,11 @@ def ports_at_state(model, work, state):
 @inlined_kernel
 def film_rate(model, work, state):
     """Largest rate (1/s) at which a film's least gap changes, over itself, from the ports at the state."""
-    return fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
+    rate = fastest_closing(model, work, state, state[SHAFT_SPEED] + state[LEAD_SPEED])
+    if has_additions(model):
+        call_kernel(model.links.hooks[added.AT_RATE], (model, work, state))
+        rate = max(rate, work.added.sizes[added.CLOSING])
+    return rate
 
 
 @inlined_kernel

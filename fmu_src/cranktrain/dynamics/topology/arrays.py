@@ -57,7 +57,7 @@ def added(topology: Topology, base: Base) -> Added:
         port_of[BLOCK, name] = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * k
     names = [body.name for group in joined for body in group.bodies]
     grouped = {body.name: k for k, group in enumerate(joined) for body in group.bodies}
-    connections = connection_arrays(topology, names, port_of, base.newton, frames, grouped)
+    connections = connection_arrays(topology, names, port_of, base.newton, frames, grouped, base.films)
     return Added(
         bodies,
         connections,

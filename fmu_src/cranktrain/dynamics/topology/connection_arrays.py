@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import keep_record, kernel_address
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.body_arrays import turns_whole
 from cranktrain.dynamics.topology.gas import gas_law
-from cranktrain.dynamics.topology.laws import Piece, pieces_of
+from cranktrain.dynamics.topology.laws import pieces_of
+from cranktrain.dynamics.topology.pieces import FilmParts, Piece
 from cranktrain.dynamics.topology.records import AddedConnections, FrameNumbers
 from cranktrain.dynamics.topology.terms import PORTS, Direction, Term, terms_of
-from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, REST, Connection, Frame, Topology
+from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, REST, Connection, End, Frame, Topology
 from cranktrain.film.laws.films import NUMBERS, SIZE, IntArray
 from cranktrain.film.laws.parameters import COLUMNS
 
@@ -35,14 +38,19 @@ def connection_arrays(
     newton: int,
     numbers_of: FrameNumbers,
     grouped: Mapping[str, int],
+    films_of: FilmParts,
 ) -> AddedConnections:
-    """Arrays of the connections, bodies in the order of ``names``; compiles their laws."""
+    """Arrays of the connections, bodies in the order of ``names``; compiles their laws.
+
+    ``InputError`` where a film lacks a part.
+    """
     rows, tables, terms, starts, shown = [], [], [], [0], []
     scales: list[float] = []
     slides: list[list[float]] = []
     leans: list[list[float]] = []
     oil: list[float] = []
     kept: list[Piece] = []
+    parts: list[FilmParts] = []
     shown += [(names.index(body.name), *kind) for body in topology.bodies for kind in BODY_KINDS]
     for connection, piece in _all_pieces(topology):
         frames = [topology.end_frame(end) for end in connection.ends]
@@ -55,7 +63,7 @@ def connection_arrays(
         rows.append([
             size, first, numbers_of[piece.axes], piece.axes.sense, piece.pairs, *ports, *senses,
             *(numbers_of[frame] for frame in frames), piece.rubs, piece.closes, piece.cylinder - 1,
-            piece.kernel is gas_law,
+            piece.kernel is gas_law, piece.tilt,
         ])  # fmt: skip
         leans += _leans(connection, frames, port_of, numbers_of, len(rows) - 1)
         tables.append([size, *(newton + first + j for j in range(size)), *[0] * (4 - size)])
@@ -78,11 +86,13 @@ def connection_arrays(
         shown += [(len(rows) - 1, KINDS[kind], place) for _, kind, place in piece.outputs]
         oil.append(piece.viscosity)
         kept.append(piece)
+        parts.append(films_of._replace(at_main=at_main(connection.ends), connection=connection.name))
     # Laws of films look at all rows: those of other laws are filled up.
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
     bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]
     films = _table(bearings, COLUMNS)
-    entry, place, velocity, numbers, out = _entries(kept, films)
+    entry, place, velocity, numbers, out, traits = _entries(kept, films, parts)
+    remembered = np.concatenate((np.zeros(1), np.cumsum(traits[:, at.KEEPS]))).astype(np.int64)
     interfaces = []
     last = {body: port for (body, _), port in port_of.items()}
     for (body, _), port in port_of.items():
@@ -97,24 +107,42 @@ def connection_arrays(
         order,
         _table(slides, at.SLIDES), _table(leans, at.LEAN),
         _table(interfaces, at.INTERFACE), loaded.astype(float), entry, place, velocity, numbers, out, films,
-        np.array(oil, dtype=float), _table(shown, at.SHOWN),
+        np.array(oil, dtype=float), traits, remembered, _table(shown, at.SHOWN),
         np.zeros(at.HOOKS, dtype=np.int64),
     )  # fmt: skip
     return arrays
 
 
-def _entries(pieces: Sequence[Piece], films: Array) -> tuple[IntArray, Array, Array, Array, Array]:
-    """Addresses of laws and records (K, 3), and the arrays with which they are called; compiles the laws."""
+def _entries(
+    pieces: Sequence[Piece], films: Array, parts: Sequence[FilmParts]
+) -> tuple[IntArray, Array, Array, Array, Array, Array]:
+    """Addresses of laws and records (K, 3), the arrays with which they are called, and traits; compiles the laws."""
     k = len(pieces)
-    entry = np.zeros((k, 3), dtype=np.int64)
+    entry, traits = np.zeros((k, 3), dtype=np.int64), np.zeros((k, at.TRAITS))
     place, velocity, out = np.zeros((k, 4)), np.zeros((k, 4)), np.zeros(SIZE)
     numbers, memory = np.zeros(NUMBERS), np.zeros(1)
-    for number, (piece, row) in enumerate(zip(pieces, entry, strict=True)):
-        is_film = piece.parameters is not None
-        row[1] = keep_record(piece.record(films) if is_film else piece.record, entry)
+    for number, (piece, made, row, told) in enumerate(zip(pieces, parts, entry, traits, strict=True)):
+        is_film = callable(piece.record)
+        try:
+            record = piece.record(films, made) if is_film else piece.record
+        except InputError as error:
+            raise InputError(f"connection '{made.connection}': {error}") from None
+        row[1] = keep_record(record, entry)
         row[2] = number if is_film else 0
         row[0] = kernel_address(piece.kernel, 0, 0, 0, place[0], velocity[0], numbers, memory, out)
-    return entry, place, velocity, numbers, out
+        told[[at.TOLD_OIL, at.TOLD_SPEED, at.TELLS_RATE]] = piece.told_oil, piece.told_speed, piece.tells_rate
+        if piece.memory is not None:
+            told[at.KEEPS] = piece.memory(record)
+    return entry, place, velocity, numbers, out, traits
+
+
+def at_main(ends: Sequence[End]) -> bool:
+    """Whether a connection between ``ends`` holds a main journal of the crank in its bore, or on a block at rest."""
+    first, second = ends[:2]
+    number = re.fullmatch(r"main(\[\d+\])", first.interface)
+    if first.body != CRANK or number is None or any(first.offset) or any(second.offset):
+        return False
+    return second.body == GROUND or (second.body, second.interface) == (BLOCK, f"bore{number[1]}")
 
 
 def _neighbours(

@@ -1,4 +1,9 @@
-"""Torsional damper between hub and ring as a law of one component, their twist; see :mod:`cranktrain.loads.damper`."""
+"""Torsional damper between hub and ring as a law of one component, their twist; see :mod:`cranktrain.loads.damper`.
+
+The hub is the first end, the ring the second one. An added damper is as warm as its table says at the engine's speed,
+for which a run is prepared (action WARM); before that, as at the first speed of the table. The parameters of the
+engine's own damper are prepared with the model.
+"""
 
 from __future__ import annotations
 
@@ -8,27 +13,51 @@ import numpy as np
 
 from cranktrain.core.kernel import law_kernel, record_reader
 from cranktrain.core.reduced_body import Array
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION
-from cranktrain.loads.damper import damper_torque
+from cranktrain.engine.lubricant import temperature_at
+from cranktrain.engine.parts import Damper
+from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, SPEED, WARM
+from cranktrain.loads.damper import damper_at, damper_constants, damper_parameters, damper_torque
+
+BY_TWIST, BY_RATE, DISSIPATED = 1, 2, 3
+"""What :func:`~cranktrain.loads.damper.damper_torque` writes behind the torque."""
+HEAT = ECCENTRICITY
+"""Slot of the law's figures where the dissipated power (W) is shown."""
 
 
 class DamperRecord(NamedTuple):
     """Data of one damper."""
 
-    parameters: Array  # (PARAMETERS,) see loads.damper
+    parameters: Array  # (PARAMETERS,) of its law at the present temperature, see loads.damper
+    constants: Array  # (DAMPER_CONSTANTS,) of its law; empty where the parameters are prepared with the model
+    table: Array  # (2, n) temperatures, K, in the second row over the engine's speed, rad/s
 
 
-_read = record_reader(DamperRecord(np.zeros(1)))
+def damper_record(damper: Damper) -> DamperRecord:
+    """Data of an added damper whose values were checked."""
+    table = np.array([damper.temperature_speeds, damper.temperatures], dtype=float)
+    return DamperRecord(damper_parameters(damper, float(table[1, 0])), damper_constants(damper), table)
+
+
+def told_damper(parameters: Array) -> DamperRecord:
+    """Data of a damper whose ``parameters`` (PARAMETERS,) are prepared with the model."""
+    return DamperRecord(parameters, np.zeros(0), np.zeros((2, 0)))
+
+
+_read = record_reader(DamperRecord(np.zeros(1), np.zeros(1), np.zeros((1, 1))))
 
 
 @law_kernel
 def damper_law(record, action, i, place, velocity, numbers, memory, out):
-    """Torque on the hub by the twist against the ring, see :mod:`cranktrain.film.laws.films`; 0."""
-    damper_torque(_read(record).parameters, place[0], velocity[0], out)
-    by_twist, by_rate = out[1], out[2]
+    """Torque on the hub by the twist against the ring, see :mod:`cranktrain.film.laws.films`; 0, or a failure."""
+    own = _read(record)
+    if action == WARM:
+        return damper_at(own.constants, temperature_at(numbers[SPEED], own.table[0], own.table[1]), own.parameters)
+    damper_torque(own.parameters, place[0], velocity[0], out)
+    by_twist, by_rate, heat = out[BY_TWIST], out[BY_RATE], out[DISSIPATED]
     for k in range(1, ECCENTRICITY):
         out[k] = 0.0
     out[FRICTION] = 0.0
     out[BY_PLACE] = by_twist
     out[BY_VELOCITY] = by_rate
+    out[HEAT] = heat
     return 0

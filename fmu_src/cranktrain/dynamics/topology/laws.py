@@ -9,18 +9,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.topology.axial_joint import sliding_law
+from cranktrain.dynamics.topology.bearings import (
+    damper_pieces,
+    film_pieces,
+    joint_pieces,
+    roller_pieces,
+    thrust_pieces,
+)
 from cranktrain.dynamics.topology.belt import belt_law, belt_record, strands
 from cranktrain.dynamics.topology.coupling import coupling_law, coupling_record
+from cranktrain.dynamics.topology.damper import damper_law
 from cranktrain.dynamics.topology.gas import gas_law, gas_record
 from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
 from cranktrain.dynamics.topology.liner import liner_law, liner_record
+from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, SAME, Piece, between
 from cranktrain.dynamics.topology.spring import LoadRecord, SpringRecord, load_law, spring_law
 from cranktrain.dynamics.topology.terms import Direction, unit
 from cranktrain.dynamics.topology.values import REST, Connection, Frame
@@ -34,54 +43,15 @@ from cranktrain.engine.connections import (
     Load,
     Planetary,
     RigidGear,
+    RingDamper,
+    Roller,
+    SlidingJoint,
     Spring,
+    Thrust,
     check_ends,
 )
 from cranktrain.engine.model import optional_fields
 from cranktrain.engine.quantities import check_values
-from cranktrain.film.laws.bearings import Bearings, bearing_parameters
-from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, P_MAX
-from cranktrain.film.laws.parameters import CLEARANCE
-from cranktrain.film.laws.register import PLAIN, bearing_law
-
-LENGTH, ANGLE = 5.0e-5, 1.0e-3
-"""Motion (m, rad) that counts as much as a clearance in a connection without one."""
-SAME = 1.0e-9
-"""Ratios or places (m) that differ by less are the same."""
-REFERENCE_VISCOSITY = 0.01
-"""Viscosity (Pa s) of oil in a model that is not prepared yet."""
-
-
-class Piece(NamedTuple):
-    """Up to four components of a connection, and the kernel that answers their motion.
-
-    Attributes
-    ----------
-    components : of each component what it measures of the first and of the second end
-    scales : motion that counts as much as a clearance
-    kernel, record : of the law; a film's record is made of the table of all films by a call
-    axes : frame in whose axes the law is evaluated
-    pairs : first component of the pairs that turn with these axes, −1: none
-    rubs : whether friction turns both ends about z
-    closes : whether steps of the iteration are limited
-    outputs : what is shown of it: name, kind and place, see :mod:`cranktrain.dynamics.topology.slots`
-    parameters : (COLUMNS,) of a bearing; else nothing
-    viscosity : of its oil, Pa s; 0: the engine's, −1: it has none
-    cylinder : of the engine, of whose gas the law is told; 0: of none
-    """
-
-    components: list[tuple[Direction, Direction]]
-    scales: list[float]
-    kernel: Any
-    record: Any
-    axes: Frame = REST
-    pairs: int = -1
-    rubs: bool = False
-    closes: bool = False
-    outputs: tuple[tuple[str, str, int], ...] = ()
-    parameters: Array | None = None
-    viscosity: float = -1.0
-    cylinder: int = 0
 
 
 @dataclass(frozen=True)
@@ -153,6 +123,11 @@ def relations_of(connection: Connection, frames: Sequence[Frame]) -> list[Array]
     return found
 
 
+def data_of(connection: Connection) -> Any:
+    """Data of a connection as its law's class has them; ``InputError`` as above."""
+    return _read(connection)[1]
+
+
 def _read(connection: Connection) -> tuple[ConnectionLaw, Any, str]:
     """Law of a connection, its data and what it is called; ``InputError`` where they do not fit."""
     where = f"connection '{connection.name}'"
@@ -173,11 +148,6 @@ def _stated(law: ConnectionLaw, given: dict[str, Any], where: str) -> Any:
     data = law.data(**given)
     check_values(data, where)
     return data
-
-
-def _between(frame: Frame, along: Array, about: Array) -> tuple[Direction, Direction]:
-    """Motion of the first end against the second one, both measured alike."""
-    return Direction(frame, along, about), Direction(frame, along, about, -1.0)
 
 
 def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
@@ -207,7 +177,7 @@ def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
 def _coupling(coupling: Coupling, first: Frame, second: Frame) -> list[Piece]:
     if abs(first.sense * first.rate - second.sense * second.rate) > SAME:
         raise InputError("a coupling joins bodies that turn alike; give both frames the same ratio, or take gears")
-    component = _between(first, np.zeros(3), unit(2))
+    component = between(first, np.zeros(3), unit(2))
     outputs = (("torque", "force", 0), ("twist", "place", 0), ("twist_rate", "velocity", 0))
     return [Piece([component], [ANGLE], coupling_law, coupling_record(coupling), first, outputs=outputs)]
 
@@ -231,7 +201,7 @@ def _spring(spring: Spring, first: Frame, second: Frame) -> list[Piece]:
         ways = [(np.zeros(3), unit(way)) if turning else (unit(way), np.zeros(3)) for way in held]
         outputs = tuple((f"{name}.{'xyz'[way]}", "force", at) for at, way in enumerate(held))
         outputs += tuple((f"{axis}.{'xyz'[way]}", "place", at) for at, way in enumerate(held))
-        components = [_between(axes, *way) for way in ways]
+        components = [between(axes, *way) for way in ways]
         scales = [ANGLE if turning else LENGTH] * len(held)
         pieces.append(Piece(components, scales, spring_law, SpringRecord(k[held], c[held]), outputs=outputs))
     if not pieces:
@@ -247,42 +217,10 @@ def _load(load: Load, first: Frame, second: Frame) -> list[Piece]:
             ways = [(np.zeros(3), unit(k)) if about else (unit(k), np.zeros(3)) for k in range(3)]
             outputs = tuple((f"{name}.{way}", "force", at) for at, way in enumerate("xyz"))
             axes = Frame("crank angle", 1.0)
-            components = [_between(REST, *way) for way in ways]
+            components = [between(REST, *way) for way in ways]
             scales = [ANGLE if about else LENGTH] * 3
             pieces.append(Piece(components, scales, load_law, LoadRecord(force, turning), axes, outputs=outputs))
     return pieces
-
-
-def _film(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
-    """Bearing of a level of the register of films: the first end is the journal."""
-    if journal.rate == 0.0 and not (journal.swings or bore.swings):
-        raise InputError("the first end of a bearing is its journal, which turns; exchange the ends")
-    law, parameters = bearing_law(bearing.level), bearing_parameters(bearing, bearing.viscosity or REFERENCE_VISCOSITY)
-    form = law.forms[PLAIN]
-
-    def record(rows: Array) -> Any:
-        return resolve(form.record)(Bearings(rows, bearing))
-
-    components = [_between(journal, unit(k), np.zeros(3)) for k in range(2)]
-    if form.tilt:
-        half = 0.5 * bearing.width
-        components += [
-            _between(journal, np.zeros(3), half * unit(1)),
-            _between(journal, np.zeros(3), -half * unit(0)),
-        ]
-    outputs: tuple[tuple[str, str, int], ...] = (
-        ("force.x", "force", 0), ("force.y", "force", 1), ("position.x", "place", 0), ("position.y", "place", 1),
-        ("eccentricity", "out", ECCENTRICITY),
-    )  # fmt: skip
-    if law.film:
-        outputs += (("friction_torque", "out", FRICTION), ("pressure_max", "out", P_MAX), ("oil_flow", "out", FLOW))
-    scales = [float(parameters[CLEARANCE])] * len(components)
-    return [
-        Piece(
-            components, scales, resolve(form.kernel), record, journal, 0, law.film, form.closes,
-            outputs, parameters, bearing.viscosity if law.film else -1.0,
-        )
-    ]  # fmt: skip
 
 
 def _need_piston(frame: Frame) -> None:
@@ -295,7 +233,7 @@ def _need_piston(frame: Frame) -> None:
 def _gas(gas: Gas, piston: Frame, head: Frame) -> list[Piece]:
     _need_piston(piston)
     record, axes = gas_record(gas), Frame("crank angle", 1.0)
-    component = _between(piston, unit(1), np.zeros(3))
+    component = between(piston, unit(1), np.zeros(3))
     outputs = (("force", "force", 0),)
     return [Piece([component], [LENGTH], gas_law, record, axes, outputs=outputs, cylinder=gas.cylinder)]
 
@@ -303,8 +241,8 @@ def _gas(gas: Gas, piston: Frame, head: Frame) -> list[Piece]:
 def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
     _need_piston(piston)
     heights = liner.upper_height, liner.lower_height
-    components = [_between(piston, unit(0), -height * unit(2)) for height in heights]
-    components.append(_between(piston, unit(1), np.zeros(3)))
+    components = [between(piston, unit(0), -height * unit(2)) for height in heights]
+    components.append(between(piston, unit(1), np.zeros(3)))
     outputs = (
         ("force.upper", "force", 0), ("force.lower", "force", 1), ("friction", "force", 2), ("gap.upper", "place", 0),
         ("gap.lower", "place", 1), ("speed", "velocity", 2),
@@ -360,7 +298,20 @@ for _row in (
     ),
     ConnectionLaw("spring", "springs and dampers along and about three axes", Spring, _spring, spring_law),
     ConnectionLaw("load", "force and torque, steady or harmonic", Load, _load, load_law),
-    ConnectionLaw("film", "plain bearing, whose journal is the first end", Film, _film),
+    ConnectionLaw("film", "plain bearing, whose journal is the first end", Film, film_pieces),
+    ConnectionLaw("roller", "cylindrical roller bearing, whose journal is the first end", Roller, roller_pieces),
+    ConnectionLaw("thrust", "axial bearing, whose collar is the first end", Thrust, thrust_pieces),
+    ConnectionLaw(
+        "damper", "torsional damper's housing and its ring", RingDamper, damper_pieces, damper_law, turns=True
+    ),
+    ConnectionLaw(
+        "axial_joint",
+        "joint that carries torque, bolted or a spline that slides",
+        SlidingJoint,
+        joint_pieces,
+        sliding_law,
+        turns=True,
+    ),
     ConnectionLaw("belt", "two strands on two pulleys, which pull only", Belt, _belt, belt_law, turns=True),
     ConnectionLaw("gas", "gas on a piston and its head", Gas, _gas, gas_law),
     ConnectionLaw("liner", "a piston's skirt in its liner, with friction", Liner, _liner, liner_law),

@@ -10,6 +10,7 @@ from cranktrain.core.kernel import record
 from cranktrain.core.memory import zeros
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
+from cranktrain.dynamics.topology.pieces import FilmParts
 from cranktrain.dynamics.topology.values import Frame
 from cranktrain.film.laws.films import IntArray
 
@@ -58,6 +59,8 @@ class AddedConnections(NamedTuple):
     out: Array  # (SIZE,)
     bearings: Array  # (K, COLUMNS) of films
     oil: Array  # (K,) viscosity that a film has by itself, Pa s; 0: the engine's, −1: no film
+    traits: Array  # (K, TRAITS) see slots
+    remembered: IntArray  # (K + 1,) where the memory of each begins behind that of the first; at last the size of all
     shown: Array  # (O, SHOWN) of each output
     hooks: IntArray  # (HOOKS,) addresses of what a stage calls, see dynamics.motion.added_hooks
 
@@ -82,7 +85,10 @@ class AddedWork(NamedTuple):
 
 
 class Base(NamedTuple):
-    """What a topology is added to: bodies ``crank`` and ``block`` and how many modes, ports, components there are."""
+    """What a topology is added to: bodies ``crank`` and ``block`` and how many modes, ports, components there are.
+
+    ``films`` are parts for films of added bearings.
+    """
 
     crank: ReducedBody | None
     block: ReducedBody | None
@@ -90,6 +96,7 @@ class Base(NamedTuple):
     turning_ports: int
     block_ports: int
     newton: int
+    films: FilmParts = FilmParts()
 
 
 def added_work(bodies: AddedBodies, connections: AddedConnections, ports: int, newton: int, slots: int) -> AddedWork:

@@ -24,9 +24,10 @@ TURNED, TURN, TURN2, PLACE_X, PLACE_Y, PLACE_X1, PLACE_Y1, OWN_X1, OWN_Y1, OWN_X
 # 1, or −1 if that turns backwards; first component of the pairs that turn with these axes (−1: none). Of both ends
 # the port of the rotation about z (−1: none), then the sense against the law's axes, then the frame. 1 if friction of
 # the law turns both ends; 1 if steps of the iteration are limited; cylinder whose gas pressure the law is given (−1:
-# none); 1 if the law is gas.
+# none); 1 if the law is gas. What a rotation about x or y of the first end moves the component that is paired with it
+# by, m or 1, if the law's moments act on a tilted end (0: none).
 SIZE, FIRST, AXES, AXES_SENSE, PAIRS, TURN_A, TURN_B, SENSE_A, SENSE_B, FRAME_A, FRAME_B = range(11)
-RUBS, CLOSES, CYLINDER, IS_GAS, CONNECTION = 11, 12, 13, 14, 15
+RUBS, CLOSES, CYLINDER, IS_GAS, TILT_LEVER, CONNECTION = 11, 12, 13, 14, 15, 16
 # ``AddedConnections.slides``: frames of both ends, whose origins move along the component by themselves (−1: the ends
 # meet at one place), frame of its direction, and that direction across the crank's axis, x and y.
 SLIDING, AGAINST, SLIDES_IN, SLIDES_X, SLIDES_Y, SLIDES = range(6)
@@ -48,12 +49,17 @@ FORCE_KIND, PLACE_KIND, VELOCITY_KIND, OUT_KIND, BODY_SPEED, BODY_TURN, BODY_PLA
 # ``AddedBodies.fastest``: most turns per turn of the crank of any body, 1 at least; largest first and second derivative
 # of the angle of a rod's frame by the crank angle.
 FASTEST, SWING, SWING2, FASTEST_SIZE = range(4)
+# ``AddedConnections.traits``: values that a connection keeps in the state; 1 if its law is told the viscosity of the
+# oil, if it is told the engine's speed, and if it tells by itself how fast its film closes.
+KEEPS, TOLD_OIL, TOLD_SPEED, TELLS_RATE, TRAITS = range(5)
 # ``AddedConnections.hooks``: kernels that a stage calls at their addresses where anything is added.
 AT_FACTOR, AT_LOAD, AT_COMPLIANCE, AT_MOVE, AT_STEPS, AT_NEWTON, AT_SOLVE, AT_STEP_SIZE, AT_FOLLOW = range(9)
-AT_RECOVER, AT_TO_PORTS, AT_ANSWER, AT_FORCES, HOOKS = range(9, 14)
+AT_RECOVER, AT_TO_PORTS, AT_ANSWER, AT_FORCES, AT_OPEN_STEP, AT_OPEN_STAGE, AT_CLOSE_STAGE = range(9, 16)
+AT_CLOSE_STEP, AT_RATE, HOOKS = range(16, 19)
 # ``AddedWork.sizes``: size of a Newton step of added components, and of those among them that are limited; angle (rad)
-# at which the frames are, and angle and speed (rad/s) at which the terms' coefficients are.
-ANY, LIMITED, FRAMES_ANGLE, TERMS_ANGLE, TERMS_SPEED, SIZES = range(6)
+# at which the frames are, and angle and speed (rad/s) at which the terms' coefficients are; largest rate (1/s) at which
+# the gap of a bearing closes, over itself.
+ANY, LIMITED, FRAMES_ANGLE, TERMS_ANGLE, TERMS_SPEED, CLOSING, SIZES = range(7)
 # Rows of ``AddedWork.gaps``: motion of each component, its rate, force, step of an iteration, what that changes of the
 # force.
 D, DD, F, STEP, F_CHANGE, GAPS = range(6)

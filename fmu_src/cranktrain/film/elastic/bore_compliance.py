@@ -71,6 +71,10 @@ class BoreCompliance:
         return self.shapes(angles, zetas) + np.einsum("kr,rij->kij", share, motions)
 
 
+RIGID_BORE = BoreCompliance(np.zeros((0, 3, 2)), np.zeros(0), np.zeros((0, 4)), np.zeros(0), 1.0)
+"""A bore that does not give way."""
+
+
 def patterns(angles: Array, zetas: Array, waves: int, degree: int) -> tuple[Array, Array]:
     """Factors of the patterns, orthonormal in the mean over the area.
 

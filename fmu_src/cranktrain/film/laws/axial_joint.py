@@ -73,12 +73,19 @@ def axial_joint_law(record, action, i, place, velocity, numbers, memory, out):
 
     ``memory`` is (z, ż) of the state; for OPEN_STAGE the stage's row of the integrator. Returns 0.
     """
-    own = _read(record)
+    motion = place[SLIP], velocity[SLIP], place[WINDUP_TORQUE]
+    return joint_force(_read(record), action, motion, numbers, memory, out)
+
+
+@inlined_kernel
+def joint_force(own, action, motion, numbers, memory, out):
+    """The law of a joint of data ``own`` at its ``motion``: slip (m), slip velocity (m/s) and torque (N m); 0."""
+    slip, v, torque = motion
     if action in (FORCE, CLOSE_STAGE):
         if own.constants[LIMIT_BY_TORQUE] < 0.0:
-            z, by_velocity, rate = place[SLIP], numbers[GAIN], velocity[SLIP]
+            z, by_velocity, rate = slip, numbers[GAIN], v
         else:
-            z, by_velocity = _deflection(own, abs(place[WINDUP_TORQUE]), velocity[SLIP], numbers[GAIN])
+            z, by_velocity = _deflection(own, abs(torque), v, numbers[GAIN])
             rate = (z - own.known[0]) / numbers[GAIN]
         if action == CLOSE_STAGE:
             own.deflection[0] = z
@@ -116,3 +123,16 @@ def _deflection(own, torque, v, gain):
     yielding = 1.0 + per_speed * abs(v)
     z = (known + gain * v) / yielding
     return z, (gain - (per_speed if v > 0.0 else -per_speed) * z) / yielding
+
+
+@inlined_kernel
+def limit_slope(own, torque, v, gain):
+    """Derivative of the joint's force (N) by the torque (N m) that presses its teeth, at the slip velocity v (m/s)."""
+    if own.constants[LIMIT_BY_TORQUE] < 0.0:
+        return 0.0
+    z, _ = _deflection(own, abs(torque), v, gain)
+    limit = own.constants[LIMIT_BY_TORQUE] * abs(torque) + LEAST_LIMIT
+    share = gain * own.constants[STIFFNESS] * abs(v) / limit
+    by_limit = z * share / (limit * (1.0 + share))
+    slope = -(own.constants[STIFFNESS] + own.constants[DAMPING] / gain) * by_limit * own.constants[LIMIT_BY_TORQUE]
+    return slope if torque > 0.0 else -slope

@@ -16,7 +16,8 @@ the memory in the state. RATE gives the relative rate at which a film closes: ``
 failure.
 
 Some records hold more data of the oil than the bearings' parameters (trait VISCOUS). The action OIL sets another
-viscosity in these records: film i then has the viscosity in ``numbers``.
+viscosity in these records: film i then has the viscosity in ``numbers``. The action WARM tells laws of added
+connections whose data follow the engine's speed, by a table of temperatures, that speed (SPEED).
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
 # What a law of the plane writes before :func:`widen`: forces (2), tangents by place and velocity (2 × 2 each).
 PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
 
-FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL = range(8)
+FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM = range(9)
 # Columns of ``numbers``: the sum of the speeds of journal and bore (rad/s); cosine and sine of the frame's angle; time
 # from the step's start to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where
 # tangents are kept: a law may leave those that it found last; the difference of the speeds of journal and bore (rad/s);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -106,8 +107,7 @@ def rigid_bore(
         grid = shell_grid(journal_grid(*size), over(bearing.relief, bearing.clearance), rough)
     else:
         made, wanted = table.settings, bearing_settings(bearing)
-        fits = replace(wanted, resolution=made.resolution, tilt=made.tilt, tilt_range=made.tilt_range) == made
-        if not fits or (tilted and not made.tilt):
+        if not fits(table, bearing, tilted):
             raise InputError(
                 f"film table of {_said(made)}, {'with' if made.tilt else 'no'} tilt does not fit the bearing, "
                 f"{_said(wanted)}; make one by film-table"
@@ -127,6 +127,18 @@ def rigid_bore(
         tabled=table_work(),
         solved=solved,
     )
+
+
+def fits(table: FilmTable, bearing: PlainBearing, tilted: bool) -> bool:
+    """Whether a table is one of a bearing's proportions, with tilt where films are ``tilted``."""
+    made, wanted = table.settings, bearing_settings(bearing)
+    same = replace(wanted, resolution=made.resolution, tilt=made.tilt, tilt_range=made.tilt_range) == made
+    return same and (made.tilt or not tilted)
+
+
+def fitting_table(tables: Sequence[FilmTable], bearing: PlainBearing) -> FilmTable | None:
+    """The first of ``tables`` that serves a bearing whose films feel tilt; None where none does."""
+    return next((table for table in tables if fits(table, bearing, True)), None)
 
 
 def _said(settings: TableSettings) -> str:

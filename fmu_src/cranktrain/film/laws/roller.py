@@ -75,9 +75,9 @@ FIRST_ANGLE = -0.5 * math.pi
 """Angle of the first roller at rest: where gas presses the journals to."""
 
 # Columns of a bearing's law behind the constants of its rollers: stiffness and damping (N/m, N s/m), both of tilt as of
-# Q by the end's displacement; γ, or 0 where rollers are at rest; the eccentricity's scale. Where a linear stand-in
-# takes the rollers' place there are none, else its stiffness is 0.
-STIFFNESS, TILT_STIFFNESS, DAMPING, TILT_DAMPING, CAGE, SCALE, N_LAW = range(N_CONSTANTS, N_CONSTANTS + 7)
+# Q by the end's displacement; γ, or 0 where rollers are at rest; the eccentricity's scale; angle of the first roller.
+# Where a linear stand-in takes the rollers' place there are none, else its stiffness is 0.
+STIFFNESS, TILT_STIFFNESS, DAMPING, TILT_DAMPING, CAGE, SCALE, FIRST, N_LAW = range(N_CONSTANTS, N_CONSTANTS + 8)
 
 
 class RollerSeats(NamedTuple):
@@ -98,8 +98,8 @@ def linear_seats(bearings: Bearings) -> RollerSeats:
     return seats(replace(bearings.rollers, law="linear"))
 
 
-def seats(rollers: RollerBearings) -> RollerSeats:
-    """Bearings of all mains; ``InputError`` for what is no bearing."""
+def seats(rollers: RollerBearings, first: float = FIRST_ANGLE) -> RollerSeats:
+    """Bearings of all mains, the first roller at an angle (rad) at rest; ``InputError`` for what is no bearing."""
     rows, slices = [], []
     linear = rollers.law == "linear"
     for i, length in enumerate(rollers.roller_length):
@@ -115,6 +115,7 @@ def seats(rollers: RollerBearings) -> RollerSeats:
                 rollers.tilt_damping[i] / lever,
                 bearing.cage_ratio if rollers.variable else 0.0,
                 0.5 * bearing.clearance + bearing.travel,
+                first,
             ]
         )
         slices.append(roller_slices(bearing, IN_LOOP))
@@ -151,7 +152,7 @@ def roller_law(record, action, i, place, velocity, numbers, memory, out):
     seats = _read(record)
     law = seats.laws[i]
     # Direction of the first roller in space, then in the frame's axes.
-    angle = FIRST_ANGLE + law[CAGE] * numbers[ANGLE]
+    angle = law[FIRST] + law[CAGE] * numbers[ANGLE]
     space_cos = math.cos(angle)
     space_sin = math.sin(angle)
     cos = numbers[COS]

@@ -14,7 +14,6 @@ from cranktrain.core.named import resolve
 from cranktrain.dynamics.motion.added_hooks import hooks
 from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
 from cranktrain.dynamics.time.integrators import FAMILIES as INTEGRATOR_FAMILIES
-from cranktrain.dynamics.topology.damper import damper_law
 from cranktrain.dynamics.topology.laws import CONNECTION_LAWS
 from cranktrain.film.laws.films import NUMBERS, SIZE
 from cranktrain.film.laws.register import forms
@@ -76,8 +75,9 @@ def _functions() -> Iterator[Function]:
     of_law = (0, 0, 0, z(4), z(4), z(NUMBERS), z(1), z(SIZE))
     for form in forms():
         yield Function(resolve(form.kernel), lambda run: of_law)
-    for kernel in (damper_law, *(law.kernel for law in CONNECTION_LAWS.values() if law.kernel is not None)):
-        yield Function(kernel, lambda run: of_law)
+    for law in CONNECTION_LAWS.values():
+        if law.kernel is not None:
+            yield Function(law.kernel, lambda run: of_law)
     for place, (hook, _) in enumerate(hooks(None, None)):
         yield Function(hook, partial(_of_hook, place))
     for family in OUTPUT_FAMILIES.values():

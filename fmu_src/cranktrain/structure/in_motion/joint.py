@@ -37,7 +37,7 @@ def joint_at_state(simulation: Simulation) -> tuple[float, float]:
     if path is None or dimensions(model).joint < 0:
         return 0.0, 1.0
     size = dimensions(model)
-    end = state_size(size.modes, size.ports, size.films)
+    end = state_size(size.modes, size.ports, size.films) - int(model.links.remembered[-1])
     z = float(simulation.state[end - REMEMBERED + DEFLECTION])
     place, velocity = model.laws.place[size.joint], model.laws.velocity[size.joint]
     return fading(path, z, float(velocity[SLIP]), float(place[WINDUP_TORQUE]))

@@ -1,0 +1,207 @@
+"""Pieces of connections whose laws are an engine's own bearings, or its torsional damper.
+
+The first end is what turns in the bearing, and the law is evaluated in the axes of its frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.named import resolve
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.topology.axial_joint import sliding_law, sliding_record
+from cranktrain.dynamics.topology.damper import HEAT, damper_law, damper_record
+from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, REFERENCE_VISCOSITY, SAME, FilmParts, Piece, between
+from cranktrain.dynamics.topology.terms import Direction, unit
+from cranktrain.dynamics.topology.values import Frame
+from cranktrain.engine.checks.damper import check_damper
+from cranktrain.engine.connections import Film, RingDamper, Roller, SlidingJoint, Thrust
+from cranktrain.engine.quantities import mm, need
+from cranktrain.engine.roller_bearing import FILE_KEYS, check_roller_bearing, main_roller
+from cranktrain.film.elastic.bore_compliance import RIGID_BORE
+from cranktrain.film.laws.axial_joint import REMEMBERED
+from cranktrain.film.laws.bearings import Bearings, bearing_parameters
+from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, P_MAX
+from cranktrain.film.laws.parameters import CLEARANCE, VISCOSITY
+from cranktrain.film.laws.register import PLAIN, ROLLER, THRUST, bearing_law
+from cranktrain.film.laws.rigid_bore import fitting_table
+from cranktrain.film.laws.roller import FIRST_ANGLE, roller_parameters, seats
+
+ACROSS = (
+    ("force.x", "force", 0), ("force.y", "force", 1), ("position.x", "place", 0), ("position.y", "place", 1),
+    ("eccentricity", "out", ECCENTRICITY),
+)  # fmt: skip
+"""Outputs of every bearing across an axis, in axes of the journal's frame."""
+
+
+def film_pieces(bearing: Film, journal: Frame, bore: Frame) -> list[Piece]:
+    """Bearing of a level of the register of films: the first end is the journal."""
+    _need_turning(journal, bore, "the first end of a bearing is its journal, which turns; exchange the ends")
+    law, parameters = bearing_law(bearing.level), bearing_parameters(bearing, bearing.viscosity or REFERENCE_VISCOSITY)
+    form = law.forms[PLAIN]
+
+    # The supply's angle is one of the engine's axes.
+    own = replace(bearing, supply_angle=journal.sense * bearing.supply_angle)
+
+    def record(rows: Array, parts: FilmParts) -> Any:
+        found = {name: _part(name, own, parts) for name in form.parts}
+        return resolve(form.record)(Bearings(rows, own, parts=found, oil=parts.oil))
+
+    half = 0.5 * bearing.width
+    components = _journal(journal, half if form.tilt else 0.0)
+    outputs: tuple[tuple[str, str, int], ...] = ACROSS
+    if law.film:
+        outputs += (("friction_torque", "out", FRICTION), ("pressure_max", "out", P_MAX), ("oil_flow", "out", FLOW))
+    scales = [float(parameters[CLEARANCE])] * len(components)
+    return [
+        Piece(
+            components, scales, resolve(form.kernel), record, journal, 0, law.film, form.closes,
+            outputs, parameters, bearing.viscosity if law.film else -1.0, tilt=half if form.tilt else 0.0,
+            told_oil=form.viscous, tells_rate=bool(form.memory), memory=resolve(form.memory) if form.memory else None,
+        )
+    ]  # fmt: skip
+
+
+def film_parts(bearing: Film) -> tuple[str, ...]:
+    """Names of the parts that a film takes from elsewhere: ``table``, or ``bore`` where that is elastic."""
+    own = bearing_law(bearing.level).forms[PLAIN].parts
+    return tuple(name for name in own if name != "bore" or bearing.bore == "elastic")
+
+
+def no_bore(bearing: Film) -> InputError:
+    """What is said of a film whose elastic bore nobody knows."""
+    return InputError(
+        f"level '{bearing.level}' knows the elastic bores of the engine's own main bearings alone; write bore = rigid "
+        "for this film in a rigid bore, or take level table or reynolds"
+    )
+
+
+def _part(name: str, bearing: Film, parts: FilmParts) -> Any:
+    """Part of a name that a film's level needs; ``InputError`` where there is none."""
+    if name == "table":
+        table = fitting_table(parts.tables, bearing)
+        if table is None:
+            raise InputError(
+                f"level '{bearing.level}' needs a film table of L/D {bearing.width / bearing.diameter:.4g}, which "
+                "cranktrain.film_tables(topology) makes for Parts.film_tables; or take level impedance or reynolds"
+            )
+        return table
+    if bearing.bore == "rigid":
+        return RIGID_BORE
+    mains = parts.mains
+    same = mains is not None and (mains.diameter, mains.width) == (bearing.diameter, bearing.width)
+    if parts.bore is None or not (parts.at_main and same):
+        raise no_bore(bearing)
+    return parts.bore
+
+
+def roller_pieces(roller: Roller, journal: Frame, ring: Frame) -> list[Piece]:
+    """Cylindrical rollers: the first end is the journal."""
+    _need_turning(journal, ring, "the first end of a bearing is its journal, which turns; exchange the ends")
+    _need_rest(ring, "outer ring", roller.variable)
+    bearings = roller.bearings
+    try:
+        check_roller_bearing(main_roller(bearings, 0))
+    except InputError as error:
+        key, text = str(error).split(": ", 1)
+        raise InputError(f"{FILE_KEYS.get(key, key)}: {text}") from None
+    form, half = bearing_law("roller").forms[ROLLER], 0.5 * roller.roller_length
+    parameters = roller_parameters(bearings)[0]
+    parameters[VISCOSITY] = REFERENCE_VISCOSITY  # of no use, but laws of films look at all rows
+    # Straight below, where the frame's y axis points down as well.
+    record = seats(bearings, journal.sense * FIRST_ANGLE)
+    return [
+        Piece(
+            _journal(journal, half), [float(parameters[CLEARANCE])] * 4, resolve(form.kernel), record, journal, 0, True,
+            form.closes, (*ACROSS, ("pressure_max", "out", P_MAX)), parameters, tilt=half,
+        )
+    ]  # fmt: skip
+
+
+def thrust_pieces(thrust: Thrust, collar: Frame, pads: Frame) -> list[Piece]:
+    """Axial bearing: the first end is the collar, square to its axis or tilting."""
+    _need_turning(collar, pads, "the first end of an axial bearing is its collar, which turns; exchange the ends")
+    _need_rest(pads, "row of pads")
+    inner, outer, height = thrust.inner_diameter, thrust.outer_diameter, thrust.contact_height
+    need("", "inner_diameter", inner < outer, f"{mm(inner)} is not less than outer_diameter {mm(outer)}")
+    text = f"two of {mm(height)} leave nothing of the clearance, {mm(thrust.clearance)}"
+    need("", "contact_height", 2.0 * height < thrust.clearance, text)
+    tilts = thrust.collar == "tilting"
+    form = THRUST["tilting" if tilts else "axial"]
+    along, still, half = unit(2), np.zeros(3), 0.5 * thrust.clearance
+    components, scales = [between(collar, along, still)], [half]
+    outputs = [("force.z", "force", 0), ("position.z", "place", 0)]
+    if tilts:
+        components += [between(collar, still, unit(k)) for k in range(2)]
+        scales += [half / (0.25 * (inner + outer))] * 2
+        outputs += [(f"moment.{way}", "force", 1 + k) for k, way in enumerate("xy")]
+        outputs += [(f"rotation.{way}", "place", 1 + k) for k, way in enumerate("xy")]
+    record = resolve(form.record)(thrust.bearing, thrust.viscosity or REFERENCE_VISCOSITY)
+    return [
+        Piece(
+            components, scales, resolve(form.kernel), record, collar, 1 if tilts else -1, tilts, form.closes,
+            tuple(outputs), viscosity=thrust.viscosity, tilt=1.0 if tilts else 0.0, told_oil=form.viscous,
+            tells_rate=True,
+        )
+    ]  # fmt: skip
+
+
+def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
+    """Ring of a torsional damper, the second end, in its housing."""
+    if abs(first.sense * first.rate - second.sense * second.rate) > SAME:
+        raise InputError("a damper joins a housing and a ring that turn alike; give both frames the same ratio")
+    check_damper(ring.damper)
+    component = between(first, np.zeros(3), unit(2))
+    outputs = (
+        ("torque", "force", 0), ("twist", "place", 0), ("twist_rate", "velocity", 0), ("heat", "out", HEAT),
+    )  # fmt: skip
+    record = damper_record(ring.damper)
+    return [Piece([component], [ANGLE], damper_law, record, first, outputs=outputs, told_speed=True)]
+
+
+def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece]:
+    """Joint that carries a torque and slides along the axis."""
+    if abs(first.sense * first.rate - second.sense * second.rate) > SAME or first.rate == 0.0:
+        raise InputError("a joint carries a torque between bodies that turn alike; give both frames the same ratio")
+    if joint.joint == "spline":
+        for key in ("spline_radius", "friction"):
+            text = "is missing; a spline slides by friction x torque / spline_radius; give it, or take joint bolted"
+            need("", key, getattr(joint, key) > 0.0, text)
+    components = [between(first, unit(2), np.zeros(3)), between(first, np.zeros(3), unit(2))]
+    outputs = (
+        ("force.z", "force", 0), ("torque", "force", 1), ("slip", "place", 0), ("slip_velocity", "velocity", 0),
+        ("twist", "place", 1), ("twist_rate", "velocity", 1),
+    )  # fmt: skip
+    return [
+        Piece(
+            components, [LENGTH, ANGLE], sliding_law, sliding_record(joint), first, outputs=outputs,
+            memory=lambda record: REMEMBERED,
+        )
+    ]  # fmt: skip
+
+
+def _journal(frame: Frame, half: float) -> list[tuple[Direction, Direction]]:
+    """Motion of a journal's middle across its axis, and of its end at the distance ``half`` against that; 0: none."""
+    components = [between(frame, unit(k), np.zeros(3)) for k in range(2)]
+    if half:
+        ways = (half * unit(1), -half * unit(0))
+        components += [between(frame, np.zeros(3), way) for way in ways]
+    return components
+
+
+def _need_turning(first: Frame, second: Frame, text: str) -> None:
+    if first.rate == 0.0 and not (first.swings or second.swings):
+        raise InputError(text)
+
+
+def _need_rest(frame: Frame, what: str, moves: bool = True) -> None:
+    """Refuse a second end that turns; one that swings, as a rod, too where what it holds ``moves`` by the turning."""
+    if frame.rate != 0.0 or (frame.swings and moves):
+        raise InputError(
+            f"the second end holds the {what}, which does not turn; give its body the frame 'rest', or take block or "
+            "ground"
+        )
