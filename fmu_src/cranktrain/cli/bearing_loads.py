@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import labelled_bar, number, say, show
-from cranktrain.cli.run_options import add_run_options, asked_of, assembled, engine_of
+from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, engine_of
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.settled.judging import TOLERANCE
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
@@ -35,7 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--run-up", metavar="FILE.h5", help="result of 'cranktrain runup --outputs bearings': all its speeds"
     )
     add("--cycles", type=int, metavar="N", help="exactly so many cycles a speed (default: until the outputs repeat)")
-    add("--settle", type=float, default=TOLERANCE, metavar="TOL", help=f"what may be left of settling ({TOLERANCE:g})")
+    add_settle_option(parser)
     add(
         "--plots",
         metavar="FOLDER",

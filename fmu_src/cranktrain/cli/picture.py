@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.bodies import bare_crankshaft, own_meshes
 from cranktrain.cli.console import bar, number, stages
-from cranktrain.cli.stress import add_run_options, option, run_request
+from cranktrain.cli.run_options import add_level_options, add_settle_option, option_of, request_of
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.crank.modal import KINDS
@@ -43,7 +43,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="enlargement of the motion (default: the largest is 3 %% of the length)",
     )  # fmt: skip
     add("--output", metavar="FILE", help="its ending says what: .png, .gif, .mp4, .html (default ENGINE_WHAT.png)")
-    add_run_options(parser)
+    add_level_options(parser, without="--crank")
+    add_settle_option(parser)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -80,8 +81,8 @@ def running_surface(engine: Engine, options: argparse.Namespace) -> MovingSurfac
     from cranktrain.results.pictures.running import running_picture
     from cranktrain.studies.stressed_run import stressed_run
 
-    request = run_request(options)
-    settings = request.settings(engine, option)
+    request = request_of(options, options.speed_rpm)
+    settings = request.settings(engine, option_of)
     with stages(engine.name) as tell:
         made, stress = stressed_run(engine, request, settings, tell)
         title = f"{engine.title}: {request.speed_rpm:g} rev/min, films by {settings.bearings}"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.axial_note import note_axial_path
 from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show
 from cranktrain.cli.plot_runup import draw, pictures_folder
-from cranktrain.cli.run_options import add_run_options, asked_of, assembled
+from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.film.laws.register import bearing_law
 
@@ -43,8 +43,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--to", dest="to_rpm", type=rpm, required=True, metavar="RPM", help="last speed, rev/min")
     add("--step", dest="step_rpm", type=number(0.01, 10000.0, "rev/min"), default=20.0, metavar="RPM",
         help="from speed to speed, rev/min (default 20)")  # fmt: skip
-    add("--settle", type=float, default=SETTLE, metavar="TOL",
-        help=f"run each speed until less than this is left of settling (default {SETTLE:g})")  # fmt: skip
+    add_settle_option(parser, SETTLE)
     add("--highest-order", type=number(0.5, 1000.0, "per revolution"), default=24.0, metavar="N",
         help="orders 0.5, 1, … up to this one (default 24)")  # fmt: skip
     add("--outputs", default="", metavar="NAMES",

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.axial_note import note_axial_path
 from cranktrain.cli.console import Interrupted, labelled_bar, show
-from cranktrain.cli.run_options import add_run_options, asked_of, assembled, pressures_text
+from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, pressures_text
 from cranktrain.core.errors import CranktrainError, InputError
-from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE
+from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES
 from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
@@ -34,10 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help=f"exactly so many cycles of 720 degrees (default: until the outputs repeat, at most {MOST_CYCLES}; "
         f"{FREE_CYCLES} with --load-torque-nm); the last one is evaluated",
     )  # fmt: skip
-    add(
-        "--settle", type=float, default=TOLERANCE, metavar="TOL",
-        help=f"run until less than this is left of settling in each family of outputs (default {TOLERANCE:g})",
-    )  # fmt: skip
+    add_settle_option(parser)
     add_run_options(parser)
     add(
         "--load-torque-nm", type=float, metavar="TORQUE",
