@@ -99,7 +99,7 @@ def test_any_changed_byte_is_noticed(data):
         (lambda data: data[:100], "not the data of a native FMU"),
         (lambda data: data[:-8], "truncated"),
         (lambda data: data[:8] + struct.pack("<I", 99) + data[12:], "version 99"),
-        (lambda data: data[:12] + data[15:11:-1] + data[16:], "order of bytes"),
+        (lambda data: data[:12] + data[15:11:-1] + data[16:], "byte order"),
     ],
 )
 def test_what_is_wrong_is_named(change, words):

@@ -248,7 +248,7 @@ def test_files_of_other_engines_and_missing_folders_are_refused(tmp_path):
     resonance(engine="diesel_v8").save(path)
     with pytest.raises(InputError, match="'diesel_v8', not of 'diesel_i6'"):
         source.findings("diesel_i6", path)
-    with pytest.raises(InputError, match="is no folder"):
+    with pytest.raises(InputError, match="is not a folder"):
         source.findings("diesel_i6", None, [tmp_path / "none"])
 
 

@@ -312,9 +312,9 @@ def test_a_ramp_shows_what_steady_cycles_do(made, tmp_path, capsys):
 def test_a_ramp_that_sets_out_too_low_and_ways_that_exclude_each_other_are_refused(tmp_path, capsys):
     path = str(tmp_path / "ramp.h5")
     for options, refusal in (
-        (("--from", "120", "--ramp", "500"), "begin higher, or go slower"),
+        (("--from", "120", "--ramp", "500"), "begin higher, or take a slower ramp"),
         (("--ramp", "50"), "on a ramp steps of 5 deg resolve orders to 18; take --step-deg 3.75 or less"),
-        (("--ramp", "50", "--steady", "linear"), "exclude each other"),
+        (("--ramp", "50", "--steady", "linear"), "--steady does not go with --ramp"),
         (("--steady", "linear", "--refine"), "--refine goes with steady cycles in time"),
     ):
         assert main([*RUN, *options, "--output", path]) == 2

@@ -109,8 +109,8 @@ def test_a_run_elsewhere_is_the_run_here():
     [
         (crash, "step", r"second, step at 0.5 s: died with SIGSEGV"),
         (leave, "step", r"second, step at 0.5 s: ended its process with code 3"),
-        (hang, "step", r"second, step at 0.5 s: has not come back within 2 s"),
-        (hang, "initialize", r"second, initialization at 0 s: has not come back within 2 s"),
+        (hang, "step", r"second, step at 0.5 s: did not return within 2 s"),
+        (hang, "initialize", r"second, initialization at 0 s: did not return within 2 s"),
     ],
 )
 def test_a_unit_that_dies_or_hangs_is_named_and_the_run_is_kept(odd, call, said):

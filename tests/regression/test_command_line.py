@@ -192,7 +192,7 @@ def test_a_result_never_replaces_what_is_no_result(tmp_path):
         check_target(notes)
     with pytest.raises(InputError, match="is a folder"):
         check_target(tmp_path)
-    with pytest.raises(InputError, match="no folder that can be written"):
+    with pytest.raises(InputError, match="not a writable folder"):
         check_target(notes / "result.h5")
     assert notes.read_text() == "keep me"
     check_target(tmp_path / "new" / "result.h5")

@@ -90,26 +90,36 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument_group("by eccentricity").add_argument
     add("--length-ratio", type=float, metavar="B/D", help="width over diameter")
-    add("--eccentricity", type=float, metavar="EPS", help="over the clearance, from 0 to below 1")
-    add("--squeeze", type=float, metavar="X", help="rate of eccentricity over omega, besides rotation")
-    add("--squeeze-only", action="store_true", default=None, help="no rotation; the eccentricity grows")
+    add("--eccentricity", type=float, metavar="EPS", help="eccentricity over the clearance, from 0 to below 1")
+    add(
+        "--squeeze",
+        type=float,
+        metavar="X",
+        help="rate of change of the eccentricity over omega, in addition to the rotation",
+    )
+    add("--squeeze-only", action="store_true", default=None, help="pure squeeze: no rotation, growing eccentricity")
     add("--tilt", type=float, nargs=2, metavar=("A", "B"), help="displacement of the axis at z = +B/2 over c")
     add = parser.add_argument_group("by load").add_argument
     add("--diameter-mm", type=positive, metavar="MM")
     add("--width-mm", type=positive, metavar="MM")
-    add("--clearance-um", type=positive, metavar="UM", help="radial")
-    add("--viscosity", type=positive, metavar="PAS", help="Pa s")
+    add("--clearance-um", type=positive, metavar="UM", help="radial clearance")
+    add("--viscosity", type=positive, metavar="PAS", help="dynamic viscosity, Pa s")
     add("--speed", type=positive, nargs="+", metavar="RPM", help="rev/min; several give a Stribeck curve")
     add("--load", type=float, metavar="N")
-    add("--moment-nm", type=float, nargs=2, metavar=("MX", "MY"), help="of the load, about x, y")
-    add("--grooves", metavar="KIND", help="two-axial")
+    add("--moment-nm", type=float, nargs=2, metavar=("MX", "MY"), help="moment of the load about x and y")
+    add("--grooves", metavar="KIND", help="two-axial: two axial grooves")
     add("--groove-deg", type=float, metavar="DEG", help="extent of each groove (default 20)")
     inlet, share = number(-60.0, 250.0, "degC"), number(0.0, 1.0, "of the friction")
     add("--inlet-temperature-c", type=inlet, metavar="T", help="heat balance instead of --viscosity")
     add("--oil-viscosity-40", type=positive, metavar="NU", help="mm^2/s at 40 degC")
     add("--oil-viscosity-100", type=positive, metavar="NU", help="mm^2/s at 100 degC")
     add("--oil-density", type=positive, metavar="RHO", help=f"kg/m^3 (default {OIL_DENSITY:g})")
-    add("--heat-share", type=share, metavar="X", help=f"of the friction, into the oil (default {HEAT_SHARE:g})")
+    add(
+        "--heat-share",
+        type=share,
+        metavar="X",
+        help=f"fraction of the friction heat that goes into the oil (default {HEAT_SHARE:g})",
+    )
     add = parser.add_argument
     add = parser.add_argument_group("in units: surfaces, oil under pressure, bore").add_argument
     add("--roughness-um", type=positive, metavar="UM", help="of both surfaces together (default: smooth)")
@@ -124,7 +134,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     shear = number(0.0, 1e4, "MPa")
     add("--boundary-shear-mpa", type=shear, metavar="TAU", help="on the area that truly touches (default 0)")
     add("--pressure-law", metavar="LAW", help="none (default), barus or roelands")
-    add("--pressure-viscosity", type=positive, metavar="ALPHA", help="1/GPa")
+    add("--pressure-viscosity", type=positive, metavar="ALPHA", help="pressure-viscosity coefficient, 1/GPa")
     add("--compressibility", metavar="LAW", help="none (default) or dowson-higginson")
     add("--bore", metavar="ENGINE", help="elastic bore of this engine's main bearing (default: rigid)")
     add = parser.add_argument
@@ -145,11 +155,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     foreign = _given_of(options, FOREIGN[form])
     if foreign:
         what = "load" if form == "load" else "eccentricity"
-        raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{what}: one is given, the other follows")
+        raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{what}; leave one out")
     needed = NEEDED[form]
     if form != "eccentricity" and _given_of(options, HEAT):
         if options.viscosity is not None:
-            raise InputError("--viscosity does not go with --inlet-temperature-c: one is given, the other follows")
+            raise InputError(
+                "--viscosity does not go with --inlet-temperature-c, from which it is computed; leave one out"
+            )
         needed = tuple(name for name in needed if name != "viscosity") + HEAT[:3]
     missing = [f"--{name.replace('_', '-')}" for name in needed if getattr(options, name) is None]
     if missing:

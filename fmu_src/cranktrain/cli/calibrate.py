@@ -26,7 +26,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("engine", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
     add("targets", metavar="TARGETS", help="path of a targets .toml file, or name of a shipped engine that has one")
     add("--out", metavar="FILE", help="engine file to write; an existing file is not overwritten")
-    add("--seed", type=number(0, 2**32 - 1, "", int), default=1, metavar="N", help="of the random search (default 1)")
+    add(
+        "--seed",
+        type=number(0, 2**32 - 1, "", int),
+        default=1,
+        metavar="N",
+        help="seed of the random search (default 1)",
+    )
     add(
         "--evaluations", type=number(1, 10_000_000, "", int), default=20000, metavar="N",
         help="limit of the search (default 20000; a search with new bodies takes half of it more)",
@@ -54,7 +60,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         _show(report)
     if report["refused"]:
-        raise InputError(f"{options.out}: not written, for the values found make no engine: {report['refused']}")
+        raise InputError(
+            f"{options.out}: not written, because the values found are not a valid engine: {report['refused']}"
+        )
     if report["interrupted"]:
         kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
         raise Interrupted(f"interrupted; {kept}")
@@ -75,7 +83,7 @@ def _show(report: dict[str, Any]) -> None:
     show_rows(f"{report['engine']}: targets", header, rows)
     if report["extra_modes_hz"]:
         found = ", ".join(f"{hz:.1f}" for hz in report["extra_modes_hz"])
-        print(f"Modes below the last target that no target names: {found} Hz")
+        print(f"Computed modes below the last target that match no target: {found} Hz")
     show_rows(
         "Free values",
         ("value", "found", "low", "high", "unit", ""),
@@ -91,6 +99,6 @@ def _show(report: dict[str, Any]) -> None:
         [(key, *(f"{t['sensitivities'][key]:+.2f}" for t in report["targets"])) for key in keys],
     )
     if report["confirmed"]:
-        print("The engine's own values meet all targets: nothing was searched. Narrower tolerances ask for a search.")
+        print("The engine's own values meet all targets, so no search was made. For a search give narrower tolerances.")
     if report["file"]:
         say(f"{report['file']} written")

@@ -19,7 +19,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     parser.add_argument("file", metavar="FILE.h5", help="result of simulate or run, or a run-up")
     parser.add_argument("--to", required=True, metavar="TABLE", help="table.csv, table.parquet or table.npz")
-    parser.add_argument("--group", default="", metavar="NAME", help="of a scene's file with several speeds: 2000rpm")
+    parser.add_argument(
+        "--group", default="", metavar="NAME", help="group of a scene's file with several speeds, e.g. 2000rpm"
+    )
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -29,7 +31,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     with bar(f"{options.to}") as advance:
         found = export(options.file, options.to, options.group, advance)
     if found["left_out"]:
-        say(f"left out, since not over time: {', '.join(found['left_out'])}")
+        say(f"left out, because not sampled over time: {', '.join(found['left_out'])}")
     if not options.json:
         print(f"{found['table']}: {found['rows']} rows, {found['columns']} columns")
     return found

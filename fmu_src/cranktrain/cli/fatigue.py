@@ -34,7 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add(
         "--speed", dest="speeds_rpm", type=float, nargs="+", metavar="RPM",
-        help="one or more, rev/min (default: the engine's combustion.best_speed)",
+        help="speeds, rev/min (default: the engine's combustion.best_speed)",
     )  # fmt: skip
     add(
         "--criterion", default="haigh", metavar="NAME",
@@ -43,7 +43,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_level_options(parser, without="--pistons")
     add_settle_option(parser)
     add_fillet_option(parser, "stresses of fillets and oil bores")
-    add("--plots", metavar="FOLDER", help="also draw safety factors on the crank, and for haigh its diagram, there")
+    add(
+        "--plots",
+        metavar="FOLDER",
+        help="folder for pictures: safety factors on the crank and, for haigh, the Haigh diagram",
+    )
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -111,11 +115,11 @@ def _show(report: FatigueReport, found: dict[str, Any]) -> None:
         print(f"IACS UR M53: least Q {q['acceptability']:.3g} at {q['name']}, 1.15 is required: {verdict}")
     for at in found["speeds"]:
         print(
-            f"{at['rpm']:g} rev/min: bending of the {at['bending']}; forces balance to "
-            f"{at['unbalanced_relative']:.1e}. {at['settling']}"
+            f"{at['rpm']:g} rev/min: bending of the {at['bending']}; residual "
+            f"of the force balance {at['unbalanced_relative']:.1e}. {at['settling']}"
         )
     if report.interrupted:
-        say("interrupted: what is shown is of the speeds that were done")
+        say("interrupted; results are shown for the finished speeds")
     if "plots" in found:
         print("Pictures: " + ", ".join(found["plots"]))
 

@@ -30,8 +30,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
     add("file", metavar="FILE", help="path of a harness.toml")
-    add("--only", nargs="+", default=[], metavar="NAME", help="scenarios to run, with those they are compared with")
-    add("--output", metavar="FOLDER", help="for a result file of each scenario (default: FILE_results)")
+    add(
+        "--only",
+        nargs="+",
+        default=[],
+        metavar="NAME",
+        help="run only these scenarios, and those they are compared with",
+    )
+    add("--output", metavar="FOLDER", help="folder for a result file of each scenario (default: FILE_results)")
     add("--junit", metavar="OUT.xml", help="write results as JUnit XML")
     add("--html", metavar="OUT.html", help="write a report with plots, one file")
 
@@ -64,7 +70,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         _show(harness, found)
     if interrupted:
-        say(f"interrupted: {folder} keeps what there is of {len(runs)} of {len(scenarios)} scenarios")
+        say(f"interrupted; {folder} holds the results of {len(runs)} of {len(scenarios)} scenarios")
     return result
 
 

@@ -42,7 +42,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--enlarge", type=number(0.0, 1e9, "times"), metavar="TIMES",
         help="enlargement of the motion (default: the largest is 3 %% of the length)",
     )  # fmt: skip
-    add("--output", metavar="FILE", help="its ending says what: .png, .gif, .mp4, .html (default ENGINE_WHAT.png)")
+    add(
+        "--output",
+        metavar="FILE",
+        help="picture to write; its ending is .png, .gif, .mp4 or .html (default ENGINE_WHAT.png)",
+    )
     add_level_options(parser, without="--crank")
     add_settle_option(parser)
 
@@ -54,7 +58,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     engine = load_engine(options.engine)
     running = options.speed_rpm is not None
     if running and (options.mode is not None or options.free):
-        raise InputError("--speed draws the running crank, --mode and --free a mode; leave out one or the other")
+        raise InputError("--speed draws the running crank, --mode and --free draw a mode; leave one of them out")
     what = f"{options.speed_rpm:g}rpm" if running else f"mode_{options.mode or KINDS[1]}"
     path = Path(options.output or f"{engine.name}_{what}.png")
     check_picture(path)

@@ -30,11 +30,11 @@ Measured orders come from a text file of the columns speed_rpm, order, amplitude
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
-    add("file", metavar="FILE.h5", help="file of cranktrain runup")
+    add("file", metavar="FILE.h5", help="result of cranktrain runup")
     add("--plots", default="plots", metavar="DIR", help="folder for the pictures (default plots)")
     add("--measured", metavar="FILE.csv", help="measured orders, drawn over the computed ones")
     add("--with-damper", metavar="FILE.h5", help="run-up of the same engine with its damper, drawn below it")
-    add("--engine", metavar="ENGINE", help="engine file, where the one that the file names has gone elsewhere")
+    add("--engine", metavar="ENGINE", help="engine file, if the one that the run-up names has moved")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

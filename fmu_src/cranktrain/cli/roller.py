@@ -74,15 +74,24 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add, load = parser.add_argument, number(0.0, 1.0e9, "N; give its size, the direction does not count")
     add("--rollers", type=int, metavar="Z", help="number of rollers, at least 3")
     add("--length-mm", type=finite, metavar="MM", help="effective length of a roller")
-    add("--roller-diameter-mm", type=finite, metavar="MM", help="default: as the length")
-    add("--pitch-mm", type=finite, metavar="MM", help="diameter of the circle of the rollers' middles")
+    add("--roller-diameter-mm", type=finite, metavar="MM", help="diameter of a roller (default: its length)")
+    add("--pitch-mm", type=finite, metavar="MM", help="pitch diameter, on which the rollers' axes lie")
     add("--clearance-um", type=finite, metavar="UM", help="diametral radial clearance (default 0)")
-    add("--engine", metavar="ENGINE", help="bearings of its [main_roller], in place of all above")
+    add("--engine", metavar="ENGINE", help="bearings of this engine's [main_roller] instead of the options above")
     add("--load", type=load, metavar="N", help="radial load, N")
     rpm = number(100.0, 20000.0, "rev/min")
-    add("--speed", type=rpm, metavar="RPM", help="with --engine, in place of --load: the rollers as they run, rev/min")
-    add("--out", metavar="FILE", help="with --speed: engine file to write, with the stand-ins; nothing is overwritten")
-    add("--moment-nm", type=finite, default=0.0, metavar="NM", help="in the plane of the load (default 0)")
+    add(
+        "--speed",
+        type=rpm,
+        metavar="RPM",
+        help="with --engine, instead of --load: run the engine at this speed, rev/min",
+    )
+    add(
+        "--out",
+        metavar="FILE",
+        help="with --speed: engine file to write with the stand-ins; an existing file is not overwritten",
+    )
+    add("--moment-nm", type=finite, default=0.0, metavar="NM", help="moment in the plane of the load (default 0)")
     laws = f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)"
     add("--law", type=word(CONTACT_LAWS), metavar="LAW", help=laws)
     add("--profile", metavar="KIND", help="none, iso16281 or a number (default none, or the engine's)")
@@ -117,15 +126,17 @@ def _running(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.roller_stand_ins import running_rollers, with_stand_ins
 
     if options.engine is None:
-        raise InputError("--speed is that of a running engine; name it by --engine, or give --load")
+        raise InputError("--speed runs an engine; name it by --engine, or give --load instead of --speed")
     for name in (*OF_ENGINE, "load", "law", "profile"):
         if getattr(options, name) is not None:
-            raise InputError(f"--{name.replace('_', '-')}: the running engine gives it; leave it out, or --speed")
+            raise InputError(
+                f"--{name.replace('_', '-')}: does not go with --speed, because the running engine gives it; leave one out"
+            )
     new = None if options.out is None else new_path(Path(options.out))
     report = running_rollers(load_engine(options.engine), options.speed, say=lambda stage: say(f"cranktrain: {stage}"))
     report["file"] = None if new is None else str(with_stand_ins(options.engine, new, report))
     if not report["periodic"]:
-        warnings.warn("the motion does not repeat at this speed; means are those of one of its cycles", stacklevel=2)
+        warnings.warn("the motion is not periodic at this speed; means are taken over one cycle", stacklevel=2)
     if not options.json:
         _print(
             f"{report['engine']}: main roller bearings at {options.speed:g} rev/min, full load",
@@ -143,7 +154,7 @@ def _given(options: argparse.Namespace) -> RollerBearing:
         if getattr(options, name) is None:
             raise InputError(f"--{name.replace('_', '-')} is missing; give --rollers and --length-mm, or --engine")
     if options.rollers < 3:
-        raise InputError(f"--rollers {options.rollers} cannot centre a journal; give at least 3")
+        raise InputError(f"--rollers {options.rollers} is too few to centre a journal; give at least 3")
     length = 1e-3 * options.length_mm
     diameter = length if options.roller_diameter_mm is None else 1e-3 * options.roller_diameter_mm
     pitch = diameter / (FILLED * math.sin(math.pi / options.rollers))
@@ -173,7 +184,7 @@ def _profiled(bearing: RollerBearing, options: argparse.Namespace, diameter_know
     if options.profile == "none":
         return replace(bearing, profile=0.0)
     if not diameter_known:
-        raise InputError(f"--profile {options.profile} needs --roller-diameter-mm, to which the profile is related")
+        raise InputError(f"--profile {options.profile} needs --roller-diameter-mm, on which the profile depends")
     if options.profile == "iso16281":
         return replace(bearing, profile=iso_profile(bearing.length, bearing.diameter))
     try:
@@ -181,7 +192,7 @@ def _profiled(bearing: RollerBearing, options: argparse.Namespace, diameter_know
     except ValueError:
         valid = ("none", "iso16281")
         raise InputError(
-            f"--profile '{options.profile}' is no number and does not exist; {nearest(options.profile, valid)}"
+            f"--profile '{options.profile}' is neither a number nor a known profile; {nearest(options.profile, valid)}"
         ) from None
 
 
@@ -191,11 +202,13 @@ def _mains(options: argparse.Namespace) -> dict[str, Any]:
 
     for name in OF_ENGINE:
         if getattr(options, name) is not None:
-            raise InputError(f"--{name.replace('_', '-')}: the engine file gives it; leave it out, or --engine")
+            raise InputError(
+                f"--{name.replace('_', '-')}: does not go with --engine, because the engine file gives it; leave one out"
+            )
     engine = load_engine(options.engine)
     rollers = engine.main_roller
     if rollers is None:
-        raise InputError(f"engine '{engine.name}' has no [main_roller]; its mains are no roller bearings")
+        raise InputError(f"engine '{engine.name}' has no [main_roller]; its main bearings are not roller bearings")
     solved: dict[RollerBearing, dict[str, Any]] = {}
     mains = []
     for i in range(len(rollers.rollers)):

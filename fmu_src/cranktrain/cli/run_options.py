@@ -165,8 +165,8 @@ def tell_unread(engine: Engine, settings: Settings) -> None:
         if law != "none" and key not in bearing_law(settings.bearings).oil:
             able = ", ".join(name for name, row in LAWS.items() if key in row.oil)
             say(
-                f"warning: main bearings of level '{settings.bearings}' do not follow oil.{key} '{law}'; "
-                f"their oil is that of p = 0, use {able}"
+                f"warning: main bearings of level '{settings.bearings}' ignore oil.{key} '{law}' "
+                f"and take the oil at ambient pressure; to follow it use {able}"
             )
 
 

@@ -42,19 +42,23 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--from", dest="from_rpm", type=rpm, required=True, metavar="RPM", help="first speed, rev/min, at least 100")
     add("--to", dest="to_rpm", type=rpm, required=True, metavar="RPM", help="last speed, rev/min")
     add("--step", dest="step_rpm", type=number(0.01, 10000.0, "rev/min"), default=20.0, metavar="RPM",
-        help="from speed to speed, rev/min (default 20)")  # fmt: skip
+        help="distance between speeds, rev/min (default 20)")  # fmt: skip
     add_settle_option(parser, SETTLE)
     add("--highest-order", type=number(0.5, 1000.0, "per revolution"), default=24.0, metavar="N",
         help="orders 0.5, 1, … up to this one (default 24)")  # fmt: skip
     add("--outputs", default="", metavar="NAMES",
-        help="further outputs whose orders are wanted, with commas between; bearings: all that bearing-loads --run-up "
+        help="further outputs to analyse, separated by commas; bearings: all outputs that bearing-loads --run-up "
         "reads")  # fmt: skip
     add("--refine", nargs="?", type=number(1e-4, 0.5, "of an order's largest amplitude"), const=0.02, default=0.0,
-        metavar="SHARE", help="add speeds where a straight line between two is farther off than this share of an "
-        "order's largest amplitude (0.02 where none is given), down to an eighth of the step")  # fmt: skip
+        metavar="SHARE", help="add speeds where interpolation between two speeds errs by more than this fraction of an "
+        "order's largest amplitude (0.02 without a value), down to an eighth of --step")  # fmt: skip
     add("--ramp", type=positive, metavar="RPM_PER_S",
-        help="a true run-up in place of steady cycles: the speed rises by so much a second")  # fmt: skip
-    add("--steady", metavar="RULE", help="in the frequency domain, linear or harmonic-balance; needs --crank torsional")
+        help="transient run-up instead of steady cycles; rise of the speed, rev/min per second")  # fmt: skip
+    add(
+        "--steady",
+        metavar="RULE",
+        help="solve in the frequency domain, linear or harmonic-balance; needs --crank torsional",
+    )
     add_run_options(parser)
     add("--workers", type=number(1, 1024, "", int), metavar="N", help="processes (default: one a processor)")
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
@@ -108,7 +112,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def _check(options: argparse.Namespace) -> None:
     """Refuse what does not go together."""
     if options.steady is not None and options.ramp is not None:
-        raise InputError("--steady and --ramp exclude each other; leave one of them out")
+        raise InputError("--steady does not go with --ramp; leave one of them out")
     ways = [name for name in ("steady", "ramp") if getattr(options, name) is not None]
     only = [name for name in ("refine", "scheduler", "workers") if getattr(options, name)]
     if ways and only:

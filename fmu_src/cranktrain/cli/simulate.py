@@ -31,16 +31,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
     add(
         "--cycles", type=int, metavar="N",
-        help=f"exactly so many cycles of 720 degrees (default: until the outputs repeat, at most {MOST_CYCLES}; "
+        help=f"exactly this many cycles of 720 degrees (default: until the outputs repeat, at most {MOST_CYCLES}; "
         f"{FREE_CYCLES} with --load-torque-nm); the last one is evaluated",
     )  # fmt: skip
     add_settle_option(parser)
     add_run_options(parser)
     add(
         "--load-torque-nm", type=float, metavar="TORQUE",
-        help="free the dynamometer and load it with this torque; --speed is where the run starts",
+        help="load the dynamometer with this torque instead of holding its speed; --speed is the initial speed",
     )  # fmt: skip
-    add("--plots", metavar="FOLDER", help="also draw journal orbits and least films as pictures there")
+    add("--plots", metavar="FOLDER", help="folder for pictures of journal orbits and least films")
     add(
         "--steady", action="store_true",
         help="also the steady state in the frequency domain; needs --crank torsional, bearings held, no damper",
@@ -117,7 +117,7 @@ def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> N
     if options.plots is not None:
         if locked:
             raise InputError(
-                f"--plots draws journals in their bearings, which level '{settings.bearings}' has not; use impedance"
+                f"--plots draws journal orbits, but journals do not move at bearing level '{settings.bearings}'; use impedance"
             )
         check_folder(Path(options.plots), pictures=FILM_PICTURES)
 

@@ -31,7 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--map", metavar="NAME", action="append", help="this map only (may be given more than once)")
     add("--quick", action="store_true", help="coarse maps: all of them within three minutes")
-    add("--output", metavar="FOLDER", default="out/stability", help="for pictures (default out/stability)")
+    add("--output", metavar="FOLDER", default="out/stability", help="folder for pictures (default out/stability)")
     add("--page", metavar="FILE.md", help="also write the maps with their explanations as one page")
     add("--rebuild", action="store_true", help="compute even maps that are kept")
     add("--jobs", type=number(1, 256, "processes", int), metavar="N", help="processes (default: as many as processors)")
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
                 found[one.name] = one
                 pictures[one.name] = save_map(folder, one)
     except KeyboardInterrupt:
-        raise Interrupted("interrupted; finished maps are kept, the same command goes on with the others") from None
+        raise Interrupted("interrupted; finished maps are kept, repeat the command to continue") from None
     if options.page is not None:
         _write_page(Path(options.page), [found[name] for name in names], [pictures[name][0] for name in names])
     for name in names:

@@ -39,8 +39,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_level_options(parser, without="--crank")
     add_settle_option(parser)
     add_fillet_option(parser, "also the peaks in fillets and at oil bores")
-    add("--no-check", action="store_true", help="without the direct solutions, which take half a minute")
-    add("--plots", metavar="FOLDER", help="also draw the surface at 0, 90 … 630 degrees and the envelope there")
+    add(
+        "--no-check",
+        action="store_true",
+        help="leave out the comparison with direct solutions, which takes half a minute",
+    )
+    add(
+        "--plots",
+        metavar="FOLDER",
+        help="folder for pictures of the surface at 0, 90 … 630 degrees and of the envelope",
+    )
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_stress.h5)")
 
 
@@ -160,7 +168,7 @@ def _show(report: dict[str, Any]) -> None:
         header = ("part", "x, y, z (mm)", "MPa", "by motion", "at (deg)", "least over largest principal")
         show_rows("Fillets by sub-models", header, fillets)
     else:
-        print("The crank's own mesh reads a fillet's peak too low; --fillets THROWS resolves it")
+        print("The crank's mesh underestimates the peak stress of a fillet; --fillets THROWS resolves it")
     print(f"Result: {report['result']}")
     if "plots" in report:
         print("Pictures: " + ", ".join(report["plots"]))

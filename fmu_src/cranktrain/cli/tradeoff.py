@@ -84,7 +84,7 @@ def _total(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.tradeoff.total.study import total_scenes, total_study
 
     if options.family:
-        raise InputError("--total is a study of its own; leave --family out, or --total")
+        raise InputError("--family does not go with --total; leave one out")
     scenes = total_scenes(options.quick) if options.scene is None else scenes_of(options.scene, options.quick)
     folder = Path(options.output)
     check_folder(folder, "--output")
@@ -112,7 +112,7 @@ def _counted() -> Iterator[tuple[Callable[[str], None], Callable[[float], None]]
             yield count, advance
     except KeyboardInterrupt:
         raise Interrupted(
-            f"interrupted after {max(0, measured - 1)} runs, which are kept; the same command goes on from there"
+            f"interrupted after {max(0, measured - 1)} runs, which are kept; repeat the command to continue"
         ) from None
 
 

@@ -248,7 +248,7 @@ def rigid_body(
             "body; mass and moments must be positive, and no moment may exceed the sum of the other two"
         )
     if not interfaces:
-        raise InputError(f"body '{name}' has no interface; give it one at least")
+        raise InputError(f"body '{name}' has no interface; give it at least one")
     moments = np.zeros((4, 4))
     moments[0, 0], moments[0, 1:], moments[1:, 0] = mass, mass * centre, mass * centre
     moments[1:, 1:] = second + mass * np.outer(centre, centre)

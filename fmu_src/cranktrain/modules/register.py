@@ -96,7 +96,7 @@ def module_of_engine(module: str, engine: str) -> str:
     if engine not in shipped:
         raise InputError(
             f"no {module} ships for engine '{engine}', only for {', '.join(shipped)}; build its FMU from a "
-            "module file of your own, and name it"
+            "module file of your own, and give its path"
         )
     return shipped[engine]
 

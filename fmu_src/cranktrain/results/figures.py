@@ -39,7 +39,7 @@ def check_folder(folder: Path, option: str = "--plots", pictures: Iterable[str] 
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
     except OSError:
-        raise InputError(f"{folder}: no files can be written there; name another folder for {option}") from None
+        raise InputError(f"{folder}: cannot be written to; name another folder for {option}") from None
     for name in pictures:
         check_place(folder / name, PICTURE)
 

@@ -52,7 +52,7 @@ def check_body_place(path: str | Path) -> None:
     elif target.suffix in (".h5", ".npz"):
         check_place(target, BODY if target.suffix == ".h5" else ARCHIVE)
     else:
-        raise InputError(f"{path}: a reduced body is a .h5 or .npz file, or a folder; name it so")
+        raise InputError(f"{path}: a reduced body is a .h5 or .npz file, or a folder; change the name")
 
 
 def export_body(path: str | Path, body: ReducedBody) -> Path:
@@ -188,7 +188,7 @@ def _check_folder(target: Path) -> None:
     except (OSError, ValueError, KeyError, TypeError):
         ours = False
     if foreign or not ours:
-        raise InputError(f"{target}: exists and is no folder of a reduced body alone; choose another name")
+        raise InputError(f"{target}: exists and holds more than a reduced body; choose another name")
 
 
 @contextmanager

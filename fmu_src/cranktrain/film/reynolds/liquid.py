@@ -102,5 +102,5 @@ def compressed_pressure(
             return pressure, balance._replace(liquid=tangent(pressure, law, density, balance, swell))
     raise SolverError(
         f"film: pressures of the compressible liquid did not settle (last change {change:.3g} Pa of {highest:.3g} Pa); "
-        "the film may be too thin for its oil as a rigid one"
+        "the film may be too thin for this oil between rigid surfaces"
     )

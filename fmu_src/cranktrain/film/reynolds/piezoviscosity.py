@@ -33,7 +33,7 @@ def viscosity_factor(law: Law, pressure: Array) -> Array:
     if factor.size and not (factor.min() > 0.0 and factor.max() < FACTOR_LIMIT):
         raise SolverError(
             f"pressure_viscosity: the oil stiffens without bound at {pressure.max():.4g} Pa; "
-            "the film is too thin for this law as a rigid one"
+            "the film is too thin for this law between rigid surfaces"
         )
     return factor
 

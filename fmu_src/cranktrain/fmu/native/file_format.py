@@ -133,7 +133,7 @@ class Texts:
     def at(self, text: str) -> int:
         """Offset of a text, each of which is kept once."""
         if "\0" in text:
-            raise StoreError(f"native.bin: the text {text!r} holds a zero; leave it out")
+            raise StoreError(f"native.bin: the text {text!r} contains a zero byte; leave it out")
         if text not in self._known:
             self._known[text] = len(self._bytes)
             self._bytes += text.encode() + b"\0"
@@ -261,7 +261,7 @@ def from_bytes(data: bytes, name: str = "native.bin") -> NativeFile:
         raise StoreError(f"{name}: not the data of a native FMU of cranktrain; {_REMEDY}")
     _, version, order, size, digest, guid, first, second = _PREFIX.unpack_from(data)
     if order != BYTE_ORDER:
-        raise StoreError(f"{name}: of another order of bytes; {_REMEDY}")
+        raise StoreError(f"{name}: written with another byte order; {_REMEDY}")
     if version != VERSION:
         raise StoreError(f"{name}: version {version}, this cranktrain reads version {VERSION}; {_REMEDY}")
     body = data[_SUMMED:]

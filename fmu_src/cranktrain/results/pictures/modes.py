@@ -79,7 +79,7 @@ def chosen_mode(mode: str, hz: Array, shares: Array) -> int:
             raise InputError(f"--mode {mode} is not within 1 to {listed}, the elastic modes up to {LISTED_HZ:g} Hz")
         return int(mode) - 1
     if mode not in KINDS:
-        raise InputError(f"--mode '{mode}' is no number and no kind; {nearest(mode, KINDS)}")
+        raise InputError(f"--mode '{mode}' is neither a number nor a kind of mode; {nearest(mode, KINDS)}")
     if mode == "torsional":
         return int(np.argmin(np.abs(hz - torsional_frequencies(hz, shares)[0])))
     own = np.flatnonzero(np.argmax(shares[:listed], axis=1) == KINDS.index(mode))

@@ -91,7 +91,7 @@ def superelement_body(element: Superelement, name: str) -> ReducedBody:
             omega, modes = _modes(element, motions @ coefficients)
     except (ValueError, LinAlgError):
         raise InputError(
-            f"{element.source}: numbers of the matrices or coordinates are too large for any body; check units and "
+            f"{element.source}: values of the matrices or coordinates are too large for any body; check units and "
             "exponents, or export the files again"
         ) from None
     positions, averaging = _interfaces(element)

@@ -140,7 +140,7 @@ def check_has_elements(mesh_file: str | Path | None) -> None:
     """Refuse a reduced body or superelement in place of a mesh; ``InputError``."""
     if mesh_file is not None and is_body(mesh_file):
         raise InputError(
-            f"{mesh_file}: a reduced body has no stresses, they need the finite elements behind it; give their mesh "
+            f"{mesh_file}: a reduced body has no stresses, because they need its finite elements; give their mesh "
             "by --mesh, or leave the body out"
         )
 

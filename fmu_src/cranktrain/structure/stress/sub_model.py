@@ -210,8 +210,8 @@ def cut_motion(mesh: MeshTet2, c: Crankshaft, throw: int, coarse: tuple[Array, A
         known = _cubic((places[:, near] - centre) / scale)
         if near.size < known.shape[1] or np.linalg.matrix_rank(known, 1e-6) < known.shape[1]:
             raise InputError(
-                f"crankshaft: {near.size} nodes of its mesh near z = {1e3 * z:.0f} mm do not tell the motion of a cut "
-                "there; use a smaller mesh_size"
+                f"crankshaft: {near.size} nodes of its mesh near z = {1e3 * z:.0f} mm do not determine the motion of a "
+                "cut there; use a smaller mesh_size"
             )
         fit = _cubic((mesh.doflocs[:, on] - centre) / scale) @ np.linalg.pinv(known)
         nodes.append(on)

@@ -110,7 +110,7 @@ def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, fol
             if found := changes(before, after, end - start[p.key], task.flexible, tell):
                 dimensions[p.key] = found
         except InputError as error:
-            raise InputError(f"parameters.{p.key}: {end / p.scale:g} {p.unit} cannot be: {error}") from None
+            raise InputError(f"parameters.{p.key}: {end / p.scale:g} {p.unit} is not possible: {error}") from None
 
     def problem(given: Mapping[str, float]) -> Problem:
         """Problem at the bodies of given values."""

@@ -53,7 +53,7 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
         entry = f'{name} = {{ value = {number}, unit = "{unit}", origin = "{change.origin}", note = "{note}" }}'
         at = _line(lines, table, name)
         if at is None:
-            raise InputError(f"{key}: does not stand on a line of its own in the engine file; write it so")
+            raise InputError(f"{key}: does not stand on a line of its own in the engine file; give it its own line")
         lines[at[0] : at[1]] = [entry]
     return "\n".join(lines) + "\n"
 
@@ -61,7 +61,7 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
 def new_path(path: Path) -> Path:
     """The path; ``InputError`` where something lies there: nothing is overwritten."""
     if path.exists():
-        raise InputError(f"{path}: exists, and calibrate overwrites nothing; give another name with --out")
+        raise InputError(f"{path}: exists and is not overwritten; give another name with --out")
     if path.suffix != ".toml":
         raise InputError(f"{path}: an engine file ends in .toml; give such a name with --out")
     check_place(path)

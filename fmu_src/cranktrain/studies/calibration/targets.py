@@ -203,14 +203,16 @@ def _target(name: str, entry: TargetTable) -> Target:
     where, moves = f"targets.{name}", entry.of == MOTION
     torsional, number, hz = entry.shape == "torsional", entry.number, entry.hz
     if number not in (0, 1, 2) or (number and not torsional) or (entry.of == "crankshaft" and not number):
-        raise InputError(f"{where}.number: give 1 or 2 with shape torsional, always so of the free crankshaft")
+        raise InputError(f"{where}.number: give 1 or 2 with shape torsional, as targets of the free crankshaft need it")
     if moves and (number != 1 or not torsional):
-        raise InputError(f"{where}: of motion the first torsional frequency is known; give shape torsional, number 1")
+        raise InputError(
+            f"{where}: in motion only the first torsional frequency is computed; give shape torsional, number 1"
+        )
     if not entry.source:
         raise InputError(f"{where}.source: say where the number comes from")
     if entry.order is not None or entry.rpm is not None:
         if hz is not None or not moves:
-            raise InputError(f"{where}: give order and rpm of a critical speed of motion, or hz; not both")
+            raise InputError(f"{where}: give either order and rpm of a critical speed in motion, or hz")
         if entry.order is None or entry.rpm is None:
             raise InputError(f"{where}.{'order' if entry.order is None else 'rpm'}: is missing; give a finite number")
         hz = entry.order * entry.rpm / 60.0
