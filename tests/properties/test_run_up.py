@@ -180,7 +180,7 @@ def test_refining_halves_the_steps_round_a_peak_only():
 
 
 def test_bad_input_is_one_line(made):
-    with pytest.raises(InputError, match="range through standstill has none; begin higher"):
+    with pytest.raises(InputError, match="start at standstill; begin higher"):
         run_up_speeds(0.0, 1000.0, 20.0)
     with pytest.raises(InputError, match="exchange them"):
         run_up_speeds(2000.0, 1000.0, 20.0)

@@ -146,9 +146,9 @@ WRONG = [
     ),
     (GIVEN, "--load"),
     (("roller", "--engine", "diesel_i6", "--load", "5"), "engine 'diesel_i6' has no [main_roller]"),
-    ((*GIVEN, "--engine", "diesel_i6", "--load", "5"), "--rollers: does not go with --engine"),
+    ((*GIVEN, "--engine", "diesel_i6", "--load", "5"), "--rollers: the engine file gives it"),
     ((*GIVEN, "--speed", "2000"), "--speed runs an engine; name it by --engine"),
-    (("roller", "--engine", "diesel_v8", "--speed", "2000", "--load", "5"), "--load: does not go with --speed"),
+    (("roller", "--engine", "diesel_v8", "--speed", "2000", "--load", "5"), "--load: the engine gives it"),
     (("roller", "--engine", "diesel_i6", "--speed", "2000"), "engine 'diesel_i6' has no [main_roller]"),
     ((*GIVEN, "--load", "5", "--out", "own.toml"), "--out goes with --speed"),
 ]

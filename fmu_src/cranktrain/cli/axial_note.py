@@ -12,5 +12,5 @@ def note_axial_path(engine: Engine, repeats: bool) -> None:
         return
     say(
         f"note: nothing holds the crank of '{engine.name}' along its axis, so the thrust collar may bounce between its "
-        "films and no cycle repeats; describe the drive line's [axial_path] in the engine file (mass, stiffness, spline)"
+        "films and no cycle repeats; give the drive line's [axial_path] in the engine file (mass, stiffness, spline)"
     )

@@ -91,12 +91,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument_group("by eccentricity").add_argument
     add("--length-ratio", type=float, metavar="B/D", help="width over diameter")
     add("--eccentricity", type=float, metavar="EPS", help="eccentricity over the clearance, from 0 to below 1")
-    add(
-        "--squeeze",
-        type=float,
-        metavar="X",
-        help="rate of change of the eccentricity over omega, in addition to the rotation",
-    )
+    add("--squeeze", type=float, metavar="X", help="rate of eccentricity over omega, added to the rotation")
     add("--squeeze-only", action="store_true", default=None, help="pure squeeze: no rotation, growing eccentricity")
     add("--tilt", type=float, nargs=2, metavar=("A", "B"), help="displacement of the axis at z = +B/2 over c")
     add = parser.add_argument_group("by load").add_argument
@@ -114,12 +109,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--oil-viscosity-40", type=positive, metavar="NU", help="mm^2/s at 40 degC")
     add("--oil-viscosity-100", type=positive, metavar="NU", help="mm^2/s at 100 degC")
     add("--oil-density", type=positive, metavar="RHO", help=f"kg/m^3 (default {OIL_DENSITY:g})")
-    add(
-        "--heat-share",
-        type=share,
-        metavar="X",
-        help=f"fraction of the friction heat that goes into the oil (default {HEAT_SHARE:g})",
-    )
+    add("--heat-share", type=share, metavar="X", help=f"fraction of friction heat in the oil (default {HEAT_SHARE:g})")
     add = parser.add_argument
     add = parser.add_argument_group("in units: surfaces, oil under pressure, bore").add_argument
     add("--roughness-um", type=positive, metavar="UM", help="of both surfaces together (default: smooth)")
@@ -159,9 +149,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     needed = NEEDED[form]
     if form != "eccentricity" and _given_of(options, HEAT):
         if options.viscosity is not None:
-            raise InputError(
-                "--viscosity does not go with --inlet-temperature-c, from which it is computed; leave one out"
-            )
+            raise InputError("--viscosity does not go with --inlet-temperature-c, which gives it; leave one out")
         needed = tuple(name for name in needed if name != "viscosity") + HEAT[:3]
     missing = [f"--{name.replace('_', '-')}" for name in needed if getattr(options, name) is None]
     if missing:

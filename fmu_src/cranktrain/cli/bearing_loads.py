@@ -27,22 +27,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add, of = parser.add_argument, parser.add_mutually_exclusive_group(required=True)
     speed = number(100.0, 20000.0, "rev/min")
     of.add_argument(
-        "--speed",
-        type=speed,
-        nargs="+",
-        metavar="RPM",
-        help="speeds to run, rev/min; each runs until its cycles repeat",
+        "--speed", type=speed, nargs="+", metavar="RPM", help="speeds, rev/min; each runs until its cycles repeat"
     )
     of.add_argument("--result", nargs="+", metavar="FILE.h5", help="results of 'cranktrain simulate' instead of runs")
     of.add_argument(
         "--run-up", metavar="FILE.h5", help="result of 'cranktrain runup --outputs bearings': all its speeds"
     )
-    add(
-        "--cycles",
-        type=int,
-        metavar="N",
-        help="exactly this many cycles at each speed (default: until the outputs repeat)",
-    )
+    add("--cycles", type=int, metavar="N", help="exactly this many cycles a speed (default: until the outputs repeat)")
     add_settle_option(parser)
     add(
         "--plots",

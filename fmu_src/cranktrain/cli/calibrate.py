@@ -26,13 +26,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("engine", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
     add("targets", metavar="TARGETS", help="path of a targets .toml file, or name of a shipped engine that has one")
     add("--out", metavar="FILE", help="engine file to write; an existing file is not overwritten")
-    add(
-        "--seed",
-        type=number(0, 2**32 - 1, "", int),
-        default=1,
-        metavar="N",
-        help="seed of the random search (default 1)",
-    )
+    add("--seed", type=number(0, 2**32 - 1, "", int), default=1, metavar="N", help="seed of the search (default 1)")
     add(
         "--evaluations", type=number(1, 10_000_000, "", int), default=20000, metavar="N",
         help="limit of the search (default 20000; a search with new bodies takes half of it more)",
@@ -60,9 +54,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         _show(report)
     if report["refused"]:
-        raise InputError(
-            f"{options.out}: not written, because the values found are not a valid engine: {report['refused']}"
-        )
+        raise InputError(f"{options.out}: not written; the values found are not a valid engine: {report['refused']}")
     if report["interrupted"]:
         kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
         raise Interrupted(f"interrupted; {kept}")

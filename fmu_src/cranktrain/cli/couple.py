@@ -41,20 +41,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--scheme", type=word(SCHEMES), default="gauss-seidel", metavar="NAME", help=", ".join(SCHEMES))
     add("--reconstruction", type=word(RECONSTRUCTIONS), default="own", metavar="NAME", help=", ".join(RECONSTRUCTIONS))
     add("--step-deg", type=number(1e-3, 90.0, "degrees"), default=1.0, metavar="ANGLE", help="communication step (1)")
-    add(
-        "--error",
-        type=number(1e-9, 0.5, "of an output's range"),
-        metavar="SHARE",
-        help="adaptive communication step of this error",
-    )
+    add("--error", type=number(1e-9, 0.5, "of an output's range"), metavar="SHARE", help="adapt the step to this error")
     add("--cranktrain", metavar="FILE.fmu", help="use this FMU instead of building one")
     add("--combustion", metavar="FILE.fmu", help="use this FMU instead of building one")
     valves = parser.add_mutually_exclusive_group()
     valves.add_argument("--valvetrain", metavar="FILE.fmu", help="use this FMU instead of building one")
     valves.add_argument(
-        "--no-valvetrain",
-        action="store_true",
-        help="no valve train: the combustion takes its own valve lifts, and no cam torque acts",
+        "--no-valvetrain", action="store_true", help="no valve train: built-in valve lifts, no torque of cams"
     )
     add(
         "--set", dest="values", action="append", default=[], metavar="UNIT.NAME=VALUE",

@@ -19,9 +19,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     parser.add_argument("file", metavar="FILE.h5", help="result of simulate or run, or a run-up")
     parser.add_argument("--to", required=True, metavar="TABLE", help="table.csv, table.parquet or table.npz")
-    parser.add_argument(
-        "--group", default="", metavar="NAME", help="group of a scene's file with several speeds, e.g. 2000rpm"
-    )
+    parser.add_argument("--group", default="", metavar="NAME", help="group of a scene's file, e.g. 2000rpm")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

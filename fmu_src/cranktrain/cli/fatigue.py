@@ -43,11 +43,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_level_options(parser, without="--pistons")
     add_settle_option(parser)
     add_fillet_option(parser, "stresses of fillets and oil bores")
-    add(
-        "--plots",
-        metavar="FOLDER",
-        help="folder for pictures: safety factors on the crank and, for haigh, the Haigh diagram",
-    )
+    add("--plots", metavar="FOLDER", help="folder for pictures of safety factors and, for haigh, its diagram")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

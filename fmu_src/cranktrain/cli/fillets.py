@@ -18,8 +18,8 @@ def add_fillet_option(parser: argparse.ArgumentParser, what: str) -> None:
     """Add the option; ``what`` it is for begins its help."""
     parser.add_argument(
         "--fillets", metavar="THROWS",
-        help=f"{what} by fine sub-models of these throws: all, or numbers such as 1,6; the first time takes minutes and 3 to "
-        "4 GB, then they are kept",
+        help=f"{what} by fine sub-models of these throws: all, or numbers such as 1,6; minutes and 3 to 4 GB the first "
+        "time, then kept",
     )  # fmt: skip
 
 

@@ -34,13 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--length-ratio", type=float, required=True, metavar="L/D", help="width over diameter, 0.05 to 4")
     add("--groove", default="none", metavar="KIND", help=f"{' or '.join(GROOVES)} (fully round); none")
     add("--no-tilt", action="store_true", help="only the table of the aligned journal")
-    add(
-        "--tilt-range",
-        type=float,
-        default=share,
-        metavar="SHARE",
-        help=f"largest tilt over the possible one (default {share:g})",
-    )
+    add("--tilt-range", type=float, default=share, metavar="SHARE", help=f"over the possible tilt (default {share:g})")
     add("--relief", type=float, nargs=3, default=STRAIGHT, metavar=("DEPTH", "SHARE", "EXPONENT"),
         help="axial profile of the shell, its depth over the clearance (default: straight)")  # fmt: skip
     add("--roughness", type=float, default=SMOOTH, metavar="SIGMA", help="of both surfaces, over the clearance")

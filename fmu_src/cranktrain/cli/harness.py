@@ -30,13 +30,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
     add("file", metavar="FILE", help="path of a harness.toml")
-    add(
-        "--only",
-        nargs="+",
-        default=[],
-        metavar="NAME",
-        help="run only these scenarios, and those they are compared with",
-    )
+    add("--only", nargs="+", default=[], metavar="NAME", help="run only these, and those they are compared with")
     add("--output", metavar="FOLDER", help="folder for a result file of each scenario (default: FILE_results)")
     add("--junit", metavar="OUT.xml", help="write results as JUnit XML")
     add("--html", metavar="OUT.html", help="write a report with plots, one file")

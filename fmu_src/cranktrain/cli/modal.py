@@ -34,12 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help=f"{described(CRANKS.values())}; default solid; frequencies of other levels are compared with solid",
     )  # fmt: skip
     add_block_options(parser, running=False)
-    add(
-        "--bearings",
-        default="auto",
-        metavar="LEVEL",
-        help="level of the main bearings for modes in motion (default: as of simulate)",
-    )
+    add("--bearings", default="auto", metavar="LEVEL", help="of the mains, for modes in motion (default as simulate)")
     add("--speed", type=number(100.0, 20000.0, "rev/min"), metavar="RPM",
         help="speed for modes in motion, rev/min (default: combustion.best_speed)")  # fmt: skip
 

@@ -42,11 +42,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--enlarge", type=number(0.0, 1e9, "times"), metavar="TIMES",
         help="enlargement of the motion (default: the largest is 3 %% of the length)",
     )  # fmt: skip
-    add(
-        "--output",
-        metavar="FILE",
-        help="picture to write; its ending is .png, .gif, .mp4 or .html (default ENGINE_WHAT.png)",
-    )
+    add("--output", metavar="FILE", help="picture, ending in .png, .gif, .mp4 or .html (default ENGINE_WHAT.png)")
     add_level_options(parser, without="--crank")
     add_settle_option(parser)
 

@@ -95,9 +95,7 @@ def _make(found: Findings, name: str, folder: str) -> dict[str, float]:
         words, began = shlex.split(command)[1:], time.perf_counter()
         done = subprocess.run([sys.executable, "-m", "cranktrain.cli.main", *words], stdout=subprocess.DEVNULL)
         if done.returncode:
-            say(
-                f"cranktrain: warning: a command ended with code {done.returncode}, so its results are left out: {command}"
-            )
+            say(f"cranktrain: warning: ended with code {done.returncode}, so its results are missing: {command}")
         else:
             seconds[f"cranktrain {words[0]}{' --damper' if '--damper' in words else ''}"] = time.perf_counter() - began
     return seconds

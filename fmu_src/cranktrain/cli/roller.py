@@ -80,17 +80,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--engine", metavar="ENGINE", help="bearings of this engine's [main_roller] instead of the options above")
     add("--load", type=load, metavar="N", help="radial load, N")
     rpm = number(100.0, 20000.0, "rev/min")
-    add(
-        "--speed",
-        type=rpm,
-        metavar="RPM",
-        help="with --engine, instead of --load: run the engine at this speed, rev/min",
-    )
-    add(
-        "--out",
-        metavar="FILE",
-        help="with --speed: engine file to write with the stand-ins; an existing file is not overwritten",
-    )
+    add("--speed", type=rpm, metavar="RPM", help="with --engine instead of --load: speed of a run, rev/min")
+    add("--out", metavar="FILE", help="with --speed: new engine file with the stand-ins; nothing is overwritten")
     add("--moment-nm", type=finite, default=0.0, metavar="NM", help="moment in the plane of the load (default 0)")
     laws = f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)"
     add("--law", type=word(CONTACT_LAWS), metavar="LAW", help=laws)
@@ -129,9 +120,7 @@ def _running(options: argparse.Namespace) -> dict[str, Any]:
         raise InputError("--speed runs an engine; name it by --engine, or give --load instead of --speed")
     for name in (*OF_ENGINE, "load", "law", "profile"):
         if getattr(options, name) is not None:
-            raise InputError(
-                f"--{name.replace('_', '-')}: does not go with --speed, because the running engine gives it; leave one out"
-            )
+            raise InputError(f"--{name.replace('_', '-')}: the engine gives it; leave it or --speed out")
     new = None if options.out is None else new_path(Path(options.out))
     report = running_rollers(load_engine(options.engine), options.speed, say=lambda stage: say(f"cranktrain: {stage}"))
     report["file"] = None if new is None else str(with_stand_ins(options.engine, new, report))
@@ -202,9 +191,7 @@ def _mains(options: argparse.Namespace) -> dict[str, Any]:
 
     for name in OF_ENGINE:
         if getattr(options, name) is not None:
-            raise InputError(
-                f"--{name.replace('_', '-')}: does not go with --engine, because the engine file gives it; leave one out"
-            )
+            raise InputError(f"--{name.replace('_', '-')}: the engine file gives it; leave it or --engine out")
     engine = load_engine(options.engine)
     rollers = engine.main_roller
     if rollers is None:

@@ -30,12 +30,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help="path of a scene.toml")
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--verify", action="store_true", help="check the predicted error by one run at the next level")
-    which.add_argument(
-        "--all-levels", action="store_true", help="run every level, and report its difference from the top one"
-    )
-    parser.add_argument(
-        "--with-ehd", action="store_true", help="with --all-levels: include elastic films, which take minutes"
-    )
+    which.add_argument("--all-levels", action="store_true", help="run every level; report differences from the top")
+    parser.add_argument("--with-ehd", action="store_true", help="with --all-levels: elastic films too, minutes")
     parser.add_argument("--output", metavar="FILE.h5", help="result file (default: SCENE.h5)")
 
 
@@ -136,7 +132,7 @@ def _show(runs: SceneRun, result: dict[str, Any]) -> None:
         )
     own = runs.settling
     print(
-        f"Settling: at most {own['cycles']} cycles per speed, settling error {own['settling_left']:.1e}; the motion repeats "
+        f"Settling: at most {own['cycles']} cycles per speed, settling error {own['settling_left']:.1e}; repeats "
         f"every {own['repeats_every_cycles']} cycles"
     )
     print(f"Result: {runs.path}")

@@ -28,20 +28,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--out", metavar="FILE", help="engine file to write; an existing file is not overwritten")
     add("--speed", type=number(1.0, 20_000.0, "rev/min"), metavar="N", help="rev/min (default: lowest at full load)")
     add("--crank", default="solid", metavar="LEVEL", help="solid (default) or beam")
-    add(
-        "--passes",
-        type=number(1, 100, "", int),
-        default=PASSES,
-        metavar="N",
-        help=f"number of wear passes (default {PASSES})",
-    )
-    add(
-        "--cycles",
-        type=number(1, 100, "", int),
-        default=CYCLES,
-        metavar="N",
-        help=f"cycles of each run (default {CYCLES})",
-    )
+    add("--passes", type=number(1, 100, "", int), default=PASSES, metavar="N", help=f"wear passes (default {PASSES})")
+    add("--cycles", type=number(1, 100, "", int), default=CYCLES, metavar="N", help=f"cycles a run (default {CYCLES})")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

@@ -54,11 +54,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "order's largest amplitude (0.02 without a value), down to an eighth of --step")  # fmt: skip
     add("--ramp", type=positive, metavar="RPM_PER_S",
         help="transient run-up instead of steady cycles; rise of the speed, rev/min per second")  # fmt: skip
-    add(
-        "--steady",
-        metavar="RULE",
-        help="solve in the frequency domain, linear or harmonic-balance; needs --crank torsional",
-    )
+    add("--steady", metavar="RULE", help="in the frequency domain: linear or harmonic-balance; needs --crank torsional")
     add_run_options(parser)
     add("--workers", type=number(1, 1024, "", int), metavar="N", help="processes (default: one a processor)")
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")

@@ -117,7 +117,7 @@ def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> N
     if options.plots is not None:
         if locked:
             raise InputError(
-                f"--plots draws journal orbits, but journals do not move at bearing level '{settings.bearings}'; use impedance"
+                f"--plots draws journal orbits, and bearing level '{settings.bearings}' has none; use impedance"
             )
         check_folder(Path(options.plots), pictures=FILM_PICTURES)
 

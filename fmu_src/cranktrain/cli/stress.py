@@ -39,16 +39,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_level_options(parser, without="--crank")
     add_settle_option(parser)
     add_fillet_option(parser, "also the peaks in fillets and at oil bores")
-    add(
-        "--no-check",
-        action="store_true",
-        help="leave out the comparison with direct solutions, which takes half a minute",
-    )
-    add(
-        "--plots",
-        metavar="FOLDER",
-        help="folder for pictures of the surface at 0, 90 … 630 degrees and of the envelope",
-    )
+    add("--no-check", action="store_true", help="no comparison with direct solutions, which takes half a minute")
+    add("--plots", metavar="FOLDER", help="folder for pictures: surface at 0, 90 … 630 degrees, envelope")
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_stress.h5)")
 
 

@@ -142,16 +142,14 @@ class _Watcher:
             if now - since > limit:
                 self._grace = 0.0
                 raise UnitError(
-                    f"{self._place()}: did not return within {limit:g} s, so its process was ended; correct the unit or "
+                    f"{self._place()}: did not return within {limit:g} s, its process was ended; correct the unit or "
                     "raise the limit"
                 )
         try:
             return self._ear.recv()
         except EOFError:
             self._process.join(GRACE)
-            raise UnitError(
-                f"{self._place()}: {self._died()}; the units before it ran without fault; correct this one"
-            ) from None
+            raise UnitError(f"{self._place()}: {self._died()}; this unit is the cause; correct it") from None
 
     def _place(self) -> str:
         """Unit, call and time that the process reported last."""

@@ -210,12 +210,7 @@ def _check_replaced(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
 def _check_rod(frame: FrameTable, cylinders: int) -> None:
     where, given = f"frame '{frame.name}'", bool(frame.pin or frame.length or frame.bank or frame.offset)
     if frame.motion == "turning":
-        need(
-            where,
-            "motion",
-            not (given or frame.cylinder),
-            "is 'turning', but pin, length or cylinder of a rod is given; write 'rod' or 'piston'",
-        )
+        need(where, "motion", not (given or frame.cylinder), "has no rod's pin or length; write 'rod' or 'piston'")
         return
     _check_cylinder(where, frame.cylinder, cylinders)
     if frame.cylinder:
@@ -258,12 +253,7 @@ def _check_shaft(body: BodyTable, where: str) -> None:
     need(where, "stations", len(body.stations) > 1 and rises, "needs at least two stations, increasing along z")
     pieces = len(body.stations) - 1
     keys = ("areas", "second_moments") if body.areas or body.second_moments else ("diameters",)
-    need(
-        where,
-        "diameters",
-        len(keys) == 1 or not body.diameters,
-        "is given beside areas and second_moments; leave one of them out",
-    )
+    need(where, "diameters", len(keys) == 1 or not body.diameters, "does not go with areas; leave one of them out")
     for key in keys:
         count = len(getattr(body, key))
         need(where, key, count == pieces, f"{count} values for {pieces} pieces between stations")

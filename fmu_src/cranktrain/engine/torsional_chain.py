@@ -222,14 +222,10 @@ def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict
             raise InputError(f"{where}: '{key}' does not exist; {nearest(key, valid)}")
         if key == "name":
             if not isinstance(value, str) or not value or value == GROUND:
-                raise InputError(
-                    f"{where}: name {shown(value)} is not a valid name of a disc; give a text other than '{GROUND}'"
-                )
+                raise InputError(f"{where}: {shown(value)} cannot name a disc; give a text other than '{GROUND}'")
         elif key == "between":
             if not (isinstance(value, list) and len(value) == 2 and value[0] != value[1]):
-                raise InputError(
-                    f'{where}: between = {shown(value)} does not name two discs; write between = ["a", "b"]'
-                )
+                raise InputError(f'{where}: between = {shown(value)} are not two discs; write between = ["a", "b"]')
             value = tuple(value)
         else:
             if not is_number(value):
@@ -255,15 +251,11 @@ def check_chain(where: str, chain: Chain, ends: tuple[str, ...] = (GROUND,)) -> 
         if chain.names.count(name) > 1:
             raise InputError(f"{where}: disc '{name}' is listed {chain.names.count(name)} times; name each once")
         if name in ends:
-            raise InputError(
-                f"{where}: '{name}' is an end of the drive line, whose inertia the engine gives; rename the disc"
-            )
+            raise InputError(f"{where}: '{name}' is an end of the drive line, which the engine has; rename it")
     for k, shaft in enumerate(chain.shafts, 1):
         for end in shaft.between:
             if end not in ends and end not in chain.names:
-                raise InputError(
-                    f"{where}: shaft {k}: '{end}' is not a disc; {nearest(str(end), (*chain.names, *ends))}"
-                )
+                raise InputError(f"{where}: shaft {k}: no disc '{end}'; {nearest(str(end), (*chain.names, *ends))}")
         held = shaft.loss_factor > 0.0 or shaft.damping > 0.0 or bool(set(ends) & set(shaft.between))
         if shaft.stiffness == 0.0 and held:
             raise InputError(

@@ -72,9 +72,7 @@ def build_fmu(
         if body is not None:
             raise InputError("an own body can be built into an engine's FMU, not into a scene's; name the engine")
         if not (film_table and block):
-            raise InputError(
-                "film table and block can be left out of an engine's FMU, not of a scene's; leave the choice to the scene"
-            )
+            raise InputError("film table and block can be left out of an engine's FMU, not of a scene's")
         check_target(Path(folder), source.engine)
         return build_scene(source, folder, say, platforms)
     engine = source if isinstance(source, Engine) else load_engine(source)
@@ -165,9 +163,7 @@ def build_scene(
     from cranktrain.studies.planning.scene_model import SceneModel
 
     if scene.pressure is not None:
-        say(
-            f"{scene.name}: the FMU does not contain the pressure trace of [gas]; supply it through cylinder[i].pressure"
-        )
+        say(f"{scene.name}: the FMU does not contain the trace of [gas]; supply it through cylinder[i].pressure")
     model = SceneModel(scene, say)
     made = plan(scene, model=model)
     run, engine = model.assembly(made.case), carried_engine(made)

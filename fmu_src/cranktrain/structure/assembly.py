@@ -117,9 +117,7 @@ def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
     """Refuse a user's own mesh of the crankshaft that is not there, or that a level does not use; ``InputError``."""
     if mesh is not None and not crank_level(level).takes_mesh:
         users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
-        raise InputError(
-            f"crank level '{level}' is made from dimensions; an own mesh can be used at crank levels {users}"
-        )
+        raise InputError(f"crank level '{level}' is made from dimensions; use an own mesh with crank levels {users}")
     check_mesh(mesh, "journal surfaces")
     if mesh is not None and _is_table(mesh) and not crank_level(level).inherits:
         raise InputError(f"{mesh}: a table of discs and shafts serves crank level torsional, not '{level}'")

@@ -262,9 +262,7 @@ def simulate(
     if isinstance(engine, Assembly):
         settled = [name for name in choices if name in _OF_THE_ASSEMBLY]
         if settled:
-            raise InputError(
-                f"simulate: '{settled[0]}' is fixed by the assembly; leave it out, or pass the engine instead"
-            )
+            raise InputError(f"simulate: '{settled[0]}' is fixed by the assembly; leave it out, or pass the engine")
         request.check()
         settings = checked(engine.engine, request.of_a_run(engine.settings))
         request.check_heat(settings)

@@ -336,7 +336,7 @@ def _check_frequency(scene: Scene) -> None:
                 f"fixed_modes than {scene.engine.reduction.fixed_modes} in an engine file of your own"
             )
         raise InputError(
-            f"frequency_hz: {scene.frequency:g} is above the cut-off of the crank's modes, {cut:g} Hz; the nearest valid is {cut:g}, {remedy}"
+            f"frequency_hz: {scene.frequency:g} is above the crank's cut-off; the nearest valid is {cut:g}, {remedy}"
         )
 
 

@@ -169,9 +169,7 @@ class ElasticGrid:
         if not 0.0 <= self.edge <= 0.9:
             raise InputError(f"elastic film: concentration of nodes at the ends is {self.edge:g}; give 0 to 0.9")
         if not 0.0 <= self.groove < 1.0:
-            raise InputError(
-                f"elastic film: the groove covers {self.groove:g} of the bore's width; give at least 0 and less than 1"
-            )
+            raise InputError(f"elastic film: the groove covers {self.groove:g} of the width; give 0 to below 1")
 
     @property
     def size(self) -> int:

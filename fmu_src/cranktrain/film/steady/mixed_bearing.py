@@ -281,9 +281,7 @@ class _Running:
                 return opened
             y, reached = opened, share
             share = min(1.0, share + CLOSING * float(self.gap(y).min()) / float(np.hypot(*place)))
-        raise SolverError(
-            f"no film found at eccentricity {np.hypot(*place):.4g}; the largest with a film was {reached:.3g} times that"
-        )
+        raise SolverError(f"no film found at eccentricity {np.hypot(*place):.4g}, only up to {reached:.3g} times that")
 
     def jacobian(self, y: Array, at: Array) -> Array:
         """Its derivatives by the free unknowns, by differences that open the film.

@@ -71,9 +71,7 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
     with _alone(private_folder("native", digest)):
         if not _is_made(target, digest):
             if not emit and not (private_folder("native", digest, "programs") / f"{kind}.c").is_file():
-                raise InputError(
-                    "it has not been made yet; make it with 'make native' or python -m cranktrain.fmu.native"
-                )
+                raise InputError("it does not exist yet; run make native or python -m cranktrain.fmu.native")
             programs = _programs(kind, digest, say)
             say(f"{kind}: library for {row.folder}")
             _link(command, kind, digest, row, programs, target)

@@ -125,9 +125,7 @@ def _text(path: Path) -> str:
     """Text of a file of numbers; ``InputError``."""
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise InputError(
-                f"{path}: larger than {LARGEST_FILE / 1e9:g} GB, too large for a superelement; condense the body"
-            )
+            raise InputError(f"{path}: larger than {LARGEST_FILE / 1e9:g} GB; condense the body further")
         return path.read_text(encoding="latin-1")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); {REMEDY}") from None

@@ -205,9 +205,7 @@ def _target(name: str, entry: TargetTable) -> Target:
     if number not in (0, 1, 2) or (number and not torsional) or (entry.of == "crankshaft" and not number):
         raise InputError(f"{where}.number: give 1 or 2 with shape torsional, as targets of the free crankshaft need it")
     if moves and (number != 1 or not torsional):
-        raise InputError(
-            f"{where}: in motion only the first torsional frequency is computed; give shape torsional, number 1"
-        )
+        raise InputError(f"{where}: in motion only torsional mode 1 is computed; give shape torsional, number 1")
     if not entry.source:
         raise InputError(f"{where}.source: say where the number comes from")
     if entry.order is not None or entry.rpm is not None:

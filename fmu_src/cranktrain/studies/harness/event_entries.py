@@ -96,9 +96,7 @@ def dropouts(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Dr
         one = Dropout(target, *times.span(table, at), table.gives)
         for other in found:
             if other.target == one.target and one.begin < other.end and other.begin < one.end:
-                raise InputError(
-                    f"{at}: {table.input} drops out twice at the same time; drop-outs of one input must not overlap"
-                )
+                raise InputError(f"{at}: {table.input} has drop-outs that overlap; let one follow the other")
         found.append(one)
     return tuple(found)
 

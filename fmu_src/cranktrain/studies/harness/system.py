@@ -104,9 +104,7 @@ def _of_virtual_engine(
     known = [field.name for field in fields(Partners) if field.name != "values"]
     for name in fmus:
         if name not in known:
-            raise InputError(
-                f"unit '{name}' is not a unit of the virtual engine; {nearest(name, known)}, or give [connections]"
-            )
+            raise InputError(f"the virtual engine has no unit '{name}'; {nearest(name, known)}, or give [connections]")
     assert harness.speed is not None
     partners = Partners(**fmus, values=starts)
     made = virtual_engine(partners, harness.speed, scenario.way.scheme, scenario.way.reconstruction)

@@ -34,9 +34,7 @@ def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
             raise InputError(f"{where}: fmu and build exclude each other; leave one out")
         build = defaults.get(name) if table.build is None and table.fmu is None else table.build
         if build is None and table.fmu is None:
-            raise InputError(
-                f'{where}: fmu or build is missing; name a file, fmu = "my.fmu", or the engine or module to build'
-            )
+            raise InputError(f'{where}: fmu or build is missing; name a file, fmu = "my.fmu", or what to build')
         fmu = None if table.fmu is None else path.parent / table.fmu
         if fmu is not None and not fmu.is_file():
             raise InputError(f"{where}.fmu: {fmu} does not exist; paths start at the harness file's folder")

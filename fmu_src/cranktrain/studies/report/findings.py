@@ -134,9 +134,7 @@ def _own(engine: Engine, path: str | Path) -> RunUp:
     if of != engine.name:
         raise InputError(f"{path}: is of engine '{of}', not of '{engine.name}'; name a run-up of the report's engine")
     if found.speeds.size < 2:
-        raise InputError(
-            f"{path}: has {found.speeds.size} finished speeds, and two are needed; continue it with 'cranktrain runup'"
-        )
+        raise InputError(f"{path}: has {found.speeds.size} finished speeds, too few; continue 'cranktrain runup'")
     return found
 
 
