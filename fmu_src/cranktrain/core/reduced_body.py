@@ -21,11 +21,10 @@ from dataclasses import dataclass, field, replace
 from hashlib import sha256
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, StoreError, nearest
+from cranktrain.core.types import Array
 
-Array = NDArray[np.float64]
 SCHEMA = 1
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import this_platform
+from cranktrain.core.types import Progress
 from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
@@ -28,8 +29,6 @@ from cranktrain.structure import assembly
 from cranktrain.structure.additions import read_added
 from cranktrain.structure.assembly import check_mesh
 from cranktrain.studies.scene import Scene, load_scene
-
-Progress = Callable[[str], None]
 
 
 def build_fmu(

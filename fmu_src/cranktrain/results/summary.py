@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.core.types import Array
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP
 from cranktrain.results.energy import energy_balance
@@ -17,7 +18,6 @@ from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 if TYPE_CHECKING:
     from cranktrain.dynamics.cycle_run import Result
 
-Array = NDArray[np.float64]
 
 HIGHEST_ORDER = 24.0
 CLOSING = 1.0e-6

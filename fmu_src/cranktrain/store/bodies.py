@@ -17,17 +17,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.io import mmread, mmwrite
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
+from cranktrain.core.types import Array
 from cranktrain.store.archive import write_archive
 from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, load_body, save_body
 from cranktrain.store.whole_file import check_place, marked, whole_file
-
-Array = NDArray[np.float64]
 
 HEADER = "cranktrain reduced body"
 FOLDER_HEADER = "body.json"

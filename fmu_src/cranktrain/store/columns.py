@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.types import Array
 from cranktrain.store.hdf5 import RESULT_FORMAT, RESULT_SCHEMA, opened
 
-Array = NDArray[np.float64]
 REMEDY = "run 'cranktrain simulate' again"
 
 

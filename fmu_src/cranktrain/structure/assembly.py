@@ -15,6 +15,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Progress
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
@@ -25,8 +26,6 @@ from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable, bearing_settings
 from cranktrain.store.bodies import FOLDER_HEADER
 from cranktrain.structure.additions import check_added, read_added
-
-Progress = Callable[[str], None]
 
 _KEPT: dict[Any, Any] = {}
 

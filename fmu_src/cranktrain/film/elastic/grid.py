@@ -13,15 +13,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.film.contact.asperity import CONSTANTS as CONTACT_CONSTANTS
 from cranktrain.film.contact.asperity import contact_table
 from cranktrain.film.contact.gap import STRAIGHT, relief
 from cranktrain.film.elastic.band_blocks import BLOCK, band_columns
-
-Array = NDArray[np.float64]
 
 # Entries of a film's constants.
 N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, ROUGHNESS = range(9)

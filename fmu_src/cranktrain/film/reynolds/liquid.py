@@ -18,13 +18,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import SolverError
+from cranktrain.core.types import Array
 from cranktrain.film.reynolds.cavitation import Balance, Liquid
 from cranktrain.film.reynolds.piezoviscosity import Law, reduced_pressure, true_pressure, viscosity_factor
 
-Array = NDArray[np.float64]
 Density = Callable[[Array], tuple[Array, Array]]
 """r(p) = ρ(p)/ρ(0) and dr/dp (1/Pa) for an array of pressures (Pa), with r(0) = 1."""
 STEPS = 200

@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.types import Array
 
-Array = NDArray[np.float64]
 Law = Callable[[Array], Array]
 """f(p) = η(p)/η(0) for an array of pressures (Pa), increasing from f(0) = 1."""
 FACTOR_LIMIT = 1e12

@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
@@ -35,9 +35,8 @@ from cranktrain.core.machine_code import (
     library_name,
     this_platform,
 )
+from cranktrain.core.types import Progress
 from cranktrain.fmu.native.platforms import PLATFORMS, Platform
-
-Progress = Callable[[str], None]
 
 SOURCES = Path(__file__).parent / "c"
 FLAGS = ("-std=c11", "-O2", "-g0", "-shared", "-fvisibility=hidden", "-ffp-contract=off")

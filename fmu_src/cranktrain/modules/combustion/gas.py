@@ -15,11 +15,9 @@ Sources: G. P. Smith et al., GRI-Mech 3.0, thermodynamic data; B. J. McBride et 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.kernel import inlined_kernel
-
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
 
 UNIVERSAL = 8.31446
 """Gas constant, J/(mol K)."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, N_OF_CYLINDER, N_OUTPUTS
 from cranktrain.modules.combustion.cylinder import OK
@@ -31,7 +31,6 @@ if TYPE_CHECKING:  # an FMU carries the settings without what their module file 
     from cranktrain.engine import quantities as q
     from cranktrain.modules.combustion import quantities as own
 
-Array = NDArray[np.float64]
 
 CHOICES = {"lift_source": at.LIFTS, "angle_source": ANGLES, "inputs_at": TIMES}
 """Settings that are one of several names; a run's numbers hold the index of the name."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.results.pictures.moving_surface import SHOWN_MOTION, MovingSurface
 from cranktrain.results.pictures.skin import Skin
@@ -22,8 +22,6 @@ from cranktrain.structure.crank.modal import (
     torsional_frequencies,
 )
 from cranktrain.structure.crank.reduction import complete_crankshaft, crank_surface
-
-Array = NDArray[np.float64]
 
 FRAMES = 24
 """Frames of one oscillation."""

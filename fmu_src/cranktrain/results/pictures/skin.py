@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
 
 SHARP = math.radians(35.0)
 """Angle between two triangles from which their common edge is drawn as an edge."""

@@ -15,9 +15,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, reduced_compliance
 from cranktrain.structure.block.reduction import block_model, input_digest
@@ -28,8 +28,6 @@ from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.mesh import surface_basis
 from cranktrain.structure.fem.reduction import Progress
 from cranktrain.structure.fem.surface_compliance import kept_compliance, radial_loads
-
-Array = NDArray[np.float64]
 
 # Raised when the code would give another compliance for the same block.
 RECIPE = 1

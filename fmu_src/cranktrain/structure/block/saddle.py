@@ -12,7 +12,6 @@ the loads' own vectors f_i, so that it is symmetric by construction:
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array, Progress
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import SHELL_SHARE, JournalBearing, Material
 from cranktrain.engine.quantities import Length, check_values, need
@@ -29,9 +29,6 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, re
 from cranktrain.structure.fem.elasticity import FEModel, finite_elements
 from cranktrain.structure.fem.mesh import cad_solid, surface_basis
 from cranktrain.structure.fem.surface_compliance import compliance_of, kept_compliance, radial_loads
-
-Array = NDArray[np.float64]
-Progress = Callable[[str], None]
 
 # Raised when the code would give another compliance for the same saddle.
 RECIPE = 1

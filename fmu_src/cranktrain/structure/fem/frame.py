@@ -23,10 +23,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from cranktrain.core.reduced_body import ReducedBody, skew
+from cranktrain.core.types import Array
 from cranktrain.structure.fem.craig_bampton import reduced_basis
 from cranktrain.structure.fem.rigid_slices import Slices, fields, rigid_motion, sliced_body
-
-Array = NDArray[np.float64]
 
 _POINTS, _WEIGHTS = (np.asarray(x, dtype=np.float64) for x in np.polynomial.legendre.leggauss(4))
 _POINTS, _WEIGHTS = 0.5 * (1.0 + _POINTS), 0.5 * _WEIGHTS

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.integer[Any]]
 
 FORMATS = {".msh": "gmsh", ".inp": "abaqus", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran"}

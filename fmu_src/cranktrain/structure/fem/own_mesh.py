@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.integer[Any]]
 
 UNITS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}

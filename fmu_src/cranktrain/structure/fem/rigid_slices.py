@@ -10,11 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import TURN, ReducedBody, check, rigid_coordinates, rigid_modes, skew, with_rigid_rows
-
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,9 +29,8 @@ from scipy.linalg import LinAlgError, cholesky, eigh, qr, solve_triangular
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, rigid_modes, signed, skew
+from cranktrain.core.types import Array
 from cranktrain.structure.fem.rigid_slices import Slices, fields, rigid_motion, sliced_body
-
-Array = NDArray[np.float64]
 
 RIGID_SHARE = 0.01
 """Most that the frequency of a rigid motion may be of the first elastic one; text of seven digits stays far below."""

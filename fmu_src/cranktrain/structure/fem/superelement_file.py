@@ -21,15 +21,14 @@ from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta, field
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.typed_file import Table, record
+from cranktrain.core.types import Array
 from cranktrain.core.user_file import is_number, read_toml
 from cranktrain.structure.fem.mesh_file import interface_name
 from cranktrain.structure.fem.superelement import Superelement
 
-Array = NDArray[np.float64]
 Rows = list[tuple[int, int]]
 """Node and component (from 0) of each row."""
 

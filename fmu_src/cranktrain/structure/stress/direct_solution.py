@@ -14,15 +14,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import TURN, ReducedBody, skew
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.reduction import attached_parts
 from cranktrain.structure.fem.elasticity import component_dofs, sample
 from cranktrain.structure.stress.stress_modes import ShapedCrank
-
-Array = NDArray[np.float64]
 
 ARM = 0.1
 """Distance from the centre of the points that represent a part's inertia, m; any value would do."""

@@ -30,6 +30,7 @@ from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import skew
+from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft, Material
 from cranktrain.structure.crank.shape import oil_outlet, pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import rigid_motions
@@ -42,7 +43,6 @@ from cranktrain.structure.stress.features import surface_features
 from cranktrain.structure.stress.nodal_stress import NodalStress
 from cranktrain.structure.stress.throw_mesh import place_fineness, throw_mesh
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.integer]
 
 SLAB = 0.4

@@ -27,17 +27,15 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import required_damper
 from cranktrain.studies.torsion.housed_crank import housed_crank
-
-Array = NDArray[np.float64]
 
 # Where the peak is looked for, as shares of the frequencies with the ring locked and with it free.
 _BELOW, _ABOVE, _POINTS = 0.8, 1.1, 400

@@ -22,6 +22,7 @@ from scipy.optimize import minimize_scalar
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import (
     STIFFNESS,
@@ -31,7 +32,6 @@ from cranktrain.loads.damper import (
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.torsion.periodic_crank import OrderStructure, PeriodicCrank
 
-Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 HIGHEST_ORDER = 24.0

@@ -27,6 +27,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import SLOWEST
 from cranktrain.engine.model import Engine
@@ -36,7 +37,6 @@ from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 from cranktrain.studies.torsion.torsional_response import frame_wobble
 
-Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Fitted = tuple[Engine, Settings]
 

@@ -22,6 +22,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.dynamics.model.bodies import locked_on_axis
 from cranktrain.engine.model import Engine
@@ -30,7 +31,6 @@ from cranktrain.film.laws.thrust import closed_stiffness
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.in_motion.periodic_forces import joined, main_forces, rod_forces
 
-Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 _TOLERANCE = 1e-10

@@ -16,13 +16,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.loads.slider_crank import remainder_inertia
-
-Array = NDArray[np.float64]
 
 
 class RodTorque(NamedTuple):

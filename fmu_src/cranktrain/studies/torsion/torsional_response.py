@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import usual_level
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
@@ -33,7 +34,6 @@ from cranktrain.loads.slider_crank import remainder_inertia, rod_force
 from cranktrain.structure.in_motion.periodic_forces import gas_forces
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
-Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 HIGHEST_ORDER, LISTED = 60.0, 24.0
