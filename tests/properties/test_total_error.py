@@ -26,12 +26,12 @@ from cranktrain.studies.total_error import shipped
 from cranktrain.studies.total_error.families import FAMILIES, wanted
 from cranktrain.studies.total_error.point import Best, Split, TotalPoint, at_scene
 from cranktrain.studies.tradeoff.families import StudyScene
+from cranktrain.studies.tradeoff.pareto import front, with_fronts
 from cranktrain.studies.tradeoff.total import measure
 from cranktrain.studies.tradeoff.total.choice import cheapest, choice_text, default_rows, markdown, table_rows
 from cranktrain.studies.tradeoff.total.choices import best_model, default_model, every_model, models
 from cranktrain.studies.tradeoff.total.distance import distance, resampled, split
 from cranktrain.studies.tradeoff.total.files import write_files
-from cranktrain.studies.tradeoff.total.fronts import front, with_fronts
 from cranktrain.studies.tradeoff.total.page import page
 from cranktrain.studies.tradeoff.total.study import TotalStudy, total_study
 

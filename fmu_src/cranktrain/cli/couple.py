@@ -125,8 +125,7 @@ def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
 
 def _run_into(output: Path, make: Callable[[], System], speed: float, options: argparse.Namespace) -> Coupled:
     """Run in a process of its own; the result file keeps what there is however the run ends."""
-    from cranktrain.coupling.files import keep_run
-    from cranktrain.coupling.run import Steps
+    from cranktrain.coupling.run import Steps, keep_run
     from cranktrain.coupling.supervised import run_supervised
 
     size = math.radians(options.step_deg) / speed

@@ -176,3 +176,13 @@ def pressures_text(gas: GasTrace) -> str:
         f"peak {1e-6 * gas.peak:.2f} MPa at {math.degrees(gas.peak_angle):.1f} deg, "
         f"mean effective pressure {1e-6 * gas.imep:.2f} MPa"
     )
+
+
+def note_axial_path(engine: Engine, repeats: bool) -> None:
+    """Tell of a missing axial path beside cycles that do not repeat; ``repeats``: whether all of them do."""
+    if engine.axial_path is not None or repeats:
+        return
+    say(
+        f"note: nothing holds the crank of '{engine.name}' along its axis, so the thrust collar may bounce between its "
+        "films and no cycle repeats; give the drive line's [axial_path] in the engine file (mass, stiffness, spline)"
+    )

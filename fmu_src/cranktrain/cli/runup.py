@@ -10,10 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.axial_note import note_axial_path
 from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show
 from cranktrain.cli.plot_runup import draw, pictures_folder
-from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled
+from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, note_axial_path
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.film.laws.register import bearing_law
 

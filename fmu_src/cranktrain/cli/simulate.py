@@ -7,9 +7,15 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.axial_note import note_axial_path
 from cranktrain.cli.console import Interrupted, labelled_bar, show
-from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, pressures_text
+from cranktrain.cli.run_options import (
+    add_run_options,
+    add_settle_option,
+    asked_of,
+    assembled,
+    note_axial_path,
+    pressures_text,
+)
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES
 from cranktrain.film.laws.register import bearing_law

@@ -79,8 +79,7 @@ def _total(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.structure.fem.factor import one_thread
     from cranktrain.studies.tradeoff.study import scenes_of
     from cranktrain.studies.tradeoff.total.choice import choice_text
-    from cranktrain.studies.tradeoff.total.document import document
-    from cranktrain.studies.tradeoff.total.files import write_files
+    from cranktrain.studies.tradeoff.total.files import document, write_files
     from cranktrain.studies.tradeoff.total.study import total_scenes, total_study
 
     if options.family:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from cranktrain.core.errors import CranktrainError, InputError, nearest
-from cranktrain.coupling.files import keep_run
+from cranktrain.coupling.run import keep_run
 from cranktrain.coupling.supervised import run_supervised
 from cranktrain.coupling.unit import Port
 from cranktrain.studies.harness.entries import Harness, Scenario

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import html
-from importlib.resources import files
 
-from cranktrain.results.page_head import page_head
+from cranktrain.results.page_head import filled_page
 from cranktrain.store.whole_file import marked
 from cranktrain.studies.report.findings import Findings
 from cranktrain.studies.report.sections import SECTIONS, Section
@@ -23,12 +22,8 @@ def page(found: Findings) -> str:
 
 
 def whole_page(kind: str, title: str, contents: str, body: str) -> str:
-    """A page of ``kind``, as :func:`page_head` has it, with its sections and a list of them, both as HTML."""
-    template = files("cranktrain.studies.report").joinpath("report.html").read_text(encoding="utf-8")
-    parts = {"@HEAD@": page_head(kind, title), "@TITLE@": html.escape(title), "@CONTENTS@": contents, "@BODY@": body}
-    for word, text in parts.items():
-        template = template.replace(word, text)
-    return template
+    """A page of ``kind``, as :func:`filled_page` has it, with its sections and a list of them, both as HTML."""
+    return filled_page(__package__, "report.html", kind, title, title, CONTENTS=contents, BODY=body)
 
 
 def missing(found: Findings) -> dict[str, str]:

@@ -13,8 +13,8 @@ from typing import Any
 from cranktrain.studies.total_error.families import Family
 from cranktrain.studies.total_error.point import PARTS, TotalPoint, at_scene, shown
 from cranktrain.studies.tradeoff.chart import name_points
+from cranktrain.studies.tradeoff.pareto import front
 from cranktrain.studies.tradeoff.total.choice import ACCURACIES, percent, rate
-from cranktrain.studies.tradeoff.total.fronts import front
 from cranktrain.studies.tradeoff.total.study import TotalStudy
 
 COLOURS = ("#8a8f98", "#c58b00", "#1f77b4", "#2ca02c", "#8e44ad", "#d62728", "#17a2a2", "#7f4f24")
