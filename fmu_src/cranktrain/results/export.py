@@ -31,7 +31,7 @@ BLOCK = 4096
 """Rows that are read and written at once."""
 MARK = "cranktrain table"
 CSV_HEADS = ("time [s],angle [rad]", "speed [rad/s],cycles [1]")
-"""How a table of ours begins."""
+"""First characters of a table that this program wrote."""
 
 
 class Table(Protocol):

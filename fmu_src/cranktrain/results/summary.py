@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 HIGHEST_ORDER = 24.0
 CLOSING = 1.0e-6
-"""Least film, m, below which the largest pressure of a tilted film is no result; chosen: two to three roughnesses."""
+"""Least film, m, below which the largest pressure of a tilted film has no meaning; chosen: two to three roughnesses."""
 
 NOT_RESOLVED = 0.5
 """Drop of pressure from the peak to the axial lines beside it, over the peak, beyond which an elastic film is not

@@ -50,7 +50,7 @@ def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
 
 
 def _on_springs(connection: Connection) -> Connection:
-    """A film at level linear: at rest it holds nothing."""
+    """A film connection as its stand-in springs, because a film at rest carries nothing."""
     if isinstance(connection.data, Film):
         return replace(connection, data=replace(connection.data, level="linear"))
     return connection

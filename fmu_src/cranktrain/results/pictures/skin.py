@@ -19,7 +19,7 @@ SHARP = math.radians(35.0)
 class Skin(NamedTuple):
     """Surface with its motion: ``points`` (p, 3) m, ``triangles`` (t, 3), ``modes`` (m, p, 3), each point's ``origin``.
 
-    ``origin`` (p,) is the number of the point among those that it was made from, of which some stand several times.
+    ``origin`` (p,) is the number of the original point; points along sharp edges occur several times.
     """
 
     points: Array

@@ -17,7 +17,7 @@ from cranktrain.studies.calibration import values
 
 DIGITS = 4
 NEW = Kind("file to be replaced", lambda path: False)
-"""Kind of a file that must not be there."""
+"""Kind of a new file, which must not exist yet."""
 
 
 class Written(NamedTuple):
@@ -59,7 +59,7 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
 
 
 def new_path(path: Path) -> Path:
-    """The path; ``InputError`` where something lies there: nothing is overwritten."""
+    """Path of a new engine file; ``InputError`` if the file exists or its name does not end in .toml."""
     if path.exists():
         raise InputError(f"{path}: exists and is not overwritten; give another name with --out")
     if path.suffix != ".toml":

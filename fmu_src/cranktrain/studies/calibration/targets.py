@@ -47,7 +47,7 @@ STAND_INS = (*BLOCK_STAND_INS, *FILM_STAND_INS)
 SUFFIX = ".targets.toml"
 GROUND = next(iter(BLOCKS))
 LARGEST = 1e15
-"""Beyond which no value of an engine lies in SI."""
+"""Largest magnitude of a value of an engine file in SI units."""
 
 
 class TargetTable(Table, kw_only=True):
@@ -235,7 +235,7 @@ def _parameter(key: str, entry: ParameterTable, engine: Engine) -> Parameter:
 
 
 def _said(fault: Fault, where: str) -> str:
-    """What is said of keys of targets, whose own names may hold dots."""
+    """Message for a fault in the file; names of targets may contain dots."""
     place = f"{fault.place}.{fault.key}".lstrip(".")
     if fault.problem == "unknown":
         return f"{place}: is not known; {nearest(fault.key, fault.owner.__struct_encode_fields__)}"

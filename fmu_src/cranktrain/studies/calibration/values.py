@@ -44,7 +44,7 @@ def value(engine: Engine, key: str) -> float:
 
 
 def holds(engine: Engine, key: str, number: float) -> bool:
-    """Whether what is under a key is a number, but for rounding."""
+    """True if the value under a key equals a number up to rounding."""
     table, name, index = _parts(engine, key)
     found = getattr(getattr(engine, table), name)
     entries = found if isinstance(found, tuple) and index is None else (value(engine, key),)

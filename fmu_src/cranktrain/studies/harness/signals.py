@@ -25,7 +25,7 @@ _JUST = 1.0 - 1.0e-12
 
 
 class Curve:
-    """A value over the time: straight between points; at two points of one time it jumps, behind it."""
+    """A piecewise linear value over time. It jumps just after a time that two points share."""
 
     def __init__(self, start: float) -> None:
         self.times, self.values = [0.0], [start]

@@ -58,7 +58,7 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
 
 
 def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
-    """Refuse what a master would refuse, and assertions that nothing is known for; ``InputError``.
+    """Refuse what a master would refuse, and assertions on data that do not exist; ``InputError``.
 
     ``counted``: whether there is an angle that orders are counted over.
     """

@@ -42,7 +42,7 @@ _SETTLED, _ROUNDS = 1e-8, 100
 
 
 class OrderSamples(Protocol):
-    """What makes samples of complex amplitudes and the other way round, along an axis."""
+    """Transformation between complex amplitudes of orders and samples of a cycle, along an axis."""
 
     def spectrum(self, signal: Array, axis: int = 0) -> ComplexArray:
         """Complex amplitudes of samples."""
@@ -78,7 +78,7 @@ class DamperLink:
             ])  # fmt: skip
 
     def at(self, which: NDArray[np.bool_]) -> DamperLink:
-        """That at some of the speeds."""
+        """The damper at some of the speeds."""
         some = copy(self)
         some.omega, some.parameters, some.stiffness = self.omega[which], self.parameters[which], self.stiffness[which]
         return some

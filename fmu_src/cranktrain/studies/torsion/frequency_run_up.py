@@ -129,7 +129,7 @@ class _Transfer(NamedTuple):
 
     @classmethod
     def of(cls, structure: ShaftOrders, damper: Fitted | None, speeds: Array, known: ComplexArray) -> _Transfer:
-        """That at ``speeds`` (s,), where a crank that turns rigidly has the torques ``known`` (s, k, p)."""
+        """Transfer at ``speeds`` (s,); ``known`` (s, k, p) are the torques on a crank that turns rigidly."""
         whole = structure.transfer(speeds, np.arange(structure.orders.size))
         motion, by_rest = whole[..., :-1], whole[..., -1]
         if damper is None:
@@ -144,7 +144,7 @@ class _Transfer(NamedTuple):
         return cls(motion, share[:, :, None] * by_rest, stiffness, link if link.thinning else None)
 
     def at(self, which: NDArray[np.bool_]) -> _Transfer:
-        """That at some of the speeds."""
+        """The transfer at some of the speeds."""
         link = self.link.at(which) if self.link is not None else None
         return _Transfer(self.motion[which], self.by_rest[which], self.stiffness[which], link)
 

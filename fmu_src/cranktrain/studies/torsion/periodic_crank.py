@@ -37,7 +37,7 @@ _TOLERANCE = 1e-10
 
 
 class OrderStructure(Protocol):
-    """What answers order by order: see :class:`PeriodicCrank`."""
+    """A structure whose response is computed for each order, see :class:`PeriodicCrank`."""
 
     omega: Array
     samples: int

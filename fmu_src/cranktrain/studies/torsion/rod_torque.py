@@ -1,4 +1,4 @@
-"""Torque of rigid rods on pins that run on their circles, in closed form and many angles at once.
+"""Torque of rigid rods on pins that run on their circles, in closed form, for many angles at once.
 
 With the pin at the angle a of its circle of radius r in axes of its cylinder, x = r cos a − e, s = √(L² − x²), the
 piston moves by h = dy_P/da = r cos a + r x sin a/s and the rod turns by b = dβ/da = −r sin a/s. The pin then carries

@@ -48,7 +48,7 @@ FINE_SAMPLES = 7200
 SETTLE = 1.0e-4
 """Settling error at the start of runs."""
 SLOW = 5.0
-"""Seconds of a run that is not repeated: the machine's drift is within it."""
+"""A run that takes longer than this, s, is not repeated, because it averages the drift of the machine's speed."""
 
 
 class Recorded(NamedTuple):

@@ -24,11 +24,11 @@ MARKS = ("v", "D", "s", "o", "P", "X")
 PART_STYLES = {"model": ("s", "#1f77b4"), "numerical": ("o", "#e07b00"), "settling": ("^", "#2ca02c")}
 INK, PALE = "#22262b", "#9aa1aa"
 FARTHEST = 10.0
-"""Errors above it say nothing but that the answer is lost; drawn at the top edge."""
+"""Errors above this only mean that the answer is lost, so they are drawn at the top edge."""
 LEAST = 1.0e-5
 """Parts below it are drawn there."""
 GAIN = 0.98
-"""A choice of the front is named where its error is less than so much of that of the one named before."""
+"""A choice of the front is named if its error is below this fraction of the error of the choice named before."""
 COST = "processor seconds per simulated second of a settled cycle"
 
 
