@@ -188,14 +188,13 @@ def _profiled(bearing: RollerBearing, options: argparse.Namespace, diameter_know
 def _mains(options: argparse.Namespace) -> dict[str, Any]:
     """Bearings of an engine's mains, equal ones solved once."""
     from cranktrain.engine.file import load_engine
+    from cranktrain.studies.roller_stand_ins import required_rollers
 
     for name in OF_ENGINE:
         if getattr(options, name) is not None:
             raise InputError(f"--{name.replace('_', '-')}: the engine file gives it; leave it or --engine out")
     engine = load_engine(options.engine)
-    rollers = engine.main_roller
-    if rollers is None:
-        raise InputError(f"engine '{engine.name}' has no [main_roller]; its main bearings are not roller bearings")
+    rollers = required_rollers(engine)
     solved: dict[RollerBearing, dict[str, Any]] = {}
     mains = []
     for i in range(len(rollers.rollers)):

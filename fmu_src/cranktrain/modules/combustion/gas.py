@@ -81,13 +81,6 @@ def gas_table(hydrogen_per_carbon: float) -> Array:
     return np.vstack([_rows(AIR), _rows(products(hydrogen_per_carbon))])
 
 
-def constant_gas(heat_capacity: float, gas_constant: float) -> Array:
-    """Table of a gas of constant c_p, J/(kg K), in place of air and products: for comparison with closed forms."""
-    row = np.zeros(COLUMNS)
-    row[[0, RISE]], row[H_0], row[R_GAS] = heat_capacity, -heat_capacity * REFERENCE, gas_constant
-    return np.tile(row, (4, 1))
-
-
 def _rows(shares: dict[str, float]) -> Array:
     """Two rows of one mixture, whose enthalpy is 0 at 298.15 K and continuous at 1000 K."""
     mass = sum(share * MOLAR_MASS[name] for name, share in shares.items())

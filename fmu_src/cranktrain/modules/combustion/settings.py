@@ -108,7 +108,7 @@ class CycleSettings:
 def make_run(settings: CycleSettings, gas: Array | None = None) -> Run:
     """A run, prepared: its inputs start as the settings say, its state is yet to be started.
 
-    ``gas`` replaces air and products by another table, see :func:`.gas.constant_gas`. Raises ``InputError`` for values
+    ``gas`` replaces air and products by another table, as of :func:`.gas.gas_table`. Raises ``InputError`` for values
     that do not go together.
     """
     count = len(settings.firing_angles)

@@ -91,10 +91,8 @@ def saddle_for(bearing: JournalBearing) -> Saddle:
 def bore_compliance(
     engine: Engine,
     count: int = 8,
-    saddle: Saddle | None = None,
     with_motion: bool = False,
     progress: Progress | None = None,
-    rebuild: bool = False,
 ) -> BoreCompliance:
     """Elastic shapes of a main bearing's bore; the finite elements run once, then the user's cache is read.
 
@@ -103,12 +101,9 @@ def bore_compliance(
     Parameters
     ----------
     count : shapes to keep, the softest first
-    saddle : dimensions in place of those that follow from the engine's main bearing
     with_motion : let the shapes hold the bore's motion as a whole; only where no body carries it
-    progress : told each stage before it starts
-    rebuild : compute even where a stored compliance exists
     """
-    plan = saddle or saddle_for(engine.plain_mains)
+    plan = saddle_for(engine.plain_mains)
     check_saddle(plan)
     area = np.pi * plan.film_diameter * plan.film_width
     say = progress or (lambda stage: None)
@@ -121,7 +116,7 @@ def bore_compliance(
         clamped = model.basis.get_dofs(mesh.boundaries["clamped"]).flatten()
         return pattern_compliance(model, clamped, plan.film_diameter, plan.film_width)
 
-    patternwise = kept_compliance("saddle", [RECIPE, WAVES, DEGREE, asdict(plan)], computed, rebuild)
+    patternwise = kept_compliance("saddle", [RECIPE, WAVES, DEGREE, asdict(plan)], computed)
     return reduced_compliance(patternwise, area, count, with_motion)
 
 
