@@ -195,7 +195,7 @@ def test_measured_orders_that_are_none_are_refused_before_the_work(tmp_path, cap
     path.write_text("speed_rpm,order,amplitude,unit\n2380,6.2,0.21,deg\n")
     command = ["report", "diesel_i6", "--measured", str(path), "--output", str(tmp_path / "report.html")]
     assert main(command) == 2
-    assert "orders.csv, line 2: order 6.2 is no multiple of a half" in capsys.readouterr().err
+    assert "orders.csv, line 2: order 6.2 is not a multiple of 0.5" in capsys.readouterr().err
     assert not (tmp_path / "report.html").exists()
 
 

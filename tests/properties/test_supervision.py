@@ -132,7 +132,7 @@ def test_nothing_is_left_of_a_process_that_died(tmp_path, monkeypatch):
 
 
 def test_a_unit_that_cannot_end_costs_a_warning():
-    with pytest.warns(UserWarning, match="second, its end at 1 s: died with SIGSEGV; the run is whole"):
+    with pytest.warns(UserWarning, match="second, its end at 1 s: died with SIGSEGV; the run itself is complete"):
         assert run_supervised(partial(system, crash, "close"), STOP, Steps(STEP)).steps == 10
 
 

@@ -139,7 +139,7 @@ WRONG = [
     ((*GIVEN, "--load", "5", "--slices", "1"), "--slices 1 is not within"),
     ((*GIVEN, "--load", "5", "--pitch-mm", "40"), "--rollers: 16 of 10 mm overlap on a pitch circle of 40 mm; at most"),
     (("roller", "--length-mm", "10", "--load", "5"), "--rollers is missing"),
-    (("roller", "--rollers", "2", "--length-mm", "10", "--load", "5"), "--rollers 2 cannot centre a journal"),
+    (("roller", "--rollers", "2", "--length-mm", "10", "--load", "5"), "--rollers 2 is too few to centre a journal"),
     (
         ("roller", "--rollers", "9", "--length-mm", "-3", "--load", "5"),
         "--length-mm: -3 mm is not within 0.01 to",

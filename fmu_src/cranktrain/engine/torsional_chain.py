@@ -225,7 +225,7 @@ def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict
                 raise InputError(f"{where}: {shown(value)} cannot name a disc; give a text other than '{GROUND}'")
         elif key == "between":
             if not (isinstance(value, list) and len(value) == 2 and value[0] != value[1]):
-                raise InputError(f'{where}: between = {shown(value)} are not two discs; write between = ["a", "b"]')
+                raise InputError(f'{where}: between = {shown(value)} is no pair of discs; write between = ["a", "b"]')
             value = tuple(value)
         else:
             if not is_number(value):
