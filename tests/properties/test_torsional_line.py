@@ -225,7 +225,7 @@ def test_a_table_is_the_same_as_toml_csv_and_engine_file(tmp_path):
             ("inertia", "inertai", r"column 'inertai' does not exist; did you mean 'inertia'"),
             ("disc, ", "", r"has no column 'disc'; name the columns in the first line"),
             ("0.2", "0,2", r"line 3: has more entries than there are columns"),
-            ("0.2", "x", r"line 3: inertia = 'x' is no number"),
+            ("0.2", "x", r"line 3: inertia = 'x' is not a number"),
             (",dynamometer,", ",,", r"line 4: the shaft of the last line has no end; name a disc in column 'to'"),
         ]
     ],
