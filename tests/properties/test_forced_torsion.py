@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks._forced_torsion import Ring, balanced_ring, forced_torsion, order_peak
 from bodies import six
 from scipy.integrate import solve_ivp
 
@@ -20,7 +21,6 @@ from cranktrain.loads.damper import (
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.modal import cranktrain_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body
-from cranktrain.studies.torsion.forced_torsion import Ring, balanced_ring, forced_torsion, order_peak
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 RPM = math.pi / 30.0

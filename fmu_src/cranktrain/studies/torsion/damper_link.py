@@ -7,7 +7,7 @@ of complex stiffness κ(ω) the twist is
 
 κ is what the law has at ω itself: iωη of a newtonian fluid, G*(ω) of a complex modulus, k (1 + id) of rubber; a run in
 time has one pair of spring and damper for all orders. A shear-thinning fluid is replaced by the linear damper with the
-same dissipation over the cycle; e is the residual torque (:mod:`cranktrain.studies.torsion.forced_torsion`).
+same dissipation over the cycle; e is the residual torque of the law.
 """
 
 from __future__ import annotations

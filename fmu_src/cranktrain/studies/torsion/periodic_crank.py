@@ -14,7 +14,6 @@ a run. Gravity is left out.
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,22 +33,6 @@ from cranktrain.structure.in_motion.periodic_forces import joined, main_forces, 
 ComplexArray = NDArray[np.complex128]
 
 _TOLERANCE = 1e-10
-
-
-class OrderStructure(Protocol):
-    """A structure whose response is computed for each order, see :class:`PeriodicCrank`."""
-
-    omega: Array
-    samples: int
-
-    def response(self, row: Array, added: ComplexArray, torque: ComplexArray) -> ComplexArray:
-        """Complex amplitudes of a motion, see :meth:`PeriodicCrank.response`."""
-
-    def spectrum(self, signal: Array) -> ComplexArray:
-        """Complex amplitudes of samples."""
-
-    def signal(self, spectrum: ComplexArray) -> Array:
-        """Samples of complex amplitudes."""
 
 
 class PeriodicCrank:

@@ -14,7 +14,7 @@ mean torque. With a nonlinear law it slips slowly on average against the hub.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +30,29 @@ from cranktrain.loads.damper import (
     damping_coefficient,
 )
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.studies.torsion.periodic_crank import OrderStructure, PeriodicCrank
+from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 ComplexArray = NDArray[np.complex128]
 
 HIGHEST_ORDER = 24.0
 # The law's torque is found to this share of its largest value, or after so many rounds not at all.
 _SETTLED, _ROUNDS = 1e-8, 100
+
+
+class OrderStructure(Protocol):
+    """A structure whose response is computed for each order, see :class:`PeriodicCrank`."""
+
+    omega: Array
+    samples: int
+
+    def response(self, row: Array, added: ComplexArray, torque: ComplexArray) -> ComplexArray:
+        """Complex amplitudes of a motion, see :meth:`PeriodicCrank.response`."""
+
+    def spectrum(self, signal: Array) -> ComplexArray:
+        """Complex amplitudes of samples."""
+
+    def signal(self, spectrum: ComplexArray) -> Array:
+        """Samples of complex amplitudes."""
 
 
 class Ring(NamedTuple):
