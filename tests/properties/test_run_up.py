@@ -364,7 +364,7 @@ def test_a_cluster_without_workers_is_one_line_and_the_work_is_kept(tmp_path, cl
     once_there(path, lambda: cluster.scale(0))
     assert main(command) == 2
     refused = told(capsys)["error"]
-    assert "no workers left" in refused["what"] and "goes on from there" in refused["remedy"]
+    assert "no workers left" in refused["what"] and "continue from there" in refused["remedy"]
     assert RunUp.load(path).speeds.size > 0
     assert main(command) == 2
     assert "the cluster has no workers" in told(capsys)["error"]["what"]

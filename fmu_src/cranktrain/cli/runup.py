@@ -98,7 +98,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         for table in run_up_tables(said):
             show(table)
         print(closing_text(found))
-        resumed = f", {outcome.resumed} speeds of it from a run before" if outcome.resumed else ""
+        resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
         print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")
         print("".join(f"{picture}\n" for picture in said.get("plots", [])), end="")
     return said
@@ -181,7 +181,7 @@ def _run_into(path: Path, outcome: Outcome, work: Callable[[Callable[[str, float
 
     def kept() -> str:
         count = 0 if outcome.run_up is None else outcome.run_up.speeds.size
-        goes_on = "; the same command goes on from there" if count else ""
+        goes_on = "; run the same command again to continue from there" if count else ""
         return f"{path} keeps {count} speeds{goes_on}"
 
     try:

@@ -61,7 +61,7 @@ def housed_table(engine: Engine, part: Mapping[str, Any]) -> Table:
         shares = {kind: share for kind, share in mode["shares"].items() if kind != "block"}
         if mode["shares"]["block"] < 0.5:
             modes.append({**mode, "shape": max(shares, key=lambda kind: float(shares[kind]))})
-    title = "Cranktrain in its flexible block on mounts, at rest; what shares lack of 100 % is the block's"
+    title = "Cranktrain in its flexible block on mounts, at rest; the block holds the rest of 100 %"
     published = _published(engine, {"first_torsional_hz": part["first_torsional_hz"]})
     return Table(title, _HEADER, tuple(_beside(modes, published, 7)))
 
@@ -235,7 +235,7 @@ def closing_text(names: Sequence[str]) -> str:
     """One line on the bearings whose edges close."""
     return (
         f"An edge stays less than {1e6 * CLOSING:g} um open in {', '.join(names)}: "
-        "the largest film pressure is no result there"
+        "the largest film pressure has no meaning there"
     )
 
 

@@ -179,7 +179,7 @@ class _Chooser:
             if found[-1].serves:
                 break
         if not found:
-            raise InputError(f"{scene.path.name}: no crank level answers up to {scene.frequency:g} Hz; ask for less")
+            raise InputError(f"{scene.path.name}: no crank level is valid up to {scene.frequency:g} Hz; lower it")
         return found
 
     def _judge(self, pair: Pair, case: Case) -> _Judged:
@@ -363,7 +363,7 @@ class _Chooser:
             else:
                 lower = [one.text for one in judged if one.pair[0] == case.crank and one.pair[1] != level]
             lines.append(f"{kind} {level}: " + "; ".join(part for part in (*lower, reason) if part))
-        moves = "the outputs need one that moves" if scene.block == "flexible" else "no output needs one that moves"
+        moves = "the outputs need its motion" if scene.block == "flexible" else "no output needs its motion"
         lines.append(f"block {scene.block}: {moves}")
         lines += [] if self.known is None else self.known.shortfall(scene.accuracy)
         lines.append(modes_text)
@@ -377,20 +377,20 @@ class _Chooser:
         if not made.within_accuracy:
             by = " by what the scene fixes" if scene.crank is not None or scene.bearings is not None else ""
             lines.append(
-                f"accuracy missed{by}: {percent(made.predicted_error)} in place of {percent(scene.accuracy)}, "
-                f"{made.predicted_error / scene.accuracy:.2g} times as much"
+                f"accuracy missed{by}: {percent(made.predicted_error)} is predicted, "
+                f"{made.predicted_error / scene.accuracy:.2g} times the {percent(scene.accuracy)} of the scene"
             )
         open_ended = scene.bearings is None and scene.budget is None
         if not made.within_accuracy and open_ended and dearest(made.next.levels[1]):
             lines.append(
-                f"bearings {made.next.levels[1]}: far dearer, so only within a budget, or where the scene asks for them"
+                f"bearings {made.next.levels[1]}: far dearer, so taken only if the scene sets a budget or names them"
             )
         if self.too_dear:
-            lines.append(f"budget {scene.budget:g} ends the climb: {self.too_dear}")
+            lines.append(f"no dearer levels within the budget of {scene.budget:g}: {self.too_dear}")
         if scene.budget is not None and not made.within_budget:
             lines.append(
-                f"budget missed: real-time factor {made.real_time_factor:.2g} in place of {scene.budget:g}, "
-                f"{made.real_time_factor / scene.budget:.2g} times as much"
+                f"budget missed: real-time factor {made.real_time_factor:.2g}, "
+                f"{made.real_time_factor / scene.budget:.2g} times the {scene.budget:g} of the scene"
             )
         return tuple(lines)
 

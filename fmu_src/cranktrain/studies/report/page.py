@@ -35,7 +35,7 @@ def _section(number: int, section: Section, found: Findings) -> str:
     parts = section.make(found)
     if not parts:
         remedy = html.escape(section.remedy(found.engine.name))
-        parts = [f'<p class="missing">Not in this report. To have it: <code>{remedy}</code></p>']
+        parts = [f'<p class="missing">Not in this report. To include it: <code>{remedy}</code></p>']
     reference = section.reference(found.engine.name)
     beside = f'<p class="reference">Beside the reference: {reference}.</p>' if reference else ""
     return f'<section id="s{number}"><h2>{number}. {html.escape(section.title)}</h2>{beside}{"".join(parts)}</section>'
