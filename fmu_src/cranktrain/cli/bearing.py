@@ -34,55 +34,60 @@ One plain bearing: load, attitude, flow, friction, stiffness and damping.
 
 Oil is at ambient pressure at both ends.
 
-By eccentricity: --length-ratio, --eccentricity; dimensionless results, x along the eccentricity, y 90 deg on in the
+By eccentricity: --length-ratio, --eccentricity; dimensionless results, x along the eccentricity, y 90 deg ahead in the
 sense of rotation, with B width, D diameter, R = D/2, c radial clearance, psi = c/R, eta viscosity, omega speed of the
 journal in a bore at rest:
   sommerfeld   So = F psi^2/(B D eta omega); with --squeeze-only So = F psi^2/(B D eta |deps/dt|)
   attitude_deg angle from the load to the eccentricity, in the sense of rotation
-  side_flow    Q/(R^3 psi omega), Q what pressure drives out of both ends together
+  side_flow    Q/(R^3 psi omega), Q the flow that pressure drives out of both ends together
   friction     mu_f/psi = S/(2 So) + eps sin(attitude)/2, S = half the integral of dphi dzeta/H over a filled gap
                (2 pi/sqrt(1 - eps^2) without tilt); friction of the journal, 0 for the shear of --squeeze-only
   p_max        p psi^2/(eta omega)
   force        [x, y] F psi^2/(B D eta omega) on the journal
   moment       [x, y] M psi^2/(B^2 D eta omega), the moment vector on the journal about its middle
-In all norms of --squeeze-only omega is deps/dt. attitude_deg and friction are null where there is no load.
-seconds: the solution alone, kernels loaded (median of the wall times of up to 15 runs).
+With --squeeze-only omega stands for deps/dt in all these norms. attitude_deg and friction are null without load.
+seconds: wall time of the solution alone, with kernels loaded (median of up to 15 runs).
 
 By load: --diameter-mm, --width-mm, --clearance-um (radial), --viscosity (Pa s), --speed (rev/min), --load (N); x along
-the load, y 90 deg on in the sense of rotation: eccentricity (over c), attitude_deg, min_film_um, stiffness (N/m) and
+the load, y 90 deg ahead in the sense of rotation: eccentricity (over c), attitude_deg, min_film_um, stiffness (N/m) and
 damping (N s/m) as rows of 2 x 2 matrices -dF/dx and -dF/dx', whirl_threshold omega_s sqrt(c m/W) of a rigid rotor with
-mass m per bearing (null: stable at every speed, 0: at none), flow (m^3/s, out of both ends), friction_torque (N m, on
-the journal, of a filled gap), p_max (Pa), seconds (equilibrium and coefficients, as above). With --moment-nm the
+mass m per bearing (null: stable at every speed, 0: at no speed), flow (m^3/s, out of both ends), friction_torque (N m,
+on the journal, of a filled gap), p_max (Pa), seconds (equilibrium and coefficients, as above). With --moment-nm the
 matrices are 4 x 4 for (x, y, dx/dz, dy/dz) against (Fx, Fy, My, -Mx), and the result has tilt, the displacement of the
 axis at the end z = +B/2 over c.
+
 With --inlet-temperature-c instead of --viscosity the oil is Walther's (ASTM D341) through its kinematic viscosities at
-40 and 100 degC (--oil-viscosity-40, --oil-viscosity-100, mm^2/s) with --oil-density (kg/m^3), and the film is as warm
-as its heat balance makes it: --heat-share of the friction power warms the oil that leaves at the ends
-(2000 J/(kg K)) from inlet to outlet, and the viscosity is that of the mean. The result has effective_temperature_c,
-outlet_temperature_c and viscosity (Pa s) too.
+40 and 100 degC (--oil-viscosity-40, --oil-viscosity-100, mm^2/s) with --oil-density (kg/m^3), and a heat balance gives
+the temperature: --heat-share of the friction power warms the oil that leaves at the ends (2000 J/(kg K)) from inlet to
+outlet, and the viscosity is that at their mean. The result has effective_temperature_c, outlet_temperature_c and
+viscosity (Pa s) too.
+
 --roughness-um (standard deviation sigma of both surfaces together) adds flow factors (Patir and Cheng; isotropic, or
 stretched by --roughness-pattern along the motion) and asperities that carry (Greenwood and Tripp) and rub. They are
 given by --asperity-factor (eta beta sigma) or --asperity-density (eta), --asperity-ratio (sigma/beta) or
 --asperity-radius-um (beta), --contact-modulus-gpa, --hardness-mpa of the softer surface, --boundary-friction and
---boundary-shear-mpa (on the area that truly touches); the defaults are those of the engine files. contact_load (N) and
-contact_friction_torque (N m) are the parts of the asperities; friction_coefficient is torque over load and radius, and
-contact_pressure_max_mpa and contact_area_mm2 (true area) are of the asperities too. Several values of --speed give a
-Stribeck curve: "curve" has one result for each, with speed_rpm. --pressure-law barus or roelands with
---pressure-viscosity (1/GPa) and --compressibility dowson-higginson are the oil's. --bore ENGINE is the elastic main
-bearing of an engine file of the same diameter and width, loaded onto its cap: bore_displacement_um is its largest
-displacement. All of it works together, with any cavitation, grooves and heat balance; the bore is rigid otherwise. A
-rigid bore may have no film for an oil that stiffens with pressure.
+--boundary-shear-mpa (on the area that truly touches); the defaults are those of the engine files. contact_load (N),
+contact_friction_torque (N m), contact_pressure_max_mpa and contact_area_mm2 (true area) are those of the asperities;
+friction_coefficient is torque over load and radius.
 
-At a place, in units: --eccentricity with all of the bearing's dimensions, --speed and --viscosity or
---inlet-temperature-c: the same, with load (N); x is along that load.
+Several values of --speed give a Stribeck curve: "curve" has one result for each, with speed_rpm.
 
-Cavitation: reynolds (p >= 0, Swift and Stieber), guembel (a full film's tension left out), full (Sommerfeld) or
-mass-conserving (oil conserved at rupture and reformation; rates of --squeeze are those of an instant, the fill of an
-opening gap unchanged; by load, coefficients are those of differences).
+--pressure-law barus or roelands with --pressure-viscosity (1/GPa), and --compressibility dowson-higginson, describe the
+oil under pressure. --bore ENGINE is the elastic main bearing of an engine file of the same diameter and width, loaded
+onto its cap: bore_displacement_um is its largest displacement. Otherwise the bore is rigid. All these options can be
+combined, with any cavitation, grooves and heat balance. In a rigid bore there may be no solution for an oil that
+stiffens with pressure.
+
+By eccentricity, in units: --eccentricity with all dimensions of the bearing, --speed and --viscosity or
+--inlet-temperature-c give the same results, with load (N); x is along that load.
+
+Cavitation: reynolds (p >= 0, Swift and Stieber), guembel (negative pressures of a full film set to 0), full
+(Sommerfeld) or mass-conserving (oil is conserved at rupture and reformation; --squeeze is then an instant, in which the
+fill of an opening gap does not change yet; by load, coefficients are found by finite differences).
 Supply: widest-gap holds p = 0 on the line of the widest gap (an axial groove there, as in Butenschoen's and Raimondi
-and Boyd's tables); it is the default of rotation with --cavitation reynolds (unless --squeeze is negative: the journal
-then presses on the oil there) or mass-conserving. none leaves reformation to Reynolds' condition, the default
-otherwise. --grooves two-axial has p = 0 in two grooves at +-90 deg to the load, of --groove-deg each.
+and Boyd's tables); it is the default for a rotating journal with --cavitation reynolds (unless --squeeze is negative:
+the journal then presses on the oil there) or mass-conserving. In all other cases the default is none: the film reforms
+by Reynolds' condition. --grooves two-axial has p = 0 in two grooves at +-90 deg to the load, of --groove-deg each.
 """
 
 

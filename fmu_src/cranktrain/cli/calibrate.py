@@ -9,14 +9,15 @@ from cranktrain.cli.console import Interrupted, labelled_bar, number, say, show_
 from cranktrain.core.errors import InputError
 
 DESCRIPTION = """\
-Values of an engine file that meet frequencies, within bounds.
+Fit values of an engine file, within bounds, so that its frequencies match targets.
 
-TARGETS says which frequencies are to be met, with sources and tolerances, which values are free within which bounds,
-and what is derived from them; a shipped engine's name stands for its own targets file. Bearings, masses and inertias
-cost milliseconds, a free dimension one more mesh. An interrupted search keeps the best values so far.
+TARGETS is a file that lists the frequencies to be met, with sources and tolerances; the values that may change, with
+their bounds; and the values derived from these. The name of a shipped engine stands for its own targets file. Trying a
+bearing, mass or inertia takes milliseconds, a changed dimension one more mesh. An interrupted search keeps the best
+values so far.
 
-deviation    of ours from the target; met where it is within the tolerance
-sensitivity  per cent of the frequency per per cent of the value (d ln f / d ln p)
+deviation    of our frequency from the target; a target is met if this is within its tolerance
+sensitivity  change of the frequency, in per cent, for one per cent of the value (d ln f / d ln p)
 """
 
 

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """Couple cranktrain, combustion and valve train as FMUs, and run cycles at constant speed.
 
-FMUs that are not named are built first; the cranktrain's then has no film table and no flexible block. --scheme
-jacobi steps all at once, gauss-seidel one after the other, iterative again and again until they agree.
---reconstruction own leaves pressures between communication points to the cranktrain, which knows the angle that they
-belong to; hold, linear and quadratic let the master do it. --json prints {"pulley", "imep_pa", "indicated_torque_nm",
-"coupling_residual_w", "real_time_factor", "seconds", "result", "valvetrain"}."""
+FMUs that are not named are built first; a cranktrain built this way has no film table and no flexible block. With
+--scheme jacobi all units step at once, with gauss-seidel one after the other, with iterative repeatedly until they
+agree. With --reconstruction own the cranktrain itself interpolates pressures between communication points, because it
+knows the crank angle of each; with hold, linear and quadratic the master does. --json prints {"pulley", "imep_pa",
+"indicated_torque_nm", "coupling_residual_w", "real_time_factor", "seconds", "result", "valvetrain"}."""
 
 
 UNITS = CRANKTRAIN, COMBUSTION, VALVETRAIN

@@ -10,8 +10,9 @@ from cranktrain.cli.console import bar, say
 DESCRIPTION = """\
 Write a result or run-up file as a table: CSV, Parquet (needs pyarrow) or NumPy's archive.
 
-A run's table has a row a sample; a run-up's a row a speed, with amplitude and phase of every order. Values are SI;
-headings name their unit: "pulley.torsion [rad]". Only a table of cranktrain is replaced.
+The table of a run has one row per sample; that of a run-up one row per speed, with amplitude and phase of every order.
+Values are in SI units, which the headings name: "pulley.torsion [rad]". An existing file is replaced only if it is a
+table written by cranktrain.
 """
 
 

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from cranktrain.studies.fatigue import FatigueReport
 
 DESCRIPTION = """\
-Safety factors of the crankshaft's fillets and oil bores over the cycle, and its acceptability by the rule IACS UR M53.
+Safety factors of the crankshaft's fillets and oil bores over the cycle, and acceptability by rule IACS UR M53.
 
-Runs each speed until its outputs repeat, cuts the crank at its webs and pins, and takes the rule's stress factors; with
---fillets the stresses of fine sub-models in the throws named. The least safe speed counts. Needs the table
-[crank_strength] of the engine file. --json prints {"fillets": [{"name", "safety_factor", "amplitude_mpa", "mean_mpa",
-"converged", "speed_rpm", "by", "safety_factor_by_rule_factors"}], "rule", "speeds", …}. With --bearings held each throw
-bends alone.
+Each speed is run until its outputs repeat. Loads are then taken at cuts through webs and pins, and stresses from the
+rule's stress factors, or with --fillets from fine sub-models of the throws named. The speed with the lowest safety
+factor counts. The engine file needs a table [crank_strength]. --json prints {"fillets": [{"name", "safety_factor",
+"amplitude_mpa", "mean_mpa", "converged", "speed_rpm", "by", "safety_factor_by_rule_factors"}], "rule", "speeds", …}.
+With --bearings held main journals do not move, so each throw bends by itself.
 """
 CRITERIA = ("haigh", "findley")
 

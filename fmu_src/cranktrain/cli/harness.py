@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from cranktrain.studies.harness.running import Judged
 
 DESCRIPTION = """\
-Run the scenarios of a harness file and hold its assertions against them.
+Run the scenarios of a harness file and check its assertions.
 
-Any FMU may stand in place of any module; units are connected by name or by a map. Scenarios are steps, ramps, misfires,
-noise, drop-outs and faults of units, each run in a process of its own. FMUs that are not named are built first.
+Any FMU may replace any module; units are connected by name or by a map. A scenario may contain steps, ramps, misfires,
+noise, drop-outs and faults of units; every unit runs in a process of its own. FMUs that are not named are built first.
 --json prints {"passed", "scenarios": [{"name", "passed", "ended", "seconds", "result", "assertions": [{"name",
-"quantity", "expected", "found", "unit", "passed"}]}]}. Exit code 0: all passed, 1: some did not, 2: a bad file.
+"quantity", "expected", "found", "unit", "passed"}]}]}. Exit code 0: all assertions passed, 1: some failed, 2: the file
+is invalid.
 """
 
 

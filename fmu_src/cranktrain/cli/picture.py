@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from cranktrain.results.pictures.moving_surface import MovingSurface
 
 DESCRIPTION = """\
-The crankshaft in space: still (PNG), animation (GIF, MP4) or page to turn about (HTML) of a mode, or as it runs.
+The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) or page (HTML).
 
-With --speed the solid crank runs until its cycles repeat, and is drawn in the colours of its stress.
+In a page the crankshaft can be turned. With --speed the solid crank runs until its cycles repeat, and is coloured by
+its stress.
 """
 FRAME_DEG = 10
 

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from cranktrain.studies.planning.scene_model import SceneModel
 
 DESCRIPTION = """\
-What serves a scene, why, and with which error and time.
+The plan for a scene: which levels and step serve it, why, and with which error and computing time.
 
-A plan picks the lowest levels, number of modes, bearing law, integrator and step. Its figures are measured on the
-scene's own model by short runs, and kept in the cache. The model error is the difference to the next level up, the
-numerical error the difference to half the step; both are relative, up to the scene's highest frequency, and the largest
-over its outputs and speeds counts. Where measured total errors ship for the engine (cranktrain tradeoff --total), the
-levels are the cheapest that these put within the accuracy of the best model.
+A plan picks the lowest levels, number of modes, bearing law, integrator and step that are accurate enough. Its errors
+and times are measured by short runs of the scene's own model, and kept in the cache. The model error is the difference
+from the next level up, the numerical error the difference from half the step. Both are relative, up to the scene's
+highest frequency; the largest over its outputs and speeds counts. Where measured total errors ship for the engine (see
+cranktrain tradeoff --total), the plan takes the cheapest levels whose total error is within the accuracy.
 """
 
 

@@ -19,11 +19,13 @@ if TYPE_CHECKING:
     from cranktrain.results.run_up.run_up import RunUp
 
 DESCRIPTION = """\
-Pictures of a run-up: orders over the speed with their resonances named, waterfall, Campbell diagram, and motion and
-orders at the highest peaks. Modes of the Campbell diagram are at rest, on the bearings' stand-in springs; the torsional
-mode in motion is in the pictures that `cranktrain runup --plots` draws.
+Pictures of a run-up: orders over speed with named resonances, waterfall, Campbell diagram, motion at the highest peaks.
 
-Measured orders come from a text file of the columns speed_rpm, order, amplitude, unit, zero to peak.
+The modes of the Campbell diagram are at rest, on the bearings' stand-in springs; the torsional mode in motion is in the
+pictures of `cranktrain runup --plots`.
+
+Measured orders are read from a text file with the columns speed_rpm, order, amplitude, unit; amplitudes are zero to
+peak.
 """
 
 

@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from cranktrain.studies.report.findings import Findings
 
 DESCRIPTION = """\
-One HTML file of an engine: frequencies and critical speeds beside the reference's, vibration, origins of values.
+Report of an engine as one HTML file: frequencies and critical speeds beside the reference's, vibration, origins.
 
-It needs no network, prints, and is read on a telephone. What takes seconds is computed; the rest is read from files
-of other verbs, and a section without its data says which commands make them. --make FOLDER runs these.
+Origins are the sources of the engine's values. The page needs no network, can be printed, and fits the screen of a
+telephone. Results that take only seconds are computed; the others are read from files of other verbs. A section without
+its data says which commands make them; --make FOLDER runs these.
 """
 FOLDERS = tuple(Path(place) for place in ("out/tradeoff", "out/stability", "docs/tradeoff", "docs/stability"))
 """Where pictures of ``tradeoff`` and ``stability`` are, if nothing else is said."""

@@ -42,30 +42,30 @@ Clearance is the diametral radial clearance of the standards (ISO 5753), the who
 preload. --profile none (straight rollers, default), iso16281 (logarithmic, by the standard's parameter) or that
 parameter itself; a profile needs --roller-diameter-mm. --position: a roller on the load line (default), or two on
 either side of it. The roller's length is the effective one. Without --roller-diameter-mm rollers are as thick as they
-are long, without --pitch-mm they fill 85 % of their circle; both tell in the pressure, the travel and the ring only.
+are long, without --pitch-mm they fill 85 % of their circle; both affect only pressure, travel and ring.
 
 Results:
-  deflection_um              of both contacts in series, beyond the free play: the journal's displacement along the load
-                             less half the clearance
+  deflection_um              of both contacts in series: the journal's displacement along the load less half the
+                             clearance
   q_max_n                    load of the most loaded roller
   stiffness_n_per_mm         tangent dF/d delta along the load, at the load
-  tilt_stiffness_nm_per_rad  tangent of the moment by the tilt in the plane of the load
-  displacement_um            from the middle, the free play with it
-  tilt_mrad                  in the plane of the load, by --moment-nm
+  tilt_stiffness_nm_per_rad  derivative of the moment by the tilt in the plane of the load
+  displacement_um            of the journal from the middle, including the free play
+  tilt_mrad                  in the plane of the load, under --moment-nm
   loaded_rollers, load_factor Q_max Z/F (null without load), pressure_mpa (largest, Hertz, at the inner ring)
   travel_um                  approach of both contacts at the static load rating (ISO 76: 4000 MPa); half the clearance
                              may not exceed it
-  stiffness_variation        relative change of the stiffness as the rollers go on by half their pitch
+  stiffness_variation        relative change of the stiffness as the rollers move by half their pitch
   many_rollers               the same by Sjovall's integral: rollers infinitely close, straight, without moment
 
---ring adds "ring": radial and tilting stiffness of the bearing without contacts, its rollers as springs of their
-tangents at the load, outer ring and housing in finite elements. With --engine the bearings are those of the engine's
-[main_roller], each under the same load, with their rings; "mains" has one entry for each.
+--ring adds "ring": radial and tilting stiffness with an elastic outer ring and housing (finite elements), the rollers
+as linear springs with their stiffness at the load. With --engine the bearings are those of the engine's [main_roller],
+each under the same load, with their rings; "mains" has one entry for each.
 
---engine with --speed in place of --load: the rollers as they run, at full load in the engine's default block. Means of
-their tangents over a settled cycle, along and across the load, in axes turning with the crank and at rest; and the
-linear stand-ins of level linear, of 'modal' and of 'calibrate': springs that yield on average as the rollers do, in
-series with the elastic stiffness of the free crankshaft at the journal. --out writes an engine file with them.
+--engine with --speed instead of --load: the rollers in a run at full load in the engine's default block. Results are
+their mean stiffness over a settled cycle, along and across the load, in axes that turn with the crank and in axes at
+rest; and the stand-in springs for level linear, 'modal' and 'calibrate', which yield on average as the rollers do, in
+series with the elastic stiffness of the free crankshaft at the journal. --out writes an engine file with these springs.
 """
 
 

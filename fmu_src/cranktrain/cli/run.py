@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Plan a scene and run it, speed by speed; write an HDF5 result and print a summary of the wanted outputs.
 
---verify      also run the next level up with half the step, and hold the predicted error against the difference
---all-levels  also run every level of crank and bearings that answers the scene's outputs, from rigid to reynolds, and
-              tabulate each output's difference to the top one, with time
+--verify      also run the next level up with half the step, and compare the predicted error with the difference
+--all-levels  also run every level of crank and bearings that has the scene's outputs, from rigid to reynolds, and
+              list each output's difference from the top level, with the computing time
 """
 
 

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from cranktrain.studies.run_up.steady import Job
 
 DESCRIPTION = """\
-Orders of torsion and axial motion over the speed, from steady cycles; resonances and the modes that they belong to.
+Orders of torsion and axial motion over speed, from steady cycles; resonances, each with the mode it belongs to.
 
-The result file holds every speed that is finished; the same command again runs only those that are missing.
+The result file holds every finished speed; repeating the command runs only the missing ones.
 """
 PER_RPM = 30.0 / math.pi
 """rev/min of 1 rad/s."""

@@ -14,15 +14,15 @@ from cranktrain.store.whole_file import check_place, marked, whole_file
 
 PAGE = marked("page of cranktrain's stability maps", "cranktrain stability")
 DESCRIPTION = """\
-Maps of where methods fail, beside theory; drawn and explained.
+Maps of where numerical methods become unstable or inaccurate, beside theory, drawn and explained.
 
-Each is found by bisection with the running model's own kernels and compared with theory. One picture (PNG and SVG) of
-each goes into the output folder. Computed maps are kept in the cache: an interrupted run goes on with those that are
-missing.
+Each boundary is found by bisection with the kernels of the running model, and compared with theory. One picture (PNG
+and SVG) of each map is written to the output folder. Finished maps are kept in the cache, so an interrupted run can be
+continued.
 
-max_deviation   largest relative difference between the boundary found and the theory, in the parameter that was
-                bisected; null where no theory exists, "inf" where only one of both has a boundary
-points          of a boundary: [column value, row value]
+max_deviation   largest relative difference between measured boundary and theory, in the bisected parameter; null where
+                no theory exists, "inf" where only one of the two has a boundary
+points          points of a boundary: [column value, row value]
 """
 
 

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Stress tensor and von Mises stress of the solid crankshaft's surface over a cycle.
 
-Stresses are superposed from those of the crank's modes, which the first call makes and the cache keeps.
---json prints {"angles_deg", "max_von_mises_mpa", "location", "static_check_relative", "hot_spots", "result"}:
-the greatest von Mises stress of the surface at each angle, where its greatest over the cycle acts, and how
-far superposed stresses are from direct finite-element solutions under the same loads and accelerations; with
+Stresses are superposed from the stresses of the crank's modes; the first call computes these, and the cache keeps them.
+--json prints {"angles_deg", "max_von_mises_mpa", "location", "static_check_relative", "hot_spots", "result"}: the
+largest von Mises stress of the surface at each angle; where the largest of the cycle occurs; and the relative
+difference of superposed stresses from direct finite-element solutions under the same loads and accelerations. With
 --fillets also "fillets": [{"name", "von_mises_mpa", "by_motion_mpa", "angle_deg", "place_mm", "free_surface",
-"converged"}], stresses by the resultants on a throw's cuts and by the motion of these.
+"converged"}]: stresses under the resultants on a throw's cuts, and under the motion of these.
 """
 _SPOTS = 12
 """Hot spots that the table shows."""
