@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.reduced_body import TURN, ReducedBody
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.rigid_slices import TURN
 from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.results.strength.assessment import BORE_GRADIENT, FILLET_GRADIENT

@@ -21,6 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.rigid_slices import Slices
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
@@ -29,7 +30,6 @@ from cranktrain.structure.crank.shape import pin_centre, stations
 from cranktrain.structure.crank.torsional import sections
 from cranktrain.structure.crank.web_member import web_flexibility
 from cranktrain.structure.fem.frame import Frame, Section, circular
-from cranktrain.structure.fem.rigid_slices import Slices
 
 _STRIPS = 16
 """Slices of a web."""

@@ -29,7 +29,8 @@ from scipy import sparse
 from scipy.linalg import cholesky, eigh, qr, solve_triangular
 
 from cranktrain.core.errors import SolverError
-from cranktrain.core.reduced_body import ReducedBody, check, rigid_modes, signed, with_rigid_rows
+from cranktrain.core.reduced_body import ReducedBody, check, signed, with_rigid_rows
+from cranktrain.core.rigid_slices import rigid_modes
 from cranktrain.core.types import Array
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, geometric_stiffness, sample
 from cranktrain.structure.fem.factor import Factor, factorise

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cranktrain.core.reduced_body import TURN, ReducedBody, skew
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.rigid_slices import TURN, second_moments, skew
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.reduction import attached_parts
@@ -113,8 +114,7 @@ def rigid_parts(engine: Engine) -> list[tuple[str, float, Array, Array]]:
 
 def point_masses(mass: float, inertia: Array, offset: Array) -> tuple[Array, Array]:
     """Points (7, 3) and masses (7,) with this mass, inertia about its centre and place of the centre."""
-    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-    moments, axes = np.linalg.eigh(second)
+    moments, axes = np.linalg.eigh(second_moments(inertia))
     shares = np.repeat(moments / (2.0 * ARM**2), 2)
     arms = np.repeat(axes.T, 2, axis=0) * np.tile([ARM, -ARM], 3)[:, None]
     return np.vstack((offset, offset + arms)), np.append(mass - shares.sum(), shares)

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import skew
+from cranktrain.core.rigid_slices import skew
 from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft, Material
 from cranktrain.structure.crank.shape import oil_outlet, pin_centre, stations

@@ -20,7 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import Array, skew
+from cranktrain.core.reduced_body import Array
+from cranktrain.core.rigid_slices import skew
 from cranktrain.core.types import Progress
 from cranktrain.engine.model import Engine
 from cranktrain.store.kept import Kept
