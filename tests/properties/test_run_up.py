@@ -292,7 +292,7 @@ def test_a_lost_worker_is_one_line_and_the_work_is_kept(tmp_path):
     said, _ = process.communicate()
     error = json.loads(said)["error"]
     assert process.returncode == 2 and "a worker process ended" in error["what"]
-    assert f"keeps {RunUp.load(path).speeds.size} speeds" in error["what"] and "goes on" in error["remedy"]
+    assert f"keeps {RunUp.load(path).speeds.size} speeds" in error["what"] and "continue from there" in error["remedy"]
 
 
 def test_a_ramp_shows_what_steady_cycles_do(made, tmp_path, capsys):
