@@ -66,10 +66,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     found = _run_into(output, request, made, gas)
     summary = found.summary(output)
     if options.steady:
-        from cranktrain.studies.torsion.torsional_response import steady_orders, torsional_response
+        from cranktrain.studies.torsion.frequency_run_up import steady_orders
 
-        steady = torsional_response(engine, made.body, request.speed, found.gas, request.load)
-        summary["pulley"]["steady_torsion_deg"] = {"orders": steady_orders(steady)}
+        orders = steady_orders(engine, made.body, made.settings, request.speed, found.gas)
+        summary["pulley"]["steady_torsion_deg"] = {"orders": orders}
     if options.plots is not None:
         summary["plots"] = _draw(Path(options.plots), found, settings, request.speed_rpm)
     settled = found.settling
@@ -117,6 +117,7 @@ def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> N
             "--steady solves a torsional crank on held bearings without damper; use --crank torsional, or leave it out"
         )
     if options.steady:
+        engine.refuse_additions("steady states in the frequency domain")
         engine.connecting_shaft  # noqa: B018  raises where there is none
     if options.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
