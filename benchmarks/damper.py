@@ -14,6 +14,7 @@ import math
 import sys
 
 import numpy as np
+from _forced_torsion import Ring, forced_torsion, order_peak
 
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.simulation import Settings, simulate
@@ -22,7 +23,6 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import damper_parameters, damper_temperature, required_damper, with_damper_housing
 from cranktrain.structure.crank.modal import cranktrain_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body
-from cranktrain.studies.torsion.forced_torsion import Ring, forced_torsion, order_peak
 
 RPM = math.pi / 30.0
 BAND = 0.65, 1.1

@@ -32,8 +32,8 @@ from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.plots import BLUE, GREY, ORANGE
 from cranktrain.structure.assembly import running_crank
+from cranktrain.studies.torsion.frequency_run_up import frame_wobble
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
-from cranktrain.studies.torsion.torsional_response import frame_wobble
 
 CYLINDER, CYCLES, STEP_DEG, HIGHEST = 1, 24, 1.0, 24.0
 POINTS = round(720.0 / STEP_DEG)

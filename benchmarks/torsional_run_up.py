@@ -15,13 +15,13 @@ import time
 from dataclasses import replace
 
 import numpy as np
+from _forced_torsion import torsional_response
 
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.studies.torsion.frequency_run_up import RULES, frequency_run_up
-from cranktrain.studies.torsion.torsional_response import torsional_response
 
 SPEEDS = np.linspace(800.0, 2600.0, 300) * (math.pi / 30.0)
 ORDERS = 0.5 * np.arange(1, 49)

@@ -613,7 +613,6 @@ def total_error() -> str:
 def shipped_total_error(*folders: Path) -> str:
     """The tables of the studies in folders, whose figures and pictures go to their places."""
     from cranktrain.studies.total_error.shipped import read
-    from cranktrain.studies.tradeoff.total.choice import markdown
 
     SHIPPED.mkdir(exist_ok=True)
     tables = []
@@ -624,8 +623,25 @@ def shipped_total_error(*folders: Path) -> str:
         last = figures.points[-1].scene.replace(" ", "-")
         for family in TOTAL_PICTURES[engine]:
             shutil.copyfile(folder / f"total-{family}-{last}.png", DOCS / "tradeoff" / f"total-{family}-{engine}.png")
-        tables.append(markdown(figures.points))
+        tables += total_tables(figures.points)
     return "\n\n".join(tables)
+
+
+def total_tables(points: Sequence[Any]) -> list[str]:
+    """What to take for an accuracy, and the default, scene by scene."""
+    from cranktrain.studies.total_error.point import at_scene
+    from cranktrain.studies.tradeoff.total.choice import HEADER, default_rows, rate, table_rows
+
+    parts = []
+    for scene in dict.fromkeys(point.scene for point in points):
+        own = at_scene(points, scene)
+        parts.append(table((scene, *HEADER[1:]), table_rows(own)))
+        default = next((p for p in own if p.default), None)
+        if default is not None:
+            title = f"default: {default.label}, {rate(default.cost)}"
+            header = (title, "total", "model", "numerical", "settling", "cheaper and at least as close")
+            parts.append(table(header, default_rows(own)))
+    return parts
 
 
 # Part of docs/peers.md ------------------------------------------------------------------------------------------------

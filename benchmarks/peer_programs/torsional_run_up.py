@@ -28,9 +28,8 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.torsional import shaft_nodes
-from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, LINEAR, frequency_run_up
+from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, LINEAR, frame_wobble, frequency_run_up
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
-from cranktrain.studies.torsion.torsional_response import frame_wobble
 
 PROGRAM = Program(("opentorsion==0.3.2",), "run_opentorsion.py")
 SPEEDS = np.linspace(800.0, 2600.0, 300) * (math.pi / 30.0)

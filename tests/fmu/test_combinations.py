@@ -252,7 +252,7 @@ NATIVE_WORDS = {
             "bearing level 'roller' has no oil",
             "needs a start at 100 rev/min or more, got 47.7",
         ),
-        "which takes runs before the start",
+        "which needs runs before the start",
     ),
 }
 """What a native FMU says in place of these words."""

@@ -94,7 +94,7 @@ def test_iterated_units_agree_at_coarse_steps(couple):
         (("--combustion", "nowhere.fmu"), "there is no such file"),
         (
             ("--no-valvetrain", "--set", "valvetrain.train.lash=1e-4"),
-            "start values of the valve train, which is left out",
+            "start values are given for the valve train, which is left out",
         ),
     ],
 )

@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from cranktrain.core.reduced_body import attach, rigid_coordinates
+from cranktrain.core.rigid_slices import Slices
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import Material
 from cranktrain.structure.crank.beam import beam_body, crank_frame
@@ -19,7 +20,6 @@ from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.crank.sections import crank_moments
 from cranktrain.structure.crank.web_member import rectangle_shear_factor, web_flexibility
 from cranktrain.structure.fem.frame import Frame, Section, circular
-from cranktrain.structure.fem.rigid_slices import Slices
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
 YOUNG, SHEAR, DENSITY = 211e9, 81.2e9, 7810.0

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks._forced_torsion import torsional_response
 from scipy.linalg import eigh
 from small_block import single
 
@@ -26,7 +27,6 @@ from cranktrain.structure.crank.torsional import (
     torsional_body,
     twist_only,
 )
-from cranktrain.studies.torsion.torsional_response import torsional_response
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "torsion.json").read_text())}
 RPM = math.pi / 30.0

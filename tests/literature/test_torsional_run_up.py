@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks._forced_torsion import torsional_response
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.simulation import Settings, simulate
@@ -22,7 +23,6 @@ from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.studies.torsion.damper_link import DamperLink
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
-from cranktrain.studies.torsion.torsional_response import torsional_response
 
 RPM = math.pi / 30.0
 ORDERS = 0.5 * np.arange(1, 49)

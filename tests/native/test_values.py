@@ -205,8 +205,8 @@ def test_parameters_that_the_data_were_made_for_stay(unit):
     one.set("Real", {V["length"]: 0.4})
     one.setup().must("EnterInitializationMode")
     assert one.refused("ExitInitializationMode") == (
-        "unit: 'length' is 0.4, but the data of this FMU were made for 0.35; leave it there, or build the FMU of an "
-        "engine file that says so, with build_fmu.py"
+        "unit: 'length' is 0.4, but the data of this FMU were made for 0.35; keep that value, or build the FMU of "
+        "an engine file with the new one, with build_fmu.py"
     )
     one.set("Real", {V["length"]: 0.35})
     one.must("ExitInitializationMode")

@@ -229,7 +229,7 @@ def test_the_verb_reads_results_and_warns_of_limits(tmp_path, capsys):
     loads = {f"{kind}_loads_{name}.png" for kind in ("shell", "journal") for name in ("a", "b")}
     assert {path.name for path in folder.iterdir()} == {*loads, "bearings_over_speed.png"}
     assert main(["bearing-loads", "diesel_v8", "--result", well]) == 2
-    assert "a run of engine 'diesel_i6', not of 'diesel_v8'" in capsys.readouterr().err
+    assert "the run is of engine 'diesel_i6', not of 'diesel_v8'" in capsys.readouterr().err
 
 
 def run_up_of(*runs, outputs=None):

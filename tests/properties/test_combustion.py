@@ -16,8 +16,12 @@ from cranktrain.modules.combustion.cycle_events import normal
 from cranktrain.modules.combustion.cylinder import volume, volume_rate
 from cranktrain.modules.combustion.file import load
 from cranktrain.modules.combustion.gas import (
+    COLUMNS,
+    H_0,
     MIDDLE,
-    constant_gas,
+    R_GAS,
+    REFERENCE,
+    RISE,
     enthalpy,
     gas_constant,
     gas_table,
@@ -34,6 +38,13 @@ from cranktrain.modules.register import module_files
 
 CLOSED = {"intake_lift": 0.0, "exhaust_lift": 0.0, "start_cycles": 0.0, "angle_source": "speed"}
 """Valves that never open."""
+
+
+def constant_gas(c_p, r):
+    """Table of a gas of constant heat capacity in place of air and products, J/(kg K)."""
+    row = np.zeros(COLUMNS)
+    row[[0, RISE]], row[H_0], row[R_GAS] = c_p, -c_p * REFERENCE, r
+    return np.tile(row, (4, 1))
 
 
 def test_mass_and_energy_balance_over_a_cycle():

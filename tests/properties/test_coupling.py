@@ -147,7 +147,7 @@ def test_connections_by_name_take_the_one_unit_that_has_it():
         (Connection(("first", "x2"), ("second", "x1")), "first has no output 'x2'; did you mean"),
         (Connection(("first", "x1"), ("second", "x3")), "second has no input 'x3'"),
         (Connection(("first", "x1"), ("second", "x1"), "middle"), "valid: mean, newest, start"),
-        (Connection(("first", "v1"), ("second", "x1")), "takes first.x1 -> second.x1 already"),
+        (Connection(("first", "v1"), ("second", "x1")), "is taken by first.x1 -> second.x1"),
     ],
 )
 def test_connections_that_cannot_be_are_refused(link, said):

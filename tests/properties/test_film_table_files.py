@@ -99,7 +99,7 @@ def test_an_interrupted_build_goes_on_and_ends_with_the_same_bits(kept, tmp_path
     assert path.with_name("table.h5.part").is_file()
     table, _, solved = film_table(SETTINGS, path, workers=2, say=told.append)
     assert solved == 67
-    assert len(told) == 1 and "goes on with 30 of 97" in told[0]
+    assert len(told) == 1 and "continues with 30 of 97" in told[0]
     assert path.read_bytes() == kept.read_bytes()
     assert not path.with_name("table.h5.part").exists()
     whole = load_film_table(kept, SETTINGS)
@@ -134,7 +134,7 @@ def test_a_killed_build_leaves_no_process_and_loses_no_kept_slab(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         film_table(settings, path, workers=1, progress=stop, say=told.append)
-    assert "goes on with" in told[0]
+    assert "continues with" in told[0]
 
 
 def test_a_part_of_another_table_is_put_aside_with_a_word(tmp_path):
@@ -152,7 +152,7 @@ def test_a_part_of_another_table_is_put_aside_with_a_word(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         film_table(SETTINGS, path, workers=1, progress=stop, say=told.append)
-    assert len(told) == 1 and "L/D 0.8" in told[0] and "solved anew" in told[0]
+    assert len(told) == 1 and "L/D 0.8" in told[0] and "solved again" in told[0]
     path.with_name("table.h5.part").write_bytes(b"nonsense")
     with pytest.raises(InputError, match=r"table\.h5\.part: exists and is no .*; choose another name, or delete it"):
         film_table(SETTINGS, path, workers=1, progress=stop, say=told.append)

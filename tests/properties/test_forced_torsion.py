@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks._forced_torsion import PeriodicResponse, Ring, balanced_ring, forced_torsion, order_peak
 from bodies import six
 from scipy.integrate import solve_ivp
 
@@ -20,8 +21,6 @@ from cranktrain.loads.damper import (
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.modal import cranktrain_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body
-from cranktrain.studies.torsion.forced_torsion import Ring, balanced_ring, forced_torsion, order_peak
-from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 RPM = math.pi / 30.0
 WARM = 273.15 + 80.0
@@ -133,7 +132,7 @@ def test_ring_let_go_and_ring_held():
     damper = replace(housed.damper, law="newtonian")
     speed = 2000.0 * RPM
     free = forced_torsion(housed, body, speed)
-    crank = PeriodicCrank(housed, body, speed, GasTrace.from_engine(housed), 1.0, 24.0)
+    crank = PeriodicResponse(housed, body, speed, GasTrace.from_engine(housed), 1.0, 24.0)
     inertia = -(crank.omega**2) * damper.ring_inertia + 0.0j
     held = crank.response(body.shapes[body.index("pulley"), 5], inertia, 0.0j * inertia)
     thin = forced_torsion(housed, body, speed, ring_of(replace(damper, viscosity=1e-7 * damper.viscosity)))
@@ -175,7 +174,7 @@ def test_orders_alone_miss_the_resonance_that_coupled_orders_find():
 def test_without_what_varies_coupling_changes_nothing():
     engine, body = six()
     gas = GasTrace.from_engine(engine)
-    cranks = [PeriodicCrank(engine, body, 200.0, gas, 1.0, 12.0) for _ in range(2)]
+    cranks = [PeriodicResponse(engine, body, 200.0, gas, 1.0, 12.0) for _ in range(2)]
     cranks[0].coupled = False
     for crank in cranks:
         crank._varying = tuple(np.zeros_like(part) for part in crank._varying)

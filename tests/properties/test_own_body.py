@@ -97,7 +97,7 @@ def test_only_bodies_are_replaced(tmp_path, made):
         assert (tmp_path / form).read_bytes() == b"not ours"
     export_body(tmp_path / "body", made)
     (tmp_path / "body" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="no folder of a reduced body alone"):
+    with pytest.raises(InputError, match="holds more than a reduced body"):
         export_body(tmp_path / "body", made)
     assert (tmp_path / "body" / "notes.txt").exists()
     with pytest.raises(InputError, match=r"\.h5 or \.npz file, or a folder"):

@@ -154,7 +154,7 @@ def test_rigid_big_ends_have_no_orbit_and_no_film(run, tmp_path):
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
     (tmp_path / "notes.txt").write_text("keep me")
-    with pytest.raises(InputError, match=r"notes\.txt: no files can be written there; name another folder"):
+    with pytest.raises(InputError, match=r"notes\.txt: cannot be written to; name another folder"):
         figures.check_folder(tmp_path / "notes.txt")
     figures.check_folder(tmp_path / "new" / "pictures")
     assert (tmp_path / "new" / "pictures").is_dir()

@@ -195,7 +195,7 @@ def test_measured_orders_that_are_none_are_refused_before_the_work(tmp_path, cap
     path.write_text("speed_rpm,order,amplitude,unit\n2380,6.2,0.21,deg\n")
     command = ["report", "diesel_i6", "--measured", str(path), "--output", str(tmp_path / "report.html")]
     assert main(command) == 2
-    assert "orders.csv, line 2: order 6.2 is no multiple of a half" in capsys.readouterr().err
+    assert "orders.csv, line 2: order 6.2 is not a multiple of 0.5" in capsys.readouterr().err
     assert not (tmp_path / "report.html").exists()
 
 
@@ -248,7 +248,7 @@ def test_files_of_other_engines_and_missing_folders_are_refused(tmp_path):
     resonance(engine="diesel_v8").save(path)
     with pytest.raises(InputError, match="'diesel_v8', not of 'diesel_i6'"):
         source.findings("diesel_i6", path)
-    with pytest.raises(InputError, match="is no folder"):
+    with pytest.raises(InputError, match="is not a folder"):
         source.findings("diesel_i6", None, [tmp_path / "none"])
 
 

@@ -161,7 +161,7 @@ def test_a_file_takes_rod_and_pistons_place_from_its_cylinder():
     [
         ('motion = "rod"', 'motion = "rods"', "unknown motion 'rods'; did you mean 'rod'?"),
         ("cylinder = { value = 1,", "cylinder = { value = 5,", "no cylinder 5; the engine has 1 to 4"),
-        ('motion = "rod"\n', "", "a rod's pin, length or cylinder; write 'rod' or 'piston'"),
+        ('motion = "rod"\n', "", "has no rod's pin or length; write 'rod' or 'piston'"),
         ("cylinder = {", f"length = {LENGTH}\ncylinder = {{", "leave these out"),
         ('cylinder = { value = 1, unit = "1", origin = "chosen" }', f"length = {LENGTH}", "give x and y, or"),
         ("areas = { value = [300]", "areas = { value = [300, 200]", "2 values for 1 pieces"),

@@ -266,7 +266,7 @@ REFUSED = [
     ({"clearance": 400e-6}, "clearance: clearance of 400 um is larger than the rollers' travel"),
     ({"clearance": -400e-6}, "clearance: preload of 400 um is larger"),
     ({"clearance": math.nan}, "clearance:"),
-    ({"rollers": 2}, "rollers: 2 cannot centre a journal; give at least 3"),
+    ({"rollers": 2}, "rollers: 2 is too few to centre a journal; give at least 3"),
     ({"rollers": 20}, "rollers: 20 of 18 mm overlap on a pitch circle of 110 mm; at most 19 fit"),
     ({"pitch": 15e-3}, "pitch: 15 mm leaves no journal"),
     ({"length": 24.0}, "length: 2.4e+04 mm"),
@@ -407,7 +407,7 @@ def test_roller_mains_travel_with_their_engine():
 WRONG = [
     ({"law": "hertz"}, "main_roller.law: unknown law 'hertz'; valid: linear, palmgren, iso16281"),
     ({"rollers": (14,) * 5}, "main_roller.rollers: 5 values for 7 main journals; give one each"),
-    ({"rollers": (14,) * 6 + (2,)}, "main_roller.rollers[7]: 2 cannot centre a journal"),
+    ({"rollers": (14,) * 6 + (2,)}, "main_roller.rollers[7]: 2 is too few to centre a journal"),
     ({"rollers": (14, 30) + (14,) * 5}, "main_roller.rollers[2]: 30 of 18 mm overlap"),
     ({"roller_length": (39e-3,) * 7}, "main_roller.roller_length[2]: 39 mm is longer than main journal 2 is wide"),
     ({"pitch_diameter": (103e-3,) * 6 + (0.0515,)}, "main_roller.pitch_diameter[7]: the rollers' track"),

@@ -180,7 +180,7 @@ def test_refining_halves_the_steps_round_a_peak_only():
 
 
 def test_bad_input_is_one_line(made):
-    with pytest.raises(InputError, match="range through standstill has none; begin higher"):
+    with pytest.raises(InputError, match="start at standstill; begin higher"):
         run_up_speeds(0.0, 1000.0, 20.0)
     with pytest.raises(InputError, match="exchange them"):
         run_up_speeds(2000.0, 1000.0, 20.0)
@@ -292,7 +292,7 @@ def test_a_lost_worker_is_one_line_and_the_work_is_kept(tmp_path):
     said, _ = process.communicate()
     error = json.loads(said)["error"]
     assert process.returncode == 2 and "a worker process ended" in error["what"]
-    assert f"keeps {RunUp.load(path).speeds.size} speeds" in error["what"] and "goes on" in error["remedy"]
+    assert f"keeps {RunUp.load(path).speeds.size} speeds" in error["what"] and "continue from there" in error["remedy"]
 
 
 def test_a_ramp_shows_what_steady_cycles_do(made, tmp_path, capsys):
@@ -312,9 +312,9 @@ def test_a_ramp_shows_what_steady_cycles_do(made, tmp_path, capsys):
 def test_a_ramp_that_sets_out_too_low_and_ways_that_exclude_each_other_are_refused(tmp_path, capsys):
     path = str(tmp_path / "ramp.h5")
     for options, refusal in (
-        (("--from", "120", "--ramp", "500"), "begin higher, or go slower"),
+        (("--from", "120", "--ramp", "500"), "begin higher, or take a slower ramp"),
         (("--ramp", "50"), "on a ramp steps of 5 deg resolve orders to 18; take --step-deg 3.75 or less"),
-        (("--ramp", "50", "--steady", "linear"), "exclude each other"),
+        (("--ramp", "50", "--steady", "linear"), "--steady does not go with --ramp"),
         (("--steady", "linear", "--refine"), "--refine goes with steady cycles in time"),
     ):
         assert main([*RUN, *options, "--output", path]) == 2
@@ -364,7 +364,7 @@ def test_a_cluster_without_workers_is_one_line_and_the_work_is_kept(tmp_path, cl
     once_there(path, lambda: cluster.scale(0))
     assert main(command) == 2
     refused = told(capsys)["error"]
-    assert "no workers left" in refused["what"] and "goes on from there" in refused["remedy"]
+    assert "no workers left" in refused["what"] and "continue from there" in refused["remedy"]
     assert RunUp.load(path).speeds.size > 0
     assert main(command) == 2
     assert "the cluster has no workers" in told(capsys)["error"]["what"]

@@ -135,9 +135,9 @@ def test_of_a_speed_measured_twice_all_points_are_drawn_and_the_bar_is_their_mea
     ("text", "message"),
     [
         ("rpm,order,amplitude\n1,2,3\n", "its header is"),
-        ("speed_rpm,order,amplitude,unit\n2000,6,x,deg\n", "line 2: amplitude 'x' is no number"),
+        ("speed_rpm,order,amplitude,unit\n2000,6,x,deg\n", "line 2: amplitude 'x' is not a number"),
         ("speed_rpm,order,amplitude,unit\n2000,6,1,degr\n", "did you mean 'deg'"),
-        ("speed_rpm,order,amplitude,unit\n2000,6.2,1,deg\n", "no multiple of a half"),
+        ("speed_rpm,order,amplitude,unit\n2000,6.2,1,deg\n", "not a multiple of 0.5"),
         ("speed_rpm,order,amplitude,unit\n-3,6,1,deg\n", "not positive"),
         ("speed_rpm,order,amplitude,unit\n2000,6,1\n", "line 2: 3 values"),
         ("speed_rpm,order,amplitude,unit\n", "no points"),

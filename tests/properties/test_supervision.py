@@ -109,8 +109,8 @@ def test_a_run_elsewhere_is_the_run_here():
     [
         (crash, "step", r"second, step at 0.5 s: died with SIGSEGV"),
         (leave, "step", r"second, step at 0.5 s: ended its process with code 3"),
-        (hang, "step", r"second, step at 0.5 s: has not come back within 2 s"),
-        (hang, "initialize", r"second, initialization at 0 s: has not come back within 2 s"),
+        (hang, "step", r"second, step at 0.5 s: did not return within 2 s"),
+        (hang, "initialize", r"second, initialization at 0 s: did not return within 2 s"),
     ],
 )
 def test_a_unit_that_dies_or_hangs_is_named_and_the_run_is_kept(odd, call, said):
@@ -132,7 +132,7 @@ def test_nothing_is_left_of_a_process_that_died(tmp_path, monkeypatch):
 
 
 def test_a_unit_that_cannot_end_costs_a_warning():
-    with pytest.warns(UserWarning, match="second, its end at 1 s: died with SIGSEGV; the run is whole"):
+    with pytest.warns(UserWarning, match="second, its end at 1 s: died with SIGSEGV; the run itself is complete"):
         assert run_supervised(partial(system, crash, "close"), STOP, Steps(STEP)).steps == 10
 
 

@@ -314,7 +314,7 @@ disc_y = { value = [-2.0], unit = "mm", origin = "chosen" }
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [("value = [30, 30]", "value = [30]", "2 pieces"), ("value = [100, 1100]", "value = [100, 1200]", "station"),
-     ("value = [100, 300, 1100]", "value = [300, 100, 1100]", "rising")],
+     ("value = [100, 300, 1100]", "value = [300, 100, 1100]", "increasing")],
 )  # fmt: skip
 def test_a_shaft_that_cannot_be_is_told(tmp_path, old, new, said):
     with pytest.raises(InputError, match=said):

@@ -209,7 +209,7 @@ def test_a_table_is_the_same_as_toml_csv_and_engine_file(tmp_path):
         ("line.toml", *row)
         for row in [
             ('"gear", "dynamometer"', '"gear", "clutch"', r"no shaft joins 'dynamometer' to 'flywheel'; add one"),
-            ('"gear", "dynamometer"', '"gear", "ground"', r"shaft 3: 'ground' is no disc; "),
+            ('"gear", "dynamometer"', '"gear", "ground"', r"shaft 3: no disc 'ground'; "),
             ('name = "gear"', 'name = "flywheel"', r"'flywheel' is an end of the drive line"),
             ('"clutch", "gear"]', '"flywheel", "gear"]', r"shaft 2: a rigid mesh joins two discs"),
             (
@@ -225,8 +225,8 @@ def test_a_table_is_the_same_as_toml_csv_and_engine_file(tmp_path):
             ("inertia", "inertai", r"column 'inertai' does not exist; did you mean 'inertia'"),
             ("disc, ", "", r"has no column 'disc'; name the columns in the first line"),
             ("0.2", "0,2", r"line 3: has more entries than there are columns"),
-            ("0.2", "x", r"line 3: inertia = 'x' is no number"),
-            (",dynamometer,", ",,", r"line 4: the shaft of the last line ends nowhere; name a disc in column 'to'"),
+            ("0.2", "x", r"line 3: inertia = 'x' is not a number"),
+            (",dynamometer,", ",,", r"line 4: the shaft of the last line has no end; name a disc in column 'to'"),
         ]
     ],
 )

@@ -161,7 +161,7 @@ SPEED = ("--speed", "2000")
         (("simulate", "diesel_i6", *SPEED, "--integrator", "sdirk5"), r"integrator 'sdirk5' .* did you mean"),
         (
             ("simulate", "diesel_i6", *SPEED, "--plots", __file__),
-            r"test_command_line\.py: no files can be written there",
+            r"test_command_line\.py: cannot be written to",
         ),
         (("simulate", "diesel_i6", *SPEED, "--step-deg", "-1"), r"--step-deg -1 is not within"),
         (("simulate", "diesel_i6", *SPEED, "--pressure", "none.csv"), r"none\.csv: no such pressure file"),
@@ -192,7 +192,7 @@ def test_a_result_never_replaces_what_is_no_result(tmp_path):
         check_target(notes)
     with pytest.raises(InputError, match="is a folder"):
         check_target(tmp_path)
-    with pytest.raises(InputError, match="no folder that can be written"):
+    with pytest.raises(InputError, match="not a writable folder"):
         check_target(notes / "result.h5")
     assert notes.read_text() == "keep me"
     check_target(tmp_path / "new" / "result.h5")

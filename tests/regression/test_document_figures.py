@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from cranktrain.engine.file import load_engine
+from cranktrain.studies.total_error.shipped import shipped
+
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
@@ -39,3 +42,11 @@ def test_a_part_is_replaced_and_nothing_else(figures, tmp_path):
 def test_unknown_parts_are_refused(figures, capsys):
     assert figures.main("orbits") == 2
     assert "part 'orbits' does not exist; valid: beam_frequencies" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("engine", ["diesel_i6", "diesel_v8"])
+def test_tables_of_total_error_are_those_of_the_shipped_figures(figures, engine):
+    page = (DOCS / "tradeoff.md").read_text("utf-8")
+    found = shipped(load_engine(engine))
+    assert found is not None
+    assert all(table in page for table in figures.total_tables(found.points))

@@ -64,7 +64,7 @@ def test_locked_journals_bend_each_throw_alone_and_more_load_is_less_safe(capsys
         (["--speed", "50"], "--speed 50 is not within 100 to 20000 rev/min"),
         (["--speed", "2000", "1e9"], "--speed 1e+09 is not within 100 to 20000 rev/min"),
         (["--crank", "brick"], "--crank 'brick' does not exist"),
-        (["--fillets", "9"], "--fillets '9' is no throw; engine 'diesel_i6' has 1 to 6, or all"),
+        (["--fillets", "9"], "--fillets '9' is not a throw; engine 'diesel_i6' has 1 to 6, or all"),
         (["--fillets", "1", "--crank", "beam"], "crank level 'beam' has no stresses; use solid"),
         (["--load", "3"], "--load 3 is not within 0 to 2"),
     ],

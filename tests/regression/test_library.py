@@ -106,7 +106,7 @@ def test_an_assembly_runs_at_several_speeds(run):
     assert made.settings.integrator == "esdirk4" and made.body.n_modes == 6
     again = ct.simulate(made, speed_rpm=2000, cycles=1, step_deg=5)
     assert all(np.array_equal(again[name], run[name]) for name in run.names)
-    with pytest.raises(ct.InputError, match="'crank' is settled by the assembly"):
+    with pytest.raises(ct.InputError, match="'crank' is fixed by the assembly"):
         ct.simulate(made, speed_rpm=2000, crank="beam")
 
 

@@ -37,7 +37,7 @@ def engine_file(folder, name="my_six", title="Six"):
 
 @pytest.mark.parametrize("name", ["../x", "a/b", "a\\b", "a b", "1a", "_a", "", "six-2", "sïx", "x" * 65, "a\n"])
 def test_a_name_that_is_no_identifier_is_refused(tmp_path, name):
-    with pytest.raises(InputError, match=r"six\.toml: name: .* is no name; take 1 to 64 letters"):
+    with pytest.raises(InputError, match=r"six\.toml: name: .* is not a valid name; use 1 to 64 letters"):
         load_engine(engine_file(tmp_path, name=name))
 
 

@@ -139,7 +139,7 @@ WRONG = [
     ((*GIVEN, "--load", "5", "--slices", "1"), "--slices 1 is not within"),
     ((*GIVEN, "--load", "5", "--pitch-mm", "40"), "--rollers: 16 of 10 mm overlap on a pitch circle of 40 mm; at most"),
     (("roller", "--length-mm", "10", "--load", "5"), "--rollers is missing"),
-    (("roller", "--rollers", "2", "--length-mm", "10", "--load", "5"), "--rollers 2 cannot centre a journal"),
+    (("roller", "--rollers", "2", "--length-mm", "10", "--load", "5"), "--rollers 2 is too few to centre a journal"),
     (
         ("roller", "--rollers", "9", "--length-mm", "-3", "--load", "5"),
         "--length-mm: -3 mm is not within 0.01 to",
@@ -147,8 +147,8 @@ WRONG = [
     (GIVEN, "--load"),
     (("roller", "--engine", "diesel_i6", "--load", "5"), "engine 'diesel_i6' has no [main_roller]"),
     ((*GIVEN, "--engine", "diesel_i6", "--load", "5"), "--rollers: the engine file gives it"),
-    ((*GIVEN, "--speed", "2000"), "--speed is that of a running engine; name it by --engine"),
-    (("roller", "--engine", "diesel_v8", "--speed", "2000", "--load", "5"), "--load: the running engine gives it"),
+    ((*GIVEN, "--speed", "2000"), "--speed runs an engine; name it by --engine"),
+    (("roller", "--engine", "diesel_v8", "--speed", "2000", "--load", "5"), "--load: the engine gives it"),
     (("roller", "--engine", "diesel_i6", "--speed", "2000"), "engine 'diesel_i6' has no [main_roller]"),
     ((*GIVEN, "--load", "5", "--out", "own.toml"), "--out goes with --speed"),
 ]

@@ -164,7 +164,7 @@ def test_half_a_run_is_not_kept(scene, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(scene_model, "simulate", cut)
     path = scene()
     assert main(["plan", path]) == 130
-    assert "what was measured is kept" in capsys.readouterr().err
+    assert "finished measurements are kept" in capsys.readouterr().err
     assert not list((tmp_path / "store").glob("*.npz"))
     monkeypatch.setattr(scene_model, "simulate", honest)
     assert run_json(capsys, "plan", path)["predicted_real_time_factor"] > 0.0

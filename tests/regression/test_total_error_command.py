@@ -28,9 +28,9 @@ def scene(few, monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--family", "modes"), "--total is a study of its own; leave --family out"),
+        (("--family", "modes"), "--family does not go with --total; leave one out"),
         (("nothing.toml",), "nothing.toml"),
-        (("--output", "/dev/null/here"), "no files can be written there"),
+        (("--output", "/dev/null/here"), "cannot be written to"),
     ],
 )
 def test_wrong_input_is_one_line(arguments, says, capsys, tmp_path, monkeypatch):
@@ -66,7 +66,7 @@ def test_an_interrupt_keeps_what_was_measured(scene, capsys, tmp_path, monkeypat
     monkeypatch.setattr(measure, "_run", interrupted)
     arguments = ["tradeoff", "--total", "--output", str(tmp_path / "out"), "--json"]
     assert main(arguments) == 130
-    assert "the same command goes on from there" in capsys.readouterr().err
+    assert "repeat the command to continue" in capsys.readouterr().err
     assert not list((tmp_path / "out").iterdir())
     kept = len(list((tmp_path / "cache" / "total").glob("*.npz")))
     calls.clear()

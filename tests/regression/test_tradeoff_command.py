@@ -25,7 +25,7 @@ def scene(small, monkeypatch, tmp_path):
     [
         (("--family", "integrator"), "--family 'integrator' does not exist; did you mean 'integrators'?"),
         (("nothing.toml",), "nothing.toml"),
-        (("--output", "/dev/null/here"), "no files can be written there"),
+        (("--output", "/dev/null/here"), "cannot be written to"),
     ],
 )
 def test_wrong_input_is_one_line(arguments, says, capsys, tmp_path, monkeypatch):
@@ -60,7 +60,7 @@ def test_an_interrupt_keeps_what_was_measured(scene, capsys, tmp_path, monkeypat
     monkeypatch.setattr(measure, "run", interrupted)
     arguments = ["tradeoff", "--quick", "--family", "modes", "--output", str(tmp_path / "out"), "--json"]
     assert main(arguments) == 130
-    assert "the same command goes on from there" in capsys.readouterr().err
+    assert "repeat the command to continue" in capsys.readouterr().err
     assert not list((tmp_path / "out").iterdir())
     kept = len(list((tmp_path / "cache" / "tradeoff").glob("*.json")))
     calls.clear()

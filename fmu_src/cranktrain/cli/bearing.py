@@ -34,55 +34,60 @@ One plain bearing: load, attitude, flow, friction, stiffness and damping.
 
 Oil is at ambient pressure at both ends.
 
-By eccentricity: --length-ratio, --eccentricity; dimensionless results, x along the eccentricity, y 90 deg on in the
+By eccentricity: --length-ratio, --eccentricity; dimensionless results, x along the eccentricity, y 90 deg ahead in the
 sense of rotation, with B width, D diameter, R = D/2, c radial clearance, psi = c/R, eta viscosity, omega speed of the
 journal in a bore at rest:
   sommerfeld   So = F psi^2/(B D eta omega); with --squeeze-only So = F psi^2/(B D eta |deps/dt|)
   attitude_deg angle from the load to the eccentricity, in the sense of rotation
-  side_flow    Q/(R^3 psi omega), Q what pressure drives out of both ends together
+  side_flow    Q/(R^3 psi omega), Q the flow that pressure drives out of both ends together
   friction     mu_f/psi = S/(2 So) + eps sin(attitude)/2, S = half the integral of dphi dzeta/H over a filled gap
                (2 pi/sqrt(1 - eps^2) without tilt); friction of the journal, 0 for the shear of --squeeze-only
   p_max        p psi^2/(eta omega)
   force        [x, y] F psi^2/(B D eta omega) on the journal
   moment       [x, y] M psi^2/(B^2 D eta omega), the moment vector on the journal about its middle
-In all norms of --squeeze-only omega is deps/dt. attitude_deg and friction are null where there is no load.
-seconds: the solution alone, kernels loaded (median of the wall times of up to 15 runs).
+With --squeeze-only omega stands for deps/dt in all these norms. attitude_deg and friction are null without load.
+seconds: wall time of the solution alone, with kernels loaded (median of up to 15 runs).
 
 By load: --diameter-mm, --width-mm, --clearance-um (radial), --viscosity (Pa s), --speed (rev/min), --load (N); x along
-the load, y 90 deg on in the sense of rotation: eccentricity (over c), attitude_deg, min_film_um, stiffness (N/m) and
+the load, y 90 deg ahead in the sense of rotation: eccentricity (over c), attitude_deg, min_film_um, stiffness (N/m) and
 damping (N s/m) as rows of 2 x 2 matrices -dF/dx and -dF/dx', whirl_threshold omega_s sqrt(c m/W) of a rigid rotor with
-mass m per bearing (null: stable at every speed, 0: at none), flow (m^3/s, out of both ends), friction_torque (N m, on
-the journal, of a filled gap), p_max (Pa), seconds (equilibrium and coefficients, as above). With --moment-nm the
+mass m per bearing (null: stable at every speed, 0: at no speed), flow (m^3/s, out of both ends), friction_torque (N m,
+on the journal, of a filled gap), p_max (Pa), seconds (equilibrium and coefficients, as above). With --moment-nm the
 matrices are 4 x 4 for (x, y, dx/dz, dy/dz) against (Fx, Fy, My, -Mx), and the result has tilt, the displacement of the
 axis at the end z = +B/2 over c.
+
 With --inlet-temperature-c instead of --viscosity the oil is Walther's (ASTM D341) through its kinematic viscosities at
-40 and 100 degC (--oil-viscosity-40, --oil-viscosity-100, mm^2/s) with --oil-density (kg/m^3), and the film is as warm
-as its heat balance makes it: --heat-share of the friction power warms the oil that leaves at the ends
-(2000 J/(kg K)) from inlet to outlet, and the viscosity is that of the mean. The result has effective_temperature_c,
-outlet_temperature_c and viscosity (Pa s) too.
+40 and 100 degC (--oil-viscosity-40, --oil-viscosity-100, mm^2/s) with --oil-density (kg/m^3), and a heat balance gives
+the temperature: --heat-share of the friction power warms the oil that leaves at the ends (2000 J/(kg K)) from inlet to
+outlet, and the viscosity is that at their mean. The result has effective_temperature_c, outlet_temperature_c and
+viscosity (Pa s) too.
+
 --roughness-um (standard deviation sigma of both surfaces together) adds flow factors (Patir and Cheng; isotropic, or
 stretched by --roughness-pattern along the motion) and asperities that carry (Greenwood and Tripp) and rub. They are
 given by --asperity-factor (eta beta sigma) or --asperity-density (eta), --asperity-ratio (sigma/beta) or
 --asperity-radius-um (beta), --contact-modulus-gpa, --hardness-mpa of the softer surface, --boundary-friction and
---boundary-shear-mpa (on the area that truly touches); the defaults are those of the engine files. contact_load (N) and
-contact_friction_torque (N m) are the parts of the asperities; friction_coefficient is torque over load and radius, and
-contact_pressure_max_mpa and contact_area_mm2 (true area) are of the asperities too. Several values of --speed give a
-Stribeck curve: "curve" has one result for each, with speed_rpm. --pressure-law barus or roelands with
---pressure-viscosity (1/GPa) and --compressibility dowson-higginson are the oil's. --bore ENGINE is the elastic main
-bearing of an engine file of the same diameter and width, loaded onto its cap: bore_displacement_um is its largest
-displacement. All of it works together, with any cavitation, grooves and heat balance; the bore is rigid otherwise. A
-rigid bore may have no film for an oil that stiffens with pressure.
+--boundary-shear-mpa (on the area that truly touches); the defaults are those of the engine files. contact_load (N),
+contact_friction_torque (N m), contact_pressure_max_mpa and contact_area_mm2 (true area) are those of the asperities;
+friction_coefficient is torque over load and radius.
 
-At a place, in units: --eccentricity with all of the bearing's dimensions, --speed and --viscosity or
---inlet-temperature-c: the same, with load (N); x is along that load.
+Several values of --speed give a Stribeck curve: "curve" has one result for each, with speed_rpm.
 
-Cavitation: reynolds (p >= 0, Swift and Stieber), guembel (a full film's tension left out), full (Sommerfeld) or
-mass-conserving (oil conserved at rupture and reformation; rates of --squeeze are those of an instant, the fill of an
-opening gap unchanged; by load, coefficients are those of differences).
+--pressure-law barus or roelands with --pressure-viscosity (1/GPa), and --compressibility dowson-higginson, describe the
+oil under pressure. --bore ENGINE is the elastic main bearing of an engine file of the same diameter and width, loaded
+onto its cap: bore_displacement_um is its largest displacement. Otherwise the bore is rigid. All these options can be
+combined, with any cavitation, grooves and heat balance. In a rigid bore there may be no solution for an oil that
+stiffens with pressure.
+
+By eccentricity, in units: --eccentricity with all dimensions of the bearing, --speed and --viscosity or
+--inlet-temperature-c give the same results, with load (N); x is along that load.
+
+Cavitation: reynolds (p >= 0, Swift and Stieber), guembel (negative pressures of a full film set to 0), full
+(Sommerfeld) or mass-conserving (oil is conserved at rupture and reformation; --squeeze is then an instant, in which the
+fill of an opening gap does not change yet; by load, coefficients are found by finite differences).
 Supply: widest-gap holds p = 0 on the line of the widest gap (an axial groove there, as in Butenschoen's and Raimondi
-and Boyd's tables); it is the default of rotation with --cavitation reynolds (unless --squeeze is negative: the journal
-then presses on the oil there) or mass-conserving. none leaves reformation to Reynolds' condition, the default
-otherwise. --grooves two-axial has p = 0 in two grooves at +-90 deg to the load, of --groove-deg each.
+and Boyd's tables); it is the default for a rotating journal with --cavitation reynolds (unless --squeeze is negative:
+the journal then presses on the oil there) or mass-conserving. In all other cases the default is none: the film reforms
+by Reynolds' condition. --grooves two-axial has p = 0 in two grooves at +-90 deg to the load, of --groove-deg each.
 """
 
 
@@ -90,26 +95,26 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument_group("by eccentricity").add_argument
     add("--length-ratio", type=float, metavar="B/D", help="width over diameter")
-    add("--eccentricity", type=float, metavar="EPS", help="over the clearance, from 0 to below 1")
-    add("--squeeze", type=float, metavar="X", help="rate of eccentricity over omega, besides rotation")
-    add("--squeeze-only", action="store_true", default=None, help="no rotation; the eccentricity grows")
+    add("--eccentricity", type=float, metavar="EPS", help="eccentricity over the clearance, from 0 to below 1")
+    add("--squeeze", type=float, metavar="X", help="rate of eccentricity over omega, added to the rotation")
+    add("--squeeze-only", action="store_true", default=None, help="pure squeeze: no rotation, growing eccentricity")
     add("--tilt", type=float, nargs=2, metavar=("A", "B"), help="displacement of the axis at z = +B/2 over c")
     add = parser.add_argument_group("by load").add_argument
     add("--diameter-mm", type=positive, metavar="MM")
     add("--width-mm", type=positive, metavar="MM")
-    add("--clearance-um", type=positive, metavar="UM", help="radial")
-    add("--viscosity", type=positive, metavar="PAS", help="Pa s")
+    add("--clearance-um", type=positive, metavar="UM", help="radial clearance")
+    add("--viscosity", type=positive, metavar="PAS", help="dynamic viscosity, Pa s")
     add("--speed", type=positive, nargs="+", metavar="RPM", help="rev/min; several give a Stribeck curve")
     add("--load", type=float, metavar="N")
-    add("--moment-nm", type=float, nargs=2, metavar=("MX", "MY"), help="of the load, about x, y")
-    add("--grooves", metavar="KIND", help="two-axial")
+    add("--moment-nm", type=float, nargs=2, metavar=("MX", "MY"), help="moment of the load about x and y")
+    add("--grooves", metavar="KIND", help="two-axial: two axial grooves")
     add("--groove-deg", type=float, metavar="DEG", help="extent of each groove (default 20)")
     inlet, share = number(-60.0, 250.0, "degC"), number(0.0, 1.0, "of the friction")
     add("--inlet-temperature-c", type=inlet, metavar="T", help="heat balance instead of --viscosity")
     add("--oil-viscosity-40", type=positive, metavar="NU", help="mm^2/s at 40 degC")
     add("--oil-viscosity-100", type=positive, metavar="NU", help="mm^2/s at 100 degC")
     add("--oil-density", type=positive, metavar="RHO", help=f"kg/m^3 (default {OIL_DENSITY:g})")
-    add("--heat-share", type=share, metavar="X", help=f"of the friction, into the oil (default {HEAT_SHARE:g})")
+    add("--heat-share", type=share, metavar="X", help=f"fraction of friction heat in the oil (default {HEAT_SHARE:g})")
     add = parser.add_argument
     add = parser.add_argument_group("in units: surfaces, oil under pressure, bore").add_argument
     add("--roughness-um", type=positive, metavar="UM", help="of both surfaces together (default: smooth)")
@@ -124,7 +129,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     shear = number(0.0, 1e4, "MPa")
     add("--boundary-shear-mpa", type=shear, metavar="TAU", help="on the area that truly touches (default 0)")
     add("--pressure-law", metavar="LAW", help="none (default), barus or roelands")
-    add("--pressure-viscosity", type=positive, metavar="ALPHA", help="1/GPa")
+    add("--pressure-viscosity", type=positive, metavar="ALPHA", help="pressure-viscosity coefficient, 1/GPa")
     add("--compressibility", metavar="LAW", help="none (default) or dowson-higginson")
     add("--bore", metavar="ENGINE", help="elastic bore of this engine's main bearing (default: rigid)")
     add = parser.add_argument
@@ -145,11 +150,11 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     foreign = _given_of(options, FOREIGN[form])
     if foreign:
         what = "load" if form == "load" else "eccentricity"
-        raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{what}: one is given, the other follows")
+        raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{what}; leave one out")
     needed = NEEDED[form]
     if form != "eccentricity" and _given_of(options, HEAT):
         if options.viscosity is not None:
-            raise InputError("--viscosity does not go with --inlet-temperature-c: one is given, the other follows")
+            raise InputError("--viscosity does not go with --inlet-temperature-c, which gives it; leave one out")
         needed = tuple(name for name in needed if name != "viscosity") + HEAT[:3]
     missing = [f"--{name.replace('_', '-')}" for name in needed if getattr(options, name) is None]
     if missing:

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import labelled_bar, number, say, show
-from cranktrain.cli.run_options import add_run_options, asked_of, assembled, engine_of
+from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, engine_of
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.settled.judging import TOLERANCE
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
@@ -28,18 +27,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add, of = parser.add_argument, parser.add_mutually_exclusive_group(required=True)
     speed = number(100.0, 20000.0, "rev/min")
     of.add_argument(
-        "--speed", type=speed, nargs="+", metavar="RPM", help="speeds to run, rev/min, each until it repeats"
+        "--speed", type=speed, nargs="+", metavar="RPM", help="speeds, rev/min; each runs until its cycles repeat"
     )
     of.add_argument("--result", nargs="+", metavar="FILE.h5", help="results of 'cranktrain simulate' instead of runs")
     of.add_argument(
         "--run-up", metavar="FILE.h5", help="result of 'cranktrain runup --outputs bearings': all its speeds"
     )
-    add("--cycles", type=int, metavar="N", help="exactly so many cycles a speed (default: until the outputs repeat)")
-    add("--settle", type=float, default=TOLERANCE, metavar="TOL", help=f"what may be left of settling ({TOLERANCE:g})")
+    add("--cycles", type=int, metavar="N", help="exactly this many cycles a speed (default: until the outputs repeat)")
+    add_settle_option(parser)
     add(
         "--plots",
         metavar="FOLDER",
-        help="also draw polar load diagrams and, of several speeds, the worst bearing there",
+        help="folder for polar load diagrams and, with several speeds, a picture of the worst bearing over speed",
     )
     add_run_options(parser, big_ends="impedance")
 
@@ -102,7 +101,7 @@ def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None
     for text in _gathered(found):
         say(f"warning: {text}")
     if unsteady := int(((run_up.repeats != 1) & (run_up.cycles > 0)).sum()):
-        say(f"at {unsteady} of {len(found)} speeds no cycle repeats the one before: loads are those of a mean cycle")
+        say(f"at {unsteady} of {len(found)} speeds no cycle repeats the one before, so loads are those of a mean cycle")
     _tell_missing(engine, found)
     plots: list[Path] = []
     if folder is not None:
@@ -154,7 +153,7 @@ def _names(paths: list[str]) -> list[str]:
 
 def _check_engine(engine: Engine, path: str, of: object) -> None:
     if of != engine.name:
-        raise InputError(f"{path}: a run of engine '{of}', not of '{engine.name}'; name its engine")
+        raise InputError(f"{path}: the run is of engine '{of}', not of '{engine.name}'; give its own engine")
 
 
 def _stored(engine: Engine, paths: list[str]) -> Named:

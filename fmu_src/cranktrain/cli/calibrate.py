@@ -9,14 +9,15 @@ from cranktrain.cli.console import Interrupted, labelled_bar, number, say, show_
 from cranktrain.core.errors import InputError
 
 DESCRIPTION = """\
-Values of an engine file that meet frequencies, within bounds.
+Fit values of an engine file, within bounds, so that its frequencies match targets.
 
-TARGETS says which frequencies are to be met, with sources and tolerances, which values are free within which bounds,
-and what is derived from them; a shipped engine's name stands for its own targets file. Bearings, masses and inertias
-cost milliseconds, a free dimension one more mesh. An interrupted search keeps the best values so far.
+TARGETS is a file that lists the frequencies to be met, with sources and tolerances; the values that may change, with
+their bounds; and the values derived from these. The name of a shipped engine stands for its own targets file. Trying a
+bearing, mass or inertia takes milliseconds, a changed dimension one more mesh. An interrupted search keeps the best
+values so far.
 
-deviation    of ours from the target; met where it is within the tolerance
-sensitivity  per cent of the frequency per per cent of the value (d ln f / d ln p)
+deviation    of our frequency from the target; a target is met if this is within its tolerance
+sensitivity  change of the frequency, in per cent, for one per cent of the value (d ln f / d ln p)
 """
 
 
@@ -26,7 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("engine", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
     add("targets", metavar="TARGETS", help="path of a targets .toml file, or name of a shipped engine that has one")
     add("--out", metavar="FILE", help="engine file to write; an existing file is not overwritten")
-    add("--seed", type=number(0, 2**32 - 1, "", int), default=1, metavar="N", help="of the random search (default 1)")
+    add("--seed", type=number(0, 2**32 - 1, "", int), default=1, metavar="N", help="seed of the search (default 1)")
     add(
         "--evaluations", type=number(1, 10_000_000, "", int), default=20000, metavar="N",
         help="limit of the search (default 20000; a search with new bodies takes half of it more)",
@@ -54,7 +55,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         _show(report)
     if report["refused"]:
-        raise InputError(f"{options.out}: not written, for the values found make no engine: {report['refused']}")
+        raise InputError(f"{options.out}: not written; the values found are not a valid engine: {report['refused']}")
     if report["interrupted"]:
         kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
         raise Interrupted(f"interrupted; {kept}")
@@ -75,7 +76,7 @@ def _show(report: dict[str, Any]) -> None:
     show_rows(f"{report['engine']}: targets", header, rows)
     if report["extra_modes_hz"]:
         found = ", ".join(f"{hz:.1f}" for hz in report["extra_modes_hz"])
-        print(f"Modes below the last target that no target names: {found} Hz")
+        print(f"Computed modes below the last target that match no target: {found} Hz")
     show_rows(
         "Free values",
         ("value", "found", "low", "high", "unit", ""),
@@ -91,6 +92,6 @@ def _show(report: dict[str, Any]) -> None:
         [(key, *(f"{t['sensitivities'][key]:+.2f}" for t in report["targets"])) for key in keys],
     )
     if report["confirmed"]:
-        print("The engine's own values meet all targets: nothing was searched. Narrower tolerances ask for a search.")
+        print("The engine's own values meet all targets, so no search was made. For a search give narrower tolerances.")
     if report["file"]:
         say(f"{report['file']} written")

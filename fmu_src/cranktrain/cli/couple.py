@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """Couple cranktrain, combustion and valve train as FMUs, and run cycles at constant speed.
 
-FMUs that are not named are built first, of the engine's main bearings without tables and of its ground. --scheme
-jacobi steps all at once, gauss-seidel one after the other, iterative again and again until they agree.
---reconstruction own leaves pressures between communication points to the cranktrain, which knows the angle that they
-belong to; hold, linear and quadratic let the master do it. --json prints {"pulley", "imep_pa", "indicated_torque_nm",
-"coupling_residual_w", "real_time_factor", "seconds", "result", "valvetrain"}."""
+FMUs that are not named are built first; a cranktrain built this way has no film table and no flexible block. With
+--scheme jacobi all units step at once, with gauss-seidel one after the other, with iterative repeatedly until they
+agree. With --reconstruction own the cranktrain itself interpolates pressures between communication points, because it
+knows the crank angle of each; with hold, linear and quadratic the master does. --json prints {"pulley", "imep_pa",
+"indicated_torque_nm", "coupling_residual_w", "real_time_factor", "seconds", "result", "valvetrain"}."""
 
 
 UNITS = CRANKTRAIN, COMBUSTION, VALVETRAIN
@@ -41,17 +41,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--scheme", type=word(SCHEMES), default="gauss-seidel", metavar="NAME", help=", ".join(SCHEMES))
     add("--reconstruction", type=word(RECONSTRUCTIONS), default="own", metavar="NAME", help=", ".join(RECONSTRUCTIONS))
     add("--step-deg", type=number(1e-3, 90.0, "degrees"), default=1.0, metavar="ANGLE", help="communication step (1)")
-    add("--error", type=number(1e-9, 0.5, "of an output's range"), metavar="SHARE", help="let this control the step")
-    add("--cranktrain", metavar="FILE.fmu", help="in place of a new one")
-    add("--combustion", metavar="FILE.fmu", help="in place of a new one")
+    add("--error", type=number(1e-9, 0.5, "of an output's range"), metavar="SHARE", help="adapt the step to this error")
+    add("--cranktrain", metavar="FILE.fmu", help="use this FMU instead of building one")
+    add("--combustion", metavar="FILE.fmu", help="use this FMU instead of building one")
     valves = parser.add_mutually_exclusive_group()
-    valves.add_argument("--valvetrain", metavar="FILE.fmu", help="in place of a new one")
+    valves.add_argument("--valvetrain", metavar="FILE.fmu", help="use this FMU instead of building one")
     valves.add_argument(
-        "--no-valvetrain", action="store_true", help="leave it out: lifts of the combustion's own, no torque of cams"
+        "--no-valvetrain", action="store_true", help="no valve train: built-in valve lifts, no torque of cams"
     )
     add(
         "--set", dest="values", action="append", default=[], metavar="UNIT.NAME=VALUE",
-        help="start value, as often as needed: cranktrain.crank.level=torsional",
+        help="start value of a unit, e.g. cranktrain.crank.level=torsional; may be given several times",
     )  # fmt: skip
     add("--export-ssp", metavar="FILE.ssp", help="write the coupled system for other masters, and do not run it")
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_coupled.h5)")
@@ -99,7 +99,7 @@ def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path, Path | 
     try:
         own = {name: module_of_engine(name, engine.name) for name in wanted if not named[name]}
     except InputError as error:
-        raise InputError(f"{error}; a valve train may be left out, --no-valvetrain") from None
+        raise InputError(f"{error}; or leave the valve train out with --no-valvetrain") from None
     modules = {name: build_fmu(own[name], folder, say=say) if name in own else Path(named[name]) for name in wanted}
     if options.cranktrain:
         cranktrain = Path(options.cranktrain)
@@ -115,7 +115,7 @@ def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
         place, _, value = text.partition("=")
         unit, _, name = place.partition(".")
         if unit not in UNITS or not name or not value:
-            raise InputError(f"--set {text}: is not UNIT.NAME=VALUE; units: {', '.join(UNITS)}")
+            raise InputError(f"--set {text}: write UNIT.NAME=VALUE; units: {', '.join(UNITS)}")
         try:
             found.setdefault(unit, {})[name] = float(value)
         except ValueError:
@@ -125,8 +125,7 @@ def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
 
 def _run_into(output: Path, make: Callable[[], System], speed: float, options: argparse.Namespace) -> Coupled:
     """Run in a process of its own; the result file keeps what there is however the run ends."""
-    from cranktrain.coupling.files import keep_run
-    from cranktrain.coupling.run import Steps
+    from cranktrain.coupling.run import Steps, keep_run
     from cranktrain.coupling.supervised import run_supervised
 
     size = math.radians(options.step_deg) / speed
@@ -185,5 +184,5 @@ def _show(result: dict[str, Any], options: argparse.Namespace) -> None:
         f"{options.engine}, {options.speed_rpm:g} rev/min: {options.scheme}, reconstruction {options.reconstruction}"
     )
     show_rows(title, ("of the last cycle", "value"), rows)
-    print(f"{result['steps']} communication steps, {result['refused_steps']} taken again; {result['sweeps']} sweeps")
+    print(f"{result['steps']} communication steps, {result['refused_steps']} repeated; {result['sweeps']} sweeps")
     print(f"Result: {result['result']}")

@@ -13,18 +13,18 @@ from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.own_mesh import UNITS
 
 DESCRIPTION = """\
-Optimum damping of a torsional damper, for two masses or an engine's torsional mode.
+Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.
 
-The ring is coupled to the hub by damping alone.
+The damper's ring is coupled to its hub by damping alone.
 
-With --inertia-ratio: Houdaille's two masses, a hub on a spring and a ring of MU times its inertia.
-With ENGINE: its [damper] on the pulley, for one torsional mode of the cranktrain (at rest, rods as mean masses,
-bearings as springs, the structure's damping, free to turn; the pulley with the damper's housing). Only that mode is
-excited; all of them answer to the ring.
+With --inertia-ratio: Houdaille's two masses, a hub on a spring and a ring of MU times the hub's inertia.
+With ENGINE: the [damper] of the engine file on the pulley, for one torsional mode of the cranktrain (at rest, rods as
+mean masses, bearings as springs, with the structure's damping, free to turn; the pulley includes the damper's housing).
+Only that mode is excited; all modes respond to the ring.
 
-damping_ratio   c / (2 I w): I hub inertia, for an engine the mode's effective inertia at the pulley; w the frequency
-                without ring, rad/s
-amplification   largest amplitude of the hub over its static one under the same torque, 1/(I w^2) per torque
+damping_ratio   c / (2 I w): I is the hub's inertia, for an engine the effective inertia of the mode at the pulley; w
+                is the frequency without ring, rad/s
+amplification   largest amplitude of the hub over its static amplitude, 1/(I w^2) per torque, under the same torque
 frequency_ratio frequency of that largest amplitude over w
 """
 
@@ -36,7 +36,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--inertia-ratio", type=float, metavar="MU", help="ring over hub inertia; takes no ENGINE")
     add("--mode", type=int, metavar="N", help="first (default) or second torsional mode of the engine")
     add("--mesh", metavar="FILE", help="own mesh (.msh, .inp, .bdf) with named journal surfaces")
-    add("--mesh-unit", default="m", metavar="UNIT", help=f"of its coordinates: {', '.join(UNITS)} (m)")
+    add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of its coordinates: {', '.join(UNITS)} (default m)")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

@@ -10,8 +10,9 @@ from cranktrain.cli.console import bar, say
 DESCRIPTION = """\
 Write a result or run-up file as a table: CSV, Parquet (needs pyarrow) or NumPy's archive.
 
-A run's table has a row a sample; a run-up's a row a speed, with amplitude and phase of every order. Values are SI;
-headings name their unit: "pulley.torsion [rad]". Only a table of cranktrain is replaced.
+The table of a run has one row per sample; that of a run-up one row per speed, with amplitude and phase of every order.
+Values are in SI units, which the headings name: "pulley.torsion [rad]". An existing file is replaced only if it is a
+table written by cranktrain.
 """
 
 
@@ -19,7 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     parser.add_argument("file", metavar="FILE.h5", help="result of simulate or run, or a run-up")
     parser.add_argument("--to", required=True, metavar="TABLE", help="table.csv, table.parquet or table.npz")
-    parser.add_argument("--group", default="", metavar="NAME", help="of a scene's file with several speeds: 2000rpm")
+    parser.add_argument("--group", default="", metavar="NAME", help="group of a scene's file, e.g. 2000rpm")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -29,7 +30,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     with bar(f"{options.to}") as advance:
         found = export(options.file, options.to, options.group, advance)
     if found["left_out"]:
-        say(f"left out, since not over time: {', '.join(found['left_out'])}")
+        say(f"left out, because not sampled over time: {', '.join(found['left_out'])}")
     if not options.json:
         print(f"{found['table']}: {found['rows']} rows, {found['columns']} columns")
     return found

@@ -9,24 +9,22 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.bodies import add_block_options
 from cranktrain.cli.console import labelled_bar, one_of, say, show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
-from cranktrain.dynamics.settled.judging import TOLERANCE
+from cranktrain.cli.run_options import add_level_options, add_settle_option, option_of, request_of
 from cranktrain.engine.file import load_engine
-from cranktrain.engine.levels import CRANKS, described
-from cranktrain.film.laws.register import MAINS, bearing_levels
 
 if TYPE_CHECKING:
     from cranktrain.studies.fatigue import FatigueReport
 
 DESCRIPTION = """\
-Safety factors of the crankshaft's fillets and oil bores over the cycle, and its acceptability by the rule IACS UR M53.
+Safety factors of the crankshaft's fillets and oil bores over the cycle, and acceptability by rule IACS UR M53.
 
-Runs each speed until its outputs repeat, cuts the crank at its webs and pins, and takes the rule's stress factors; with
---fillets the stresses of fine sub-models in the throws named. The least safe speed counts. Needs the table
-[crank_strength] of the engine file. --json prints {"fillets": [{"name", "safety_factor", "amplitude_mpa", "mean_mpa",
-"converged", "speed_rpm", "by", "safety_factor_by_rule_factors"}], "rule", "speeds", …}.
+Each speed is run until its outputs repeat. Loads are then taken at cuts through webs and pins, and stresses from the
+rule's stress factors, or with --fillets from fine sub-models of the throws named. The speed with the lowest safety
+factor counts. The engine file needs a table [crank_strength]. --json prints {"fillets": [{"name", "safety_factor",
+"amplitude_mpa", "mean_mpa", "converged", "speed_rpm", "by", "safety_factor_by_rule_factors"}], "rule", "speeds", …}.
+With --bearings held main journals do not move, so each throw bends by itself.
 """
 CRITERIA = ("haigh", "findley")
 
@@ -36,24 +34,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add(
         "--speed", dest="speeds_rpm", type=float, nargs="+", metavar="RPM",
-        help="one or more, rev/min (default: the engine's combustion.best_speed)",
+        help="speeds, rev/min (default: the engine's combustion.best_speed)",
     )  # fmt: skip
     add(
         "--criterion", default="haigh", metavar="NAME",
         help="haigh (default): rainflow and mean stress; findley: shear and normal stress of the critical plane",
     )  # fmt: skip
-    add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
-    add(
-        "--bearings", default="auto", metavar="LEVEL",
-        help=f"{', '.join(bearing_levels(*MAINS))}; default as of simulate. held: each throw bends alone",
-    )  # fmt: skip
-    add("--big-ends", default="rigid", metavar="LEVEL", help="as of simulate; default rigid")
-    add_block_options(parser)
-    add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
-    add("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
-    add("--settle", type=float, default=TOLERANCE, metavar="TOL", help=f"as of simulate (default {TOLERANCE:g})")
+    add_level_options(parser, without="--pistons")
+    add_settle_option(parser)
     add_fillet_option(parser, "stresses of fillets and oil bores")
-    add("--plots", metavar="FOLDER", help="also draw safety factors on the crank, and for haigh its diagram, there")
+    add("--plots", metavar="FOLDER", help="folder for pictures of safety factors and, for haigh, its diagram")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -61,7 +51,6 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.results.figures import check_folder
     from cranktrain.results.strength.figures import PICTURES, save_pictures
     from cranktrain.structure.stress.stress_modes import ShapedCrank
-    from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.fatigue import crank_strength, fatigue
     from cranktrain.studies.stressed_run import check_stressed
 
@@ -69,16 +58,15 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     crank_strength(engine)
     one_of("--criterion", options.criterion, CRITERIA)
     speeds = options.speeds_rpm or [round(engine.combustion.best_speed * 30.0 / math.pi, 6)]
-    names = ("crank", "bearings", "big_ends", "block", "damper", "load", "settle", "mesh", "block_mesh", "mesh_unit")
-    request = Request(speed_rpm=speeds[0], **{name: getattr(options, name) for name in names})
+    request = request_of(options, speeds[0])
     for speed in speeds:
-        replace(request, speed_rpm=speed).settings(engine, _option)
+        replace(request, speed_rpm=speed).settings(engine, option_of)
     folder = None if options.plots is None else Path(options.plots)
     if folder is not None:
         check_folder(folder, pictures=PICTURES)
     throws = chosen_throws(options, engine)
     if throws:
-        check_stressed(request, request.settings(engine, _option))
+        check_stressed(request, request.settings(engine, option_of))
     with stages(f"{engine.name}: fatigue") as tell:
         fillets = fillets_of(engine, throws, cache(lambda: ShapedCrank.of(engine, None, tell)), tell)
     with labelled_bar(f"{engine.name}: fatigue") as (tell, advance):
@@ -93,11 +81,6 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         _show(report, found)
     return found
-
-
-def _option(field: str) -> str:
-    """What the command line calls a field of a request."""
-    return "--" + field.removesuffix("_rpm").replace("_", "-")
 
 
 def _show(report: FatigueReport, found: dict[str, Any]) -> None:
@@ -128,11 +111,11 @@ def _show(report: FatigueReport, found: dict[str, Any]) -> None:
         print(f"IACS UR M53: least Q {q['acceptability']:.3g} at {q['name']}, 1.15 is required: {verdict}")
     for at in found["speeds"]:
         print(
-            f"{at['rpm']:g} rev/min: bending of the {at['bending']}; forces balance to "
-            f"{at['unbalanced_relative']:.1e}. {at['settling']}"
+            f"{at['rpm']:g} rev/min: bending of the {at['bending']}; residual "
+            f"of the force balance {at['unbalanced_relative']:.1e}. {at['settling']}"
         )
     if report.interrupted:
-        say("interrupted: what is shown is of the speeds that were done")
+        say("interrupted; results are shown for the finished speeds")
     if "plots" in found:
         print("Pictures: " + ", ".join(found["plots"]))
 

@@ -18,8 +18,8 @@ def add_fillet_option(parser: argparse.ArgumentParser, what: str) -> None:
     """Add the option; ``what`` it is for begins its help."""
     parser.add_argument(
         "--fillets", metavar="THROWS",
-        help=f"{what} by fine sub-models of these throws: all, or numbers as 1,6; minutes and 3 to 4 GB at first, "
-        "then kept",
+        help=f"{what} by fine sub-models of these throws: all, or numbers such as 1,6; minutes and 3 to 4 GB the first "
+        "time, then kept",
     )  # fmt: skip
 
 
@@ -33,7 +33,7 @@ def chosen_throws(options: argparse.Namespace, engine: Engine) -> list[int]:
     chosen = words if options.fillets == "all" else [word.strip() for word in options.fillets.split(",")]
     for word in chosen:
         if word not in words:
-            raise InputError(f"--fillets '{word}' is no throw; engine '{engine.name}' has 1 to {len(words)}, or all")
+            raise InputError(f"--fillets '{word}' is not a throw; engine '{engine.name}' has 1 to {len(words)}, or all")
     return sorted({int(word) for word in chosen})
 
 

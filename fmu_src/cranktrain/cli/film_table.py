@@ -16,15 +16,15 @@ from cranktrain.store.film_tables import film_table
 DESCRIPTION = """\
 Make the film table of bearings with one width-to-diameter ratio; it is kept in the cache.
 
-Force, moments and damping of a rigid plain journal bearing over eccentricity, direction of squeeze and tilt (two
-components), dimensionless, for one L/D, groove, relief of the shell's edges and roughness; every bearing that shares
-them reads the same file. A run makes the table of its engine by itself. Finished parts are kept: an interrupted build
-goes on where it stopped.
+The table holds force, moments and damping of a rigid plain journal bearing, dimensionless, over eccentricity, direction
+of squeeze and the two components of tilt. It is for one L/D, groove, relief of the shell's edges and roughness; all
+bearings that share these use the same file. A run makes the table of its engine by itself. Finished parts are kept, so
+an interrupted build can be continued.
 
-Error of the interpolation: measured against the solver at the centre of every cell, stored per cell. Forces are
-compared over |F|, moments over |F| L/2; the larger of the two counts. max_interpolation_error is the largest of all
-cells of both tables; the keys ending in _to_0.95 leave out cells beyond eccentricity 0.95, and those beside the largest
-tilt, where films are solved as well.
+The interpolation error is measured against the solver at the centre of every cell, and stored for each cell. Errors of
+forces are relative to |F|, those of moments to |F| L/2; the larger of the two counts. max_interpolation_error is the
+largest of all cells of both tables. Keys that end in _to_0.95 leave out the cells beyond eccentricity 0.95 and those
+next to the largest tilt, where runs also solve the film.
 """
 
 
@@ -34,7 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--length-ratio", type=float, required=True, metavar="L/D", help="width over diameter, 0.05 to 4")
     add("--groove", default="none", metavar="KIND", help=f"{' or '.join(GROOVES)} (fully round); none")
     add("--no-tilt", action="store_true", help="only the table of the aligned journal")
-    add("--tilt-range", type=float, default=share, metavar="SHARE", help=f"of the possible tilt (default {share:g})")
+    add("--tilt-range", type=float, default=share, metavar="SHARE", help=f"over the possible tilt (default {share:g})")
     add("--relief", type=float, nargs=3, default=STRAIGHT, metavar=("DEPTH", "SHARE", "EXPONENT"),
         help="axial profile of the shell, its depth over the clearance (default: straight)")  # fmt: skip
     add("--roughness", type=float, default=SMOOTH, metavar="SIGMA", help="of both surfaces, over the clearance")
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
                 say=lambda text: say(f"cranktrain: {text}"),
             )  # fmt: skip
     except KeyboardInterrupt:
-        raise Interrupted("interrupted; finished slabs are kept, the same command goes on with them") from None
+        raise Interrupted("interrupted; finished slabs are kept, repeat the command to continue") from None
     seconds = time.perf_counter() - start
     errors, usual = table.worst(), table.worst(0.95, 1.0 - SHARE_MARGIN)
     result: dict[str, Any] = {

@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from cranktrain.studies.harness.running import Judged
 
 DESCRIPTION = """\
-Run the scenarios of a harness file and hold its assertions against them.
+Run the scenarios of a harness file and check its assertions.
 
-Any FMU may stand in place of any module; units are connected by name or by a map. Scenarios are steps, ramps, misfires,
-noise, drop-outs and faults of units, each run in a process of its own. FMUs that are not named are built first.
+Any FMU may replace any module; units are connected by name or by a map. A scenario may contain steps, ramps, misfires,
+noise, drop-outs and faults of units; every unit runs in a process of its own. FMUs that are not named are built first.
 --json prints {"passed", "scenarios": [{"name", "passed", "ended", "seconds", "result", "assertions": [{"name",
-"quantity", "expected", "found", "unit", "passed"}]}]}. Exit code 0: all passed, 1: some did not, 2: a bad file.
+"quantity", "expected", "found", "unit", "passed"}]}]}. Exit code 0: all assertions passed, 1: some failed, 2: the file
+is invalid.
 """
 
 
@@ -30,8 +31,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
     add("file", metavar="FILE", help="path of a harness.toml")
-    add("--only", nargs="+", default=[], metavar="NAME", help="scenarios to run, with those they are compared with")
-    add("--output", metavar="FOLDER", help="for a result file of each scenario (default: FILE_results)")
+    add("--only", nargs="+", default=[], metavar="NAME", help="run only these, and those they are compared with")
+    add("--output", metavar="FOLDER", help="folder for a result file of each scenario (default: FILE_results)")
     add("--junit", metavar="OUT.xml", help="write results as JUnit XML")
     add("--html", metavar="OUT.html", help="write a report with plots, one file")
 
@@ -64,7 +65,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         _show(harness, found)
     if interrupted:
-        say(f"interrupted: {folder} keeps what there is of {len(runs)} of {len(scenarios)} scenarios")
+        say(f"interrupted; {folder} holds the results of {len(runs)} of {len(scenarios)} scenarios")
     return result
 
 

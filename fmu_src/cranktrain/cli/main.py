@@ -119,12 +119,12 @@ def _parser(asked: str = "") -> _Parser:
             "--body",
             dest="mesh",
             metavar="FILE",
-            help="no stresses without the finite elements: refused; give their mesh"
+            help="refused: stresses need finite elements; give their mesh by --mesh"
             if name == "stress"
             else "own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
             "superelement of another program (.toml)",
         )
-        add("--mesh-unit", default="m", metavar="UNIT", help=f"of coordinates in own meshes: {', '.join(UNITS)} (m)")
+        add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)")
         module.add_options(sub)
         add("--json", action="store_true", help="print one JSON object; keys carry their unit (_hz, _um, …)")
         sub.set_defaults(verb=module.run)

@@ -29,17 +29,15 @@ its natural frequencies, damping ratios, and rotations of the discs over the lar
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
     add = parser.add_argument
-    add("--damper", action="store_true", help="also the cranktrain with the engine's torsional damper, as it damps")
+    add("--damper", action="store_true", help="also damped modes of the cranktrain with the engine's torsional damper")
     add(
         "--crank", default="solid", metavar="LEVEL",
-        help=f"{described(CRANKS.values())}; default solid, of the others the frequencies stand beside the solid's",
+        help=f"{described(CRANKS.values())}; default solid; frequencies of other levels are compared with solid",
     )  # fmt: skip
     add_block_options(parser, running=False)
-    add(
-        "--bearings", default="auto", metavar="LEVEL", help="of the mains, for modes in motion (default: the usual one)"
-    )
+    add("--bearings", default="auto", metavar="LEVEL", help="of the mains, for modes in motion (default as simulate)")
     add("--speed", type=number(100.0, 20000.0, "rev/min"), metavar="RPM",
-        help="of the cycle whose modes in motion are shown (default: combustion.best_speed)")  # fmt: skip
+        help="speed for modes in motion, rev/min (default: combustion.best_speed)")  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -72,7 +70,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         return report
     print(firing_text(engine.crankshaft, engine.cylinders))
     if "left_out" in report:
-        print(f"Modes of crank and block by themselves, without the added {', '.join(report['left_out'])}.")
+        print(f"These are modes of crank and block alone, without the added {', '.join(report['left_out'])}.")
     if "level" in report:
         for table in level_tables(engine, report):
             show(table)
@@ -100,10 +98,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 def _say_quality(what: str, quality: dict[str, Any]) -> None:
     if "max_relative_error" not in quality:
-        print(f"{what}: by another program, {quality['modes']} modes")
+        print(f"{what}: reduced by another program, {quality['modes']} modes")
         return
     print(
-        f"{what}: {quality['dofs_full']} degrees of freedom to {quality['modes']} modes, largest error against "
+        f"{what}: {quality['dofs_full']} degrees of freedom reduced to {quality['modes']} modes, largest error against "
         f"the full model {100.0 * quality['max_relative_error']:.2g} % (to 1000 Hz)"
     )
 

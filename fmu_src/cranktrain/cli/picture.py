@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.bodies import bare_crankshaft, own_meshes
 from cranktrain.cli.console import bar, number, stages
-from cranktrain.cli.stress import add_run_options, option, run_request
+from cranktrain.cli.run_options import add_level_options, add_settle_option, option_of, request_of
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.crank.modal import KINDS
@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from cranktrain.results.pictures.moving_surface import MovingSurface
 
 DESCRIPTION = """\
-The crankshaft in space: still (PNG), animation (GIF, MP4) or page to turn about (HTML) of a mode, or as it runs.
+The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) or page (HTML).
 
-With --speed the solid crank runs until its cycles repeat, and is drawn in the colours of its stress.
+In a page the crankshaft can be turned. With --speed the solid crank runs until its cycles repeat, and is coloured by
+its stress.
 """
 FRAME_DEG = 10
 
@@ -42,8 +43,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--enlarge", type=number(0.0, 1e9, "times"), metavar="TIMES",
         help="enlargement of the motion (default: the largest is 3 %% of the length)",
     )  # fmt: skip
-    add("--output", metavar="FILE", help="its ending says what: .png, .gif, .mp4, .html (default ENGINE_WHAT.png)")
-    add_run_options(parser)
+    add("--output", metavar="FILE", help="picture, ending in .png, .gif, .mp4 or .html (default ENGINE_WHAT.png)")
+    add_level_options(parser, without="--crank")
+    add_settle_option(parser)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -53,7 +55,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     engine = load_engine(options.engine)
     running = options.speed_rpm is not None
     if running and (options.mode is not None or options.free):
-        raise InputError("--speed draws the running crank, --mode and --free a mode; leave out one or the other")
+        raise InputError("--speed draws the running crank, --mode and --free draw a mode; leave one of them out")
     what = f"{options.speed_rpm:g}rpm" if running else f"mode_{options.mode or KINDS[1]}"
     path = Path(options.output or f"{engine.name}_{what}.png")
     check_picture(path)
@@ -80,8 +82,8 @@ def running_surface(engine: Engine, options: argparse.Namespace) -> MovingSurfac
     from cranktrain.results.pictures.running import running_picture
     from cranktrain.studies.stressed_run import stressed_run
 
-    request = run_request(options)
-    settings = request.settings(engine, option)
+    request = request_of(options, options.speed_rpm)
+    settings = request.settings(engine, option_of)
     with stages(engine.name) as tell:
         made, stress = stressed_run(engine, request, settings, tell)
         title = f"{engine.title}: {request.speed_rpm:g} rev/min, films by {settings.bearings}"

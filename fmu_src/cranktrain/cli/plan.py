@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from cranktrain.studies.planning.scene_model import SceneModel
 
 DESCRIPTION = """\
-What serves a scene, why, and with which error and time.
+The plan for a scene: which levels and step serve it, why, and with which error and computing time.
 
-A plan picks the lowest levels, number of modes, bearing law, integrator and step. Its figures are measured on the
-scene's own model by short runs, and kept in the cache. The model error is the difference to the next level up, the
-numerical error the difference to half the step; both are relative, up to the scene's highest frequency, and the largest
-over its outputs and speeds counts. Where measured total errors ship for the engine (cranktrain tradeoff --total), the
-levels are the cheapest that these put within the accuracy of the best model.
+A plan picks the lowest levels, number of modes, bearing law, integrator and step that are accurate enough. Its errors
+and times are measured by short runs of the scene's own model, and kept in the cache. The model error is the difference
+from the next level up, the numerical error the difference from half the step. Both are relative, up to the scene's
+highest frequency; the largest over its outputs and speeds counts. Where measured total errors ship for the engine (see
+cranktrain tradeoff --total), the plan takes the cheapest levels whose total error is within the accuracy.
 """
 
 
@@ -47,7 +47,7 @@ def made_plan(scene: Scene) -> tuple[Plan, SceneModel]:
             model = SceneModel(scene, tell)
             return plan(scene, model=model), model
     except KeyboardInterrupt:
-        raise Interrupted("interrupted; what was measured is kept: plan again to go on") from None
+        raise Interrupted("interrupted; finished measurements are kept, repeat the command to continue") from None
 
 
 def show_plan(made: Plan) -> None:
@@ -62,7 +62,7 @@ def show_plan(made: Plan) -> None:
         ("block", found["block"], ""),
         ("integrator", found["integrator"], f"{found['step_deg']:g} deg"),
         ("numerical error", f"{found['predicted_numerical_error']:.2g}", "against half the step"),
-        ("settling", f"{found['predicted_settling_error']:.2g}", "what a run leaves of it"),
+        ("settling", f"{found['predicted_settling_error']:.2g}", "error that is left when a run ends"),
         ("model error", "–" if model is None else f"{model:.2g}", "against the next level up"),
         *([] if made.total_error is None else [("total error", f"{made.total_error:.2g}", made.against)]),
         ("predicted error", f"{found['predicted_error']:.2g}", f"{scene.accuracy:g} is wanted"),
@@ -77,7 +77,7 @@ def show_plan(made: Plan) -> None:
         print(f"- {reason}")
     above = found["next_level"]
     if above is None:
-        print(f"There is no level above; a check runs {math.degrees(made.next.step):g} deg.")
+        print(f"There is no level above; --verify runs this level with a step of {math.degrees(made.next.step):g} deg.")
         return
     changes = ", ".join(f"{name} by {100.0 * value:.2g} %" for name, value in above["difference"].items())
     print(

@@ -19,22 +19,24 @@ if TYPE_CHECKING:
     from cranktrain.results.run_up.run_up import RunUp
 
 DESCRIPTION = """\
-Pictures of a run-up: orders over the speed with their resonances named, waterfall, Campbell diagram, and motion and
-orders at the highest peaks. Modes of the Campbell diagram are at rest, on the bearings' stand-in springs; the torsional
-mode in motion is in the pictures that `cranktrain runup --plots` draws.
+Pictures of a run-up: orders over speed with named resonances, waterfall, Campbell diagram, motion at the highest peaks.
 
-Measured orders come from a text file of the columns speed_rpm, order, amplitude, unit, zero to peak.
+The modes of the Campbell diagram are at rest, on the bearings' stand-in springs; the torsional mode in motion is in the
+pictures of `cranktrain runup --plots`.
+
+Measured orders are read from a text file with the columns speed_rpm, order, amplitude, unit; amplitudes are zero to
+peak.
 """
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
-    add("file", metavar="FILE.h5", help="file of cranktrain runup")
+    add("file", metavar="FILE.h5", help="result of cranktrain runup")
     add("--plots", default="plots", metavar="DIR", help="folder for the pictures (default plots)")
     add("--measured", metavar="FILE.csv", help="measured orders, drawn over the computed ones")
     add("--with-damper", metavar="FILE.h5", help="run-up of the same engine with its damper, drawn below it")
-    add("--engine", metavar="ENGINE", help="engine file, where the one that the file names has gone elsewhere")
+    add("--engine", metavar="ENGINE", help="engine file, if the one that the run-up names has moved")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

@@ -20,7 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output", metavar="FILE", help="also write the crankshaft: .h5, .npz, or a folder of Matrix Market files"
     )
-    parser.add_argument("--block-output", metavar="FILE", help="likewise the block; needs --block flexible")
+    parser.add_argument("--block-output", metavar="FILE", help="also write the block; needs --block flexible")
     add_block_options(parser, running=False)
 
 
@@ -63,9 +63,7 @@ def _show(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
     print(f"{body.name}: {body.mass:.1f} kg, {quality['dofs_full']:.0f} degrees of freedom, {body.n_modes} modes")
     _show_errors(body, result)
     if "slice_mass_error" in quality:
-        print(
-            f"modal mass seen by the terms of rotation, to 1000 Hz: off by {100.0 * quality['slice_mass_error']:.2g} %"
-        )
+        print(f"error of modal mass in the terms of rotation, to 1000 Hz: {100.0 * quality['slice_mass_error']:.2g} %")
     else:
         tied, shift = quality["tied_raises_first"], quality["other_mass_shifts_first"]
         print(f"rigidly tied journals (RBE2) would raise the first mode by {100.0 * tied:.0f} %")
@@ -81,10 +79,10 @@ def _show_errors(body: ReducedBody, result: dict[str, Any]) -> None:
     quality = body.quality
     print("first elastic modes / Hz: " + ", ".join(f"{hz:.1f}" for hz in result["elastic_hz"]))
     if "max_relative_error" not in quality:
-        print(f"rigid motion in the given stiffness: {quality['rigid_hz']:.2g} Hz")
+        print(f"frequency of rigid motions in the given stiffness: {quality['rigid_hz']:.2g} Hz")
     else:
-        print(f"reduced against full to 1000 Hz: {100.0 * quality['max_relative_error']:.2g} %")
-        print(f"static stiffness of the interfaces: {100.0 * quality['static_error']:.2g} %")
+        print(f"error of the reduced frequencies to 1000 Hz: {100.0 * quality['max_relative_error']:.2g} %")
+        print(f"error of the static stiffness of the interfaces: {100.0 * quality['static_error']:.2g} %")
 
 
 def _block_quality(engine: Engine, options: argparse.Namespace) -> dict[str, Any]:

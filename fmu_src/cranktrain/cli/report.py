@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from cranktrain.studies.report.findings import Findings
 
 DESCRIPTION = """\
-One HTML file of an engine: frequencies and critical speeds beside the reference's, vibration, origins of values.
+Report of an engine as one HTML file: frequencies and critical speeds beside the reference's, vibration, origins.
 
-It needs no network, prints, and is read on a telephone. What takes seconds is computed; the rest is read from files
-of other verbs, and a section without its data says which commands make them. --make FOLDER runs these.
+Origins are the sources of the engine's values. The page needs no network, can be printed, and fits the screen of a
+telephone. Results that take only seconds are computed; the others are read from files of other verbs. A section without
+its data says which commands make them; --make FOLDER runs these.
 """
 FOLDERS = tuple(Path(place) for place in ("out/tradeoff", "out/stability", "docs/tradeoff", "docs/stability"))
 """Where pictures of ``tradeoff`` and ``stability`` are, if nothing else is said."""
@@ -47,7 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--measured", metavar="FILE.csv",
         help="measured orders, drawn over the computed ones: columns speed_rpm, order, amplitude, unit, zero to peak",
     )  # fmt: skip
-    add("--quick", action="store_true", help="torsion at fewer speeds, linear, without inherited damping: seconds")
+    add("--quick", action="store_true", help="torsion in seconds: fewer speeds, linear, without inherited damping")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -75,7 +76,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         temporary.write_text(page(found), encoding="utf-8")
     if not options.json:
         for title, remedy in lacking.items():
-            print(f"Not in the report: {title}. To have it: {remedy}")
+            print(f"Not in the report: {title}. To include it: {remedy}")
         print(f"Report: {path}")
     return {"report": str(path), "missing": lacking, "seconds": found.seconds}
 
@@ -95,7 +96,7 @@ def _make(found: Findings, name: str, folder: str) -> dict[str, float]:
         words, began = shlex.split(command)[1:], time.perf_counter()
         done = subprocess.run([sys.executable, "-m", "cranktrain.cli.main", *words], stdout=subprocess.DEVNULL)
         if done.returncode:
-            say(f"cranktrain: warning: ended with code {done.returncode}, what it makes is left out: {command}")
+            say(f"cranktrain: warning: ended with code {done.returncode}, so its results are missing: {command}")
         else:
             seconds[f"cranktrain {words[0]}{' --damper' if '--damper' in words else ''}"] = time.perf_counter() - began
     return seconds

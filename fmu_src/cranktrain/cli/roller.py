@@ -42,30 +42,30 @@ Clearance is the diametral radial clearance of the standards (ISO 5753), the who
 preload. --profile none (straight rollers, default), iso16281 (logarithmic, by the standard's parameter) or that
 parameter itself; a profile needs --roller-diameter-mm. --position: a roller on the load line (default), or two on
 either side of it. The roller's length is the effective one. Without --roller-diameter-mm rollers are as thick as they
-are long, without --pitch-mm they fill 85 % of their circle; both tell in the pressure, the travel and the ring only.
+are long, without --pitch-mm they fill 85 % of their circle; both affect only pressure, travel and ring.
 
 Results:
-  deflection_um              of both contacts in series, beyond the free play: the journal's displacement along the load
-                             less half the clearance
+  deflection_um              of both contacts in series: the journal's displacement along the load less half the
+                             clearance
   q_max_n                    load of the most loaded roller
   stiffness_n_per_mm         tangent dF/d delta along the load, at the load
-  tilt_stiffness_nm_per_rad  tangent of the moment by the tilt in the plane of the load
-  displacement_um            from the middle, the free play with it
-  tilt_mrad                  in the plane of the load, by --moment-nm
+  tilt_stiffness_nm_per_rad  derivative of the moment by the tilt in the plane of the load
+  displacement_um            of the journal from the middle, including the free play
+  tilt_mrad                  in the plane of the load, under --moment-nm
   loaded_rollers, load_factor Q_max Z/F (null without load), pressure_mpa (largest, Hertz, at the inner ring)
   travel_um                  approach of both contacts at the static load rating (ISO 76: 4000 MPa); half the clearance
                              may not exceed it
-  stiffness_variation        relative change of the stiffness as the rollers go on by half their pitch
+  stiffness_variation        relative change of the stiffness as the rollers move by half their pitch
   many_rollers               the same by Sjovall's integral: rollers infinitely close, straight, without moment
 
---ring adds "ring": radial and tilting stiffness of the bearing without contacts, its rollers as springs of their
-tangents at the load, outer ring and housing in finite elements. With --engine the bearings are those of the engine's
-[main_roller], each under the same load, with their rings; "mains" has one entry for each.
+--ring adds "ring": radial and tilting stiffness with an elastic outer ring and housing (finite elements), the rollers
+as linear springs with their stiffness at the load. With --engine the bearings are those of the engine's [main_roller],
+each under the same load, with their rings; "mains" has one entry for each.
 
---engine with --speed in place of --load: the rollers as they run, at full load in the engine's default block. Means of
-their tangents over a settled cycle, along and across the load, in axes turning with the crank and at rest; and the
-linear stand-ins of level linear, of 'modal' and of 'calibrate': springs that yield on average as the rollers do, in
-series with the elastic stiffness of the free crankshaft at the journal. --out writes an engine file with them.
+--engine with --speed instead of --load: the rollers in a run at full load in the engine's default block. Results are
+their mean stiffness over a settled cycle, along and across the load, in axes that turn with the crank and in axes at
+rest; and the stand-in springs for level linear, 'modal' and 'calibrate', which yield on average as the rollers do, in
+series with the elastic stiffness of the free crankshaft at the journal. --out writes an engine file with these springs.
 """
 
 
@@ -74,15 +74,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add, load = parser.add_argument, number(0.0, 1.0e9, "N; give its size, the direction does not count")
     add("--rollers", type=int, metavar="Z", help="number of rollers, at least 3")
     add("--length-mm", type=finite, metavar="MM", help="effective length of a roller")
-    add("--roller-diameter-mm", type=finite, metavar="MM", help="default: as the length")
-    add("--pitch-mm", type=finite, metavar="MM", help="diameter of the circle of the rollers' middles")
+    add("--roller-diameter-mm", type=finite, metavar="MM", help="diameter of a roller (default: its length)")
+    add("--pitch-mm", type=finite, metavar="MM", help="pitch diameter, on which the rollers' axes lie")
     add("--clearance-um", type=finite, metavar="UM", help="diametral radial clearance (default 0)")
-    add("--engine", metavar="ENGINE", help="bearings of its [main_roller], in place of all above")
+    add("--engine", metavar="ENGINE", help="bearings of this engine's [main_roller] instead of the options above")
     add("--load", type=load, metavar="N", help="radial load, N")
     rpm = number(100.0, 20000.0, "rev/min")
-    add("--speed", type=rpm, metavar="RPM", help="with --engine, in place of --load: the rollers as they run, rev/min")
-    add("--out", metavar="FILE", help="with --speed: engine file to write, with the stand-ins; nothing is overwritten")
-    add("--moment-nm", type=finite, default=0.0, metavar="NM", help="in the plane of the load (default 0)")
+    add("--speed", type=rpm, metavar="RPM", help="with --engine instead of --load: speed of a run, rev/min")
+    add("--out", metavar="FILE", help="with --speed: new engine file with the stand-ins; nothing is overwritten")
+    add("--moment-nm", type=finite, default=0.0, metavar="NM", help="moment in the plane of the load (default 0)")
     laws = f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)"
     add("--law", type=word(CONTACT_LAWS), metavar="LAW", help=laws)
     add("--profile", metavar="KIND", help="none, iso16281 or a number (default none, or the engine's)")
@@ -117,15 +117,15 @@ def _running(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.roller_stand_ins import running_rollers, with_stand_ins
 
     if options.engine is None:
-        raise InputError("--speed is that of a running engine; name it by --engine, or give --load")
+        raise InputError("--speed runs an engine; name it by --engine, or give --load instead of --speed")
     for name in (*OF_ENGINE, "load", "law", "profile"):
         if getattr(options, name) is not None:
-            raise InputError(f"--{name.replace('_', '-')}: the running engine gives it; leave it out, or --speed")
+            raise InputError(f"--{name.replace('_', '-')}: the engine gives it; leave it or --speed out")
     new = None if options.out is None else new_path(Path(options.out))
     report = running_rollers(load_engine(options.engine), options.speed, say=lambda stage: say(f"cranktrain: {stage}"))
     report["file"] = None if new is None else str(with_stand_ins(options.engine, new, report))
     if not report["periodic"]:
-        warnings.warn("the motion does not repeat at this speed; means are those of one of its cycles", stacklevel=2)
+        warnings.warn("the motion is not periodic at this speed; means are taken over one cycle", stacklevel=2)
     if not options.json:
         _print(
             f"{report['engine']}: main roller bearings at {options.speed:g} rev/min, full load",
@@ -143,7 +143,7 @@ def _given(options: argparse.Namespace) -> RollerBearing:
         if getattr(options, name) is None:
             raise InputError(f"--{name.replace('_', '-')} is missing; give --rollers and --length-mm, or --engine")
     if options.rollers < 3:
-        raise InputError(f"--rollers {options.rollers} cannot centre a journal; give at least 3")
+        raise InputError(f"--rollers {options.rollers} is too few to centre a journal; give at least 3")
     length = 1e-3 * options.length_mm
     diameter = length if options.roller_diameter_mm is None else 1e-3 * options.roller_diameter_mm
     pitch = diameter / (FILLED * math.sin(math.pi / options.rollers))
@@ -173,7 +173,7 @@ def _profiled(bearing: RollerBearing, options: argparse.Namespace, diameter_know
     if options.profile == "none":
         return replace(bearing, profile=0.0)
     if not diameter_known:
-        raise InputError(f"--profile {options.profile} needs --roller-diameter-mm, to which the profile is related")
+        raise InputError(f"--profile {options.profile} needs --roller-diameter-mm, on which the profile depends")
     if options.profile == "iso16281":
         return replace(bearing, profile=iso_profile(bearing.length, bearing.diameter))
     try:
@@ -181,21 +181,20 @@ def _profiled(bearing: RollerBearing, options: argparse.Namespace, diameter_know
     except ValueError:
         valid = ("none", "iso16281")
         raise InputError(
-            f"--profile '{options.profile}' is no number and does not exist; {nearest(options.profile, valid)}"
+            f"--profile '{options.profile}' is neither a number nor a known profile; {nearest(options.profile, valid)}"
         ) from None
 
 
 def _mains(options: argparse.Namespace) -> dict[str, Any]:
     """Bearings of an engine's mains, equal ones solved once."""
     from cranktrain.engine.file import load_engine
+    from cranktrain.studies.roller_stand_ins import required_rollers
 
     for name in OF_ENGINE:
         if getattr(options, name) is not None:
-            raise InputError(f"--{name.replace('_', '-')}: the engine file gives it; leave it out, or --engine")
+            raise InputError(f"--{name.replace('_', '-')}: the engine file gives it; leave it or --engine out")
     engine = load_engine(options.engine)
-    rollers = engine.main_roller
-    if rollers is None:
-        raise InputError(f"engine '{engine.name}' has no [main_roller]; its mains are no roller bearings")
+    rollers = required_rollers(engine)
     solved: dict[RollerBearing, dict[str, Any]] = {}
     mains = []
     for i in range(len(rollers.rollers)):

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Plan a scene and run it, speed by speed; write an HDF5 result and print a summary of the wanted outputs.
 
---verify      also run the next level up with half the step, and hold the predicted error against the difference
---all-levels  also run every level of crank and bearings that answers the scene's outputs, from rigid to reynolds, and
-              tabulate each output's difference to the top one, with time
+--verify      also run the next level up with half the step, and compare the predicted error with the difference
+--all-levels  also run every level of crank and bearings that has the scene's outputs, from rigid to reynolds, and
+              list each output's difference from the top level, with the computing time
 """
 
 
@@ -29,9 +29,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     parser.add_argument("scene", metavar="SCENE", help="path of a scene.toml")
     which = parser.add_mutually_exclusive_group()
-    which.add_argument("--verify", action="store_true", help="check the prediction by one run at the next level")
-    which.add_argument("--all-levels", action="store_true", help="ladder report: every level, with its difference")
-    parser.add_argument("--with-ehd", action="store_true", help="with elastic films in the ladder report: minutes")
+    which.add_argument("--verify", action="store_true", help="check the predicted error by one run at the next level")
+    which.add_argument("--all-levels", action="store_true", help="run every level; report differences from the top")
+    parser.add_argument("--with-ehd", action="store_true", help="with --all-levels: elastic films too, minutes")
     parser.add_argument("--output", metavar="FILE.h5", help="result file (default: SCENE.h5)")
 
 
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     output = Path(options.output or f"{scene.name}.h5")
     check_target(output)
     if scene.stress:
-        say(f"{scene.name}: stresses are not recovered here; the solid crank runs with all modes that they need")
+        say(f"{scene.name}: 'run' computes no stresses; the solid crank runs with all modes that 'stress' needs")
     made, model = made_plan(scene)
     if not options.json:
         show_plan(made)
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if runs.interrupted and not result["outputs"]:
         raise KeyboardInterrupt
     if runs.interrupted:
-        say(f"interrupted: {output} keeps what is complete; run again for the rest")
+        say(f"interrupted; {output} holds the finished runs, repeat the command for the rest")
     if not options.json:
         _show(runs, result)
     return result
@@ -132,7 +132,7 @@ def _show(runs: SceneRun, result: dict[str, Any]) -> None:
         )
     own = runs.settling
     print(
-        f"Settling: at most {own['cycles']} cycles a speed and {own['settling_left']:.1e} left; runs repeat after "
-        f"{own['repeats_every_cycles']} cycles"
+        f"Settling: at most {own['cycles']} cycles per speed, settling error {own['settling_left']:.1e}; repeats "
+        f"every {own['repeats_every_cycles']} cycles"
     )
     print(f"Result: {runs.path}")

@@ -8,14 +8,17 @@ from typing import Any
 from cranktrain.cli.console import labelled_bar, number, say
 
 DESCRIPTION = """\
-Axial profile that the shells of the main bearings wear at the lowest speed of full load.
+Axial profile that the shells of the main bearings wear to at the lowest speed of full load.
 
-Straight shells are run at level reynolds and worn where the least gap over a cycle and all mains stays below half the
-roughness, pass by pass. The profile of the engine file is fitted to the worn shape, and a new engine file written.
+Straight shells are run at level reynolds. Wherever the least gap over a cycle and all mains stays below half the
+roughness, the shell is worn away; this is repeated. The relief of an engine file is fitted to the worn shape, and a new
+engine file is written.
 
-relief_depth_um     at the edge      relief_share     of each half width      relief_exponent     of the rise
-fit_error_um        RMS between fitted and worn shape (zeta, worn_um)
-least_gap_um        of each pass, negative where an edge lies in the shell
+relief_depth_um     depth at the edge
+relief_share        width of the relief, as a share of each half width
+relief_exponent     exponent of the rise
+fit_error_um        RMS difference of fitted and worn shape (zeta, worn_um)
+least_gap_um        least gap of each pass, negative where an edge lies in the shell
 """
 
 
@@ -28,8 +31,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--out", metavar="FILE", help="engine file to write; an existing file is not overwritten")
     add("--speed", type=number(1.0, 20_000.0, "rev/min"), metavar="N", help="rev/min (default: lowest at full load)")
     add("--crank", default="solid", metavar="LEVEL", help="solid (default) or beam")
-    add("--passes", type=number(1, 100, "", int), default=PASSES, metavar="N", help=f"of wear (default {PASSES})")
-    add("--cycles", type=number(1, 100, "", int), default=CYCLES, metavar="N", help=f"of a run (default {CYCLES})")
+    add("--passes", type=number(1, 100, "", int), default=PASSES, metavar="N", help=f"wear passes (default {PASSES})")
+    add("--cycles", type=number(1, 100, "", int), default=CYCLES, metavar="N", help=f"cycles a run (default {CYCLES})")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from cranktrain.cli.bodies import add_block_options
 from cranktrain.cli.console import say, stages
+from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS, PISTONS, described
 from cranktrain.engine.model import Engine
@@ -37,20 +38,44 @@ def _laws(*kinds: str) -> str:
     return described(LAWS[name] for name in bearing_levels(*kinds))
 
 
-def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") -> None:
-    """Add the options of a run but for its speeds, its length and what is written; ``big_ends``: their usual level."""
+def add_level_options(parser: argparse.ArgumentParser, big_ends: str = "rigid", without: str = "") -> None:
+    """Add the levels, the damper and the load.
+
+    ``big_ends`` is the default level of these; ``without`` names an option that the verb does not have.
+    """
     add = parser.add_argument
-    add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
+    if without != "--crank":
+        add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
     add(
         "--bearings", default="auto", metavar="LEVEL",
         help=f"{_laws(*MAINS)}; default impedance, roller where the mains are rollers, held at --crank torsional",
     )  # fmt: skip
-    add("--no-inherit", action="store_true", help="a torsional crank without the damping of the level above")
     add("--big-ends", default=big_ends, metavar="LEVEL", help=f"{_laws(BIG_END)}; default {big_ends}")
     add_block_options(parser)
+    if without != "--pistons":
+        add(
+            "--pistons", default="auto", metavar="LEVEL",
+            help=f"{described(PISTONS.values())}; default rigid, in a flexible block guided",
+        )  # fmt: skip
+    add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
+    add("--load", type=float, default=1.0, metavar="SHARE", help="fraction of the full-load burn (default 1)")
+
+
+def add_settle_option(parser: argparse.ArgumentParser, default: float = TOLERANCE) -> None:
+    """Add the settling error at which a run ends."""
+    parser.add_argument(
+        "--settle", type=float, default=default, metavar="TOL",
+        help=f"run until the settling error of every output family is below this (default {default:g})",
+    )  # fmt: skip
+
+
+def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") -> None:
+    """Add the options of a run but for its speeds, its length and what is written; ``big_ends``: their usual level."""
+    add = parser.add_argument
+    add_level_options(parser, big_ends)
     add(
-        "--pistons", default="auto", metavar="LEVEL",
-        help=f"{described(PISTONS.values())}; default rigid, in a flexible block guided",
+        "--no-inherit", action="store_true",
+        help="torsional crank with its structural damping alone, without damping inherited from the level above",
     )  # fmt: skip
     add(
         "--drive-line", metavar="TABLE",
@@ -60,27 +85,26 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
         "--axial-force-n", type=float, metavar="N",
         help="steady axial force on the flywheel, positive away from the pulley (default: the engine file's)",
     )  # fmt: skip
-    add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
-    add("--damper-temperature", default="engine", metavar="SOURCE", help=f"{_SOURCES}, as its own losses make it")
+    add("--damper-temperature", default="engine", metavar="SOURCE", help=f"{_SOURCES}, from the damper's own losses")
     add(
         "--film-temperature", default="engine", metavar="SOURCE",
-        help=f"of the main bearings' oil: {_SOURCES}, each film warmer than that by its own friction (the run repeats, "
-        "at most 6 times; big ends and thrust bearing stay with the engine's)",
+        help=f"temperature of the main bearings' oil: {_SOURCES}, each film warmed by its own friction (the run "
+        "repeats, at most 6 times; big ends and thrust bearing stay at the engine's)",
     )  # fmt: skip
     add("--integrator", metavar="NAME", help=_integrators())
     add("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")
     add(
         "--tolerance", type=float, metavar="ERROR",
-        help="adaptive steps: parts of --step-deg as short as this error of a step asks, e.g. 1e-4",
+        help="adaptive steps: --step-deg is divided until the error of a step is below this, e.g. 1e-4",
     )  # fmt: skip
     add(
         "--follow-films", action="store_true",
-        help="let elastic films follow those of the cycle before in a run that settles: faster, see theory/settling",
+        help="while a run settles, elastic films take their deformation from the cycle before: faster, see "
+        "theory/settling",
     )  # fmt: skip
-    add("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
-    add("--pressure", metavar="FILE.csv", help="measured trace: angle in degrees; pressure")
-    add("--pressure-unit", metavar="UNIT", help="Pa, kPa, bar or MPa; else by header or size of the peak")
-    add("--pressure-tdc-deg", type=float, metavar="DEG", help="angle in the file that is firing dead centre")
+    add("--pressure", metavar="FILE.csv", help="measured pressure trace: crank angle in degrees; pressure")
+    add("--pressure-unit", metavar="UNIT", help="Pa, kPa, bar or MPa (default: from header or size of the peak)")
+    add("--pressure-tdc-deg", type=float, metavar="DEG", help="angle of the firing dead centre in the pressure file")
 
 
 def _integrators() -> str:
@@ -91,12 +115,16 @@ def _integrators() -> str:
 
 def asked_of(options: argparse.Namespace, speed_rpm: float) -> Asked:
     """What the options ask for, at a speed, refused before the minute that a crankshaft may take; ``InputError``."""
+    engine, request = engine_of(options), request_of(options, speed_rpm)
+    return Asked(engine, request, request.settings(engine, option_of), gas_of(request, engine))
+
+
+def request_of(options: argparse.Namespace, speed_rpm: float) -> Request:
+    """Run at a speed with the choices that a verb has options for; ``InputError``."""
     from cranktrain.studies.constant_speed import Request
 
-    engine = engine_of(options)
     given = {field.name: getattr(options, field.name) for field in fields(Request) if hasattr(options, field.name)}
-    request = Request(**{**given, "speed_rpm": speed_rpm})
-    return Asked(engine, request, request.settings(engine, option_of), gas_of(request, engine))
+    return Request(**{**given, "speed_rpm": speed_rpm})
 
 
 def assembled(asked: Asked, inherit: bool) -> Assembly:
@@ -137,8 +165,8 @@ def tell_unread(engine: Engine, settings: Settings) -> None:
         if law != "none" and key not in bearing_law(settings.bearings).oil:
             able = ", ".join(name for name, row in LAWS.items() if key in row.oil)
             say(
-                f"warning: main bearings of level '{settings.bearings}' do not follow oil.{key} '{law}'; "
-                f"their oil is that of p = 0, use {able}"
+                f"warning: main bearings of level '{settings.bearings}' ignore oil.{key} '{law}' "
+                f"and take the oil at ambient pressure; to follow it use {able}"
             )
 
 
@@ -147,4 +175,14 @@ def pressures_text(gas: GasTrace) -> str:
     return (
         f"peak {1e-6 * gas.peak:.2f} MPa at {math.degrees(gas.peak_angle):.1f} deg, "
         f"mean effective pressure {1e-6 * gas.imep:.2f} MPa"
+    )
+
+
+def note_axial_path(engine: Engine, repeats: bool) -> None:
+    """Tell of a missing axial path beside cycles that do not repeat; ``repeats``: whether all of them do."""
+    if engine.axial_path is not None or repeats:
+        return
+    say(
+        f"note: nothing holds the crank of '{engine.name}' along its axis, so the thrust collar may bounce between its "
+        "films and no cycle repeats; give the drive line's [axial_path] in the engine file (mass, stiffness, spline)"
     )

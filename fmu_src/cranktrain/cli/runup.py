@@ -10,10 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.axial_note import note_axial_path
 from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show
 from cranktrain.cli.plot_runup import draw, pictures_folder
-from cranktrain.cli.run_options import add_run_options, asked_of, assembled
+from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, note_axial_path
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.film.laws.register import bearing_law
@@ -26,9 +25,9 @@ if TYPE_CHECKING:
     from cranktrain.studies.run_up.steady import Job
 
 DESCRIPTION = """\
-Orders of torsion and axial motion over the speed, from steady cycles; resonances and the modes that they belong to.
+Orders of torsion and axial motion over speed, from steady cycles; resonances, each with the mode it belongs to.
 
-The result file holds every speed that is finished; the same command again runs only those that are missing.
+The result file holds every finished speed; repeating the command runs only the missing ones.
 """
 PER_RPM = 30.0 / math.pi
 """rev/min of 1 rad/s."""
@@ -43,20 +42,19 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--from", dest="from_rpm", type=rpm, required=True, metavar="RPM", help="first speed, rev/min, at least 100")
     add("--to", dest="to_rpm", type=rpm, required=True, metavar="RPM", help="last speed, rev/min")
     add("--step", dest="step_rpm", type=number(0.01, 10000.0, "rev/min"), default=20.0, metavar="RPM",
-        help="from speed to speed, rev/min (default 20)")  # fmt: skip
-    add("--settle", type=float, default=SETTLE, metavar="TOL",
-        help=f"run each speed until less than this is left of settling (default {SETTLE:g})")  # fmt: skip
+        help="distance between speeds, rev/min (default 20)")  # fmt: skip
+    add_settle_option(parser, SETTLE)
     add("--highest-order", type=number(0.5, 1000.0, "per revolution"), default=24.0, metavar="N",
         help="orders 0.5, 1, … up to this one (default 24)")  # fmt: skip
     add("--outputs", default="", metavar="NAMES",
-        help="further outputs whose orders are wanted, with commas between; bearings: all that bearing-loads --run-up "
+        help="further outputs to analyse, separated by commas; bearings: all outputs that bearing-loads --run-up "
         "reads")  # fmt: skip
     add("--refine", nargs="?", type=number(1e-4, 0.5, "of an order's largest amplitude"), const=0.02, default=0.0,
-        metavar="SHARE", help="add speeds where a straight line between two is farther off than this share of an "
-        "order's largest amplitude (0.02 where none is given), down to an eighth of the step")  # fmt: skip
+        metavar="SHARE", help="add speeds where interpolation between two speeds errs by more than this fraction of an "
+        "order's largest amplitude (0.02 without a value), down to an eighth of --step")  # fmt: skip
     add("--ramp", type=positive, metavar="RPM_PER_S",
-        help="a true run-up in place of steady cycles: the speed rises by so much a second")  # fmt: skip
-    add("--steady", metavar="RULE", help="in the frequency domain, linear or harmonic-balance; needs --crank torsional")
+        help="transient run-up instead of steady cycles; rise of the speed, rev/min per second")  # fmt: skip
+    add("--steady", metavar="RULE", help="in the frequency domain: linear or harmonic-balance; needs --crank torsional")
     add_run_options(parser)
     add("--workers", type=number(1, 1024, "", int), metavar="N", help="processes (default: one a processor)")
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
@@ -103,7 +101,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             show(table)
         print(firing_text(engine.crankshaft, engine.cylinders))
         print(closing_text(found))
-        resumed = f", {outcome.resumed} speeds of it from a run before" if outcome.resumed else ""
+        resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
         print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")
         print("".join(f"{picture}\n" for picture in said.get("plots", [])), end="")
     return said
@@ -112,7 +110,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def _check(options: argparse.Namespace) -> None:
     """Refuse what does not go together."""
     if options.steady is not None and options.ramp is not None:
-        raise InputError("--steady and --ramp exclude each other; leave one of them out")
+        raise InputError("--steady does not go with --ramp; leave one of them out")
     ways = [name for name in ("steady", "ramp") if getattr(options, name) is not None]
     only = [name for name in ("refine", "scheduler", "workers") if getattr(options, name)]
     if ways and only:
@@ -186,7 +184,7 @@ def _run_into(path: Path, outcome: Outcome, work: Callable[[Callable[[str, float
 
     def kept() -> str:
         count = 0 if outcome.run_up is None else outcome.run_up.speeds.size
-        goes_on = "; the same command goes on from there" if count else ""
+        goes_on = "; run the same command again to continue from there" if count else ""
         return f"{path} keeps {count} speeds{goes_on}"
 
     try:

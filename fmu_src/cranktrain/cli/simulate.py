@@ -7,11 +7,17 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.axial_note import note_axial_path
 from cranktrain.cli.console import Interrupted, labelled_bar, show
-from cranktrain.cli.run_options import add_run_options, asked_of, assembled, pressures_text
+from cranktrain.cli.run_options import (
+    add_run_options,
+    add_settle_option,
+    asked_of,
+    assembled,
+    note_axial_path,
+    pressures_text,
+)
 from cranktrain.core.errors import CranktrainError, InputError
-from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES, TOLERANCE
+from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES
 from cranktrain.engine.firing import firing_text
 from cranktrain.film.laws.register import bearing_law
 
@@ -32,19 +38,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
     add(
         "--cycles", type=int, metavar="N",
-        help=f"exactly so many cycles of 720 degrees (default: until the outputs repeat, at most {MOST_CYCLES}; "
+        help=f"exactly this many cycles of 720 degrees (default: until the outputs repeat, at most {MOST_CYCLES}; "
         f"{FREE_CYCLES} with --load-torque-nm); the last one is evaluated",
     )  # fmt: skip
-    add(
-        "--settle", type=float, default=TOLERANCE, metavar="TOL",
-        help=f"run until less than this is left of settling in each family of outputs (default {TOLERANCE:g})",
-    )  # fmt: skip
+    add_settle_option(parser)
     add_run_options(parser)
     add(
         "--load-torque-nm", type=float, metavar="TORQUE",
-        help="free the dynamometer and load it with this torque; --speed is where the run starts",
+        help="load the dynamometer with this torque instead of holding its speed; --speed is the initial speed",
     )  # fmt: skip
-    add("--plots", metavar="FOLDER", help="also draw journal orbits and least films as pictures there")
+    add("--plots", metavar="FOLDER", help="folder for pictures of journal orbits and least films")
     add(
         "--steady", action="store_true",
         help="also the steady state in the frequency domain; needs --crank torsional, bearings held, no damper",
@@ -64,10 +67,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     found = _run_into(output, request, made, gas)
     summary = found.summary(output)
     if options.steady:
-        from cranktrain.studies.torsion.torsional_response import steady_orders, torsional_response
+        from cranktrain.studies.torsion.frequency_run_up import steady_orders
 
-        steady = torsional_response(engine, made.body, request.speed, found.gas, request.load)
-        summary["pulley"]["steady_torsion_deg"] = {"orders": steady_orders(steady)}
+        orders = steady_orders(engine, made.body, made.settings, request.speed, found.gas)
+        summary["pulley"]["steady_torsion_deg"] = {"orders": orders}
     if options.plots is not None:
         summary["plots"] = _draw(Path(options.plots), found, settings, request.speed_rpm)
     settled = found.settling
@@ -115,13 +118,14 @@ def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> N
             "--steady solves a torsional crank on held bearings without damper; use --crank torsional, or leave it out"
         )
     if options.steady:
+        engine.refuse_additions("steady states in the frequency domain")
         engine.connecting_shaft  # noqa: B018  raises where there is none
     if options.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
     if options.plots is not None:
         if locked:
             raise InputError(
-                f"--plots draws journals in their bearings, which level '{settings.bearings}' has not; use impedance"
+                f"--plots draws journal orbits, and bearing level '{settings.bearings}' has none; use impedance"
             )
         check_folder(Path(options.plots), pictures=FILM_PICTURES)
 

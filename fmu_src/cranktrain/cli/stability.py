@@ -14,15 +14,15 @@ from cranktrain.store.whole_file import check_place, marked, whole_file
 
 PAGE = marked("page of cranktrain's stability maps", "cranktrain stability")
 DESCRIPTION = """\
-Maps of where methods fail, beside theory; drawn and explained.
+Maps of where numerical methods become unstable or inaccurate, beside theory, drawn and explained.
 
-Each is found by bisection with the running model's own kernels and compared with theory. One picture (PNG and SVG) of
-each goes into the output folder. Computed maps are kept in the cache: an interrupted run goes on with those that are
-missing.
+Each boundary is found by bisection with the kernels of the running model, and compared with theory. One picture (PNG
+and SVG) of each map is written to the output folder. Finished maps are kept in the cache, so an interrupted run can be
+continued.
 
-max_deviation   largest relative difference between the boundary found and the theory, in the parameter that was
-                bisected; null where no theory exists, "inf" where only one of both has a boundary
-points          of a boundary: [column value, row value]
+max_deviation   largest relative difference between measured boundary and theory, in the bisected parameter; null where
+                no theory exists, "inf" where only one of the two has a boundary
+points          points of a boundary: [column value, row value]
 """
 
 
@@ -31,7 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--map", metavar="NAME", action="append", help="this map only (may be given more than once)")
     add("--quick", action="store_true", help="coarse maps: all of them within three minutes")
-    add("--output", metavar="FOLDER", default="out/stability", help="for pictures (default out/stability)")
+    add("--output", metavar="FOLDER", default="out/stability", help="folder for pictures (default out/stability)")
     add("--page", metavar="FILE.md", help="also write the maps with their explanations as one page")
     add("--rebuild", action="store_true", help="compute even maps that are kept")
     add("--jobs", type=number(1, 256, "processes", int), metavar="N", help="processes (default: as many as processors)")
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
                 found[one.name] = one
                 pictures[one.name] = save_map(folder, one)
     except KeyboardInterrupt:
-        raise Interrupted("interrupted; finished maps are kept, the same command goes on with the others") from None
+        raise Interrupted("interrupted; finished maps are kept, repeat the command to continue") from None
     if options.page is not None:
         _write_page(Path(options.page), [found[name] for name in names], [pictures[name][0] for name in names])
     for name in names:

@@ -8,29 +8,25 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.bodies import add_block_options
 from cranktrain.cli.console import show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
-from cranktrain.dynamics.settled.judging import TOLERANCE
+from cranktrain.cli.run_options import add_level_options, add_settle_option, option_of, request_of
 from cranktrain.engine.file import load_engine
-from cranktrain.engine.levels import PISTONS, described
-from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
 
 if TYPE_CHECKING:
     from cranktrain.results.strength.fillet_histories import FilletPeak
     from cranktrain.results.strength.stress import CrankStress
     from cranktrain.structure.assembly import Assembly
-    from cranktrain.studies.constant_speed import Request
 
 DESCRIPTION = """\
 Stress tensor and von Mises stress of the solid crankshaft's surface over a cycle.
 
-Stresses are superposed from those of the crank's modes, which the first call makes and the cache keeps.
---json prints {"angles_deg", "max_von_mises_mpa", "location", "static_check_relative", "hot_spots", "result"}:
-the greatest von Mises stress of the surface at each angle, where its greatest over the cycle acts, and how
-far superposed stresses are from direct finite-element solutions under the same loads and accelerations; with
+Stresses are superposed from the stresses of the crank's modes; the first call computes these, and the cache keeps them.
+--json prints {"angles_deg", "max_von_mises_mpa", "location", "static_check_relative", "hot_spots", "result"}: the
+largest von Mises stress of the surface at each angle; where the largest of the cycle occurs; and the relative
+difference of superposed stresses from direct finite-element solutions under the same loads and accelerations. With
 --fillets also "fillets": [{"name", "von_mises_mpa", "by_motion_mpa", "angle_deg", "place_mm", "free_surface",
-"converged"}], stresses by the resultants on a throw's cuts and by the motion of these.
+"converged"}]: stresses under the resultants on a throw's cuts, and under the motion of these.
 """
 _SPOTS = 12
 """Hot spots that the table shows."""
@@ -40,49 +36,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
     add = parser.add_argument
     add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
-    add_run_options(parser)
+    add_level_options(parser, without="--crank")
+    add_settle_option(parser)
     add_fillet_option(parser, "also the peaks in fillets and at oil bores")
-    add("--no-check", action="store_true", help="without the direct solutions, which take half a minute")
-    add("--plots", metavar="FOLDER", help="also draw the surface at 0, 90 … 630 degrees and the envelope there")
+    add("--no-check", action="store_true", help="no comparison with direct solutions, which takes half a minute")
+    add("--plots", metavar="FOLDER", help="folder for pictures: surface at 0, 90 … 630 degrees, envelope")
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_stress.h5)")
-
-
-def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """Options of the run whose stresses are asked for, besides its speed."""
-    add = parser.add_argument
-    add(
-        "--bearings", default="auto", metavar="LEVEL",
-        help=f"{described(LAWS[name] for name in bearing_levels(*MAINS))}; default impedance, roller where mains are",
-    )  # fmt: skip
-    add(
-        "--big-ends", default="rigid", metavar="LEVEL",
-        help=f"{described(LAWS[name] for name in bearing_levels(BIG_END))}; default rigid",
-    )  # fmt: skip
-    add_block_options(parser)
-    add(
-        "--pistons", default="auto", metavar="LEVEL",
-        help=f"{described(PISTONS.values())}; default rigid, in a flexible block guided",
-    )  # fmt: skip
-    add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
-    add("--load", type=float, default=1.0, metavar="SHARE", help="share of the full-load burn (default 1)")
-    add(
-        "--settle", type=float, default=TOLERANCE, metavar="TOL",
-        help=f"what may be left of settling when the cycle is taken (default {TOLERANCE:g})",
-    )  # fmt: skip
-
-
-def run_request(options: argparse.Namespace) -> Request:
-    """The run that the options ask for; ``InputError``."""
-    from cranktrain.studies.constant_speed import Request
-
-    choices = ("speed_rpm", "bearings", "big_ends", "block", "pistons", "damper", "load", "settle", "mesh",
-               "block_mesh", "mesh_unit")  # fmt: skip
-    return Request(**{name: getattr(options, name) for name in choices})
-
-
-def option(field: str) -> str:
-    """What the command line calls a field of a request."""
-    return "--" + field.removesuffix("_rpm").replace("_", "-")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -97,8 +56,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.stressed_run import check_stressed, stressed_run
 
     engine = load_engine(options.engine)
-    request = run_request(options)
-    settings = request.settings(engine, option)
+    request = request_of(options, options.speed_rpm)
+    settings = request.settings(engine, option_of)
     check_stressed(request, settings)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm_stress.h5")
     check_target(output)
@@ -201,7 +160,7 @@ def _show(report: dict[str, Any]) -> None:
         header = ("part", "x, y, z (mm)", "MPa", "by motion", "at (deg)", "least over largest principal")
         show_rows("Fillets by sub-models", header, fillets)
     else:
-        print("The crank's own mesh reads a fillet's peak too low; --fillets THROWS resolves it")
+        print("The crank's mesh underestimates the peak stress of a fillet; --fillets THROWS resolves it")
     print(f"Result: {report['result']}")
     if "plots" in report:
         print("Pictures: " + ", ".join(report["plots"]))

@@ -16,21 +16,21 @@ Accuracy against speed: error over cost of methods, levels and resolutions, with
 Without SCENE: the six at 2000 and at 2200 rev/min (near its resonance) and the V8 at 1800; --quick: the six at 2000.
 
 families   integrators, adaptive, modes, ladder, bearings, coupling, schemes, mesh, pressure
-error      RMS of the difference over the last cycle over the RMS of the reference's alternating part, of pulley
-           torsion, pulley axial motion and the least film of the worst main bearing (null where there is none);
-           error_kind says against what: numerical (same model, finer step), model (the next level up), top (the top of
-           a ladder, or the finest of what is varied), input (inputs known exactly)
-settling   what the last cycle still changed of that output which changed most: an error of its own
+error      RMS of the difference over the last cycle, over the RMS of the reference's alternating part; for pulley
+           torsion, pulley axial motion and the least film of the worst main bearing (null if a model has none).
+           error_kind names the reference: numerical (same model, finer step), model (next level up), top (highest
+           level, or finest resolution), input (inputs known exactly)
+settling   how much the last cycle still changed the output that changed most; counted separately from the error
 cost       processor seconds per simulated second, median of three interleaved runs (--quick: one)
 
---total    total error against cost, in place of the families: crank x bearings x block x step, all against the best
-           model there is (top crank and bearings, flexible block, fine grid and step, settled), by torsion, axial
-           motion, forces and least films of the mains, and cover; each error in its model, numerical and settling
-           parts, and what to take for 10 %, 3 % and 1 %; cost is of a settled cycle. Without SCENE: the six at 1000
-           and 2000 rev/min (--quick: 2000, without films that are solved online, reference at usual grid and step)
+--total    measure total errors instead of the families: crank x bearings x block x step, each against the best model
+           (top crank and bearings, flexible block, fine grid and step, settled). Errors of torsion, axial motion,
+           forces and least films of the mains, and cover, each split in model, numerical and settling part; and which
+           model to choose for 10 %, 3 % and 1 %. The cost is that of a settled cycle. Without SCENE: the six at 1000
+           and 2000 rev/min (--quick: 2000, without films solved online, reference at the usual grid and step)
 
-Other solvers beside ours (explicit, Radau, SciPy's): python benchmarks/tradeoff.py in the repository.
-Every run is kept in the cache as it ends: after an interruption the same command goes on where it stopped.
+Comparison with other solvers (explicit, Radau, SciPy's): python benchmarks/tradeoff.py in the repository.
+Finished runs are kept in the cache; repeat the command to continue after an interruption.
 """
 
 
@@ -79,12 +79,11 @@ def _total(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.structure.fem.factor import one_thread
     from cranktrain.studies.tradeoff.study import scenes_of
     from cranktrain.studies.tradeoff.total.choice import choice_text
-    from cranktrain.studies.tradeoff.total.document import document
-    from cranktrain.studies.tradeoff.total.files import write_files
+    from cranktrain.studies.tradeoff.total.files import document, write_files
     from cranktrain.studies.tradeoff.total.study import total_scenes, total_study
 
     if options.family:
-        raise InputError("--total is a study of its own; leave --family out, or --total")
+        raise InputError("--family does not go with --total; leave one out")
     scenes = total_scenes(options.quick) if options.scene is None else scenes_of(options.scene, options.quick)
     folder = Path(options.output)
     check_folder(folder, "--output")
@@ -112,7 +111,7 @@ def _counted() -> Iterator[tuple[Callable[[str], None], Callable[[float], None]]
             yield count, advance
     except KeyboardInterrupt:
         raise Interrupted(
-            f"interrupted after {max(0, measured - 1)} runs, which are kept; the same command goes on from there"
+            f"interrupted after {max(0, measured - 1)} runs, which are kept; repeat the command to continue"
         ) from None
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from operator import attrgetter
 from typing import Any
 
 from cranktrain.core.sources import PACKAGE
@@ -21,4 +22,4 @@ def resolve(reference: Named) -> Any:
         return reference
     module, _, name = reference.partition(":")
     top, dot, rest = module.partition(".")
-    return getattr(import_module(f"{PACKAGE if top == 'cranktrain' else top}{dot}{rest}"), name)
+    return attrgetter(name)(import_module(f"{PACKAGE if top == 'cranktrain' else top}{dot}{rest}"))

@@ -10,8 +10,7 @@ modal mass; the first six are the exact rigid-body motions (three translations, 
 frame's origin, made orthonormal), with ω = 0. The rotation about z stays pure and is neutral: its row and column of
 K_σ − C are zero, for an unbalanced body too.
 
-A part fixed to the body afterwards (:func:`attach`) adds exact rigid-body terms. Its field is linear in the position r
-from the interface, u = B [1, r] with a 3×4 matrix B, so ∫ρ u·v = tr(B_u Z B_vᵀ) with the moments Z = ∫ρ [1, r][1, r]ᵀ.
+A part fixed to the body afterwards (:func:`attach`) adds exact rigid-body terms (:mod:`cranktrain.core.rigid_slices`).
 """
 
 from __future__ import annotations
@@ -21,11 +20,20 @@ from dataclasses import dataclass, field, replace
 from hashlib import sha256
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, StoreError, nearest
+from cranktrain.core.rigid_slices import (
+    Slices,
+    fields,
+    part_moments,
+    rigid_basis,
+    rigid_modes,
+    rigid_motion,
+    second_moments,
+    skew,
+)
+from cranktrain.core.types import Array
 
-Array = NDArray[np.float64]
 SCHEMA = 1
 
 
@@ -125,18 +133,6 @@ def rigid_coordinates(body: ReducedBody) -> Array:
     return np.asarray(np.linalg.solve(at_interface, body.shapes[0, :, :6]), dtype=np.float64)
 
 
-def rigid_modes(mass: Array) -> Array:
-    """Coefficients (6, 6) that make rigid motions orthonormal in their mass matrix (6, 6), rotation about z kept pure.
-
-    Gram–Schmidt in the order r_z, t_x, t_y, t_z, r_x, r_y; columns stay in the order t_x … r_z.
-    """
-    order = [5, 0, 1, 2, 3, 4]
-    factor = np.linalg.cholesky(mass[np.ix_(order, order)])
-    coefficients = np.zeros((6, 6))
-    coefficients[np.ix_(order, order)] = np.linalg.inv(factor).T
-    return coefficients
-
-
 def with_rigid_rows(stress: Array, centrifugal: Array, rigid: Array, turned_load: Array) -> Array:
     """K_σ with the exact rows and columns of the rigid modes.
 
@@ -210,40 +206,69 @@ def attach(
     offset : (3,) from the interface to the part's centre of mass, m
     """
     inertia, offset = np.asarray(inertia, dtype=float), np.asarray(offset, dtype=float)
-    second = _second_moment(body, interface, mass, inertia)
+    _check_part(body, interface, mass, inertia)
     row = body.index(interface)
-    moments = np.zeros((4, 4))
-    moments[0, 0], moments[0, 1:], moments[1:, 0] = mass, mass * offset, mass * offset
-    moments[1:, 1:] = second + mass * np.outer(offset, offset)
-
-    fields = np.concatenate((body.shapes[row, :3].T[:, :, None], skew(body.shapes[row, 3:].T)), axis=2)
-    position = np.hstack((body.positions[row][:, None], np.eye(3)))
-    outward = _ACROSS @ position
-    turned = TURN @ fields
-    rotation = body.shapes[row, 3:]
-    # Work of the centrifugal load on the second-order motion ½ θ×(θ×r) that a rotation θ of the interface gives.
-    arm = moments[1:] @ outward.T
-    stress = rotation.T @ (np.trace(arm) * np.eye(3) - 0.5 * (arm + arm.T)) @ rotation
-    centrifugal = _paired(turned, moments, turned)
-    turned_load = _paired(skew(np.eye(3)) @ outward, moments, fields)
-
-    about_origin = position @ moments @ position.T
-    total = body.mass + mass
+    part = Slices(body.positions[row][None], part_moments(mass, inertia, offset)[None])
+    motion, about_origin, total = body.shapes[row][None], part.total(), body.mass + mass
+    own = part.terms(motion)
     heavier = replace(
         body,
-        gyroscopic=body.gyroscopic + _paired(fields, moments, turned),
-        centrifugal=body.centrifugal + centrifugal,
+        gyroscopic=body.gyroscopic + own.gyroscopic,
+        centrifugal=body.centrifugal + own.centrifugal,
         stress_stiffness=body.stress_stiffness
-        + with_rigid_rows(stress, centrifugal, rigid_coordinates(body), turned_load),
-        centrifugal_load=body.centrifugal_load + _paired(outward[None], moments, fields)[0],
-        euler_load=body.euler_load + _paired((TURN @ position)[None], moments, fields)[0],
-        translation=body.translation + np.einsum("b,nab->an", moments[0], fields),
+        + with_rigid_rows(own.stress_stiffness, own.centrifugal, rigid_coordinates(body), own.turned_load),
+        centrifugal_load=body.centrifugal_load + own.centrifugal_load,
+        euler_load=body.euler_load + own.euler_load,
+        translation=body.translation + own.translation,
         mass=total,
-        centre=(body.mass * body.centre + position @ moments[0]) / total,
-        inertia=body.inertia + np.trace(about_origin) * np.eye(3) - about_origin,
+        centre=(body.mass * body.centre + about_origin[0, 1:]) / total,
+        inertia=body.inertia + np.trace(about_origin[1:, 1:]) * np.eye(3) - about_origin[1:, 1:],
         digest=_derived(body, interface, mass, inertia.tolist(), offset.tolist()),
     )
-    return _renormalised(heavier, np.eye(body.n_modes) + _paired(fields, moments, fields))
+    return _renormalised(heavier, np.eye(body.n_modes) + part.paired(fields(motion), fields(motion)))
+
+
+def sliced_body(
+    name: str,
+    digest: str,
+    interfaces: Mapping[str, Sequence[float] | Array],
+    slices: Slices,
+    omega: Array,
+    shapes: Array,
+    motion: Array,
+    stress: Array,
+) -> ReducedBody:
+    """Reduced body of slices in given modes, the first six of which are rigid and orthonormal in its mass.
+
+    Parameters
+    ----------
+    interfaces : names and places, m
+    omega, shapes : (n,) rad/s and (m, 6, n) as of :class:`ReducedBody`
+    motion : (s, 6, n) motion of the slices in the modes
+    stress : (n, n) stress stiffness without that of the slices themselves, valid between elastic modes
+    """
+    total, own = slices.total(), slices.terms(motion)
+    body = ReducedBody(
+        name=name,
+        omega=omega,
+        interfaces=tuple(interfaces),
+        positions=np.array(list(interfaces.values()), dtype=float),
+        shapes=shapes,
+        gyroscopic=own.gyroscopic,
+        centrifugal=own.centrifugal,
+        stress_stiffness=stress + own.stress_stiffness,
+        centrifugal_load=own.centrifugal_load,
+        euler_load=own.euler_load,
+        translation=own.translation,
+        mass=float(total[0, 0]),
+        centre=total[0, 1:] / total[0, 0],
+        inertia=np.trace(total[1:, 1:]) * np.eye(3) - total[1:, 1:],
+        digest=digest,
+    )
+    stiffness = with_rigid_rows(body.stress_stiffness, own.centrifugal, rigid_coordinates(body), own.turned_load)
+    body = replace(body, stress_stiffness=stiffness)
+    check(body)
+    return body
 
 
 def rigid_body(
@@ -266,46 +291,19 @@ def rigid_body(
         no interface, a mass that is not positive, or an inertia that no body has
     """
     inertia, centre = np.asarray(inertia, dtype=float), np.asarray(centre, dtype=float)
-    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-    possible = np.allclose(inertia, inertia.T) and np.linalg.eigvalsh(second)[0] >= -1e-9 * np.trace(inertia)
+    smallest = np.linalg.eigvalsh(second_moments(inertia))[0]
+    possible = np.allclose(inertia, inertia.T) and smallest >= -1e-9 * np.trace(inertia)
     if not (mass > 0.0 and possible and np.linalg.eigvalsh(inertia)[0] > 0.0):
         raise InputError(
             f"body '{name}' with {mass:g} kg and moments of inertia {np.diag(inertia).tolist()} kg m2 is no rigid "
             "body; mass and moments must be positive, and no moment may exceed the sum of the other two"
         )
     if not interfaces:
-        raise InputError(f"body '{name}' has no interface; give it one at least")
-    moments = np.zeros((4, 4))
-    moments[0, 0], moments[0, 1:], moments[1:, 0] = mass, mass * centre, mass * centre
-    moments[1:, 1:] = second + mass * np.outer(centre, centre)
-    motions = np.zeros((6, 3, 4))
-    motions[:3, :, 0] = np.eye(3)
-    motions[3:, :, 1:] = skew(np.eye(3))
-    to_modes = rigid_modes(_paired(motions, moments, motions))
-    fields = np.einsum("mk,mab->kab", to_modes, motions)
-    position = np.hstack((np.zeros((3, 1)), np.eye(3)))
-    outward, turned = _ACROSS @ position, TURN @ fields
-    centrifugal = _paired(turned, moments, turned)
-    places = np.array([np.asarray(place, dtype=float) for place in interfaces.values()])
-    shapes = np.zeros((len(places), 6, 6))
-    for shape, place in zip(shapes, places, strict=True):
-        shape[:3] = to_modes[:3] - skew(place) @ to_modes[3:]
-        shape[3:] = to_modes[3:]
-    z = np.zeros
-    return ReducedBody(
-        name, z(6), tuple(interfaces), places, shapes,
-        gyroscopic=_paired(fields, moments, turned),
-        centrifugal=centrifugal,
-        stress_stiffness=with_rigid_rows(
-            z((6, 6)), centrifugal, to_modes, _paired(skew(np.eye(3)) @ outward, moments, fields)
-        ),
-        centrifugal_load=_paired(outward[None], moments, fields)[0],
-        euler_load=_paired((TURN @ position)[None], moments, fields)[0],
-        translation=np.einsum("b,nab->an", moments[0], fields),
-        mass=mass,
-        centre=centre,
-        inertia=inertia + mass * (centre @ centre * np.eye(3) - np.outer(centre, centre)),
-    )  # fmt: skip
+        raise InputError(f"body '{name}' has no interface; give it at least one")
+    whole = Slices(np.zeros((1, 3)), part_moments(mass, inertia, centre)[None])
+    basis = rigid_basis(whole)
+    shapes = rigid_motion(np.array(list(interfaces.values()), dtype=float)) @ basis
+    return sliced_body(name, "", interfaces, whole, np.zeros(6), shapes, basis[None], np.zeros((6, 6)))
 
 
 def truncate(body: ReducedBody, cutoff_hz: float, loaded: Sequence[tuple[str, int]] = ()) -> ReducedBody:
@@ -359,35 +357,16 @@ def signed(shapes: Array) -> Array:
     return np.where(flat[np.arange(flat.shape[0]), first] < 0.0, -1.0, 1.0)
 
 
-_ACROSS = np.diag([1.0, 1.0, 0.0])
-TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-"""r ↦ e_z×r."""
-
-
-def skew(vector: Array) -> Array:
-    """Matrices (..., 3, 3) of r ↦ v×r for vectors (..., 3)."""
-    x, y, z = np.moveaxis(np.asarray(vector), -1, 0)
-    o = np.zeros_like(x)
-    return np.stack((np.stack((o, -z, y), -1), np.stack((z, o, -x), -1), np.stack((-y, x, o), -1)), -2)
-
-
-def _paired(left: Array, moments: Array, right: Array) -> Array:
-    """∫ρ u_i·v_j of linear fields (n, 3, 4) and (m, 3, 4): (n, m)."""
-    return np.asarray(np.einsum("iab,jab->ij", left @ moments, right))
-
-
-def _second_moment(body: ReducedBody, interface: str, mass: float, inertia: Array) -> Array:
-    """∫ρ r rᵀ (3, 3) about the centre of mass of a part with this inertia tensor; refuses what no part can have."""
+def _check_part(body: ReducedBody, interface: str, mass: float, inertia: Array) -> None:
+    """Refuse an interface that the body does not have, and what no rigid part can have."""
     if interface not in body.interfaces:
         raise InputError(f"body '{body.name}' has no interface '{interface}'; {nearest(interface, body.interfaces)}")
-    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-    smallest = np.linalg.eigvalsh(second)[0]
+    smallest = np.linalg.eigvalsh(second_moments(inertia))[0]
     if not (mass >= 0.0 and np.array_equal(inertia, inertia.T) and smallest >= -1e-9 * np.trace(inertia)):
         raise InputError(
             f"part at '{interface}' with {mass:g} kg and moments of inertia {np.diag(inertia).tolist()} kg m2 is no "
             "rigid body; the mass must not be negative and no moment may exceed the sum of the other two"
         )
-    return second
 
 
 def _in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:

@@ -6,11 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
-
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
 
 TIME = 0
 """Place of the time, s, in every state vector."""

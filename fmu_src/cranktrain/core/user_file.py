@@ -21,14 +21,14 @@ def read_text(path: str | Path, what: str, remedy: str) -> str:
         if not path.is_file():
             raise InputError(f"{shown}: no such {what}; {remedy}")
         if path.stat().st_size > LARGEST_FILE:
-            raise InputError(f"{shown}: more than {LARGEST_FILE / 1e6:g} MB are no {what}; {remedy}")
+            raise InputError(f"{shown}: larger than {LARGEST_FILE / 1e6:g} MB, too large for a {what}; {remedy}")
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(f"{shown}: cannot be read ({error.strerror}); {remedy}") from None
     except UnicodeDecodeError:
         raise InputError(f"{shown}: not text in UTF-8; {remedy}") from None
     except ValueError:
-        raise InputError(f"{shown}: no name of a file; {remedy}") from None
+        raise InputError(f"{shown}: not a valid file name; {remedy}") from None
 
 
 def read_toml(path: str | Path, what: str, remedy: str) -> dict[str, Any]:

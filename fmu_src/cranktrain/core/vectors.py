@@ -35,20 +35,11 @@ def _vector(builder: Any, address: Any, lanes: int = LANES) -> Any:
     return builder.load(pointer, align=8), pointer
 
 
-def _all_lanes(builder: Any, scalar: Any) -> Any:
-    from llvmlite import ir
-
-    kind = ir.VectorType(ir.DoubleType(), LANES)
-    first = builder.insert_element(ir.Constant(kind, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0))
-    mask = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-    return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), mask)
-
-
-def _contiguous(*arrays: Any) -> None:
+def _contiguous(*arrays: Any, kind: str = "float64") -> None:
     numba = compiler()
     for array in arrays:
-        if array.layout != "C" or array.dtype != numba.types.float64:
-            raise numba.core.errors.TypingError(f"vectors need float64 arrays of layout C, not {array}")
+        if array.layout != "C" or array.dtype != getattr(numba.types, kind):
+            raise numba.core.errors.TypingError(f"vectors need {kind} arrays of layout C, not {array}")
 
 
 def _subtracting(rows: int, pivots: int, lanes: int = LANES) -> Callable[[], Any]:
@@ -75,7 +66,7 @@ def _subtracting(rows: int, pivots: int, lanes: int = LANES) -> Callable[[], Any
                     for p in range(pivots):
                         factor = builder.load(entry(1, row, after(k0, p)))
                         if lanes > 1:
-                            factor = _all_lanes(builder, factor)
+                            factor = _types().all_lanes(builder, factor)
                         value = builder.fsub(value, builder.fmul(factor, known[p]))
                     builder.store(value, target, align=8)
                 return context.get_dummy_value()
@@ -106,14 +97,15 @@ def _types() -> Any:
     return vector_types
 
 
-def _indices(context: Any, builder: Any, kind: Any, value: Any) -> list[Any]:
-    """An index, or a tuple of them, as LLVM's integers of an address."""
-    integer = compiler().types.intp
+def _place(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    """Address of an entry of the array that is the first argument; the second is its index, or a tuple of indices."""
+    integer, (array, kind) = compiler().types.intp, signature.args[:2]
     if isinstance(kind, compiler().types.BaseTuple):
-        parts = [(inner, builder.extract_value(value, k)) for k, inner in enumerate(kind)]
+        parts = [(inner, builder.extract_value(values[1], k)) for k, inner in enumerate(kind)]
     else:
-        parts = [(kind, value)]
-    return [context.cast(builder, part, inner, integer) for inner, part in parts]
+        parts = [(kind, values[1])]
+    where = [context.cast(builder, part, inner, integer) for inner, part in parts]
+    return _address(context, builder, array, values[0], where)
 
 
 def _loading() -> Any:
@@ -123,8 +115,7 @@ def _loading() -> Any:
         _contiguous(array)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            where = _indices(context, builder, signature.args[1], values[1])
-            return _vector(builder, _address(context, builder, array, values[0], where))[0]
+            return _vector(builder, _place(context, builder, signature, values))[0]
 
         return four(array, at), generate
 
@@ -137,13 +128,10 @@ def _loading_singles() -> Any:
     found = _types()
 
     def load_singles(typing_context: Any, array: Any, at: Any) -> Any:
-        numba = compiler()
-        if array.layout != "C" or array.dtype != numba.types.float32:
-            raise numba.core.errors.TypingError(f"single vectors need float32 arrays of layout C, not {array}")
+        _contiguous(array, kind="float32")
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            where = _indices(context, builder, signature.args[1], values[1])
-            address = _address(context, builder, array, values[0], where)
+            address = _place(context, builder, signature, values)
             kind = ir.VectorType(ir.FloatType(), LANES)
             four = builder.load(builder.bitcast(address, kind.as_pointer()), align=4)
             return builder.fpext(four, found.VECTOR)
@@ -160,8 +148,7 @@ def _storing() -> Any:
         _contiguous(array)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            where = _indices(context, builder, signature.args[1], values[1])
-            address = _address(context, builder, array, values[0], where)
+            address = _place(context, builder, signature, values)
             builder.store(values[2], builder.bitcast(address, values[2].type.as_pointer()), align=8)
             return context.get_dummy_value()
 
@@ -215,38 +202,25 @@ def _unpacking() -> Any:
     return unpack
 
 
-def _choosing(*order: int) -> Callable[[], Any]:
+def _choosing(*order: int, vectors: int = 2) -> Callable[[], Any]:
+    """Lanes of two vectors, the second's counted from 4 on, or of one."""
+
     def making() -> Any:
         from llvmlite import ir
 
         four = _types().FOUR
 
-        def choose(typing_context: Any, first: Any, second: Any) -> Any:
-            def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-                mask = ir.Constant(ir.VectorType(ir.IntType(32), LANES), list(order))
-                return builder.shuffle_vector(*values, mask)
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            mask = ir.Constant(ir.VectorType(ir.IntType(32), LANES), list(order))
+            return builder.shuffle_vector(values[0], values[-1], mask)
 
-            return four(four, four), generate
-
-        return choose
-
-    return making
-
-
-def _shuffling(*order: int) -> Callable[[], Any]:
-    def making() -> Any:
-        from llvmlite import ir
-
-        four = _types().FOUR
-
-        def shuffle(typing_context: Any, vector: Any) -> Any:
-            def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-                mask = ir.Constant(ir.VectorType(ir.IntType(32), LANES), list(order))
-                return builder.shuffle_vector(values[0], values[0], mask)
-
+        def of_one(typing_context: Any, vector: Any) -> Any:
             return four(four), generate
 
-        return shuffle
+        def of_two(typing_context: Any, first: Any, second: Any) -> Any:
+            return four(four, four), generate
+
+        return of_one if vectors == 1 else of_two
 
     return making
 
@@ -263,7 +237,7 @@ pack: Any = Intrinsic(_packing)
 """Four numbers as a vector."""
 unpack: Any = Intrinsic(_unpacking)
 """A vector as four numbers."""
-swap_pairs: Any = Intrinsic(_shuffling(1, 0, 3, 2))
+swap_pairs: Any = Intrinsic(_choosing(1, 0, 3, 2, vectors=1))
 """Lanes 1, 0, 3, 2."""
 even_lanes: Any = Intrinsic(_choosing(0, 2, 4, 6))
 """Lanes 0 and 2 of one vector, then those of another."""

@@ -81,7 +81,7 @@ def checked(units: Mapping[str, Unit], connections: Sequence[Connection]) -> Non
             raise InputError(f"connection {connection.text}: '{connection.meaning}'; valid: {', '.join(MEANINGS)}")
         other = taken.setdefault(connection.target, connection)
         if other is not connection:
-            raise InputError(f"connection {connection.text}: its input takes {other.text} already; leave one out")
+            raise InputError(f"connection {connection.text}: its input is taken by {other.text}; leave one out")
         conversion(ports[0], ports[1], f"connection {connection.text}")
 
 

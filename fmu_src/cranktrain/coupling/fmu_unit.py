@@ -155,7 +155,7 @@ class FmuUnit:
             )
         except Exception as error:  # whatever a loader or an archive says
             raise InputError(
-                f"{self.path}: cannot be loaded ({_line(error)}); take another FMU, or this one's platform"
+                f"{self.path}: cannot be loaded ({_line(error)}); use an FMU that is built for this platform"
             ) from None
         self._callbacks = fmi2.fmi2CallbackFunctions()
         self._callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._note)
@@ -215,7 +215,7 @@ class FmuUnit:
         if kind not in _TYPES:
             raise InputError(f"{self.name}: {name} is of type {kind}, which has no start value here; leave it out")
         if isinstance(value, str) != (kind == "String") or isinstance(value, bool) != (kind == "Boolean"):
-            raise InputError(f"{self.name}: {name} = {value!r} is no {kind}; give a value of that type")
+            raise InputError(f"{self.name}: {name} = {value!r} is not a {kind}; give a value of that type")
         return _TYPES[kind](value)
 
 
@@ -229,7 +229,7 @@ def described(path: Path) -> ModelDescription:
     try:
         description = fmpy.read_model_description(str(path))
     except Exception as error:
-        raise InputError(f"{path}: no FMU that can be read ({_line(error)}); take another") from None
+        raise InputError(f"{path}: not a readable FMU ({_line(error)}); use another one") from None
     if description.coSimulation is None:
         raise InputError(f"{path}: FMI {version}, model exchange; give an FMI 2.0 co-simulation FMU")
     if path.suffix == ".xml":

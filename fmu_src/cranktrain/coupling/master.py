@@ -116,7 +116,7 @@ class Master:
             part = self._parts[unit.name]
             unit.link(self._wirings[unit.name].names, [name for _, name in list(at)[part]])
         if exchange.abscissa is not None and exchange.abscissa not in at:
-            raise InputError(f"abscissa {'.'.join(exchange.abscissa)}: is not read; connect it, or take the time")
+            raise InputError(f"abscissa {'.'.join(exchange.abscissa)}: is not connected; connect it, or take time")
         self._feeding = [unit for unit in self._order if self._feeds(unit)]
         self._known = np.zeros(3 * n)
         self.means, self.newest, self.start = self._known[:n], self._known[n : 2 * n], self._known[2 * n :]
@@ -282,7 +282,7 @@ class Master:
             bad = np.flatnonzero(~np.isfinite(values))
             if bad.size:
                 unit, name = list(self._at)[int(bad[0])]
-                raise UnitError(f"{unit}: {name} is {values[bad[0]]} at {self.time:.6g} s; the units before are sound")
+                raise UnitError(f"{unit}: {name} is {values[bad[0]]} at {self.time:.6g} s; units before it are finite")
         np.minimum(self._low, values, out=self._low)
         np.maximum(self._high, values, out=self._high)
         place = self.time

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -214,3 +215,13 @@ def _products(master: Master, pairs: Sequence[tuple[tuple[str, str], tuple[str, 
 def _power(master: Master, pairs: Sequence[tuple[_Place, _Place]]) -> float:
     """Sum of products of values at the present communication point, W."""
     return sum(master.value(first) * master.value(second) for first, second in pairs)
+
+
+def keep_run(path: Path, run: Coupled, attributes: Mapping[str, str | int | float]) -> None:
+    """Write a run as a result file: every output that was read, as ``unit/variable``, over the time; ``StoreError``."""
+    from cranktrain.store.hdf5 import write_result
+
+    datasets = {"time": (run.times, "s")}
+    for k, (name, unit) in enumerate(zip(run.names, run.units, strict=True)):
+        datasets[name.replace(".", "/", 1)] = run.values[:, k], unit
+    write_result(path, datasets, attributes)

@@ -142,14 +142,14 @@ class _Watcher:
             if now - since > limit:
                 self._grace = 0.0
                 raise UnitError(
-                    f"{self._place()}: has not come back within {limit:g} s; its process was ended, mend the unit or "
+                    f"{self._place()}: did not return within {limit:g} s, its process was ended; correct the unit or "
                     "raise the limit"
                 )
         try:
             return self._ear.recv()
         except EOFError:
             self._process.join(GRACE)
-            raise UnitError(f"{self._place()}: {self._died()}; the units before are sound, mend this one") from None
+            raise UnitError(f"{self._place()}: {self._died()}; this unit is the cause; correct it") from None
 
     def _place(self) -> str:
         """Unit, call and time that the process reported last."""
@@ -186,8 +186,8 @@ class _Watcher:
         """Let the units close; a warning where one cannot."""
         self._process.join(GRACE)
         if self._process.exitcode != 0:
-            how = "has not come back" if self._process.exitcode is None else self._died()
-            warnings.warn(f"{self._place()}: {how}; the run is whole", stacklevel=2)
+            how = "did not return" if self._process.exitcode is None else self._died()
+            warnings.warn(f"{self._place()}: {how}; the run itself is complete", stacklevel=2)
 
     def end(self) -> None:
         """End the process, by itself where it can."""

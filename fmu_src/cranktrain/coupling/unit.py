@@ -77,3 +77,48 @@ class Unit(Protocol):
 
     def close(self) -> None:
         """End it; harmless where it has ended."""
+
+
+class Around:
+    """A unit around another one, to which all calls go on; see :class:`Unit`."""
+
+    def __init__(self, unit: Unit) -> None:
+        self._unit = unit
+        self.name, self.restorable = unit.name, unit.restorable
+        self.inputs, self.outputs = unit.inputs, unit.outputs
+
+    def _on(self, call: str, *arguments: Any) -> Any:
+        return getattr(self._unit, call)(*arguments)
+
+    def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        """See the protocol."""
+        self._on("link", inputs, outputs)
+
+    def initialize(self, time: float) -> None:
+        """See the protocol."""
+        self._on("initialize", time)
+
+    def write(self, values: Array) -> None:
+        """See the protocol."""
+        self._on("write", values)
+
+    def read(self) -> Array:
+        """See the protocol."""
+        found: Array = self._on("read")
+        return found
+
+    def step(self, time: float, size: float) -> None:
+        """See the protocol."""
+        self._on("step", time, size)
+
+    def keep(self, held: Any = None) -> Any:
+        """See the protocol."""
+        return self._on("keep", held)
+
+    def restore(self, state: Any) -> None:
+        """See the protocol."""
+        self._on("restore", state)
+
+    def close(self) -> None:
+        """See the protocol."""
+        self._on("close")

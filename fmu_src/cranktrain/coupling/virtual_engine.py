@@ -78,7 +78,7 @@ def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction
             f"reconstruction '{reconstruction}' does not exist; {nearest(reconstruction, RECONSTRUCTIONS)}"
         )
     if partners.valvetrain is None and VALVETRAIN in partners.values:
-        raise InputError("start values of the valve train, which is left out; leave them out too")
+        raise InputError("start values are given for the valve train, which is left out; remove them")
     own = reconstruction == OWN
     given = {name: dict(partners.values.get(name, {})) for name in (VALVETRAIN, COMBUSTION, CRANKTRAIN)}
     given[CRANKTRAIN] = {

@@ -214,15 +214,15 @@ def _check_replaced(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
 def _check_rod(frame: FrameTable, cylinders: int) -> None:
     where, given = f"frame '{frame.name}'", bool(frame.pin or frame.length or frame.bank or frame.offset)
     if frame.motion == "turning":
-        need(where, "motion", not (given or frame.cylinder), "a rod's pin, length or cylinder; write 'rod' or 'piston'")
+        need(where, "motion", not (given or frame.cylinder), "has no rod's pin or length; write 'rod' or 'piston'")
         return
     _check_cylinder(where, frame.cylinder, cylinders)
     if frame.cylinder:
         own = given or frame.ratio != 1.0 or frame.axis != (0.0, 0.0)
-        need(where, "cylinder", not own, "brings pin, length, bank, offset, ratio and axis; leave these out")
+        need(where, "cylinder", not own, "gives pin, length, bank, offset, ratio and axis; leave these out")
         return
     need(where, "pin", len(frame.pin) == 2, f"{len(frame.pin)} values; give x and y, or the cylinder whose rod it is")
-    need(where, "length", frame.length > 0.0, "a rod has one; give it, or the cylinder whose rod it is")
+    need(where, "length", frame.length > 0.0, "is missing; give the length of the rod, or the cylinder whose rod it is")
 
 
 def _check_cylinder(where: str, cylinder: int, cylinders: int) -> None:
@@ -236,33 +236,33 @@ def _check_body(body: BodyTable, frames: list[str]) -> None:
     need(where, "frame", body.frame in frames, f"no frame '{body.frame}'; {nearest(body.frame, frames)}")
     if body.file:
         alone = body.mass == 0.0 and not body.interfaces
-        need(where, "file", alone, "the file brings mass and interfaces; leave them out")
+        need(where, "file", alone, "the file holds mass and interfaces; leave them out of the table")
         return
     if body.stations:
         _check_shaft(body, where)
         return
-    need(where, "mass", body.mass > 0.0, "a rigid body has a mass; give mass, inertia and centre, or a file")
+    need(where, "mass", body.mass > 0.0, "is missing; give mass, inertia and centre of a rigid body, or a file")
     need(where, "inertia", len(body.inertia) in (3, 6), f"{len(body.inertia)} values; give three moments, or six")
     need(where, "centre", len(body.centre) == 3, f"{len(body.centre)} values; give x, y and z")
-    need(where, "interfaces", len(body.interfaces) > 0, "it has none; give names, and their places x, y, z")
+    need(where, "interfaces", len(body.interfaces) > 0, "is empty; give names, and their places x, y, z")
     for key in "xyz":
         count = len(getattr(body, key))
         need(where, key, count == len(body.interfaces), f"{count} values for {len(body.interfaces)} interfaces")
     for name in body.interfaces:
-        need(where, "interfaces", body.interfaces.count(name) == 1, f"'{name}' is there twice")
+        need(where, "interfaces", body.interfaces.count(name) == 1, f"'{name}' is listed twice")
 
 
 def _check_shaft(body: BodyTable, where: str) -> None:
     rises = all(first < second for first, second in pairwise(body.stations))
-    need(where, "stations", len(body.stations) > 1 and rises, "a shaft has two stations at least, rising along z")
+    need(where, "stations", len(body.stations) > 1 and rises, "needs at least two stations, increasing along z")
     pieces = len(body.stations) - 1
     keys = ("areas", "second_moments") if body.areas or body.second_moments else ("diameters",)
-    need(where, "diameters", len(keys) == 1 or not body.diameters, "areas and second_moments say it all; leave it out")
+    need(where, "diameters", len(keys) == 1 or not body.diameters, "does not go with areas; leave one of them out")
     for key in keys:
         count = len(getattr(body, key))
         need(where, key, count == pieces, f"{count} values for {pieces} pieces between stations")
-    need(where, "mass", body.mass == 0.0, "that of a shaft follows from its stations; leave it out, or the stations")
-    need(where, "interfaces", len(body.interfaces) > 0, "it has none; give names, and their places z")
+    need(where, "mass", body.mass == 0.0, "is computed from the stations of a shaft; leave out mass or stations")
+    need(where, "interfaces", len(body.interfaces) > 0, "is empty; give names, and their places z")
     if body.along == "y":
         need(where, "x", not body.x, "interfaces of a rod lie on its axis; give y, and one z")
         need(where, "z", len(body.z) == 1, f"{len(body.z)} values; give the one plane in which the rod moves")

@@ -77,7 +77,7 @@ def _si(entry: Any, kind: tuple[type, bool, Any], where: str) -> Any:
     """Value of an entry, numbers in SI."""
     plain, many, rule = kind
     if entry.origin in WITH_NOTE and not entry.note:
-        raise InputError(f"{where}: a value of origin '{entry.origin}' needs a note that says to or from which number")
+        raise InputError(f"{where}: a value of origin '{entry.origin}' needs a note that names that number")
     if plain is not float:
         return tuple(entry.value) if many else entry.value
     scale, shift = UNITS[_dimension(rule)][entry.unit], OFFSETS.get(entry.unit, 0.0)

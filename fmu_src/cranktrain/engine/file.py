@@ -141,7 +141,7 @@ def check_name(name: str, where: str) -> None:
     """Refuse a name that cannot be part of a path or an identifier; ``InputError``."""
     if not NAME.fullmatch(name):
         raise InputError(
-            f"{where}: {shown(name)} is no name; take 1 to 64 letters, digits and _, a letter first, e.g. my_six"
+            f"{where}: {shown(name)} is not a valid name; use 1 to 64 letters, digits, _, a letter first, e.g. my_six"
         )
 
 

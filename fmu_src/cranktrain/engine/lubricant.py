@@ -27,13 +27,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.kernel import kernel
+from cranktrain.core.types import Array
 from cranktrain.engine.parts import Oil
 
-Array = NDArray[np.float64]
 CONSTANT, BARUS, ROELANDS = 0, 1, 2
 PRESSURE_LAWS = {"none": CONSTANT, "barus": BARUS, "roelands": ROELANDS}
 VOGEL, WALTHER = 0, 1

@@ -124,8 +124,8 @@ class Engine:
         """The drive line where it is one shaft; ``InputError`` where it is a chain of discs."""
         if self.drive_line_chain is not None:
             raise InputError(
-                f"engine '{self.name}' has a drive line of discs, of which a steady state in the frequency domain and "
-                "the equations for other solvers know nothing; leave [drive_line_chain] or --drive-line out"
+                f"engine '{self.name}' has a drive line of discs, which a steady state in the frequency domain and "
+                "the equations for other solvers cannot include; leave [drive_line_chain] or --drive-line out"
             )
         return self.drive_line
 
@@ -138,7 +138,7 @@ class Engine:
         """Refuse bodies and connections added by the file, which ``what`` does not support; ``InputError``."""
         if self.body or self.connection:
             raise InputError(
-                f"engine '{self.name}' has added bodies and connections, of which {what} know nothing; "
+                f"engine '{self.name}' has added bodies and connections, which {what} cannot include; "
                 "leave [[body]] and [[connection]] out"
             )
 

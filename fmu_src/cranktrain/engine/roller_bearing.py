@@ -87,7 +87,7 @@ def check_roller_bearing(bearing: RollerBearing) -> None:
     b, size, pitch = bearing, mm(bearing.diameter), mm(bearing.pitch)
     of = partial(need, "")
     check_values(b, "")
-    of("rollers", b.rollers >= 3, f"{b.rollers} cannot centre a journal; give at least 3")
+    of("rollers", b.rollers >= 3, f"{b.rollers} is too few to centre a journal; give at least 3")
     text = f"{pitch} leaves no journal inside rollers of {size}; it is the diameter of the rollers' pitch circle"
     of("pitch", b.pitch > b.diameter, text)
     most = math.floor(math.pi / math.asin(b.diameter / b.pitch))

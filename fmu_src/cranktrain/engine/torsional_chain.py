@@ -157,10 +157,10 @@ def read_chain(path: str | Path, ends: tuple[str, ...] = (GROUND,)) -> Chain:
         content = read_toml(path, what, mend)
     for key in content:
         if key not in ("disc", "shaft"):
-            raise InputError(f"{path}: '{key}' is no part of a chain; {nearest(key, ('disc', 'shaft'))}")
+            raise InputError(f"{path}: '{key}' is not a part of a chain; {nearest(key, ('disc', 'shaft'))}")
     for part in ("disc", "shaft"):
         if not isinstance(content.get(part, []), list):
-            raise InputError(f"{path}: {part} is no list of tables; write [[{part}]] before each row")
+            raise InputError(f"{path}: {part} is not a list of tables; write [[{part}]] before each row")
         if len(content.get(part, [])) > MOST_ROWS:
             raise InputError(f"{path}: {len(content[part])} rows of {part}; a chain has at most {MOST_ROWS}")
     discs = tuple(Disc(**_row(path, "disc", k, row, Disc)) for k, row in enumerate(content.get("disc", []), 1))
@@ -199,7 +199,7 @@ def _csv_content(path: str | Path, text: str, ends: tuple[str, ...]) -> dict[str
         if not shaft:
             continue
         if "to" not in values and k + 1 == len(lines):
-            raise InputError(f"{where}: the shaft of the last line ends nowhere; name a disc in column 'to'")
+            raise InputError(f"{where}: the shaft of the last line has no end; name a disc in column 'to'")
         shafts.append({**shaft, "between": [name, values.get("to") or lines[k + 1][1].get("disc", "")]})
     return {"disc": discs, "shaft": shafts}
 
@@ -208,7 +208,7 @@ def _number(where: str, key: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise InputError(f"{where}: {key} = '{text}' is no number; write it with a decimal point") from None
+        raise InputError(f"{where}: {key} = '{text}' is not a number; write it with a decimal point") from None
 
 
 def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict[str, Any]:
@@ -216,20 +216,20 @@ def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict
     where, valid = f"{path}: {part} {number}", tuple(field.name for field in fields(kind))
     values: dict[str, Any] = {}
     if not isinstance(row, Mapping):
-        raise InputError(f"{where}: {shown(row)} is no table; write [[{part}]] before its keys")
+        raise InputError(f"{where}: {shown(row)} is not a table; write [[{part}]] before its keys")
     for key, value in row.items():
         if key not in valid:
             raise InputError(f"{where}: '{key}' does not exist; {nearest(key, valid)}")
         if key == "name":
             if not isinstance(value, str) or not value or value == GROUND:
-                raise InputError(f"{where}: name {shown(value)} names no disc; give a text other than '{GROUND}'")
+                raise InputError(f"{where}: {shown(value)} cannot name a disc; give a text other than '{GROUND}'")
         elif key == "between":
             if not (isinstance(value, list) and len(value) == 2 and value[0] != value[1]):
-                raise InputError(f'{where}: between = {shown(value)} names no two discs; write between = ["a", "b"]')
+                raise InputError(f'{where}: between = {shown(value)} is no pair of discs; write between = ["a", "b"]')
             value = tuple(value)
         else:
             if not is_number(value):
-                raise InputError(f"{where}: {key} = {shown(value)} is no number")
+                raise InputError(f"{where}: {key} = {shown(value)} is not a number")
             if wrong := kinds(kind)[key][2].wrong(value):
                 raise InputError(f"{where}: {key}: {wrong}")
             if key == "ratio" and value == 0.0:
@@ -249,13 +249,13 @@ def check_chain(where: str, chain: Chain, ends: tuple[str, ...] = (GROUND,)) -> 
         raise InputError(f"{where}: has no disc; add [[disc]] rows")
     for name in chain.names:
         if chain.names.count(name) > 1:
-            raise InputError(f"{where}: disc '{name}' is there {chain.names.count(name)} times; name each once")
+            raise InputError(f"{where}: disc '{name}' is listed {chain.names.count(name)} times; name each once")
         if name in ends:
-            raise InputError(f"{where}: '{name}' is an end of the drive line, whose inertia is the engine's; no disc")
+            raise InputError(f"{where}: '{name}' is an end of the drive line, which the engine has; rename it")
     for k, shaft in enumerate(chain.shafts, 1):
         for end in shaft.between:
             if end not in ends and end not in chain.names:
-                raise InputError(f"{where}: shaft {k}: '{end}' is no disc; {nearest(str(end), (*chain.names, *ends))}")
+                raise InputError(f"{where}: shaft {k}: no disc '{end}'; {nearest(str(end), (*chain.names, *ends))}")
         held = shaft.loss_factor > 0.0 or shaft.damping > 0.0 or bool(set(ends) & set(shaft.between))
         if shaft.stiffness == 0.0 and held:
             raise InputError(
@@ -285,7 +285,7 @@ def gear_speeds(chain: Chain, where: str = "chain") -> dict[str, float]:
             if one in speeds and two in speeds and not np.isclose(shaft.ratio * speeds[one], speeds[two], rtol=1e-9):
                 raise InputError(
                     f"{where}: shaft {k}: gears turn '{two}' at {speeds[two]:g} and at {shaft.ratio * speeds[one]:g} "
-                    "times the flywheel's speed, which winds the shafts up; mend a ratio"
+                    "times the flywheel's speed, so the shafts would wind up; correct a ratio"
                 )
             if one in speeds:
                 speeds[two] = shaft.ratio * speeds[one]

@@ -112,7 +112,7 @@ def need_sources() -> None:
     if not (DESCRIPTION / "interface.toml").is_file() or not SLAVE.is_file():
         raise InputError(
             f"an FMU is built from cranktrain's clone or wheel; {ROOT} has no modelDescription or {SLAVE.name}: "
-            "take a wheel that make wheel has made, or pip install -e from a clone"
+            "install a wheel made by 'make wheel', or pip install -e a clone"
         )
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import this_platform
+from cranktrain.core.types import Progress
 from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
@@ -28,8 +29,6 @@ from cranktrain.structure import assembly
 from cranktrain.structure.additions import read_added
 from cranktrain.structure.assembly import check_mesh
 from cranktrain.studies.scene import Scene, load_scene
-
-Progress = Callable[[str], None]
 
 
 def build_fmu(
@@ -70,9 +69,9 @@ def build_fmu(
         source = load_scene(source)
     if isinstance(source, Scene):
         if body is not None:
-            raise InputError("a body of one's own goes into an engine's FMU, not into a scene's; name the engine")
+            raise InputError("an own body can be built into an engine's FMU, not into a scene's; name the engine")
         if not (film_table and block):
-            raise InputError("film table and block are left out of an engine's FMU, not of a scene's")
+            raise InputError("film table and block can be left out of an engine's FMU, not of a scene's")
         check_target(Path(folder), source.engine)
         return build_scene(source, folder, say, platforms)
     engine = source if isinstance(source, Engine) else load_engine(source)
@@ -86,7 +85,7 @@ def usual_platforms(say: Progress) -> Sequence[str]:
     """Platform of this machine, for a native FMU; none, and a line that says so, where it is not known."""
     if this_platform() in PLATFORMS:
         return (this_platform(),)
-    say(f"no native FMU is made for {this_platform()}: the Python FMU")
+    say(f"native FMUs do not exist for {this_platform()}, so the Python FMU is built")
     return ()
 
 
@@ -164,7 +163,7 @@ def build_scene(
     from cranktrain.studies.planning.scene_model import SceneModel
 
     if scene.pressure is not None:
-        say(f"{scene.name}: the trace of [gas] stays outside; give it to the FMU through cylinder[i].pressure")
+        say(f"{scene.name}: the FMU does not contain the trace of [gas]; supply it through cylinder[i].pressure")
     model = SceneModel(scene, say)
     made = plan(scene, model=model)
     run, engine = model.assembly(made.case), carried_engine(made)
@@ -183,7 +182,7 @@ def build_scene(
         film_tables=run.parts.film_tables,
     )
     if platforms and scene.film_temperature != "engine":
-        say(f"{scene.name}: films by a heat balance take runs before the start: the Python FMU")
+        say(f"{scene.name}: film temperatures by heat balance need runs before the start, so the Python FMU is built")
         platforms = ()
     interface = scene_interface(engine_interface(engine), made, model, family_counts(engine))
     say(f"{scene.name}: {made.case}, {made.modes} modes; predicted error {made.predicted_error:.2g}")

@@ -71,6 +71,6 @@ def _same(value: float, own: float) -> bool:
 
 def _refuse(name: str, value: float, own: float, made: str) -> None:
     raise InputError(
-        f"'{name}' is {value:.9g}, but {made} made for {own:.9g}; leave it there, or build the FMU of an engine file "
-        "that says so, with build_fmu.py"
+        f"'{name}' is {value:.9g}, but {made} made for {own:.9g}; keep that value, or build the FMU of an engine file "
+        "with the new one, with build_fmu.py"
     )

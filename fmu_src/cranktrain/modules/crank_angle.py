@@ -8,12 +8,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cranktrain.core.kernel import kernel
-
-Array = NDArray[np.float64]
 
 ANGLES = ("speed", "input", "auto")
 """Where the angle comes from: the speed's integral, the input, or the input as soon as it moves."""

@@ -7,7 +7,7 @@ from dataclasses import MISSING, dataclass, field, fields, make_dataclass
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, Generic, TypeVar, get_type_hints
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.typed_file import record
@@ -24,20 +24,22 @@ Settings = TypeVar("Settings", bound=Any)
 
 
 @dataclass(frozen=True)
-class ModuleFile:
+class ModuleFile(Generic[Settings]):
     """Contents of a module's files: the settings marked by :func:`.module_settings.stated`, in tables.
 
     Attributes
     ----------
     own : module of the quantities that the settings' annotations call ``own``; ``q`` is that of the engine's
     settings : class of the module's settings
+    make : makes and checks the module's settings from their values, engine, name and title
     like : path of a shipped file to look at
     about : the tables, and what they describe
     further : values that are not settings, ``table.key``, and their quantities
     """
 
     own: ModuleType
-    settings: Any
+    settings: type[Settings]
+    make: Callable[[dict[str, Any], Engine, str, str], Settings]
     like: str
     about: Mapping[str, str]
     further: Mapping[str, Any] = field(default_factory=dict)
@@ -71,41 +73,34 @@ class ModuleFile:
         keys += [(name, stated(kind, self.like)) for name, kind in self.tables.items()]
         return table_of(self.settings.__name__, keys, self.settings.__doc__, self.like)
 
+    def load(self, path: str | Path) -> Settings:
+        """Settings from a module file and its engine.
 
-def load_module_file(
-    path: str | Path, file: ModuleFile, settings: Callable[[dict[str, Any], Engine, str, str], Settings]
-) -> Settings:
-    """Read a module file and its engine.
+        Raises
+        ------
+        InputError
+            one line with file, table and key, for what is unknown, missing or impossible
+        """
+        path = Path(path)
+        read = record(self.document, read_toml(path, "module file", f"an example is {self.like}"), path.name, said)
+        check_name(read.name, f"{path.name}: name")
+        check_title(read.title, f"{path.name}: title")
+        found = {name: part_of(kind, getattr(read, name), f"{path.name}: {name}") for name, kind in self.tables.items()}
+        engine = load_engine(path.parent / read.engine if read.engine.endswith(".toml") else read.engine)
+        try:
+            for name, table in found.items():
+                check_values(table, name)
+            values = {}
+            for place, name in self.places.items():
+                table, _, key = place.partition(".")
+                values[name] = getattr(found[table], key)
+            return self.make(values, engine, read.name, read.title)
+        except InputError as error:
+            raise InputError(f"{path.name}: {error}") from None
 
-    Parameters
-    ----------
-    settings : makes and checks the module's settings from their values, engine, name and title
-
-    Raises
-    ------
-    InputError
-        one line with file, table and key, for what is unknown, missing or impossible
-    """
-    path = Path(path)
-    read = record(file.document, read_toml(path, "module file", f"an example is {file.like}"), path.name, said)
-    check_name(read.name, f"{path.name}: name")
-    check_title(read.title, f"{path.name}: title")
-    found = {name: part_of(kind, getattr(read, name), f"{path.name}: {name}") for name, kind in file.tables.items()}
-    engine = load_engine(path.parent / read.engine if read.engine.endswith(".toml") else read.engine)
-    try:
-        for name, table in found.items():
-            check_values(table, name)
-        values = {}
-        for place, name in file.places.items():
-            table, _, key = place.partition(".")
-            values[name] = getattr(found[table], key)
-        return settings(values, engine, read.name, read.title)
-    except InputError as error:
-        raise InputError(f"{path.name}: {error}") from None
-
-
-def module_contents(settings: Any) -> Contents:
-    """Contents of the FMU of a module with these settings."""
-    starts = {entry.name: getattr(settings, entry.name) for entry in fields(settings)}
-    counts = {"cylinders": len(settings.firing_angles)}
-    return Contents(settings.name, settings.title, counts, starts, to_bytes(settings))
+    def contents(self, path: Path) -> Contents:
+        """Contents of the FMU of a module file."""
+        settings = self.load(path)
+        starts = {entry.name: getattr(settings, entry.name) for entry in fields(settings)}
+        counts = {"cylinders": len(settings.firing_angles)}
+        return Contents(settings.name, settings.title, counts, starts, to_bytes(settings))

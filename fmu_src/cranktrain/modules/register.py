@@ -37,13 +37,13 @@ class Module:
     name : as module files and their names begin
     title : its purpose
     running : module that the FMU's slave asks, see ``cranktrain_slave.py``
-    contents : function that reads a module file, path → :class:`Contents`
+    file : what its module files have, a :class:`.module_file.ModuleFile`
     """
 
     name: str
     title: str
     running: str
-    contents: Named
+    file: Named
 
     @property
     def folder(self) -> Path:
@@ -52,7 +52,7 @@ class Module:
 
     def read(self, path: Path) -> Contents:
         """Contents made from a module file; ``InputError`` if it cannot be used."""
-        made = resolve(self.contents)(path)
+        made = resolve(self.file).contents(path)
         assert isinstance(made, Contents)
         return made
 
@@ -64,13 +64,13 @@ MODULES = {
             "combustion",
             "cylinder pressures from a single-zone cycle with gas exchange",
             "cranktrain.modules.combustion.running",
-            "cranktrain.modules.combustion.file:contents",
+            "cranktrain.modules.combustion.file:FILE",
         ),
         Module(
             "valvetrain",
             "valve lifts, cam and drive forces and the camshaft's torque on the crank",
             "cranktrain.modules.valve_train.running",
-            "cranktrain.modules.valve_train.file:contents",
+            "cranktrain.modules.valve_train.file:FILE",
         ),
     )
 }
@@ -96,7 +96,7 @@ def module_of_engine(module: str, engine: str) -> str:
     if engine not in shipped:
         raise InputError(
             f"no {module} ships for engine '{engine}', only for {', '.join(shipped)}; build its FMU from a "
-            "module file of your own, and name it"
+            "module file of your own, and give its path"
         )
     return shipped[engine]
 

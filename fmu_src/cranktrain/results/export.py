@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.results.files import output_unit
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.store.archive import write_archive
@@ -24,14 +25,13 @@ from cranktrain.store.columns import ResultColumns
 from cranktrain.store.hdf5 import is_run_up
 from cranktrain.store.whole_file import Kind, check_place, whole_file
 
-Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 BLOCK = 4096
 """Rows that are read and written at once."""
 MARK = "cranktrain table"
 CSV_HEADS = ("time [s],angle [rad]", "speed [rad/s],cycles [1]")
-"""How a table of ours begins."""
+"""First characters of a table that this program wrote."""
 
 
 class Table(Protocol):

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.results import plots
 from cranktrain.results.orders.harmonics import last_cycle
@@ -23,7 +23,6 @@ from cranktrain.store.whole_file import check_place, marked, whole_file
 if TYPE_CHECKING:
     from cranktrain.dynamics.cycle_run import Result
 
-Array = NDArray[np.float64]
 
 SAMPLES = 1440
 """Points of a cycle in a picture: half a degree apart."""
@@ -39,7 +38,7 @@ def check_folder(folder: Path, option: str = "--plots", pictures: Iterable[str] 
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
     except OSError:
-        raise InputError(f"{folder}: no files can be written there; name another folder for {option}") from None
+        raise InputError(f"{folder}: cannot be written to; name another folder for {option}") from None
     for name in pictures:
         check_place(folder / name, PICTURE)
 

@@ -1,8 +1,11 @@
-"""Head of all HTML files of the package: no network requests, and a layout that fits a telephone."""
+"""HTML files of the package: a common head without network requests, and templates that are filled."""
 
 from __future__ import annotations
 
 import html
+import json
+from importlib.resources import files
+from typing import Any
 
 
 def page_head(kind: str, title: str) -> str:
@@ -15,3 +18,16 @@ def page_head(kind: str, title: str) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{html.escape(title)}</title>"
     )
+
+
+def filled_page(package: str, template: str, kind: str, title: str, heading: str, **parts: str) -> str:
+    """Template file of a package with head, heading and ``parts``, which are HTML, in place of ``@PART@``."""
+    page = files(package).joinpath(template).read_text(encoding="utf-8")
+    for word, text in {"HEAD": page_head(kind, title), "TITLE": html.escape(heading), **parts}.items():
+        page = page.replace(f"@{word}@", text)
+    return page
+
+
+def script_data(data: dict[str, Any]) -> str:
+    """JSON to stand inside a script, which a closing tag would end."""
+    return json.dumps(data, allow_nan=False).replace("<", "\\u003c")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
 
 BLUE, ORANGE, GREY = "#1f5a94", "#d9822b", "#8a8f98"
 CYCLE_COLOURS = ("#1f4e9c", "#1b9aa0", "#6fae3d", "#e0a21b", "#cf4a3c", "#8b3a93", "#1f4e9c")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.core.types import Array
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP
 from cranktrain.results.energy import energy_balance
@@ -17,11 +18,10 @@ from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 if TYPE_CHECKING:
     from cranktrain.dynamics.cycle_run import Result
 
-Array = NDArray[np.float64]
 
 HIGHEST_ORDER = 24.0
 CLOSING = 1.0e-6
-"""Least film, m, below which the largest pressure of a tilted film is no result; chosen: two to three roughnesses."""
+"""Least film, m, below which the largest pressure of a tilted film has no meaning; chosen: two to three roughnesses."""
 
 NOT_RESOLVED = 0.5
 """Drop of pressure from the peak to the axial lines beside it, over the peak, beyond which an elastic film is not

@@ -1,4 +1,4 @@
-"""Tables of texts that reports, pictures and the command line share: ours beside the reference's."""
+"""Tables of texts that reports, pictures and the command line share: computed values beside those of the reference."""
 
 from __future__ import annotations
 
@@ -61,13 +61,13 @@ def housed_table(engine: Engine, part: Mapping[str, Any]) -> Table:
         shares = {kind: share for kind, share in mode["shares"].items() if kind != "block"}
         if mode["shares"]["block"] < 0.5:
             modes.append({**mode, "shape": max(shares, key=lambda kind: float(shares[kind]))})
-    title = "Cranktrain in its flexible block on mounts, at rest; what shares lack of 100 % is the block's"
+    title = "Cranktrain in its flexible block on mounts, at rest; the block holds the rest of 100 %"
     published = _published(engine, {"first_torsional_hz": part["first_torsional_hz"]})
     return Table(title, _HEADER, tuple(_beside(modes, published, 7)))
 
 
 def _published(engine: Engine, part: Mapping[str, Any]) -> list[Entry]:
-    """Published modes of the cranktrain, with ours where a report says which answers."""
+    """Published modes of the cranktrain, each with the computed mode that the report assigns to it."""
     p = engine.published
     ours = {"torsional": part.get("first_torsional_hz"), "axial": part.get("first_axial_hz")}
     published: list[Entry] = [
@@ -235,7 +235,7 @@ def closing_text(names: Sequence[str]) -> str:
     """One line on the bearings whose edges close."""
     return (
         f"An edge stays less than {1e6 * CLOSING:g} um open in {', '.join(names)}: "
-        "the largest film pressure is no result there"
+        "the largest film pressure has no meaning there"
     )
 
 
@@ -272,7 +272,7 @@ Entry = tuple[str, float, float, float | None]
 
 
 def _beside(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry], first: int) -> list[tuple[str, ...]]:
-    """Rows of our ``first`` modes and of all that answer to a published one."""
+    """Rows of the ``first`` computed modes and of all that belong to a published one."""
     pairs = _answering(modes, published)
     rows = []
     missing = [
@@ -290,7 +290,7 @@ def _beside(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry], firs
 
 
 def _answering(modes: Sequence[Mapping[str, Any]], published: Sequence[Entry]) -> dict[int, Entry]:
-    """Published entries by the number of our mode that answers to each.
+    """Published entries by the number of the computed mode that belongs to each.
 
     A definition takes the mode next to it; of the others each shape is paired as a whole, in ascending order and with
     the least sum of squared deviations, none more than a quarter away.

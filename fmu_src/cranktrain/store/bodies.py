@@ -17,17 +17,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.io import mmread, mmwrite
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
+from cranktrain.core.types import Array
 from cranktrain.store.archive import write_archive
 from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, load_body, save_body
 from cranktrain.store.whole_file import check_place, marked, whole_file
-
-Array = NDArray[np.float64]
 
 HEADER = "cranktrain reduced body"
 FOLDER_HEADER = "body.json"
@@ -52,7 +50,7 @@ def check_body_place(path: str | Path) -> None:
     elif target.suffix in (".h5", ".npz"):
         check_place(target, BODY if target.suffix == ".h5" else ARCHIVE)
     else:
-        raise InputError(f"{path}: a reduced body is a .h5 or .npz file, or a folder; name it so")
+        raise InputError(f"{path}: a reduced body is a .h5 or .npz file, or a folder; change the name")
 
 
 def export_body(path: str | Path, body: ReducedBody) -> Path:
@@ -188,7 +186,7 @@ def _check_folder(target: Path) -> None:
     except (OSError, ValueError, KeyError, TypeError):
         ours = False
     if foreign or not ours:
-        raise InputError(f"{target}: exists and is no folder of a reduced body alone; choose another name")
+        raise InputError(f"{target}: exists and holds more than a reduced body; choose another name")
 
 
 @contextmanager

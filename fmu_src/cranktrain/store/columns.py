@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.types import Array
 from cranktrain.store.hdf5 import RESULT_FORMAT, RESULT_SCHEMA, opened
 
-Array = NDArray[np.float64]
 REMEDY = "run 'cranktrain simulate' again"
 
 
@@ -44,7 +43,7 @@ class ResultColumns:
             data = file["data"]
             groups = _groups_with_time(data)
             if not groups:
-                raise InputError(f"{path}: holds nothing over time; give a file of simulate, run or runup")
+                raise InputError(f"{path}: holds no samples over time; give a file of simulate, run or runup")
             if group not in groups:
                 named = ", ".join(name for name in groups if name) or "none"
                 told = f"no group '{group}' over time; {nearest(group, groups)}" if group else f"groups: {named}"

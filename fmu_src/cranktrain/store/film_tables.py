@@ -161,7 +161,7 @@ def _kept(part: Path, settings: TableSettings, say: Callable[[str], None] | None
         data, _ = read_film_table(part, SCHEMA, settings.digest, _said(settings), unfinished=True)
     except StoreError as error:
         if say is not None:
-            say(f"the unfinished table is not used, all slabs are solved anew ({error})")
+            say(f"the unfinished table cannot be used, so all slabs are solved again ({error})")
         return {}
     wanted = set(slab_names(settings))
     slabs = {
@@ -170,5 +170,5 @@ def _kept(part: Path, settings: TableSettings, say: Callable[[str], None] | None
         if name[5:] in wanted and values.shape == slab_shape(settings, name[5:]) and np.isfinite(values).all()
     }
     if slabs and say is not None:
-        say(f"goes on with {len(slabs)} of {len(wanted)} slabs from {part}")
+        say(f"continues with {len(slabs)} of {len(wanted)} slabs from {part}")
     return slabs

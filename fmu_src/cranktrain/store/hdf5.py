@@ -24,7 +24,6 @@ from cranktrain.store.seal import check_seal, seal
 from cranktrain.store.whole_file import Kind, whole_file
 
 File = h5py.File
-Array = NDArray[np.float64]
 Dataset = tuple[NDArray[Any], str]
 
 BODY_FORMAT = "cranktrain reduced body"

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import StoreError
+from cranktrain.core.types import Array
 from cranktrain.store.axes import attach_axes, of_result
-from cranktrain.store.hdf5 import RESULT, RESULT_HEADER, Array, Dataset, File, put, put_attributes, put_unit, written
+from cranktrain.store.hdf5 import RESULT, RESULT_HEADER, Dataset, File, put, put_attributes, put_unit, written
 
 CHUNK = 4096
 """Samples that are written at once, at most."""

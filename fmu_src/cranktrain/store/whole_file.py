@@ -161,7 +161,7 @@ def check_place(path: str | Path, kind: Kind | None = None) -> None:
         _check_replaced(target, found, kind)
     folder = next(place for place in target.absolute().parents if place.exists())
     if not folder.is_dir() or not os.access(folder, os.W_OK):
-        raise InputError(f"{target}: {folder} is no folder that can be written to; choose another place")
+        raise InputError(f"{target}: {folder} is not a writable folder; choose another place")
 
 
 def _check_replaced(target: Path, found: os.stat_result, kind: Kind | None) -> None:
@@ -171,7 +171,7 @@ def _check_replaced(target: Path, found: os.stat_result, kind: Kind | None) -> N
     if stat.S_ISLNK(found.st_mode):
         raise InputError(f"{target}: is a link, which is not replaced; name the file itself")
     if not stat.S_ISREG(found.st_mode):
-        raise InputError(f"{target}: is a device, no file; name a file")
+        raise InputError(f"{target}: is a device, not a file; name a file")
     if kind is None or found.st_size == 0:
         return
     try:

@@ -78,7 +78,7 @@ def _from_file(table: BodyTable) -> ReducedBody:
     from cranktrain.structure.fem.own_body import is_body, read_body
 
     if not (Path(table.file).exists() and is_body(table.file)):
-        raise InputError(f"body '{table.name}': {table.file} is no reduced body; write one by 'cranktrain reduce'")
+        raise InputError(f"body '{table.name}': {table.file} is not a reduced body; write one by 'cranktrain reduce'")
     return read_body(table.file)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Progress
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
@@ -29,8 +30,6 @@ from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable, bearing_settings
 from cranktrain.store.bodies import FOLDER_HEADER
 from cranktrain.structure.additions import check_added, read_added
-
-Progress = Callable[[str], None]
 
 _KEPT: dict[Any, Any] = {}
 
@@ -112,7 +111,7 @@ def checked(
         if block_mesh is not None and "bore" in needed_parts(engine, settings) and is_body(block_mesh):
             raise InputError(
                 f"{block_mesh}: bearings '{settings.bearings}' need the shapes of the block's bores, which a reduced "
-                "body has not; give its mesh by --block-mesh, or take bearings table"
+                "body does not hold; give its mesh by --block-mesh, or take bearings table"
             )
     return settings
 
@@ -121,10 +120,10 @@ def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
     """Refuse a user's own mesh of the crankshaft that is not there, or that a level does not use; ``InputError``."""
     if mesh is not None and not crank_level(level).takes_mesh:
         users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
-        raise InputError(f"crank level '{level}' is made from dimensions; an own mesh goes with crank levels {users}")
+        raise InputError(f"crank level '{level}' is made from dimensions; use an own mesh with crank levels {users}")
     check_mesh(mesh, "journal surfaces")
     if mesh is not None and _is_table(mesh) and not crank_level(level).inherits:
-        raise InputError(f"{mesh}: a table of discs and shafts makes crank level torsional, not '{level}'")
+        raise InputError(f"{mesh}: a table of discs and shafts serves crank level torsional, not '{level}'")
 
 
 def _is_table(mesh: str | Path) -> bool:
@@ -200,7 +199,7 @@ def _inherited(engine: Engine, body: ReducedBody, above: str, say: Progress) -> 
             made = assemble(engine, settings_above(above))
             found = measured_decay(Simulation(engine, made.body, made.settings, parts=made.parts))
         except SolverError as error:
-            say(f"crank level '{above}' does not run, so that the crank keeps its structural damping: {error}")
+            say(f"crank level '{above}' does not run, so the crank keeps its structural damping: {error}")
             return body
         entry = {"hz": found.hz.tolist(), "ratio": found.ratio.tolist(), "speed": found.speed}
         kept.keep(key, entry)

@@ -1,1 +1,1 @@
-"""Questions that take structure and dynamics together: optimum dampers, damped modes, forced torsion."""
+"""Questions that take structure and dynamics together: optimum dampers, damped modes, run-ups."""

@@ -153,15 +153,13 @@ class Request:
     def check_heat(self, settings: Settings, label: Callable[[str], str] = str) -> None:
         """Refuse a heat balance of parts without heat; ``InputError``."""
         if self.damper_temperature != "engine" and settings.damper == "none":
-            raise InputError(
-                f"{label('damper_temperature')} needs {label('damper')}; without it there is nothing to warm"
-            )
+            raise InputError(f"{label('damper_temperature')} needs {label('damper')}; without a damper there is none")
         if self.film_temperature == "engine":
             return
         if not bearing_law(settings.bearings).carries:
             raise InputError(
-                f"{label('film_temperature')} heat-balance needs films, which bearing level '{settings.bearings}' "
-                "has not"
+                f"{label('film_temperature')} heat-balance needs films, and bearing level '{settings.bearings}' "
+                "has none"
             )
         check_level(settings.bearings)
 
@@ -264,7 +262,7 @@ def simulate(
     if isinstance(engine, Assembly):
         settled = [name for name in choices if name in _OF_THE_ASSEMBLY]
         if settled:
-            raise InputError(f"simulate: '{settled[0]}' is settled by the assembly; leave it out, or give the engine")
+            raise InputError(f"simulate: '{settled[0]}' is fixed by the assembly; leave it out, or pass the engine")
         request.check()
         settings = checked(engine.engine, request.of_a_run(engine.settings))
         request.check_heat(settings)

@@ -27,8 +27,8 @@ FILE_KINDS = {
         "Superelement of cranktrain", "cranktrain.structure.fem.superelement_file:SuperelementTable"
     ),
     "targets": FileKind("Targets file of cranktrain", "cranktrain.studies.calibration.targets:TargetsTable"),
-    "combustion": FileKind("Combustion module of cranktrain", "cranktrain.modules.combustion.file:document"),
-    "valve-train": FileKind("Valve train module of cranktrain", "cranktrain.modules.valve_train.file:document"),
+    "combustion": FileKind("Combustion module of cranktrain", "cranktrain.modules.combustion.file:FILE.document"),
+    "valve-train": FileKind("Valve train module of cranktrain", "cranktrain.modules.valve_train.file:FILE.document"),
 }
 
 

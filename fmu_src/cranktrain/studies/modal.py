@@ -69,7 +69,7 @@ def modal(
         raise InputError(f"block level '{block}' does not exist; {nearest(block, BLOCKS)}")
     flexible = block != "ground"
     if not solid and (damper or flexible):
-        raise InputError("--damper and --block flexible are shown with --crank solid only; leave one of them out")
+        raise InputError("--damper and --block flexible go with --crank solid only; leave one of them out")
     if damper:
         required_damper(found)
     if flexible:

@@ -113,7 +113,7 @@ def elastic_stiffness(body: ReducedBody, mains: Sequence[int], first: int) -> Ar
 def required_rollers(engine: Engine) -> RollerBearings:
     """Roller bearings of an engine; ``InputError`` where its mains are none."""
     if engine.main_roller is None:
-        raise InputError(f"engine '{engine.name}' has no [main_roller]; its mains are no roller bearings")
+        raise InputError(f"engine '{engine.name}' has no [main_roller]; its main bearings are not roller bearings")
     return engine.main_roller
 
 

@@ -75,7 +75,7 @@ def run_in(
     bearing = base.plain_mains
     speed = speed_rpm or base.oil.temperature_speeds[0] * 30.0 / math.pi
     if not speed > 0.0:
-        raise InputError(f"run-in: speed {speed:g} rev/min must be positive; give the lowest at full load")
+        raise InputError(f"run-in: speed {speed:g} rev/min must be above zero; give the lowest speed at full load")
     new = new_path(Path(out)) if out is not None else None
     straight = replace(base, main_bearing=replace(bearing, relief_depth=0.0))
     settings = assembly.checked(straight, Settings(crank=crank, bearings="reynolds"))

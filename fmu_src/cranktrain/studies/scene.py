@@ -285,7 +285,7 @@ def scene_outputs(engine: Engine, wanted: list[str]) -> tuple[tuple[str, ...], b
     if stress and not found:
         found = dict.fromkeys(name for family in STRESSING for name in families[family])
     if not found:
-        raise InputError("outputs: none is wanted; name at least one, e.g. 'pulley.torsion'")
+        raise InputError("outputs: is empty; name at least one, e.g. 'pulley.torsion'")
     return tuple(found), stress
 
 
@@ -302,7 +302,7 @@ def _check_numbers(scene: Scene) -> None:
     """Refuse numbers outside their bounds."""
     if scene.accuracy < FINEST_ACCURACY:
         raise InputError(
-            f"accuracy: nobody can reach {scene.accuracy:g}: runs at the finest steps differ by about "
+            f"accuracy: {scene.accuracy:g} cannot be reached: runs at the finest steps differ by about "
             f"{FINEST_ACCURACY:g} from each other; the nearest valid is {FINEST_ACCURACY:g}"
         )
     if scene.accuracy > COARSEST_ACCURACY:
@@ -336,7 +336,7 @@ def _check_frequency(scene: Scene) -> None:
                 f"fixed_modes than {scene.engine.reduction.fixed_modes} in an engine file of your own"
             )
         raise InputError(
-            f"frequency_hz: {scene.frequency:g} from a crank cut at {cut:g} Hz; the nearest valid is {cut:g}, {remedy}"
+            f"frequency_hz: {scene.frequency:g} is above the crank's cut-off; the nearest valid is {cut:g}, {remedy}"
         )
 
 

@@ -18,7 +18,7 @@ from cranktrain.dynamics.topology.damper import HEAT, damper_law, damper_record
 from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, REFERENCE_VISCOSITY, SAME, FilmParts, Piece, between
 from cranktrain.dynamics.topology.terms import Direction, unit
 from cranktrain.dynamics.topology.values import Frame
-from cranktrain.engine.checks.damper import check_damper
+from cranktrain.engine.checks.crankshaft import check_damper
 from cranktrain.engine.connections import Film, RingDamper, Roller, SlidingJoint, Thrust
 from cranktrain.engine.quantities import mm, need
 from cranktrain.engine.roller_bearing import FILE_KEYS, check_roller_bearing, main_roller

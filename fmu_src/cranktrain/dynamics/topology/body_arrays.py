@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.memory import zeros
-from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, skew, turning_stiffness
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, turning_stiffness
+from cranktrain.core.rigid_slices import skew
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.laws import connection_law
 from cranktrain.dynamics.topology.records import AddedBodies, Base, FrameNumbers

@@ -1,11 +1,32 @@
-"""Which parameters describe a crankshaft: refused in one line before any CAD kernel sees them."""
+"""Which parameters describe a crankshaft, the rods on its pins and the damper on its pulley.
+
+They are refused in one line before any CAD kernel sees them: every cylinder fires once, rods on one pin lie side by
+side.
+"""
 
 from __future__ import annotations
 
+import math
 from functools import partial
+from itertools import pairwise
 
-from cranktrain.engine.parts import BalanceWeights, Crankshaft
-from cranktrain.engine.quantities import check_values, mm, need, need_equal_lengths
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import BalanceWeights, Crankshaft, Cylinders, Damper
+from cranktrain.engine.quantities import (
+    NEWTONIAN,
+    ZERO_CELSIUS,
+    check_values,
+    mm,
+    need,
+    need_equal_lengths,
+    need_table,
+)
+
+# Lightest and heaviest metal a ring may be made of, kg/m³: light alloy to tungsten.
+RING_DENSITIES = (2500.0, 19500.0)
+_LENGTHS = ("ring_outer_radius", "ring_inner_radius", "ring_width")
+_GAPS = ("axial_gap", "outer_gap", "inner_gap")
+_cylinders = partial(need, "cylinders")
 
 
 def check_crankshaft(c: Crankshaft) -> None:
@@ -56,3 +77,115 @@ def check_balance_weights(weights: BalanceWeights, mains: int) -> None:
     for main in weights.mains:
         text = f"{main} is not one of the main journals 1..{mains}"
         need("balance_weights", "mains", 1 <= main <= mains, text)
+
+
+def check_cylinders(engine: Engine) -> None:
+    """Refuse rods, firing orders, pins and banks that do not fit: ``InputError`` that starts with ``table.key``."""
+    crank, length, cylinders = engine.crankshaft, engine.rod.length, engine.cylinders
+    pins, n, throws = cylinders.pins, len(cylinders.firing_order), len(crank.throw_angles)
+    reach = crank.throw + abs(cylinders.pin_offset)
+    need("rod", "length", length > reach, f"{mm(length)} is shorter than throw and pin offset, {mm(reach)}")
+    _cylinders("firing_order", n >= 1, "is empty")
+    _check_order(cylinders)
+    _cylinders("pins", len(pins) == n, f"{len(pins)} pins for {n} cylinders; give one each")
+    _cylinders(
+        "pins", all(1 <= pin <= throws for pin in pins), f"{list(pins)} names a pin that is not one of 1..{throws}"
+    )
+    banks = len(cylinders.bank_angles)
+    _cylinders("bank_angles", banks == n, f"{banks} angles for {n} cylinders; give one for each")
+    for key in ("firing_angles", "firing_intervals"):
+        given = len(getattr(cylinders, key))
+        _cylinders(key, given in (0, n), f"{given} values for {n} cylinders; give one for each, or none")
+    both = bool(cylinders.firing_angles and cylinders.firing_intervals)
+    _cylinders("firing_intervals", not both, "and firing_angles are both given; leave one of them out")
+    _check_rods(engine)
+
+
+def _check_order(cylinders: Cylinders) -> None:
+    """Refuse a firing order in which a cylinder fires twice or never."""
+    order, pins, banks = cylinders.firing_order, len(cylinders.pins), len(cylinders.bank_angles)
+    # Two lists that agree say how many cylinders there are; the order may have lost one.
+    n = pins if pins == banks else len(order)
+    twice = sorted({c for c in order if order.count(c) > 1})
+    never = sorted(set(range(1, n + 1)) - set(order))
+    strange = sorted(set(order) - set(range(1, n + 1)))
+    wrong = [f"cylinder {c} fires twice" for c in twice[:1]]
+    wrong += [f"cylinder {c} of 1..{n} never fires" for c in never[:1]]
+    spare = (twice or strange)[:1]
+    remedy = f"; put {never[0]} in place of {'one ' if twice else 'the '}{spare[0]}" if spare and never else ""
+    _cylinders("firing_order", not (twice or never), f"{', '.join(wrong)}{remedy or '; each fires once'}")
+    _cylinders("firing_order", not strange, f"cylinder {(strange or (0,))[0]} has no pin; cylinders.pins knows 1..{n}")
+
+
+def _check_rods(engine: Engine) -> None:
+    """Refuse rods that share a pin and do not lie on it side by side."""
+    crank, cylinders, big_end = engine.crankshaft, engine.cylinders, engine.big_end_bearing
+    n, offsets, half_pin = len(cylinders.firing_order), cylinders.rod_offsets, 0.5 * crank.pin_width
+    text = f"{len(offsets)} offsets for {n} cylinders; give one for each, or none"
+    _cylinders("rod_offsets", len(offsets) in (0, n), text)
+    for k, offset in enumerate(offsets, start=1):
+        text = f"rod {k} at {mm(offset)} lies beside its pin, which ends {mm(half_pin)} from its middle"
+        _cylinders("rod_offsets", abs(offset) < half_pin, text)
+    if big_end is None:
+        return
+    width = big_end.width
+    for pin in sorted(set(cylinders.pins)):
+        rods = sorted((engine.rod_offsets[k], k + 1) for k in range(n) if cylinders.pins[k] == pin)
+        if rods == [(0.0, rods[0][1])]:
+            continue  # the width of a single big end belongs to the rules of its bearing
+        names = " and ".join(str(k) for _, k in rods)
+        together = len(rods) * width
+        text = (
+            f"pin {pin} is {mm(crank.pin_width)} wide, but rods {names} of {mm(width)} each need {mm(together)}; "
+            f"widen it or lessen big_end_bearing.width to {mm(crank.pin_width / len(rods))}"
+        )
+        need("crankshaft", "pin_width", together <= crank.pin_width, text)
+        for (before, first), (after, second) in pairwise(rods):
+            text = (
+                f"rods {first} and {second} overlap on pin {pin}: {mm(after - before)} apart, their big ends "
+                f"{mm(width)} wide; set them at least {mm(width)} apart, e.g. at -{mm(0.5 * width)} and "
+                f"{mm(0.5 * width)}"
+            )
+            _cylinders("rod_offsets", after - before >= width * (1.0 - 1e-9), text)
+        for offset, k in rods:
+            text = (
+                f"rod {k} at {mm(offset)} with its big end of {mm(width)} reaches beyond pin {pin}; keep within "
+                f"{mm(half_pin - 0.5 * width)} of its middle"
+            )
+            _cylinders("rod_offsets", abs(offset) + 0.5 * width <= half_pin * (1.0 + 1e-9), text)
+
+
+def check_damper(d: Damper) -> None:
+    """Refuse values that describe no damper: ``InputError`` that starts with ``damper.key``."""
+    of, lowest, highest = partial(need, "damper"), d.lowest_temperature, d.highest_temperature
+    need_table("damper", d)
+    coldest, hottest = (temperature - ZERO_CELSIUS for temperature in (min(d.temperatures), max(d.temperatures)))
+    valid = f"{lowest - ZERO_CELSIUS:.4g} to {highest - ZERO_CELSIUS:.4g} degC"
+    of("highest_temperature", highest > lowest, "is not above lowest_temperature")
+    text = f"{hottest:.4g} degC is hotter than the damper's law is valid ({valid}); lower it, or give another law"
+    of("temperatures", max(d.temperatures) <= highest, text)
+    text = f"{coldest:.4g} degC is colder than the damper's law is valid ({valid})"
+    of("temperatures", min(d.temperatures) >= lowest, text)
+    text = f"is not below the highest temperature of the damper's law ({valid})"
+    of("ambient_temperature", d.ambient_temperature < highest, text)
+    wanted: tuple[str, ...] = ("viscosity", "viscosity_slope", *_LENGTHS, *_GAPS)
+    wanted += ("critical_stress", "flow_exponent") if d.law != NEWTONIAN else ()
+    rubber = d.kind == "rubber"
+    whose = "a rubber damper needs stiffness and loss_factor" if rubber else f"a viscous damper of law {d.law} needs it"
+    for key in ("stiffness", "loss_factor") if rubber else wanted:
+        of(key, getattr(d, key) > 0.0, f"is missing; {whose}")
+    if rubber:
+        return
+    inner, outer = d.ring_inner_radius, d.ring_outer_radius
+    of("ring_inner_radius", inner < outer, f"{mm(inner)} is not less than ring_outer_radius, {mm(outer)}")
+    for key in _GAPS:
+        gap = getattr(d, key)
+        text = f"{mm(gap)} is no thin gap beside a ring {mm(d.ring_width)} wide; it is often given in um"
+        of(key, gap < 0.1 * d.ring_width, text)
+    section = 0.5 * math.pi * d.ring_width * (outer**4 - inner**4)
+    density = d.ring_inertia / section
+    text = (
+        f"{d.ring_inertia:.4g} kg m^2 would take a ring of {density:.4g} kg/m^3; steel of these radii and this "
+        f"width has {7850.0 * section:.4g} kg m^2"
+    )
+    of("ring_inertia", RING_DENSITIES[0] <= density <= RING_DENSITIES[1], text)

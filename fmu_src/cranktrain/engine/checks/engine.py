@@ -1,28 +1,47 @@
-"""Whether the parts of an engine fit together: values within their fields' bounds, then rules between values."""
+"""Whether the parts of an engine fit together: values within their fields' bounds, then rules between values.
+
+Masses and inertias that are unlikely for an engine of this size are warned of only, because a study may need them:
+masses are compared with a steel cube as wide as the bore, radii of gyration with a length of the part or the bore. The
+limits are a factor of ten to a hundred beyond what engines have from models to ships.
+"""
 
 from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from functools import partial
 
 from cranktrain.engine.additions import check_additions
 from cranktrain.engine.checks.bearings import check_bearings
 from cranktrain.engine.checks.block import check_block, check_mounts
-from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft
-from cranktrain.engine.checks.cylinder import check_cylinders
-from cranktrain.engine.checks.damper import check_damper
-from cranktrain.engine.checks.masses import warn_of_masses
+from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft, check_cylinders, check_damper
 from cranktrain.engine.firing import uneven
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath, Combustion, Oil
-from cranktrain.engine.quantities import ZERO_CELSIUS, check_values, need, need_equal_lengths, need_table
+from cranktrain.engine.quantities import ZERO_CELSIUS, check_values, mm, need, need_equal_lengths, need_table
 from cranktrain.engine.roller_bearing import check_rollers
 from cranktrain.engine.torsional_chain import LINE_ENDS, DriveLineChain, check_chain, gear_speeds
 
 OIL_VISCOSITIES = (1e-5, 100.0)
 """Thinnest and thickest oil, Pa s, at the temperatures that an engine's oil has over its speeds."""
+STEEL = 7850.0
+MASSES = {
+    "cylinders.piston_mass": (0.005, 5.0),
+    "rod.big_end_mass": (0.005, 5.0),
+    "rod.small_end_mass": (0.002, 5.0),
+    "flywheel.mass": (0.01, 300.0),
+    "pulley.mass": (0.005, 100.0),
+    "clutch.mass": (0.005, 300.0),
+    "damper.mass": (0.005, 100.0),
+    "block.head_mass": (0.01, 100.0),
+}
+"""Least and largest mass of a part, over that of a steel cube as wide as the bore."""
+GYRATIONS = {"flywheel": (0.1, 10.0), "pulley": (0.05, 10.0), "clutch": (0.05, 10.0)}
+"""Least and largest radius of gyration about the crank's axis, over the bore."""
+ROD_GYRATION = (0.1, 1.5)
+"""Of the rod about its centre of mass, over its length."""
 
 
 def check_engine(engine: Engine) -> None:
@@ -134,3 +153,33 @@ def _check_combustion(burn: Combustion) -> None:
     of("intake_closes", -latest < burn.intake_closes < min(burn.start, 0.0), text)
     text = "must lie after the end of combustion, below 270 deg after firing dead centre"
     of("exhaust_opens", burn.start + burn.duration <= burn.exhaust_opens < latest, text)
+
+
+def warn_of_masses(engine: Engine) -> None:
+    """Warn of masses and inertias that are hardly of this engine, one line each: ``table.key``, value, limits."""
+    for text in _unlikely(engine):
+        warnings.warn(f"{engine.name}: {text}; check its unit", stacklevel=2)
+
+
+def _unlikely(engine: Engine) -> Iterator[str]:
+    bore, rod = engine.cylinders.bore, engine.rod
+    cube = STEEL * bore**3
+    for name, (low, high) in MASSES.items():
+        table, key = name.split(".")
+        if (part := getattr(engine, table)) is not None and not low * cube <= getattr(part, key) <= high * cube:
+            own = getattr(part, key)
+            yield f"{name}: {own:.4g} kg with a bore of {mm(bore)}, usual {low * cube:.3g} to {high * cube:.3g} kg"
+    for table, (low, high) in GYRATIONS.items():
+        if (part := getattr(engine, table)) is not None:
+            radius = (part.polar_inertia / part.mass) ** 0.5
+            if not low * bore <= radius <= high * bore:
+                yield (
+                    f"{table}.polar_inertia: a radius of gyration of {mm(radius)} with a bore of {mm(bore)}, "
+                    f"usual {mm(low * bore)} to {mm(high * bore)}"
+                )
+    (low, high), radius = ROD_GYRATION, (rod.inertia / (rod.big_end_mass + rod.small_end_mass)) ** 0.5
+    if not low * rod.length <= radius <= high * rod.length:
+        yield (
+            f"rod.inertia: a radius of gyration of {mm(radius)} in a rod of {mm(rod.length)}, "
+            f"usual {mm(low * rod.length)} to {mm(high * rod.length)}"
+        )

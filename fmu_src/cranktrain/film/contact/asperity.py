@@ -25,14 +25,12 @@ import math
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
+from cranktrain.core.types import Array
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.spline import cubic, not_a_knot
-
-Array = NDArray[np.float64]
 
 HIGHEST = 6.0
 """Gap over roughness from which on the surfaces do not touch."""

@@ -28,20 +28,8 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import four, plus, put_four
 from cranktrain.engine.parts import PlainBearing
+from cranktrain.film.contact import asperity as rough
 from cranktrain.film.contact.asperity import (
-    AREA,
-    CONSTANTS,
-    FADING,
-    FRICTION,
-    GAP_STEP,
-    HIGHEST,
-    LOWEST,
-    PER_HARDNESS,
-    PRESSURE,
-    SHEAR,
-    SIGMA,
-    SMOOTH_SPEED,
-    TABLE_TOP,
     Array,
     bearing_contact_constants,
     contact_integrals,
@@ -61,7 +49,7 @@ PARTS = (0.0, 0.5, 0.85, 1.0)
 """Ends of the parts of half the width, over the relieved width; over half the width if the shell is straight."""
 
 # Constants of the bearing, behind those of its contact.
-RADIUS, CLEARANCE, WIDTH, DEEP = range(CONSTANTS, CONSTANTS + 4)
+RADIUS, CLEARANCE, WIDTH, DEEP = range(rough.CONSTANTS, rough.CONSTANTS + 4)
 # Rows of JournalContact.line.
 ZETA, WEIGHT, RELIEF, REACH2 = range(4)
 # Columns of JournalContact.slices.
@@ -128,18 +116,18 @@ def journal_contact_data(
     InputError
         a clearance that the roughness of both surfaces bridges
     """
-    sigma = float(constants[SIGMA])
-    if not clearance > HIGHEST * sigma:
+    sigma = float(constants[rough.SIGMA])
+    if not clearance > rough.HIGHEST * sigma:
         raise InputError(
-            f"asperity contact: clearance {1e6 * clearance:.4g} um is not wider than {HIGHEST:g} times the roughness, "
-            f"{1e6 * HIGHEST * sigma:.4g} um; check both units"
+            f"asperity contact: clearance {1e6 * clearance:.4g} um is not wider than {rough.HIGHEST:g} times the "
+            f"roughness, {1e6 * rough.HIGHEST * sigma:.4g} um; check both units"
         )
     table = contact_table() if table is None else table
     points, weights = np.polynomial.legendre.leggauss(200)
-    values = np.empty((round((HIGHEST - LOWEST) / GAP_STEP) + 1, N_COLUMNS))
+    values = np.empty((round((rough.HIGHEST - rough.LOWEST) / rough.GAP_STEP) + 1, N_COLUMNS))
     # The arc that touches at the table's end, of the half circle: sin φ of cos φ = c/(c + 20 σ).
-    arc = math.sqrt(1.0 - (clearance / (clearance - LOWEST * sigma)) ** 2)
-    deep = 1.0 / arc - 1.0 if constants[PER_HARDNESS] > 0.0 else 0.0
+    arc = math.sqrt(1.0 - (clearance / (clearance - rough.LOWEST * sigma)) ** 2)
+    deep = 1.0 / arc - 1.0 if constants[rough.PER_HARDNESS] > 0.0 else 0.0
     of_bearing = np.concatenate([constants, [radius, clearance, width, deep]])
     _sample_slices(of_bearing, table, points, weights, values)
     return JournalContact(of_bearing, table, log_spline(values), _line(of_bearing, profile))
@@ -155,7 +143,7 @@ def _line(constants: Array, profile: tuple[float, float, float]) -> Array:
     lengths = np.diff(ends)[:, None]
     zeta = (ends[:-1, None] + 0.5 * lengths * (points + 1.0)).ravel()
     g = np.array([relief(place, profile) for place in zeta])
-    reach = constants[CLEARANCE] + g - HIGHEST * constants[SIGMA]
+    reach = constants[CLEARANCE] + g - rough.HIGHEST * constants[rough.SIGMA]
     return np.array([zeta, (0.25 * constants[WIDTH] * lengths * weights).ravel(), g, reach**2])
 
 
@@ -165,12 +153,12 @@ def _line(constants: Array, profile: tuple[float, float, float]) -> Array:
 @kernel
 def _sample_slices(constants, table, points, weights, values):
     """Resultants of a slice on the grid of (c − e)/σ, (n, 4); contact is not faded here but by :func:`_slice`."""
-    sigma = constants[SIGMA]
+    sigma = constants[rough.SIGMA]
     radius = constants[RADIUS]
     for k in range(values.shape[0]):
-        least = LOWEST + GAP_STEP * k
+        least = rough.LOWEST + rough.GAP_STEP * k
         eccentricity = constants[CLEARANCE] - least * sigma
-        top = (least if least > 0.0 else 0.0) + TABLE_TOP - HIGHEST
+        top = (least if least > 0.0 else 0.0) + rough.TABLE_TOP - rough.HIGHEST
         # Gap over roughness: least + (e/σ)(1 − cos φ).
         cos_end = 1.0 - (top - least) * sigma / eccentricity
         end = math.acos(cos_end if cos_end > -1.0 else -1.0)
@@ -181,10 +169,10 @@ def _sample_slices(constants, table, points, weights, values):
             weight = end * weights[i] * radius
             half = math.sin(0.5 * phi)
             f, _, f2 = contact_integrals(least + 2.0 * eccentricity / sigma * half * half, table, False)
-            share = constants[AREA] * f2
+            share = constants[rough.AREA] * f2
             share = share if share < 1.0 else 1.0
             cos = math.cos(phi)
-            p, _ = yielding(constants[PRESSURE] * f, constants[PER_HARDNESS])
+            p, _ = yielding(constants[rough.PRESSURE] * f, constants[rough.PER_HARDNESS])
             values[k, NORMAL] += weight * p * cos
             values[k, SLICE_LOAD] += weight * p
             values[k, SLICE_TOUCHING] += weight * share
@@ -194,14 +182,14 @@ def _sample_slices(constants, table, points, weights, values):
 @kernel
 def _slice(gap_ratio, deep, slices, column):
     """One resultant of a slice of a straight shell and its derivative by m/σ; ``deep``: its limit beyond the table."""
-    if gap_ratio >= HIGHEST:
+    if gap_ratio >= rough.HIGHEST:
         return 0.0, 0.0
     n = slices.shape[0]
-    if gap_ratio < LOWEST:
+    if gap_ratio < rough.LOWEST:
         value, slope = spline_value(slices, column, 0, 0.0)
         # 1 + x/(1 + x/deep), and (1 + x/3)³, continue value and slope.
         value = math.exp(value)
-        x = slope * (gap_ratio - LOWEST)
+        x = slope * (gap_ratio - rough.LOWEST)
         if deep > 0.0:
             rest = 1.0 / (1.0 + x / deep)
             return value * (1.0 + x * rest), value * slope * rest * rest
@@ -211,7 +199,7 @@ def _slice(gap_ratio, deep, slices, column):
     value, slope = spline_value(slices, column, i, t)
     value = math.exp(value)
     slope *= value
-    if gap_ratio > FADING:
+    if gap_ratio > rough.FADING:
         weight, by_gap = fading(gap_ratio)
         slope = slope * weight + value * by_gap
         value *= weight
@@ -233,14 +221,14 @@ def journal_contact(x, y, a, b, sliding, contact, out):
     out[:N_OUT] = 0.0
     constants = contact.constants
     line = contact.line
-    reach = constants[CLEARANCE] - HIGHEST * constants[SIGMA]
+    reach = constants[CLEARANCE] - rough.HIGHEST * constants[rough.SIGMA]
     end2 = x * x + y * y + (a * a + b * b) + 2.0 * abs(x * a + y * b)
     if end2 <= reach * reach:
         return
-    speed = math.sqrt(sliding * sliding + SMOOTH_SPEED * SMOOTH_SPEED)
+    speed = math.sqrt(sliding * sliding + rough.SMOOTH_SPEED * rough.SMOOTH_SPEED)
     sign = sliding / speed
     friction = 0.0
-    least = HIGHEST * constants[SIGMA]
+    least = rough.HIGHEST * constants[rough.SIGMA]
     for first in range(0, line.shape[1], SLICES):
         if _apart(x, y, a, b, line, first):
             continue
@@ -254,7 +242,9 @@ def journal_contact(x, y, a, b, sliding, contact, out):
                 friction += _add_slice(ux, uy, line[:, k], sign, contact, out)
     out[PRESSURE_MAX] = contact_pressure(least, constants, contact.table)[0]
     out[TORQUE] = -sign * constants[RADIUS] * friction
-    out[TORQUE_BY_SLIDING] = -constants[RADIUS] * friction * SMOOTH_SPEED * SMOOTH_SPEED / (speed * speed * speed)
+    out[TORQUE_BY_SLIDING] = (
+        -constants[RADIUS] * friction * rough.SMOOTH_SPEED * rough.SMOOTH_SPEED / (speed * speed * speed)
+    )
 
 
 @inlined_kernel
@@ -279,7 +269,7 @@ def _add_slice(ux, uy, place, sign, contact, out):
     """
     constants = contact.constants
     slices = contact.slices
-    sigma = constants[SIGMA]
+    sigma = constants[rough.SIGMA]
     e = math.sqrt(ux * ux + uy * uy)
     zeta = place[ZETA]
     g = place[RELIEF]
@@ -296,8 +286,8 @@ def _add_slice(ux, uy, place, sign, contact, out):
     touching, _ = _slice(gap_ratio, deep, slices, SLICE_TOUCHING)
     normal *= weight
     slope = normal * arc_slope - weight / sigma * slope
-    mu = constants[FRICTION] * sign
-    tau = constants[SHEAR] * sign
+    mu = constants[rough.FRICTION] * sign
+    tau = constants[rough.SHEAR] * sign
     across = mu * normal
     across_slope = mu * slope
     if tau != 0.0:
@@ -323,4 +313,4 @@ def _add_slice(ux, uy, place, sign, contact, out):
             out[place + 1] += by * (rx * ny + tx * nx)
             out[place + 4] += by * (ry * nx - ty * ny)
             out[place + 5] += by * (ry * ny + ty * nx)
-    return weight * (constants[FRICTION] * load + constants[SHEAR] * touching)
+    return weight * (constants[rough.FRICTION] * load + constants[rough.SHEAR] * touching)

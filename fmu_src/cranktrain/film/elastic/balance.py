@@ -30,47 +30,7 @@ from typing import NamedTuple
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.vectors import LANES, load, splat, store, unpack
 from cranktrain.film.contact.gap import open_gap
-from cranktrain.film.elastic.grid import (
-    AFTER,
-    AFTER_SIDE,
-    BEFORE,
-    BEFORE_SIDE,
-    BEND,
-    COMPRESSED,
-    COMPRESSIBLE,
-    COS,
-    DENSE,
-    DRIVEN,
-    FACE_AHEAD,
-    FACE_EXTRA,
-    FACE_FLOW,
-    FACE_FLUX,
-    FACE_OPEN,
-    FACE_SLOPE,
-    FILM,
-    FULL,
-    MOBILITY,
-    N_PHI,
-    N_Z,
-    OPEN,
-    OWN,
-    RADIUS,
-    REDUCED,
-    ROUGHNESS,
-    SIN,
-    SLOPE,
-    SQUEEZE,
-    START_COMPRESSED,
-    START_MASS,
-    VOID,
-    WAS_VOID,
-    WIDTH,
-    ZETA,
-    A,
-    B,
-    X,
-    Y,
-)
+from cranktrain.film.elastic import grid as at
 from cranktrain.film.elastic.height import node_films
 
 
@@ -94,12 +54,12 @@ class Flow(NamedTuple):
 @kernel
 def film_start(film, place, shift, start, rates, nodes, faces):
     """Write the start of the step: oil θH of void nodes, mask of void nodes, second-order correction of transport."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     lines = n_z + 2
-    mass = nodes[START_MASS]
-    was_void = nodes[WAS_VOID]
-    extra = faces[FACE_EXTRA]
+    mass = nodes[at.START_MASS]
+    was_void = nodes[at.WAS_VOID]
+    extra = faces[at.FACE_EXTRA]
     void = False
     for k in range(n_phi * n_z):
         extra[k] = 0.0
@@ -114,7 +74,7 @@ def film_start(film, place, shift, start, rates, nodes, faces):
         for j in range(n_z):
             u = start[i * n_z + j]
             q = i * lines + j + 1
-            mass[q], _, _ = open_gap(mass[q], film.constants[ROUGHNESS])
+            mass[q], _, _ = open_gap(mass[q], film.constants[at.ROUGHNESS])
             if u < 0.0:
                 was_void[q] = 1.0
     _sharpen(film, start, rates, nodes, extra)
@@ -131,8 +91,8 @@ def _sharpen(film, start, rates, nodes, extra):
 
     Explicit, hence bounded and without influence on the matrix, as long as oil passes less than a node in the step.
     """
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     lines = n_z + 2
     _, _, per_angle = grid_factors(film.constants)
     rate = rates.half_speed * per_angle
@@ -140,7 +100,7 @@ def _sharpen(film, start, rates, nodes, extra):
         return
     share = 2.0 - 2.0 * abs(rate) / rates.per_step
     rate *= 0.5 * share if share < 1.0 else 0.5
-    mass = nodes[START_MASS]
+    mass = nodes[at.START_MASS]
     for i in range(n_phi):
         down = i + 1 if i + 1 < n_phi else 0
         from_column = i if rate > 0.0 else down
@@ -170,25 +130,25 @@ def _sharpen(film, start, rates, nodes, extra):
 @kernel
 def film_rates(film, place, pace, known, per_gain, nodes):
     """Write ∂H/∂t (1/s) without H/g of nodes full at the start into DRIVEN: the journal's part, and −H_Δ/g."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
-    driven = nodes[DRIVEN]
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
+    driven = nodes[at.DRIVEN]
     node_films(film, place, known, driven)
     for i in range(n_phi):
-        cos = film.trig[i, COS]
-        sin = film.trig[i, SIN]
-        middle = -pace[X] * cos - pace[Y] * sin
-        tilt = pace[A] * cos + pace[B] * sin
+        cos = film.trig[i, at.COS]
+        sin = film.trig[i, at.SIN]
+        middle = -pace[at.X] * cos - pace[at.Y] * sin
+        tilt = pace[at.A] * cos + pace[at.B] * sin
         for j in range(1, n_z + 1):
             q = i * (n_z + 2) + j
-            driven[q] = middle - tilt * film.lines[j, ZETA] - per_gain * driven[q]
+            driven[q] = middle - tilt * film.lines[j, at.ZETA] - per_gain * driven[q]
 
 
 @kernel
 def grid_factors(constants):
     """Factors of the balance: 1/Δφ² of pressure flow around, (D/L)² across, 1/Δφ of transport."""
-    per_angle = constants[N_PHI] / (2.0 * math.pi)
-    ratio = 2.0 * constants[RADIUS] / constants[WIDTH]
+    per_angle = constants[at.N_PHI] / (2.0 * math.pi)
+    ratio = 2.0 * constants[at.RADIUS] / constants[at.WIDTH]
     return per_angle * per_angle, ratio * ratio, per_angle
 
 
@@ -208,17 +168,17 @@ def oil_balance(film, rates, nodes, faces, first, band, residual):
     rotation. What couples the last column and the first stands where the band would go on, and no solver reads it.
     ``rates`` is a :class:`Rates`.
     """
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     flow = flow_factors(film.constants, rates.half_speed)
     for i in range(n_phi):
         down = i + 1 if i + 1 < n_phi else 0
-        if film.constants[COMPRESSIBLE] > 0.0:
+        if film.constants[at.COMPRESSIBLE] > 0.0:
             for j in range(n_z):
-                h = faces[FACE_OPEN, i * n_z + j]
+                h = faces[at.FACE_OPEN, i * n_z + j]
                 q = i * (n_z + 2) + j + 1
                 ahead = compression_ahead(film, flow, nodes, h, q, down * (n_z + 2) + j + 1)
-                faces[FACE_AHEAD, i * n_z + j] = ahead
+                faces[at.FACE_AHEAD, i * n_z + j] = ahead
         _face_flows(film, flow, i, down, nodes, faces)
     for position in range(n_phi):
         i = first + position
@@ -226,14 +186,14 @@ def oil_balance(film, rates, nodes, faces, first, band, residual):
             i -= n_phi
         # The last four lines may overlap those before them: they are found twice.
         for line in range(0, n_z, LANES):
-            at = (i, min(line, n_z - LANES), position)
-            _four_balances(film, rates, flow, at, nodes, faces, band, residual)
+            where = (i, min(line, n_z - LANES), position)
+            _four_balances(film, rates, flow, where, nodes, faces, band, residual)
 
 
 @inlined_kernel
 def _face_flows(film, flow, i, down, nodes, faces):
     """Flow (1/s) from column ``i`` to the next one, and its derivative by the distance of the surfaces at the faces."""
-    n_z = int(film.constants[N_Z])
+    n_z = int(film.constants[at.N_Z])
     q = i * (n_z + 2) + 1
     q_down = down * (n_z + 2) + 1
     up = q if flow.forward > 0.0 else q_down
@@ -242,27 +202,27 @@ def _face_flows(film, flow, i, down, nodes, faces):
     for line in range(0, n_z, LANES):
         j = min(line, n_z - LANES)
         f = i * n_z + j
-        h = load(faces, (FACE_OPEN, f))
+        h = load(faces, (at.FACE_OPEN, f))
         area = flow.around * (h * h)
-        drop = load(nodes, (REDUCED, q + j)) - load(nodes, (REDUCED, q_down + j))
-        held = load(nodes, (COMPRESSED, up + j))
-        ahead = load(faces, (FACE_AHEAD, f)) * (load(nodes, (COMPRESSED, beyond + j)) - held)
-        content = drive * (splat(1.0) + load(nodes, (VOID, up + j)) + held + ahead)
+        drop = load(nodes, (at.REDUCED, q + j)) - load(nodes, (at.REDUCED, q_down + j))
+        held = load(nodes, (at.COMPRESSED, up + j))
+        ahead = load(faces, (at.FACE_AHEAD, f)) * (load(nodes, (at.COMPRESSED, beyond + j)) - held)
+        content = drive * (splat(1.0) + load(nodes, (at.VOID, up + j)) + held + ahead)
         pressed = area * drop
-        store(faces, (FACE_FLOW, f), h * (pressed + content) + load(faces, (FACE_EXTRA, f)))
-        store(faces, (FACE_FLUX, f), load(faces, (FACE_SLOPE, f)) * (3.0 * pressed + content))
+        store(faces, (at.FACE_FLOW, f), h * (pressed + content) + load(faces, (at.FACE_EXTRA, f)))
+        store(faces, (at.FACE_FLUX, f), load(faces, (at.FACE_SLOPE, f)) * (3.0 * pressed + content))
 
 
 @inlined_kernel
-def _four_balances(film, rates, flow, at, nodes, faces, band, residual):
+def _four_balances(film, rates, flow, where, nodes, faces, band, residual):
     """Residual, factors of ∂R/∂H and rows of the band of four neighbours across the bore.
 
-    ``at`` is the column, the first line, and the column's place in the band. Masks of 0 and 1 take the place of
-    choices: a node that was void, is full, or is at supply pressure.
+    ``where`` is the column, the first line, and the column's place in the band. Masks of 0 and 1 take the place of
+    choices: a node that was void, is full, or is where supply pressure.
     """
-    i, j, position = at
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    i, j, position = where
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     i_up = i - 1 if i > 0 else n_phi - 1
     i_down = i + 1 if i + 1 < n_phi else 0
     f = i * n_z + j
@@ -273,65 +233,65 @@ def _four_balances(film, rates, flow, at, nodes, faces, band, residual):
     one = splat(1.0)
     free = one - load(film.supply, f)
     # Flow across the bore, and its derivatives by the distance of the surfaces.
-    is_open = load(nodes, (OPEN, q))
-    p = load(nodes, (REDUCED, q))
-    per_after = flow.across * load(film.sides, (AFTER_SIDE, j + 1))
-    per_before = flow.across * load(film.sides, (BEFORE_SIDE, j + 1))
-    after, by_own, by_after = side_conductance(is_open, load(nodes, (OPEN, q + 1)))
-    before, by_own_too, by_before = side_conductance(is_open, load(nodes, (OPEN, q - 1)))
+    is_open = load(nodes, (at.OPEN, q))
+    p = load(nodes, (at.REDUCED, q))
+    per_after = flow.across * load(film.sides, (at.AFTER_SIDE, j + 1))
+    per_before = flow.across * load(film.sides, (at.BEFORE_SIDE, j + 1))
+    after, by_own, by_after = side_conductance(is_open, load(nodes, (at.OPEN, q + 1)))
+    before, by_own_too, by_before = side_conductance(is_open, load(nodes, (at.OPEN, q - 1)))
     after = per_after * after
     before = per_before * before
-    to_after = p - load(nodes, (REDUCED, q + 1))
-    to_before = p - load(nodes, (REDUCED, q - 1))
-    total = load(faces, (FACE_FLOW, f)) - load(faces, (FACE_FLOW, f_up)) + (after * to_after + before * to_before)
+    to_after = p - load(nodes, (at.REDUCED, q + 1))
+    to_before = p - load(nodes, (at.REDUCED, q - 1))
+    total = load(faces, (at.FACE_FLOW, f)) - load(faces, (at.FACE_FLOW, f_up)) + (after * to_after + before * to_before)
     to_after = per_after * to_after
     to_before = per_before * to_before
-    slope = load(nodes, (SLOPE, q))
+    slope = load(nodes, (at.SLOPE, q))
     own = slope * (to_after * by_own + to_before * by_own_too)
-    store(nodes, (AFTER, q), free * (to_after * by_after * load(nodes, (SLOPE, q + 1))))
-    store(nodes, (BEFORE, q), free * (to_before * by_before * load(nodes, (SLOPE, q - 1))))
+    store(nodes, (at.AFTER, q), free * (to_after * by_after * load(nodes, (at.SLOPE, q + 1))))
+    store(nodes, (at.BEFORE, q), free * (to_before * by_before * load(nodes, (at.SLOPE, q - 1))))
     # Oil stored in a node; the form depends on the node's state at the step's start.
-    void = load(nodes, (VOID, q))
-    dense = load(nodes, (DENSE, q))
-    held = one + load(nodes, (COMPRESSED, q))
-    was_void = load(nodes, (WAS_VOID, q))
+    void = load(nodes, (at.VOID, q))
+    dense = load(nodes, (at.DENSE, q))
+    held = one + load(nodes, (at.COMPRESSED, q))
+    was_void = load(nodes, (at.WAS_VOID, q))
     was_full = one - was_void
     storing = rates.per_step * is_open
-    growth = was_full * (load(nodes, (DRIVEN, q)) + rates.per_gain * load(nodes, (FILM, q)))
-    gained = void + load(nodes, (COMPRESSED, q)) - load(nodes, (START_COMPRESSED, q))
+    growth = was_full * (load(nodes, (at.DRIVEN, q)) + rates.per_gain * load(nodes, (at.FILM, q)))
+    gained = void + load(nodes, (at.COMPRESSED, q)) - load(nodes, (at.START_COMPRESSED, q))
     kept = was_void * (held + void) + was_full * gained
     total = total + (
-        slope * held * growth + kept * storing - rates.per_step * (was_void * load(nodes, (START_MASS, q)))
+        slope * held * growth + kept * storing - rates.per_step * (was_void * load(nodes, (at.START_MASS, q)))
     )
-    own = own + (load(nodes, (BEND, q)) * held * growth + rates.per_step * (kept * slope))
-    store(nodes, (OWN, q), free * own)
-    store(nodes, (SQUEEZE, q), free * (was_full * (slope * held)))
+    own = own + (load(nodes, (at.BEND, q)) * held * growth + rates.per_step * (kept * slope))
+    store(nodes, (at.OWN, q), free * own)
+    store(nodes, (at.SQUEEZE, q), free * (was_full * (slope * held)))
     store(residual, f, free * total)
     # Derivatives by the node's own unknown and those of its neighbours.
-    h = load(faces, (FACE_OPEN, f))
-    h_up = load(faces, (FACE_OPEN, f_up))
-    ahead = load(faces, (FACE_AHEAD, f))
-    ahead_up = load(faces, (FACE_AHEAD, f_up))
+    h = load(faces, (at.FACE_OPEN, f))
+    h_up = load(faces, (at.FACE_OPEN, f_up))
+    ahead = load(faces, (at.FACE_AHEAD, f))
+    ahead_up = load(faces, (at.FACE_AHEAD, f_up))
     g = flow.around * (h * h * h)
     g_up = flow.around * (h_up * h_up * h_up)
-    full = load(nodes, (FULL, q))
-    mobility = load(nodes, (MOBILITY, q))
+    full = load(nodes, (at.FULL, q))
+    mobility = load(nodes, (at.MOBILITY, q))
     out = h * (flow.forward * (one - ahead) - flow.backward * ahead)
     into = h_up * (flow.forward * ahead_up - flow.backward * (one - ahead_up))
     answer = (g + g_up + (after + before)) * mobility + (out - into + storing) * dense
     swelling = free * full * (slope * growth * dense)
     answer = full * answer + (one - full) * (storing + flow.forward * h + flow.backward * h_up)
     answer = free * answer + (one - free)
-    full = load(nodes, (FULL, q_up))
+    full = load(nodes, (at.FULL, q_up))
     into = flow.forward * (one - ahead_up) - flow.backward * ahead_up
-    into = g_up * load(nodes, (MOBILITY, q_up)) + h_up * into * load(nodes, (DENSE, q_up))
+    into = g_up * load(nodes, (at.MOBILITY, q_up)) + h_up * into * load(nodes, (at.DENSE, q_up))
     by_up = free * (full * into + (one - full) * (flow.forward * h_up))
-    full = load(nodes, (FULL, q_down))
+    full = load(nodes, (at.FULL, q_down))
     out = flow.forward * ahead - flow.backward * (one - ahead)
-    out = g * load(nodes, (MOBILITY, q_down)) - h * out * load(nodes, (DENSE, q_down))
+    out = g * load(nodes, (at.MOBILITY, q_down)) - h * out * load(nodes, (at.DENSE, q_down))
     by_down = free * (full * out + (one - full) * (flow.backward * h))
-    before = free * (before * load(nodes, (MOBILITY, q - 1)) * load(nodes, (FULL, q - 1)))
-    after = free * (after * load(nodes, (MOBILITY, q + 1)) * load(nodes, (FULL, q + 1)))
+    before = free * (before * load(nodes, (at.MOBILITY, q - 1)) * load(nodes, (at.FULL, q - 1)))
+    after = free * (after * load(nodes, (at.MOBILITY, q + 1)) * load(nodes, (at.FULL, q + 1)))
     rows = (unpack(answer), unpack(swelling), unpack(by_up), unpack(before), unpack(after), unpack(by_down))
     _put_rows(band, position * n_z + j, j, n_z, rows)
 
@@ -341,18 +301,18 @@ def _put_rows(band, row, j, n_z, entries):
     """Write four rows of the band: own derivatives, terms of swelling, and minus the derivatives by the neighbours."""
     answer, swelling, by_up, before, after, by_down = entries
     for k in range(LANES):
-        at = band[row + k]
-        for column in range(0, at.shape[0] - LANES, LANES):
-            store(at, column, splat(0.0))
-        store(at, at.shape[0] - LANES, splat(0.0))
+        own = band[row + k]
+        for column in range(0, own.shape[0] - LANES, LANES):
+            store(own, column, splat(0.0))
+        store(own, own.shape[0] - LANES, splat(0.0))
         # Denser oil in a closing film weakens the answer; far from the solution it must not turn it.
-        at[n_z] = answer[k] + max(swelling[k], -0.5 * answer[k])
-        at[0] = -by_up[k]
-        at[2 * n_z] = -by_down[k]
+        own[n_z] = answer[k] + max(swelling[k], -0.5 * answer[k])
+        own[0] = -by_up[k]
+        own[2 * n_z] = -by_down[k]
         if j + k > 0:
-            at[n_z - 1] = -before[k]
+            own[n_z - 1] = -before[k]
         if j + k < n_z - 1:
-            at[n_z + 1] = -after[k]
+            own[n_z + 1] = -after[k]
 
 
 @inlined_kernel
@@ -376,10 +336,10 @@ def carried(flow, nodes, ahead, q, q_down):
     Compression is weighted between both nodes; ``ahead`` is the weight of the downstream node, 0 without compression.
     """
     up = q if flow.forward > 0.0 else q_down
-    content = 1.0 + nodes[VOID, up]
+    content = 1.0 + nodes[at.VOID, up]
     if ahead > 0.0:
         down = q_down if flow.forward > 0.0 else q
-        content += nodes[COMPRESSED, up] + ahead * (nodes[COMPRESSED, down] - nodes[COMPRESSED, up])
+        content += nodes[at.COMPRESSED, up] + ahead * (nodes[at.COMPRESSED, down] - nodes[at.COMPRESSED, up])
     return (flow.forward - flow.backward) * content
 
 
@@ -390,9 +350,9 @@ def compression_ahead(film, flow, nodes, h, q, q_down):
     A half (second order) as long as pressure drives more flow through the face than compression carries; less beyond,
     so that the matrix keeps its signs.
     """
-    if film.constants[COMPRESSIBLE] == 0.0:
+    if film.constants[at.COMPRESSIBLE] == 0.0:
         return 0.0
     k = q_down if flow.forward > 0.0 else q
-    pressed = flow.around * h * h * nodes[MOBILITY, k]
-    compressed = (flow.forward + flow.backward) * nodes[DENSE, k]
+    pressed = flow.around * h * h * nodes[at.MOBILITY, k]
+    compressed = (flow.forward + flow.backward) * nodes[at.DENSE, k]
     return pressed / compressed if 0.5 * compressed > pressed else 0.5

@@ -13,30 +13,8 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.vectors import LANES, load, splat, store
+from cranktrain.film.elastic import grid as at
 from cranktrain.film.elastic.band_blocks import solve_blocks
-from cranktrain.film.elastic.grid import (
-    BEND,
-    CLEARANCE,
-    CONTACT,
-    CONTACT_SLOPE,
-    COS,
-    DAMPING,
-    FULL,
-    LINE_WIDTH,
-    N_PHI,
-    N_SHAPES,
-    N_Z,
-    PRESSURE,
-    RADIUS,
-    SHIFT,
-    SIN,
-    SLOPE,
-    STIFFNESS,
-    SUMS,
-    WEIGHT,
-    WIDTH,
-    ZETA,
-)
 from cranktrain.film.elastic.height import pressure_unit
 from cranktrain.film.elastic.sources import motion_sources, past_sources
 
@@ -44,7 +22,7 @@ from cranktrain.film.elastic.sources import motion_sources, past_sources
 @kernel
 def film_area(constants):
     """A₀ = R Δφ ½L (m²): nodes' areas over their weights in ζ."""
-    return constants[RADIUS] * 2.0 * math.pi / constants[N_PHI] * 0.5 * constants[WIDTH]
+    return constants[at.RADIUS] * 2.0 * math.pi / constants[at.N_PHI] * 0.5 * constants[at.WIDTH]
 
 
 @kernel
@@ -58,8 +36,8 @@ def shape_value(film, q, i, line, m):
     """Generalised shape m at node q: 0..3 are the shapes of x, y, a, b, the others the bore's."""
     if m >= 4:
         return film.shapes[q, m - 3]
-    value = -film.trig[i, COS] if m % 2 == 0 else -film.trig[i, SIN]
-    return value * film.lines[line, ZETA] if m >= 2 else value
+    value = -film.trig[i, at.COS] if m % 2 == 0 else -film.trig[i, at.SIN]
+    return value * film.lines[line, at.ZETA] if m >= 2 else value
 
 
 @kernel
@@ -67,15 +45,15 @@ def solution_loads(film, first, chain, begin, end, work):
     """Generalised forces ∫ S p dA / (p₀ A₀) of the solutions in blocks ``begin`` … ``end`` − 1, into ``loads``."""
     for block in range(begin, end):
         _motion_loads(film, first, chain, block, work)
-        for group in range(0, 1 + int(film.constants[N_SHAPES]), LANES):
+        for group in range(0, 1 + int(film.constants[at.N_SHAPES]), LANES):
             _shape_loads(film, first, chain, block, group, work)
 
 
 @kernel
 def _motion_loads(film, first, chain, block, work):
     """Shapes of x, y, a, b."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     columns = work.columns[block]
     for half in range(0, 2 * LANES, LANES):
         by_x = splat(0.0)
@@ -90,27 +68,27 @@ def _motion_loads(film, first, chain, block, work):
             tilted = splat(0.0)
             for j in range(n_z):
                 q = i * (n_z + 2) + j + 1
-                if work.nodes[FULL, q] > 0.0:
-                    weight = work.nodes[WEIGHT, q] * work.nodes[SLOPE, q]
+                if work.nodes[at.FULL, q] > 0.0:
+                    weight = work.nodes[at.WEIGHT, q] * work.nodes[at.SLOPE, q]
                     pressing = weight * load(columns, (position * n_z + j, half))
                     middle = middle + pressing
-                    tilted = tilted + film.lines[j + 1, ZETA] * pressing
-            by_x = by_x - film.trig[i, COS] * middle
-            by_y = by_y - film.trig[i, SIN] * middle
-            by_a = by_a - film.trig[i, COS] * tilted
-            by_b = by_b - film.trig[i, SIN] * tilted
-        at = 2 * LANES * block + half
-        store(work.loads, (0, at), by_x)
-        store(work.loads, (1, at), by_y)
-        store(work.loads, (2, at), by_a)
-        store(work.loads, (3, at), by_b)
+                    tilted = tilted + film.lines[j + 1, at.ZETA] * pressing
+            by_x = by_x - film.trig[i, at.COS] * middle
+            by_y = by_y - film.trig[i, at.SIN] * middle
+            by_a = by_a - film.trig[i, at.COS] * tilted
+            by_b = by_b - film.trig[i, at.SIN] * tilted
+        column = 2 * LANES * block + half
+        store(work.loads, (0, column), by_x)
+        store(work.loads, (1, column), by_y)
+        store(work.loads, (2, column), by_a)
+        store(work.loads, (3, column), by_b)
 
 
 @kernel
 def _shape_loads(film, first, chain, block, group, work):
     """Values of four columns of shapes from column ``group`` on; column 0 is not a shape."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     columns = work.columns[block]
     shapes = film.shapes
     low_0 = splat(0.0)
@@ -127,8 +105,8 @@ def _shape_loads(film, first, chain, block, group, work):
             i -= n_phi
         for j in range(n_z):
             q = i * (n_z + 2) + j + 1
-            if work.nodes[FULL, q] > 0.0:
-                weight = work.nodes[WEIGHT, q] * work.nodes[SLOPE, q]
+            if work.nodes[at.FULL, q] > 0.0:
+                weight = work.nodes[at.WEIGHT, q] * work.nodes[at.SLOPE, q]
                 low = weight * load(columns, (position * n_z + j, 0))
                 high = weight * load(columns, (position * n_z + j, LANES))
                 low_0 = low_0 + shapes[q, group] * low
@@ -160,16 +138,16 @@ def present_loads(film, work):
 
     Into ``work.touching`` (4 + k, 6 + k): derivatives, forces of contact, forces of the film.
     """
-    n_phi = int(film.constants[N_PHI])
-    lines = int(film.constants[N_Z]) + 2
-    count = 4 + int(film.constants[N_SHAPES])
-    pressure = work.nodes[PRESSURE]
+    n_phi = int(film.constants[at.N_PHI])
+    lines = int(film.constants[at.N_Z]) + 2
+    count = 4 + int(film.constants[at.N_SHAPES])
+    pressure = work.nodes[at.PRESSURE]
     touching = work.touching
     for m in range(count):
         for k in range(count + 2):
             touching[m, k] = 0.0
     columns = film.shapes.shape[1]
-    sums = work.vectors[SUMS]
+    sums = work.vectors[at.SUMS]
     for r in range(columns):
         sums[r] = 0.0
     for i in range(n_phi):
@@ -177,18 +155,18 @@ def present_loads(film, work):
         tilted = 0.0
         for line in range(lines):
             q = i * lines + line
-            p = pressure[q] * work.nodes[WEIGHT, q]
-            contact = work.nodes[CONTACT, q]
-            slope = p * work.nodes[BEND, q]
+            p = pressure[q] * work.nodes[at.WEIGHT, q]
+            contact = work.nodes[at.CONTACT, q]
+            slope = p * work.nodes[at.BEND, q]
             if p > 0.0:
-                p *= work.nodes[SLOPE, q]
+                p *= work.nodes[at.SLOPE, q]
                 middle += p
-                tilted += p * film.lines[line, ZETA]
+                tilted += p * film.lines[line, at.ZETA]
                 for r in range(0, columns, LANES):
                     store(sums, r, load(sums, r) + p * load(film.shapes, (q, r)))
             if contact > 0.0:
-                weight = film.lines[line, LINE_WIDTH]
-                slope += weight * work.nodes[CONTACT_SLOPE, q]
+                weight = film.lines[line, at.LINE_WIDTH]
+                slope += weight * work.nodes[at.CONTACT_SLOPE, q]
                 for m in range(count):
                     touching[m, count] += weight * contact * shape_value(film, q, i, line, m)
             if slope != 0.0:
@@ -197,7 +175,7 @@ def present_loads(film, work):
                     for k in range(m, count):
                         touching[m, k] += s * shape_value(film, q, i, line, k)
         for axis in range(2):
-            along = film.trig[i, COS if axis == 0 else SIN]
+            along = film.trig[i, at.COS if axis == 0 else at.SIN]
             touching[axis, count + 1] -= along * middle
             touching[2 + axis, count + 1] -= along * tilted
     for m in range(count):
@@ -214,9 +192,9 @@ def border_equations(film, first, ring, chain, right_sides, moving, work):
     Into ``work.border``; unknowns in order: shapes, then the column. One right-hand side, the Newton step, or eight,
     those of the last block, stand from column k + n_z on; the first ``moving`` of the eight are by x, y, a, b.
     """
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
-    n_shapes = int(film.constants[N_SHAPES])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
+    n_shapes = int(film.constants[at.N_SHAPES])
     count = 4 + n_shapes
     size = n_phi * n_z
     loads = work.loads
@@ -225,7 +203,7 @@ def border_equations(film, first, ring, chain, right_sides, moving, work):
     columns = work.columns
     right = n_shapes + n_z
     last = columns.shape[0] - 1
-    unit = load_unit(film.constants) / film.constants[CLEARANCE]
+    unit = load_unit(film.constants) / film.constants[at.CLEARANCE]
     b = first - 1 if first > 0 else n_phi - 1
     for k in range(n_shapes):
         row = border[k]
@@ -233,7 +211,7 @@ def border_equations(film, first, ring, chain, right_sides, moving, work):
             row[column] = 0.0
         row[k] = 1.0
         if right_sides == 1:
-            row[right] = -work.vectors[SHIFT, k + 1]
+            row[right] = -work.vectors[at.SHIFT, k + 1]
         for m in range(count):
             yielding = film.compliance[k, m] * unit
             if yielding == 0.0:
@@ -244,8 +222,8 @@ def border_equations(film, first, ring, chain, right_sides, moving, work):
                 for j in range(n_z):
                     q = b * (n_z + 2) + j + 1
                     own = 0.0
-                    if work.nodes[FULL, q] > 0.0:
-                        own = work.nodes[WEIGHT, q] * work.nodes[SLOPE, q]
+                    if work.nodes[at.FULL, q] > 0.0:
+                        own = work.nodes[at.WEIGHT, q] * work.nodes[at.SLOPE, q]
                         own *= shape_value(film, q, b, j + 1, m)
                     row[n_shapes + j] -= yielding * (loads[m, 1 + n_shapes + j] + own)
             if right_sides == 1:
@@ -259,26 +237,26 @@ def border_equations(film, first, ring, chain, right_sides, moving, work):
         return
     for j in range(n_z):
         row = border[n_shapes + j]
-        at = chain + j
+        node = chain + j
         left = size - 2 * n_z + j
-        by_left = work.band[at, 0]
-        by_right = work.band[at, 2 * n_z]
+        by_left = work.band[node, 0]
+        by_right = work.band[node, 2 * n_z]
         for column in range(right):
             slot = column + 1
             block = slot // 8
             r = slot - 8 * block
-            row[column] = by_left * columns[block, left, r] + by_right * columns[block, j, r] - columns[block, at, r]
-        row[n_shapes + j] += work.band[at, n_z]
+            row[column] = by_left * columns[block, left, r] + by_right * columns[block, j, r] - columns[block, node, r]
+        row[n_shapes + j] += work.band[node, n_z]
         if j > 0:
-            row[n_shapes + j - 1] += work.band[at, n_z - 1]
+            row[n_shapes + j - 1] += work.band[node, n_z - 1]
         if j < n_z - 1:
-            row[n_shapes + j + 1] += work.band[at, n_z + 1]
+            row[n_shapes + j + 1] += work.band[node, n_z + 1]
         if right_sides == 1:
-            row[right] = columns[0, at, 0] - by_left * columns[0, left, 0] - by_right * columns[0, j, 0]
+            row[right] = columns[0, node, 0] - by_left * columns[0, left, 0] - by_right * columns[0, j, 0]
         else:
             for t in range(8):
                 row[right + t] = (
-                    columns[last, at, t] - by_left * columns[last, left, t] - by_right * columns[last, j, t]
+                    columns[last, node, t] - by_left * columns[last, left, t] - by_right * columns[last, j, t]
                 )
 
 
@@ -328,8 +306,8 @@ def film_tangents(film, first, ring, work, out):
     _answer(film, first, ring, 4, work)
     for m in range(4):
         for t in range(4):
-            out[STIFFNESS + 4 * m + t] = _force_change(film, first, ring, m, t, work) + _touch(film, m, t, work)
-            out[DAMPING + 4 * m + t] = _force_change(film, first, ring, m, 4 + t, work)
+            out[at.STIFFNESS + 4 * m + t] = _force_change(film, first, ring, m, t, work) + _touch(film, m, t, work)
+            out[at.DAMPING + 4 * m + t] = _force_change(film, first, ring, m, 4 + t, work)
 
 
 @kernel
@@ -347,28 +325,28 @@ def past_tangents(film, per_gain, first, ring, work, out):
 @kernel
 def _answer(film, first, ring, moving, work):
     """Response of nodes and shapes to the eight sources of the last block; the first ``moving`` are by x, y, a, b."""
-    n_z = int(film.constants[N_Z])
-    size = int(film.constants[N_PHI]) * n_z
+    n_z = int(film.constants[at.N_Z])
+    size = int(film.constants[at.N_PHI]) * n_z
     chain = size - n_z if ring else size
     last = work.columns.shape[0] - 1
     solve_blocks(work.band, chain, n_z, work.columns[last])
     solution_loads(film, first, chain, last, last + 1, work)
     border_equations(film, first, ring, chain, 8, moving, work)
-    eliminate(work.border, int(film.constants[N_SHAPES]), n_z, ring, 8)
+    eliminate(work.border, int(film.constants[at.N_SHAPES]), n_z, ring, 8)
 
 
 @kernel
 def _touch(film, m, t, work):
     """Derivative of force m by place t at fixed pressure, N/m."""
-    return work.touching[m, t] * load_unit(film.constants) / film.constants[CLEARANCE]
+    return work.touching[m, t] * load_unit(film.constants) / film.constants[at.CLEARANCE]
 
 
 @kernel
 def _force_change(film, first, ring, m, t, work):
     """Derivative of force m by source t of the last block, through pressure and shapes, SI."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
-    n_shapes = int(film.constants[N_SHAPES])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
+    n_shapes = int(film.constants[at.N_SHAPES])
     right = n_shapes + n_z
     total = work.loads[m, 8 * (work.columns.shape[0] - 1) + t]
     for k in range(n_shapes):
@@ -378,8 +356,8 @@ def _force_change(film, first, ring, m, t, work):
         for j in range(n_z):
             q = b * (n_z + 2) + j + 1
             by = work.loads[m, 1 + n_shapes + j]
-            if work.nodes[FULL, q] > 0.0:
-                own = work.nodes[WEIGHT, q] * work.nodes[SLOPE, q]
+            if work.nodes[at.FULL, q] > 0.0:
+                own = work.nodes[at.WEIGHT, q] * work.nodes[at.SLOPE, q]
                 by += own * shape_value(film, q, b, j + 1, m)
             total += by * work.border[n_shapes + j, right + t]
-    return total * load_unit(film.constants) / film.constants[CLEARANCE]
+    return total * load_unit(film.constants) / film.constants[at.CLEARANCE]

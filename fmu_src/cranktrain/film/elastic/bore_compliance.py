@@ -22,13 +22,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.film.elastic.grid import ElasticGrid
-
-Array = NDArray[np.float64]
-
 
 LOBE = np.radians(120.0)
 """Extent of the film pressure that measures the captured fraction: half a cosine around, a parabola across."""

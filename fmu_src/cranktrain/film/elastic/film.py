@@ -26,6 +26,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import kernel
+from cranktrain.film.elastic import grid as at
 from cranktrain.film.elastic.balance import Rates, film_rates, film_start, grid_factors, oil_balance
 from cranktrain.film.elastic.band_blocks import factor_blocks, solve_blocks
 from cranktrain.film.elastic.border import (
@@ -35,36 +36,6 @@ from cranktrain.film.elastic.border import (
     past_tangents,
     present_loads,
     solution_loads,
-)
-from cranktrain.film.elastic.grid import (
-    AROUND_LIMIT,
-    CHANGE,
-    CLEARANCE,
-    CLIPPED,
-    FACE_OPEN,
-    FILM,
-    FULL,
-    ITERATIONS,
-    KNOWN,
-    MOVE_LIMIT,
-    N_PHI,
-    N_SHAPES,
-    N_Z,
-    OPEN,
-    PACE,
-    PLACE,
-    PRESSURE,
-    ROUGHNESS,
-    SHIFT,
-    SIDE_LIMIT,
-    START_PLACE,
-    START_SHIFT,
-    STEP,
-    STEP_LIMIT,
-    SUPPLY_PRESSURE,
-    THICKENING,
-    VECTORS,
-    VOID,
 )
 from cranktrain.film.elastic.height import combined, face_films, node_films, open_films, pressure_unit
 from cranktrain.film.elastic.oil import oil_state, pressure_change, start_compression
@@ -114,16 +85,16 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
     _scaled_vectors(constants, motion, history, work.vectors)
     vectors = work.vectors
     start_compression(film, history.start, work.nodes)
-    film_start(film, vectors[START_PLACE], vectors[START_SHIFT], history.start, rates, work.nodes, work.faces)
-    film_weights(film, vectors[START_PLACE], vectors[START_SHIFT], work.nodes)
-    film_rates(film, vectors[PLACE], vectors[PACE], vectors[KNOWN], rates.per_gain, work.nodes)
-    status, passes, first, ring = _newton(film, constants[ROUGHNESS], rates, MOST_ITERATIONS, history.unknowns, work)
+    film_start(film, vectors[at.START_PLACE], vectors[at.START_SHIFT], history.start, rates, work.nodes, work.faces)
+    film_weights(film, vectors[at.START_PLACE], vectors[at.START_SHIFT], work.nodes)
+    film_rates(film, vectors[at.PLACE], vectors[at.PACE], vectors[at.KNOWN], rates.per_gain, work.nodes)
+    status, passes, first, ring = _newton(film, constants[at.ROUGHNESS], rates, MOST_ITERATIONS, history.unknowns, work)
     if status != CONVERGED:
         status, again, first, ring = _lowered(film, rates, history, work)
         passes += again
     for k in range(history.shapes.shape[0]):
-        history.shapes[k] = vectors[SHIFT, k + 1] * constants[CLEARANCE]
-    out[ITERATIONS] = passes
+        history.shapes[k] = vectors[at.SHIFT, k + 1] * constants[at.CLEARANCE]
+    out[at.ITERATIONS] = passes
     if status != CONVERGED:
         return status
     if tangents:
@@ -131,7 +102,7 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
         if history.by_past.shape[1] > 0:
             past_tangents(film, rates.per_gain, first, ring, work, history.by_past)
     oil_state(film, work.nodes)
-    out[CLIPPED] = _keep_filled(film, history.unknowns, work.nodes[VOID])
+    out[at.CLIPPED] = _keep_filled(film, history.unknowns, work.nodes[at.VOID])
     film_result(film, speed, rates.per_gain, work, out)
     return status
 
@@ -139,17 +110,17 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
 @kernel
 def _scaled_vectors(constants, motion, history, vectors):
     """Places, shapes and their rates over the clearance, into ``vectors``; the rest of it zero."""
-    per_clearance = 1.0 / constants[CLEARANCE]
-    for row in range(VECTORS):
+    per_clearance = 1.0 / constants[at.CLEARANCE]
+    for row in range(at.VECTORS):
         vectors[row, :] = 0.0
     for k in range(4):
-        vectors[PLACE, k] = motion[0, k] * per_clearance
-        vectors[PACE, k] = motion[1, k] * per_clearance
-        vectors[START_PLACE, k] = history.start_place[k] * per_clearance
+        vectors[at.PLACE, k] = motion[0, k] * per_clearance
+        vectors[at.PACE, k] = motion[1, k] * per_clearance
+        vectors[at.START_PLACE, k] = history.start_place[k] * per_clearance
     for k in range(history.shapes.shape[0]):
-        vectors[SHIFT, k + 1] = history.shapes[k] * per_clearance
-        vectors[START_SHIFT, k + 1] = history.start_shapes[k] * per_clearance
-        vectors[KNOWN, k + 1] = history.known[k] * per_clearance
+        vectors[at.SHIFT, k + 1] = history.shapes[k] * per_clearance
+        vectors[at.START_SHIFT, k + 1] = history.start_shapes[k] * per_clearance
+        vectors[at.KNOWN, k + 1] = history.known[k] * per_clearance
 
 
 @kernel
@@ -159,7 +130,7 @@ def _lowered(film, rates, history, work):
     Surfaces that interpenetrate by far squeeze oil through hardly any gap at any pressure, and Newton gets no grip.
     A wide mean gap lets the bore open first.
     """
-    sigma = film.constants[ROUGHNESS]
+    sigma = film.constants[at.ROUGHNESS]
     unknowns = history.unknowns
     passes = 0
     status = NOT_CONVERGED
@@ -169,7 +140,7 @@ def _lowered(film, rates, history, work):
         for k in range(unknowns.shape[0]):
             unknowns[k] = history.start[k]
         for k in range(history.shapes.shape[0]):
-            work.vectors[SHIFT, k + 1] = work.vectors[KNOWN, k + 1]
+            work.vectors[at.SHIFT, k + 1] = work.vectors[at.KNOWN, k + 1]
         raised = ROUGHEST
         while raised > sigma:
             _, again, first, ring = _newton(film, raised, rates, EASING, unknowns, work)
@@ -185,8 +156,8 @@ def _lowered(film, rates, history, work):
 @kernel
 def _cut(film, rates, nodes):
     """Column with which the band begins, and whether its last column must join the border."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     lines = n_z + 2
     best = 0
     length = 0
@@ -196,7 +167,7 @@ def _cut(film, rates, nodes):
         i = k if k < n_phi else k - n_phi
         ruptured = True
         for j in range(1, n_z + 1):
-            if nodes[FULL, i * lines + j] > 0.0:
+            if nodes[at.FULL, i * lines + j] > 0.0:
                 ruptured = False
                 break
         if not ruptured:
@@ -217,15 +188,15 @@ def _cut(film, rates, nodes):
     begin = best - length + 2
     if begin < 0:
         begin += n_phi
-    return begin, weakened > math.log(film.constants[AROUND_LIMIT])
+    return begin, weakened > math.log(film.constants[at.AROUND_LIMIT])
 
 
 @kernel
 def _take_sides(film, unknowns, nodes):
     """Pressure and void fraction of every node from its unknown, and whether it is full."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
-    supply = film.constants[SUPPLY_PRESSURE] / pressure_unit(film.constants)
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
+    supply = film.constants[at.SUPPLY_PRESSURE] / pressure_unit(film.constants)
     for i in range(n_phi):
         for j in range(n_z):
             f = i * n_z + j
@@ -234,35 +205,35 @@ def _take_sides(film, unknowns, nodes):
                 unknowns[f] = supply
             u = unknowns[f]
             is_full = u >= 0.0
-            nodes[FULL, q] = 1.0 if is_full else 0.0
-            nodes[PRESSURE, q] = u if is_full else 0.0
-            nodes[VOID, q] = 0.0 if is_full else u
+            nodes[at.FULL, q] = 1.0 if is_full else 0.0
+            nodes[at.PRESSURE, q] = u if is_full else 0.0
+            nodes[at.VOID, q] = 0.0 if is_full else u
 
 
 @kernel
 def _newton(film, sigma, rates, most, unknowns, work):
     """Iterate to convergence; the factors of the last matrix stay in ``work``. Returns status and iterations."""
     constants = film.constants
-    n_phi = int(constants[N_PHI])
-    n_z = int(constants[N_Z])
-    n_shapes = int(constants[N_SHAPES])
+    n_phi = int(constants[at.N_PHI])
+    n_z = int(constants[at.N_Z])
+    n_shapes = int(constants[at.N_SHAPES])
     lines = n_z + 2
     size = n_phi * n_z
     nodes = work.nodes
     faces = work.faces
     vectors = work.vectors
-    shift = vectors[SHIFT]
-    step = vectors[STEP]
+    shift = vectors[at.SHIFT]
+    step = vectors[at.STEP]
     for i in range(n_phi):
         for end in range(2):
             q = i * lines + end * (n_z + 1)
-            nodes[FULL, q] = 1.0
-            nodes[PRESSURE, q] = 0.0
-            nodes[VOID, q] = 0.0
+            nodes[at.FULL, q] = 1.0
+            nodes[at.PRESSURE, q] = 0.0
+            nodes[at.VOID, q] = 0.0
     _take_sides(film, unknowns, nodes)
-    node_films(film, vectors[PLACE], shift, nodes[FILM])
+    node_films(film, vectors[at.PLACE], shift, nodes[at.FILM])
     for passes in range(1, most + 1):
-        face_films(film, vectors[PLACE], shift, faces[FACE_OPEN])
+        face_films(film, vectors[at.PLACE], shift, faces[at.FACE_OPEN])
         open_films(film, sigma, nodes, faces)
         oil_state(film, nodes)
         first, ring = _cut(film, rates, nodes)
@@ -290,7 +261,7 @@ def _newton(film, sigma, rates, most, unknowns, work):
                 step[k + 1] *= share
                 shift[k + 1] += step[k + 1]
             for q in range(nodes.shape[1]):
-                nodes[FILM, q] += share * nodes[CHANGE, q]
+                nodes[at.FILM, q] += share * nodes[at.CHANGE, q]
             if share < 1.0 and ring:
                 # The column of the border answers to the step that is really taken.
                 border_equations(film, first, ring, chain, 1, 0, work)
@@ -301,7 +272,7 @@ def _newton(film, sigma, rates, most, unknowns, work):
                 if eliminate(work.border, n_shapes, n_z, ring, 1) != 0:
                     return SINGULAR, passes, first, ring
         changed, moved = _advance(film, first, ring, step, unknowns, work)
-        if changed == 0 and share == 1.0 and largest < constants[STEP_LIMIT] and moved < constants[MOVE_LIMIT]:
+        if changed == 0 and share == 1.0 and largest < constants[at.STEP_LIMIT] and moved < constants[at.MOVE_LIMIT]:
             return CONVERGED, passes, first, ring
     return NOT_CONVERGED, most, first, ring
 
@@ -309,9 +280,9 @@ def _newton(film, sigma, rates, most, unknowns, work):
 @kernel
 def _sources(film, per_gain, first, ring, blocks, work):
     """Right-hand sides of one Newton step: the residual, the shapes, and the border's column of nodes."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
-    n_shapes = int(film.constants[N_SHAPES])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
+    n_shapes = int(film.constants[at.N_SHAPES])
     size = n_phi * n_z
     columns = work.columns
     of_shapes = film.shapes.shape[1] // 8
@@ -348,12 +319,12 @@ def _reach(film, step, nodes):
     largest = 0.0
     for q in range(nodes.shape[1]):
         change = combined(film.shapes, q, step, columns)
-        nodes[CHANGE, q] = change
-        h = nodes[OPEN, q]
+        nodes[at.CHANGE, q] = change
+        h = nodes[at.OPEN, q]
         if h < LEAST:
             h = LEAST
         relative = change / h
-        if -relative * share > CLOSING and nodes[FILM, q] > 0.0:
+        if -relative * share > CLOSING and nodes[at.FILM, q] > 0.0:
             share = min(share, -CLOSING / relative)
         if abs(relative) > largest:
             largest = abs(relative)
@@ -366,9 +337,9 @@ def _advance(film, first, ring, step, unknowns, work):
 
     Returns how many, and the largest change of pressure, over the highest, or of a void share.
     """
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
-    n_shapes = int(film.constants[N_SHAPES])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
+    n_shapes = int(film.constants[at.N_SHAPES])
     columns = work.columns
     answer = work.border
     right = n_shapes + n_z
@@ -382,7 +353,7 @@ def _advance(film, first, ring, step, unknowns, work):
         if unknowns[f] > highest:
             highest = unknowns[f]
     slack = SWITCH * highest
-    beyond = film.constants[SIDE_LIMIT]
+    beyond = film.constants[at.SIDE_LIMIT]
     changed = 0
     moved = 0.0
     emptied = 0.0
@@ -391,7 +362,7 @@ def _advance(film, first, ring, step, unknowns, work):
         if i >= n_phi:
             i -= n_phi
         for j in range(n_z):
-            at = position * n_z + j
+            node = position * n_z + j
             f = i * n_z + j
             q = i * (n_z + 2) + j + 1
             if film.supply[f] > 0.0:
@@ -399,12 +370,12 @@ def _advance(film, first, ring, step, unknowns, work):
             if ring and position == n_phi - 1:
                 change = answer[n_shapes + j, right]
             else:
-                change = combined(columns[0], at, step, 8)
+                change = combined(columns[0], node, step, 8)
                 for block in range(1, blocks):
-                    change += combined(columns[block], at, step[8 * block :], 8)
-            if work.nodes[FULL, q] > 0.0:
-                change = pressure_change(change, work.nodes[THICKENING, q])
-                u = work.nodes[PRESSURE, q] + change
+                    change += combined(columns[block], node, step[8 * block :], 8)
+            if work.nodes[at.FULL, q] > 0.0:
+                change = pressure_change(change, work.nodes[at.THICKENING, q])
+                u = work.nodes[at.PRESSURE, q] + change
                 moved = max(moved, abs(change))
                 if u < -slack:
                     if u < -beyond * highest:
@@ -413,7 +384,7 @@ def _advance(film, first, ring, step, unknowns, work):
                 elif u < 0.0:
                     u = 0.0
             else:
-                u = work.nodes[VOID, q] + change
+                u = work.nodes[at.VOID, q] + change
                 emptied = max(emptied, abs(change))
                 if u > SWITCH:
                     if u > beyond:
@@ -423,9 +394,9 @@ def _advance(film, first, ring, step, unknowns, work):
                     u = -TINY
             unknowns[f] = u
             is_full = u >= 0.0
-            work.nodes[FULL, q] = 1.0 if is_full else 0.0
-            work.nodes[PRESSURE, q] = u if is_full else 0.0
-            work.nodes[VOID, q] = 0.0 if is_full else u
+            work.nodes[at.FULL, q] = 1.0 if is_full else 0.0
+            work.nodes[at.PRESSURE, q] = u if is_full else 0.0
+            work.nodes[at.VOID, q] = 0.0 if is_full else u
     for k in range(1 + n_shapes, step.shape[0]):
         step[k] = 0.0
     if highest > 0.0:
@@ -436,7 +407,7 @@ def _advance(film, first, ring, step, unknowns, work):
 @kernel
 def _keep_filled(film, unknowns, void):
     """Keep fills in [0, 1], of unknowns and of the nodes' field; returns how many nodes had to be clipped."""
-    n_z = int(film.constants[N_Z])
+    n_z = int(film.constants[at.N_Z])
     clipped = 0
     for f in range(unknowns.shape[0]):
         if unknowns[f] < -1.0:

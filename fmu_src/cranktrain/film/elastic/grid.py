@@ -13,15 +13,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.film.contact.asperity import CONSTANTS as CONTACT_CONSTANTS
 from cranktrain.film.contact.asperity import contact_table
 from cranktrain.film.contact.gap import STRAIGHT, relief
 from cranktrain.film.elastic.band_blocks import BLOCK, band_columns
-
-Array = NDArray[np.float64]
 
 # Entries of a film's constants.
 N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, ROUGHNESS = range(9)
@@ -167,9 +165,9 @@ class ElasticGrid:
         if self.n_phi < 12 or self.n_z < 5:
             raise InputError(f"elastic film: grid {self.n_phi} x {self.n_z} is too coarse; give at least 12 x 5")
         if not 0.0 <= self.edge <= 0.9:
-            raise InputError(f"elastic film: gathering of nodes at the ends is {self.edge:g}; give 0 to 0.9")
+            raise InputError(f"elastic film: concentration of nodes at the ends is {self.edge:g}; give 0 to 0.9")
         if not 0.0 <= self.groove < 1.0:
-            raise InputError(f"elastic film: a groove of {self.groove:g} of the bore's width; give 0 to 1, without 1")
+            raise InputError(f"elastic film: the groove covers {self.groove:g} of the width; give 0 to below 1")
 
     @property
     def size(self) -> int:
@@ -261,14 +259,14 @@ class ElasticGrid:
         forms = np.zeros((0, self.n_phi, self.n_z + 2)) if shapes is None else np.asarray(shapes, dtype=float)
         if forms.ndim != 3 or forms.shape[1:] != (self.n_phi, self.n_z + 2):
             raise InputError(
-                f"elastic film: bore shapes have the form {forms.shape}; give (k, {self.n_phi}, {self.n_z + 2}),"
+                f"elastic film: bore shapes have shape {forms.shape}; give (k, {self.n_phi}, {self.n_z + 2}),"
                 " values at all nodes and both ends"
             )
         k = len(forms)
         c = _square(np.zeros(0) if compliance is None else np.asarray(compliance, dtype=float), k)
         way = np.zeros((k, 4)) if load_coupling is None else np.asarray(load_coupling, dtype=float)
         if way.shape != (k, 4) or not np.isfinite(way).all():
-            raise InputError(f"elastic film: load coupling of the form {way.shape}; give ({k}, 4) finite values")
+            raise InputError(f"elastic film: load coupling has shape {way.shape}; give ({k}, 4) finite values")
         rough = _roughness(contact)
         mask = np.zeros((self.n_phi, self.n_z)) if supply is None else np.asarray(supply, dtype=float)
         if mask.shape != (self.n_phi, self.n_z) or not np.isin(mask, (0.0, 1.0)).all():
@@ -332,11 +330,11 @@ def _square(compliance: Array, k: int) -> Array:
     """Check a compliance and return it as a matrix, (k, k)."""
     c = np.diag(compliance) if compliance.ndim == 1 else compliance
     if c.shape != (k, k):
-        raise InputError(f"elastic film: compliance of the form {compliance.shape} does not fit {k} shapes")
+        raise InputError(f"elastic film: compliance of shape {compliance.shape} does not fit {k} bore shapes")
     if k and not (np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-9, atol=0.0)):
         raise InputError("elastic film: the compliance must be finite and symmetric")
     if k and np.linalg.eigvalsh(c).min() < -1e-12 * abs(c).max():
-        raise InputError("elastic film: the compliance has a negative eigenvalue; an elastic bore only yields")
+        raise InputError("elastic film: the compliance has a negative eigenvalue; that of an elastic bore has none")
     return c
 
 

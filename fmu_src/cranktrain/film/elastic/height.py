@@ -7,41 +7,21 @@ from cranktrain.core.lanes import four
 from cranktrain.core.vectors import LANES, load, unpack
 from cranktrain.film.contact.asperity import HIGHEST, SIGMA, contact_pressure
 from cranktrain.film.contact.gap import open_gap
-from cranktrain.film.elastic.grid import (
-    BEND,
-    CLEARANCE,
-    CONTACT,
-    CONTACT_SLOPE,
-    COS,
-    FACE_COS,
-    FACE_OPEN,
-    FACE_SIN,
-    FACE_SLOPE,
-    FILM,
-    N_PHI,
-    N_Z,
-    OPEN,
-    PROFILE,
-    RADIUS,
-    SIN,
-    SLOPE,
-    VISCOSITY,
-    ZETA,
-)
+from cranktrain.film.elastic import grid as at
 
 
 @kernel
 def pressure_unit(constants):
     """p₀ = 12 η (R/c)² (Pa s)."""
-    return 12.0 * constants[VISCOSITY] * (constants[RADIUS] / constants[CLEARANCE]) ** 2
+    return 12.0 * constants[at.VISCOSITY] * (constants[at.RADIUS] / constants[at.CLEARANCE]) ** 2
 
 
 @kernel
-def combined(table, at, shares, columns):
-    """Σ of row ``at`` of a table times ``shares`` over a multiple of eight columns: four sums, then theirs."""
-    total = load(table, (at, 0)) * load(shares, 0) + load(table, (at, LANES)) * load(shares, LANES)
+def combined(table, row, shares, columns):
+    """Σ of row ``row`` of a table times ``shares`` over a multiple of eight columns: four sums, then theirs."""
+    total = load(table, (row, 0)) * load(shares, 0) + load(table, (row, LANES)) * load(shares, LANES)
     for r in range(2 * LANES, columns, LANES):
-        total = total + load(table, (at, r)) * load(shares, r)
+        total = total + load(table, (row, r)) * load(shares, r)
     a, b, c, d = unpack(total)
     return (a + b) + (c + d)
 
@@ -53,35 +33,35 @@ def node_films(film, place, shift, out):
     ``place`` (4,) position and tilt over the clearance, ``shift`` amplitudes of the shapes over the clearance, filled
     up with zeros to the columns of ``film.shapes``.
     """
-    n_phi = int(film.constants[N_PHI])
-    lines = int(film.constants[N_Z]) + 2
+    n_phi = int(film.constants[at.N_PHI])
+    lines = int(film.constants[at.N_Z]) + 2
     columns = film.shapes.shape[1]
     x, y, a, b = four(place, 0)
     for i in range(n_phi):
-        cos = film.trig[i, COS]
-        sin = film.trig[i, SIN]
+        cos = film.trig[i, at.COS]
+        sin = film.trig[i, at.SIN]
         middle = 1.0 - x * cos - y * sin
         tilt = a * cos + b * sin
         for j in range(lines):
-            total = middle - tilt * film.lines[j, ZETA] + film.lines[j, PROFILE]
+            total = middle - tilt * film.lines[j, at.ZETA] + film.lines[j, at.PROFILE]
             out[i * lines + j] = total + combined(film.shapes, i * lines + j, shift, columns)
 
 
 @kernel
 def face_films(film, place, shift, out):
     """Distance H of the surfaces at circumferential faces into ``out`` (n_phi n_z,); ``place``, ``shift`` as above."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     columns = film.shapes.shape[1]
     first = n_phi * (n_z + 2)
     x, y, a, b = four(place, 0)
     for i in range(n_phi):
-        cos = film.trig[i, FACE_COS]
-        sin = film.trig[i, FACE_SIN]
+        cos = film.trig[i, at.FACE_COS]
+        sin = film.trig[i, at.FACE_SIN]
         middle = 1.0 - x * cos - y * sin
         tilt = a * cos + b * sin
         for j in range(n_z):
-            total = middle - tilt * film.lines[j + 1, ZETA] + film.lines[j + 1, PROFILE]
+            total = middle - tilt * film.lines[j + 1, at.ZETA] + film.lines[j + 1, at.PROFILE]
             out[i * n_z + j] = total + combined(film.shapes, first + i * n_z + j, shift, columns)
 
 
@@ -92,26 +72,26 @@ def open_films(film, sigma, nodes, faces):
     Contact pressure, over p₀, with its slope. ``sigma``: roughness over the clearance.
     """
     constants = film.constants
-    h = nodes[FILM]
-    is_open = nodes[OPEN]
-    slope = nodes[SLOPE]
-    bend = nodes[BEND]
+    h = nodes[at.FILM]
+    is_open = nodes[at.OPEN]
+    slope = nodes[at.SLOPE]
+    bend = nodes[at.BEND]
     for k in range(h.shape[0]):
         is_open[k], slope[k], bend[k] = open_gap(h[k], sigma)
-    h = faces[FACE_OPEN]
-    slope = faces[FACE_SLOPE]
+    h = faces[at.FACE_OPEN]
+    slope = faces[at.FACE_SLOPE]
     for k in range(h.shape[0]):
         h[k], slope[k], _ = open_gap(h[k], sigma)
     if film.contact[SIGMA] > 0.0:
-        c = constants[CLEARANCE]
+        c = constants[at.CLEARANCE]
         unit = 1.0 / pressure_unit(constants)
         reach = HIGHEST * film.contact[SIGMA] / c
-        h = nodes[FILM]
+        h = nodes[at.FILM]
         for k in range(h.shape[0]):
             if h[k] < reach:
                 p, by_gap, _ = contact_pressure(h[k] * c, film.contact, film.contact_table)
-                nodes[CONTACT, k] = p * unit
-                nodes[CONTACT_SLOPE, k] = by_gap * c * unit
+                nodes[at.CONTACT, k] = p * unit
+                nodes[at.CONTACT_SLOPE, k] = by_gap * c * unit
             else:
-                nodes[CONTACT, k] = 0.0
-                nodes[CONTACT_SLOPE, k] = 0.0
+                nodes[at.CONTACT, k] = 0.0
+                nodes[at.CONTACT_SLOPE, k] = 0.0

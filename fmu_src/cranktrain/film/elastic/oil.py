@@ -16,21 +16,8 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.lubricant import CONSTANT, density_factor, pressure_constants, pressure_factor
 from cranktrain.engine.parts import Oil
-from cranktrain.film.elastic.grid import (
-    COMPRESSED,
-    COMPRESSIBLE,
-    DENSE,
-    FULL,
-    MOBILITY,
-    N_Z,
-    OIL_ROW,
-    OIL_STEP,
-    PRESSURE,
-    REDUCED,
-    START_COMPRESSED,
-    THICKENING,
-    OilTables,
-)
+from cranktrain.film.elastic import grid as at
+from cranktrain.film.elastic.grid import OilTables
 from cranktrain.film.elastic.height import pressure_unit
 
 HIGHEST = 1.0e9
@@ -112,37 +99,37 @@ def pressure_change(change, thickening):
 @kernel
 def start_compression(film, start, nodes):
     """ρ/ρ₀ − 1 at the step's start, whose node unknowns are ``start`` (n,), into ``nodes``."""
-    if film.constants[COMPRESSIBLE] == 0.0:
+    if film.constants[at.COMPRESSIBLE] == 0.0:
         return
-    n_z = int(film.constants[N_Z])
+    n_z = int(film.constants[at.N_Z])
     unit = pressure_unit(film.constants)
     for f in range(start.shape[0]):
         i = f // n_z
-        nodes[START_COMPRESSED, i * (n_z + 2) + f - i * n_z + 1] = density_factor(start[f] * unit)[0] - 1.0
+        nodes[at.START_COMPRESSED, i * (n_z + 2) + f - i * n_z + 1] = density_factor(start[f] * unit)[0] - 1.0
 
 
 @kernel
 def oil_state(film, nodes):
     """Reduced pressure of every node, over p₀, its slope, compression and how fast the oil thickens, into ``nodes``."""
-    step = film.constants[OIL_STEP]
+    step = film.constants[at.OIL_STEP]
     if step == 0.0:
         for k in range(nodes.shape[1]):
-            nodes[REDUCED, k] = nodes[PRESSURE, k]
-            nodes[MOBILITY, k] = 1.0
+            nodes[at.REDUCED, k] = nodes[at.PRESSURE, k]
+            nodes[at.MOBILITY, k] = 1.0
         return
     unit = pressure_unit(film.constants)
-    table = film.oil[int(film.constants[OIL_ROW])]
-    compressible = film.constants[COMPRESSIBLE] > 0.0
+    table = film.oil[int(film.constants[at.OIL_ROW])]
+    compressible = film.constants[at.COMPRESSIBLE] > 0.0
     for k in range(nodes.shape[1]):
-        p = nodes[PRESSURE, k] * unit
+        p = nodes[at.PRESSURE, k] * unit
         q, slope, curve = reduced_pressure(table, step, p)
-        nodes[REDUCED, k] = q / unit
-        nodes[MOBILITY, k] = slope
-        nodes[THICKENING, k] = -curve / slope * unit
-        nodes[COMPRESSED, k] = 0.0
-        nodes[DENSE, k] = 0.0
-        if compressible and nodes[FULL, k] > 0.0:
+        nodes[at.REDUCED, k] = q / unit
+        nodes[at.MOBILITY, k] = slope
+        nodes[at.THICKENING, k] = -curve / slope * unit
+        nodes[at.COMPRESSED, k] = 0.0
+        nodes[at.DENSE, k] = 0.0
+        if compressible and nodes[at.FULL, k] > 0.0:
             density, by_pressure = density_factor(p)
-            nodes[COMPRESSED, k] = density - 1.0
+            nodes[at.COMPRESSED, k] = density - 1.0
             # At p = 0 the law has a kink: a full node is on its upper side.
-            nodes[DENSE, k] = by_pressure * unit
+            nodes[at.DENSE, k] = by_pressure * unit

@@ -7,28 +7,7 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.vectors import LANES, load, store
-from cranktrain.film.elastic.grid import (
-    AFTER,
-    BEFORE,
-    COS,
-    FACE_COS,
-    FACE_FLUX,
-    FACE_SIN,
-    N_PHI,
-    N_Z,
-    OWN,
-    SIN,
-    SQUEEZE,
-    V_A,
-    V_B,
-    V_X,
-    V_Y,
-    ZETA,
-    A,
-    B,
-    X,
-    Y,
-)
+from cranktrain.film.elastic import grid as at
 
 
 @kernel
@@ -37,12 +16,12 @@ def shape_sources(film, per_gain, nodes, faces, first, block, columns):
 
     ``per_gain`` 1/g: the shapes' velocities follow their amplitudes by the stage's own rule.
     """
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     lines = n_z + 2
-    flux = faces[FACE_FLUX]
+    flux = faces[at.FACE_FLUX]
     start = n_phi * lines
-    at = 8 * block
+    wanted = 8 * block
     for position in range(n_phi):
         i = first + position
         if i >= n_phi:
@@ -54,15 +33,15 @@ def shape_sources(film, per_gain, nodes, faces, first, block, columns):
                 for r in range(8):
                     columns[position * n_z + j, r] = 0.0
                 continue
-            own = nodes[OWN, q] + per_gain * nodes[SQUEEZE, q]
-            after = nodes[AFTER, q]
-            before = nodes[BEFORE, q]
+            own = nodes[at.OWN, q] + per_gain * nodes[at.SQUEEZE, q]
+            after = nodes[at.AFTER, q]
+            before = nodes[at.BEFORE, q]
             out = flux[i * n_z + j]
             into = flux[up * n_z + j]
             face = start + i * n_z + j
             face_up = start + up * n_z + j
             for half in range(0, 2 * LANES, LANES):
-                k = at + half
+                k = wanted + half
                 change = into * load(film.shapes, (face_up, k)) - out * load(film.shapes, (face, k))
                 change = change - own * load(film.shapes, (q, k)) - after * load(film.shapes, (q + 1, k))
                 store(columns, (position * n_z + j, half), change - before * load(film.shapes, (q - 1, k)))
@@ -71,17 +50,17 @@ def shape_sources(film, per_gain, nodes, faces, first, block, columns):
 @kernel
 def motion_sources(film, nodes, faces, first, columns):
     """−∂R/∂(x, y, a, b) and −∂R/∂(vx, vy, va, vb), all over the clearance, into ``columns`` (n_phi n_z, 8)."""
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     lines = n_z + 2
-    flux = faces[FACE_FLUX]
+    flux = faces[at.FACE_FLUX]
     for position in range(n_phi):
         i = first + position
         if i >= n_phi:
             i -= n_phi
         up = i - 1 if i > 0 else n_phi - 1
-        cos = film.trig[i, COS]
-        sin = film.trig[i, SIN]
+        cos = film.trig[i, at.COS]
+        sin = film.trig[i, at.SIN]
         for j in range(n_z):
             q = i * lines + j + 1
             target = columns[position * n_z + j]
@@ -89,26 +68,26 @@ def motion_sources(film, nodes, faces, first, columns):
                 for r in range(8):
                     target[r] = 0.0
                 continue
-            zeta = film.lines[j + 1, ZETA]
-            own = nodes[OWN, q]
-            after = nodes[AFTER, q]
-            before = nodes[BEFORE, q]
+            zeta = film.lines[j + 1, at.ZETA]
+            own = nodes[at.OWN, q]
+            after = nodes[at.AFTER, q]
+            before = nodes[at.BEFORE, q]
             out = flux[i * n_z + j]
             into = flux[up * n_z + j]
             # A displacement closes the film: the shapes of x, y, a, b are −cos φ, −sin φ, −ζ cos φ, −ζ sin φ.
             sides = own + after + before
-            tilted = own * zeta + after * film.lines[j + 2, ZETA] + before * film.lines[j, ZETA]
-            by_x = out * film.trig[i, FACE_COS] - into * film.trig[up, FACE_COS]
-            by_y = out * film.trig[i, FACE_SIN] - into * film.trig[up, FACE_SIN]
-            target[X] = by_x + sides * cos
-            target[Y] = by_y + sides * sin
-            target[A] = by_x * zeta + tilted * cos
-            target[B] = by_y * zeta + tilted * sin
-            squeeze = nodes[SQUEEZE, q]
-            target[V_X] = squeeze * cos
-            target[V_Y] = squeeze * sin
-            target[V_A] = squeeze * zeta * cos
-            target[V_B] = squeeze * zeta * sin
+            tilted = own * zeta + after * film.lines[j + 2, at.ZETA] + before * film.lines[j, at.ZETA]
+            by_x = out * film.trig[i, at.FACE_COS] - into * film.trig[up, at.FACE_COS]
+            by_y = out * film.trig[i, at.FACE_SIN] - into * film.trig[up, at.FACE_SIN]
+            target[at.X] = by_x + sides * cos
+            target[at.Y] = by_y + sides * sin
+            target[at.A] = by_x * zeta + tilted * cos
+            target[at.B] = by_y * zeta + tilted * sin
+            squeeze = nodes[at.SQUEEZE, q]
+            target[at.V_X] = squeeze * cos
+            target[at.V_Y] = squeeze * sin
+            target[at.V_A] = squeeze * zeta * cos
+            target[at.V_B] = squeeze * zeta * sin
 
 
 @kernel
@@ -117,8 +96,8 @@ def past_sources(film, per_gain, nodes, first, block, columns):
 
     Δ moves no surface. It acts only through δ̇ = (δ − Δ)/g, with ``per_gain`` 1/g.
     """
-    n_phi = int(film.constants[N_PHI])
-    n_z = int(film.constants[N_Z])
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
     for position in range(n_phi):
         i = first + position
         if i >= n_phi:
@@ -126,6 +105,6 @@ def past_sources(film, per_gain, nodes, first, block, columns):
         for j in range(n_z):
             q = i * (n_z + 2) + j + 1
             # Supply nodes have no squeeze.
-            squeeze = per_gain * nodes[SQUEEZE, q]
+            squeeze = per_gain * nodes[at.SQUEEZE, q]
             for half in range(0, 2 * LANES, LANES):
                 store(columns, (position * n_z + j, half), squeeze * load(film.shapes, (q, 8 * block + half)))

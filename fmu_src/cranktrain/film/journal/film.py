@@ -37,30 +37,8 @@ import numpy as np
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import ZEROS, four, minus, plus, put_four, scaled
 from cranktrain.film.contact.gap import CLEAR, SMOOTH, mean_gap, open_gap
-from cranktrain.film.journal.grid import (
-    CELL,
-    COS,
-    EDGE,
-    FACE_COS,
-    FACE_PROFILE,
-    FACE_SIN,
-    FACE_ZETA,
-    GUEMBEL,
-    NODE_GRADING,
-    PER_DISTANCE,
-    PROFILE,
-    RATIO2,
-    ROUGHNESS,
-    RUPTURE,
-    SIDES,
-    SIN,
-    STRIP,
-    SWIFT_STIEBER,
-    V_X,
-    WEIGHT,
-    ZETA,
-    Motion,
-)
+from cranktrain.film.journal import grid as at
+from cranktrain.film.journal.grid import Motion
 from cranktrain.film.journal.rupture import rupture_pressure
 
 _STRAIGHT = np.concatenate([np.polynomial.legendre.leggauss(8), np.zeros((1, 8))])
@@ -70,32 +48,32 @@ FORCE, STIFFNESS, DAMPING, OUT_SIZE = 0, 4, 20, 36
 
 
 @kernel
-def journal_film(grid, ratio2, at, work, active, out):
+def journal_film(grid, ratio2, motion, work, active, out):
     """Dimensionless forces and moments of the film on the journal, with tangents.
 
-    ``ratio2`` (D/L)²; ``at`` Motion of the journal. ``active`` (N, m): the set of the last solution nearby, or negative
-    for none; updated.
+    ``ratio2`` (D/L)²; ``motion`` is the Motion of the journal. ``active`` (N, m): the set of the last solution nearby,
+    or negative for none; updated.
 
     ``out`` (36,): from FORCE on force and moments F = −∫∫ Π (n, ζ n) dφ dζ (N: times 12 η (R/c)² R L/2; the moment
     ∫ z dF, N m: times L/2 more); from STIFFNESS on ∂F_j/∂(ex, ey, tx, ty) at fixed (v, w), row-major; from DAMPING on
     ∂F_j/∂(v, w). With half the width all terms of tilt are zero. Returns the number of passes of the active set,
     negative where it did not settle or a pivot failed.
     """
-    put_four(work.squeeze, V_X, (at.vx, at.vy, at.wx, at.wy))
-    work.squeeze[RATIO2] = ratio2
-    _film(grid, ratio2, at, work)
-    passes = rupture_pressure(grid, at, work, active)
-    journal_tangents(grid, at, work, active, out)
+    put_four(work.squeeze, at.V_X, (motion.vx, motion.vy, motion.wx, motion.wy))
+    work.squeeze[at.RATIO2] = ratio2
+    _film(grid, ratio2, motion, work)
+    passes = rupture_pressure(grid, motion, work, active)
+    journal_tangents(grid, motion, work, active, out)
     return passes
 
 
 @kernel
-def _gathering(grading, edge, at):
+def _gathering(grading, edge, motion):
     """Vector m towards which nodes are concentrated: a mean of the two ends, weighted by their remaining films.
 
     ``edge`` is the relief of the shell there.
     """
-    ex, ey, tx, ty = at.ex, at.ey, at.tx, at.ty
+    ex, ey, tx, ty = motion.ex, motion.ey, motion.tx, motion.ty
     if tx == 0.0 and ty == 0.0:
         return grading * ex, grading * ey
     a = math.sqrt((ex + tx) * (ex + tx) + (ey + ty) * (ey + ty))
@@ -109,11 +87,11 @@ def _gathering(grading, edge, at):
 
 
 @kernel
-def _place_nodes(grid, at, work):
+def _place_nodes(grid, motion, work):
     """Angles and widths of the nodes, into ``work.angle`` and ``work.width``."""
     circle = grid.circle
-    grading = grid.settings[NODE_GRADING]
-    mx, my = _gathering(grading, grid.settings[EDGE], at)
+    grading = grid.settings[at.NODE_GRADING]
+    mx, my = _gathering(grading, grid.settings[at.EDGE], motion)
     m = math.sqrt(mx * mx + my * my)
     ax = 1.0
     ay = 0.0
@@ -134,32 +112,32 @@ def _place_nodes(grid, at, work):
 
 
 @kernel
-def _film(grid, ratio2, at, work):
+def _film(grid, ratio2, motion, work):
     """Angles of the nodes, growth of the mean gap there, and conductances of all faces with their derivatives."""
-    _place_nodes(grid, at, work)
+    _place_nodes(grid, motion, work)
     axial = grid.axial
-    sigma = grid.settings[ROUGHNESS]
+    sigma = grid.settings[at.ROUGHNESS]
     n = axial.shape[1] - 1
     for i in range(grid.circle.shape[1]):
-        c = work.angle[FACE_COS, i]
-        s = work.angle[FACE_SIN, i]
-        middle = 1.0 - at.ex * c - at.ey * s
-        end = at.tx * c + at.ty * s
+        c = work.angle[at.FACE_COS, i]
+        s = work.angle[at.FACE_SIN, i]
+        middle = 1.0 - motion.ex * c - motion.ey * s
+        end = motion.tx * c + motion.ty * s
         inverse = 1.0 / work.width[1, i]
         conduct = work.conduct[0, i]
         slope = work.slope[0, i]
-        least = _distances(n, middle, end, axial[ZETA], axial[PROFILE], conduct)
-        _conductances(n, least, sigma, inverse, axial[CELL], conduct, slope)
-        c = work.angle[COS, i]
-        s = work.angle[SIN, i]
-        middle = 1.0 - at.ex * c - at.ey * s
-        end = at.tx * c + at.ty * s
+        least = _distances(n, middle, end, axial[at.ZETA], axial[at.PROFILE], conduct)
+        _conductances(n, least, sigma, inverse, axial[at.CELL], conduct, slope)
+        c = work.angle[at.COS, i]
+        s = work.angle[at.SIN, i]
+        middle = 1.0 - motion.ex * c - motion.ey * s
+        end = motion.tx * c + motion.ty * s
         conduct = work.conduct[1, i]
         slope = work.slope[1, i]
-        least = _distances(n, middle, end, axial[ZETA], axial[PROFILE], conduct)
+        least = _distances(n, middle, end, axial[at.ZETA], axial[at.PROFILE], conduct)
         _growths(n, least, sigma, conduct, work.growth[0, i], work.growth[1, i])
-        least = _distances(n + 1, middle, end, axial[FACE_ZETA], axial[FACE_PROFILE], conduct)
-        _conductances(n + 1, least, sigma, ratio2 * work.width[0, i], axial[PER_DISTANCE], conduct, slope)
+        least = _distances(n + 1, middle, end, axial[at.FACE_ZETA], axial[at.FACE_PROFILE], conduct)
+        _conductances(n + 1, least, sigma, ratio2 * work.width[0, i], axial[at.PER_DISTANCE], conduct, slope)
 
 
 @kernel
@@ -200,12 +178,12 @@ def _growths(n, least, sigma, distance, first, second):
 
 
 @kernel
-def journal_tangents(grid, at, work, active, out):
+def journal_tangents(grid, motion, work, active, out):
     """Forces, ∂/∂(e, t) and ∂/∂(v, w) from the unit solutions that ``rupture_pressure`` left; ``out`` (36,)."""
     columns = active.shape[0]
     n = grid.axial.shape[1] - 1
-    sides = grid.settings[SIDES]
-    guembel = int(grid.settings[RUPTURE]) == GUEMBEL
+    sides = grid.settings[at.SIDES]
+    guembel = int(grid.settings[at.RUPTURE]) == at.GUEMBEL
     adjoint = work.adjoint if guembel else work.unit
     for k in range(OUT_SIZE):
         out[k] = 0.0
@@ -220,18 +198,18 @@ def journal_tangents(grid, at, work, active, out):
             q, r = _sums_across(grid, adjoint, work, i)
         d = f = ZEROS
         for j in range(n):
-            weight = grid.axial[WEIGHT, j] * work.growth[0, i, j] * (work.source[i, j] if guembel else 1.0)
+            weight = grid.axial[at.WEIGHT, j] * work.growth[0, i, j] * (work.source[i, j] if guembel else 1.0)
             d = plus(d, scaled(weight, four(work.unit[i, j], 0)))
-            weight *= grid.axial[ZETA, j]
+            weight *= grid.axial[at.ZETA, j]
             f = plus(f, scaled(weight, four(work.unit[i, j], 0)))
         if work.used[i] != 0.0:
-            g, h = _sums_of_growth(grid, at, adjoint, work, i)
+            g, h = _sums_of_growth(grid, motion, adjoint, work, i)
             q = minus(q, g)
             r = minus(r, h)
-        cos = sides * work.angle[COS, i]
-        sin = sides * work.angle[SIN, i]
-        face_cos = sides * work.angle[FACE_COS, i]
-        face_sin = sides * work.angle[FACE_SIN, i]
+        cos = sides * work.angle[at.COS, i]
+        sin = sides * work.angle[at.SIN, i]
+        face_cos = sides * work.angle[at.FACE_COS, i]
+        face_sin = sides * work.angle[at.FACE_SIN, i]
         width = work.width[0, i]
         _add_lane(out, STIFFNESS, 4, plus(scaled(face_cos, s), scaled(cos, q)), -1.0)
         _add_lane(out, STIFFNESS + 1, 4, plus(scaled(face_sin, s), scaled(sin, q)), -1.0)
@@ -250,7 +228,7 @@ def journal_tangents(grid, at, work, active, out):
                     out[DAMPING + 4 * j + k] = 0.0
     for j in range(4):
         row = DAMPING + 4 * j
-        out[j] = out[row] * at.vx + out[row + 1] * at.vy + out[row + 2] * at.wx + out[row + 3] * at.wy
+        out[j] = out[row] * motion.vx + out[row + 1] * motion.vy + out[row + 2] * motion.wx + out[row + 3] * motion.wy
 
 
 @kernel
@@ -261,7 +239,7 @@ def _sums_around(grid, adjoint, work, i, after):
         flow = work.slope[0, i, j] * (work.pressure[after, j] - work.pressure[i, j])
         g = scaled(flow, minus(four(adjoint[after, j], 0), four(adjoint[i, j], 0)))
         s = plus(s, g)
-        t = plus(t, scaled(grid.axial[ZETA, j], g))
+        t = plus(t, scaled(grid.axial[at.ZETA, j], g))
     return s, t
 
 
@@ -279,23 +257,23 @@ def _sums_across(grid, adjoint, work, i):
         flow = work.slope[1, i, j] * (high * p[i, b] - low * p[i, a])
         g = scaled(flow, minus(scaled(high, four(adjoint[i, b], 0)), scaled(low, four(adjoint[i, a], 0))))
         q = plus(q, g)
-        r = plus(r, scaled(grid.axial[FACE_ZETA, j], g))
+        r = plus(r, scaled(grid.axial[at.FACE_ZETA, j], g))
     return q, r
 
 
 @kernel
-def _sums_of_growth(grid, at, adjoint, work, i):
+def _sums_of_growth(grid, motion, adjoint, work, i):
     """Sums over column i of what the mean gap's bend adds to source and force, for four, without and with ζ."""
-    guembel = int(grid.settings[RUPTURE]) == GUEMBEL
-    c = work.angle[COS, i]
-    s = work.angle[SIN, i]
-    middle = at.vx * c + at.vy * s
-    end = at.wx * c + at.wy * s
+    guembel = int(grid.settings[at.RUPTURE]) == at.GUEMBEL
+    c = work.angle[at.COS, i]
+    s = work.angle[at.SIN, i]
+    middle = motion.vx * c + motion.vy * s
+    end = motion.wx * c + motion.wy * s
     width = work.width[0, i]
     g = h = ZEROS
     for j in range(grid.axial.shape[1] - 1):
-        zeta = grid.axial[ZETA, j]
-        weight = width * grid.axial[WEIGHT, j] * work.growth[1, i, j]
+        zeta = grid.axial[at.ZETA, j]
+        weight = width * grid.axial[at.WEIGHT, j] * work.growth[1, i, j]
         p = work.pressure[i, j] * (work.source[i, j] if guembel else 1.0)
         both = plus((c * p, s * p, zeta * c * p, zeta * s * p), scaled(middle + zeta * end, four(adjoint[i, j], 0)))
         g = plus(g, scaled(weight, both))
@@ -326,9 +304,9 @@ def film_observables(grid, work):
     axial = grid.axial
     columns = p.shape[0]
     n = axial.shape[1] - 1
-    vx, vy, wx, wy = four(work.squeeze, V_X)
-    half = grid.settings[SIDES] > 1.5
-    ruptures = int(grid.settings[RUPTURE]) == SWIFT_STIEBER
+    vx, vy, wx, wy = four(work.squeeze, at.V_X)
+    half = grid.settings[at.SIDES] > 1.5
+    ruptures = int(grid.settings[at.RUPTURE]) == at.SWIFT_STIEBER
     best_i = 0
     best_j = 0
     highest = -1.0
@@ -336,7 +314,7 @@ def film_observables(grid, work):
         for j in range(n):
             # Beside an end the weight of source and force exceeds the cell; where the film is too thin for the axial
             # step, the pressure there does as well.
-            value = p[i, j] * min(axial[CELL, j] / axial[WEIGHT, j], 1.0)
+            value = p[i, j] * min(axial[at.CELL, j] / axial[at.WEIGHT, j], 1.0)
             if value > highest:
                 highest = value
                 best_i = i
@@ -349,10 +327,10 @@ def film_observables(grid, work):
     before = p[best_i, best_j - 1] if best_j > 0 else (after if half else 0.0)
     highest += _rise(before, top, after)
     flow = 0.0
-    strip = grid.settings[STRIP]
+    strip = grid.settings[at.STRIP]
     for i in range(columns):
-        c = work.angle[COS, i] * work.width[0, i]
-        s = work.angle[SIN, i] * work.width[0, i]
+        c = work.angle[at.COS, i] * work.width[0, i]
+        s = work.angle[at.SIN, i] * work.width[0, i]
         for end in range(1 if half else 2):
             last = n - 1 if end == 0 else 0
             out = work.conduct[1, i, n if end == 0 else 0] * p[i, last]
@@ -360,7 +338,7 @@ def film_observables(grid, work):
                 side = 1.0 if end == 0 else -1.0
                 out += strip * work.growth[0, i, last] * ((vx + side * wx) * c + (vy + side * wy) * s)
             flow += out if ruptures else max(out, 0.0)
-    return highest, grid.settings[SIDES] * flow / work.squeeze[RATIO2]
+    return highest, grid.settings[at.SIDES] * flow / work.squeeze[at.RATIO2]
 
 
 @kernel
@@ -370,18 +348,20 @@ def film_shear(ex, ey, tx, ty):
 
 
 @kernel
-def shell_shear(at, shear, sigma):
+def shell_shear(motion, shear, sigma):
     """½ ∫∫ h′/h dφ dζ of a filled gap: 2π/√(1 − ε²) for a slice without contact, Gauss' rule over the width.
 
     ``shear`` and ``sigma`` are those of a :class:`JournalGrid`. The torque on the journal that shears a filled film is
     −η R³ L (ω_j − ω_b)/c times this, less half of e × F + t × Q.
     """
-    if at.tx == 0.0 and at.ty == 0.0 and shear[2, 0] == 0.0:
-        return _circle_shear(1.0, at.ex, at.ey, sigma)
+    if motion.tx == 0.0 and motion.ty == 0.0 and shear[2, 0] == 0.0:
+        return _circle_shear(1.0, motion.ex, motion.ey, sigma)
     total = 0.0
     for k in range(shear.shape[1]):
         zeta = shear[0, k]
-        total += shear[1, k] * _circle_shear(1.0 + shear[2, k], at.ex + zeta * at.tx, at.ey + zeta * at.ty, sigma)
+        total += shear[1, k] * _circle_shear(
+            1.0 + shear[2, k], motion.ex + zeta * motion.tx, motion.ey + zeta * motion.ty, sigma
+        )
     return 0.5 * total
 
 

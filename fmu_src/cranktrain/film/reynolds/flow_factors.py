@@ -21,12 +21,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
-
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
 
 # γ; C, r and least H of the pressure factor; A₁, α₁, α₂, α₃, A₂ of the shear factor; in constants a weight as well.
 PATTERN, C, R, LEAST, A_1, ALPHA_1, ALPHA_2, ALPHA_3, A_2, WEIGHT = range(10)

@@ -18,13 +18,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import SolverError
+from cranktrain.core.types import Array
 from cranktrain.film.reynolds.cavitation import Balance, Liquid
 from cranktrain.film.reynolds.piezoviscosity import Law, reduced_pressure, true_pressure, viscosity_factor
 
-Array = NDArray[np.float64]
 Density = Callable[[Array], tuple[Array, Array]]
 """r(p) = ρ(p)/ρ(0) and dr/dp (1/Pa) for an array of pressures (Pa), with r(0) = 1."""
 STEPS = 200
@@ -102,5 +101,5 @@ def compressed_pressure(
             return pressure, balance._replace(liquid=tangent(pressure, law, density, balance, swell))
     raise SolverError(
         f"film: pressures of the compressible liquid did not settle (last change {change:.3g} Pa of {highest:.3g} Pa); "
-        "the film may be too thin for its oil as a rigid one"
+        "the film may be too thin for this oil between rigid surfaces"
     )

@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.types import Array
 
-Array = NDArray[np.float64]
 Law = Callable[[Array], Array]
 """f(p) = η(p)/η(0) for an array of pressures (Pa), increasing from f(0) = 1."""
 FACTOR_LIMIT = 1e12
@@ -33,7 +32,7 @@ def viscosity_factor(law: Law, pressure: Array) -> Array:
     if factor.size and not (factor.min() > 0.0 and factor.max() < FACTOR_LIMIT):
         raise SolverError(
             f"pressure_viscosity: the oil stiffens without bound at {pressure.max():.4g} Pa; "
-            "the film is too thin for this law as a rigid one"
+            "the film is too thin for this law between rigid surfaces"
         )
     return factor
 

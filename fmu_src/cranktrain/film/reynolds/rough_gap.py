@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
+from cranktrain.core.types import Array
 from cranktrain.film.reynolds.flow_factors import (
     flow_factor_constants,
     mean_gap,
@@ -26,8 +26,6 @@ from cranktrain.film.reynolds.flow_factors import (
     shear_flow_factor,
 )
 from cranktrain.film.reynolds.volumes import Faces, Rectangle, cell_sums
-
-Array = NDArray[np.float64]
 
 # Rows of _factors.
 CUBE, GAP, SLIP, GROWTH, N_ROWS = range(5)

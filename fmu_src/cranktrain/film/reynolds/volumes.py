@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
 
 
 class Rectangle(NamedTuple):

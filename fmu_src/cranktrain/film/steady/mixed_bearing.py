@@ -281,7 +281,7 @@ class _Running:
                 return opened
             y, reached = opened, share
             share = min(1.0, share + CLOSING * float(self.gap(y).min()) / float(np.hypot(*place)))
-        raise SolverError(f"no film at eccentricity {np.hypot(*place):.4g}; one was found at {reached:.3g} of it")
+        raise SolverError(f"no film found at eccentricity {np.hypot(*place):.4g}, only up to {reached:.3g} times that")
 
     def jacobian(self, y: Array, at: Array) -> Array:
         """Its derivatives by the free unknowns, by differences that open the film.
@@ -323,8 +323,8 @@ class _Running:
                 jacobian = self.jacobian(y, here)
         carried = "film and bore settle" if self.free[0] > 1 else f"film carries {self.unit:g} N"
         raise SolverError(
-            f"no {carried} on a grid {self.bearing.grid[0]} x {self.bearing.grid[1]}: {np.abs(here).max():.2g} is "
-            f"missing; change the grid, take less load or more viscosity{self.hint}"
+            f"no {carried} on a grid {self.bearing.grid[0]} x {self.bearing.grid[1]}: relative residual "
+            f"{np.abs(here).max():.2g}; change the grid, take less load or more viscosity{self.hint}"
         )
 
     def _tried(self, y: Array, change: Array, before: float) -> tuple[Array, Array]:

@@ -296,18 +296,8 @@ def tilted_pressure(place, velocity, half_speed, bearing, table, work):
 
     ``bearing`` are the parameters of :mod:`cranktrain.film.laws.parameters`, the rest as in :func:`table_force`.
     """
-    x, y, ax, ay = four(place, 0)
-    c = bearing[CLEARANCE]
-    e = math.sqrt(x * x + y * y)
-    nx = x / e if e > 0.0 else 1.0
-    ny = y / e if e > 0.0 else 0.0
-    eps = e / c
-    a = (ax * nx + ay * ny) / c
-    b = (ay * nx - ax * ny) / c
-    sx = (velocity[0] + half_speed * y) / c
-    sy = (velocity[1] - half_speed * x) / c
-    vr = sx * nx + sy * ny
-    vt = sy * nx - sx * ny
+    inverse = 1.0 / bearing[CLEARANCE]
+    (eps, _, a, b, vr, vt, _, _), _, _ = on_line_of_centres(place, velocity, half_speed, inverse)
     tilt_range = table.axes[TILT_RANGE]
     reach2, _ = reach(eps, table.axes[REACH:])
     if eps >= TILTED_MAX or abs(b) >= tilt_range * math.sqrt(reach2 - eps * eps):
@@ -320,4 +310,4 @@ def tilted_pressure(place, velocity, half_speed, bearing, table, work):
     sin = vt / speed if speed > 0.0 else 0.0
     tilted_place(eps, share_a, abs(b) / math.sqrt(reach2 - eps * eps), table, work.scratch)
     highest = interpolate_pressure(cos, sin if a * b >= 0.0 else -sin, table, work.scratch)
-    return 12.0 * bearing[VISCOSITY] * (bearing[RADIUS] / c) ** 2 * speed * math.exp(highest)
+    return 12.0 * bearing[VISCOSITY] * (bearing[RADIUS] * inverse) ** 2 * speed * math.exp(highest)

@@ -13,21 +13,9 @@ from cranktrain.core.lanes import four
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, film_observables, journal_film
 from cranktrain.film.journal.grid import Motion
 from cranktrain.film.spline import SECOND, VALUE
+from cranktrain.film.table import interpolation as at
 from cranktrain.film.table.family import LEVER, turning
-from cranktrain.film.table.interpolation import (
-    FUNCTIONS,
-    LN_ALIGNED_PRESSURE,
-    LN_FLOW,
-    LN_FORCE,
-    MOMENT_R,
-    MOMENT_T,
-    REST,
-    TURN,
-    interpolate_aligned,
-    interpolate_tilted,
-    tilted_place,
-    towards,
-)
+from cranktrain.film.table.interpolation import interpolate_aligned, interpolate_tilted, tilted_place, towards
 from cranktrain.film.table.reach import reach
 
 
@@ -41,16 +29,16 @@ def sample_aligned(eps, gamma, ratio2, film, out, values):
     for j in range(gamma.shape[0]):
         cos = math.cos(gamma[j])
         sin = math.sin(gamma[j])
-        at = Motion(eps, 0.0, 0.0, 0.0, cos, sin, 0.0, 0.0)
-        if journal_film(film.grid, ratio2, at, film.work, film.active, out) < 0:
+        motion = Motion(eps, 0.0, 0.0, 0.0, cos, sin, 0.0, 0.0)
+        if journal_film(film.grid, ratio2, motion, film.work, film.active, out) < 0:
             status = -1
         radial = -(out[0] * cos + out[1] * sin)
         across = -(out[1] * cos - out[0] * sin)
-        values[j, LN_FORCE] = 0.5 * math.log(radial * radial + across * across)
-        values[j, TURN] = math.atan2(across, radial)
+        values[j, at.LN_FORCE] = 0.5 * math.log(radial * radial + across * across)
+        values[j, at.TURN] = math.atan2(across, radial)
         highest, flow = film_observables(film.grid, film.work)
-        values[j, LN_ALIGNED_PRESSURE] = math.log(highest)
-        values[j, LN_FLOW] = math.log(flow)
+        values[j, at.LN_ALIGNED_PRESSURE] = math.log(highest)
+        values[j, at.LN_FLOW] = math.log(flow)
     return status
 
 
@@ -78,45 +66,45 @@ def sample_tilted(where, gamma, share, ratio2, coarse, fine, out, values):
             for j in range(gamma.shape[0]):
                 cos = math.cos(gamma[j])
                 sin = math.sin(gamma[j])
-                at = Motion(eps, 0.0, a, b, cos, sin, -sin * rate * b, sin * rate * a)
-                if journal_film(coarse.grid, ratio2, at, coarse.work, coarse.active, first) < 0:
+                motion = Motion(eps, 0.0, a, b, cos, sin, -sin * rate * b, sin * rate * a)
+                if journal_film(coarse.grid, ratio2, motion, coarse.work, coarse.active, first) < 0:
                     status = -1
-                if journal_film(fine.grid, ratio2, at, fine.work, fine.active, second) < 0:
+                if journal_film(fine.grid, ratio2, motion, fine.work, fine.active, second) < 0:
                     status = -1
                 for q in range(OUT_SIZE):
                     first[q] = -(second[q] + (second[q] - first[q]) / 3.0)
                 value = values[j, k, m]
-                _functions(at, rate, LEVER * rate * eps * share[k], first, value)
+                _functions(motion, rate, LEVER * rate * eps * share[k], first, value)
                 highest, _ = film_observables(fine.grid, fine.work)
-                value[FUNCTIONS] = math.log(highest)
+                value[at.FUNCTIONS] = math.log(highest)
     return status
 
 
 @kernel
-def _functions(at, rate, lever, film, value):
+def _functions(motion, rate, lever, film, value):
     """All functions (FUNCTIONS,) of a tilted film into ``value``; ``film`` is its result with the sign turned."""
     fr, ft, qr, qt = four(film, 0)
-    radial = fr * at.vx + ft * at.vy
-    across = ft * at.vx - fr * at.vy
+    radial = fr * motion.vx + ft * motion.vy
+    across = ft * motion.vx - fr * motion.vy
     force = math.sqrt(radial * radial + across * across)
-    value[LN_FORCE] = math.log(force)
-    value[TURN] = math.atan2(across, radial)
-    value[MOMENT_R] = qr / force
-    value[MOMENT_T] = qt / force
+    value[at.LN_FORCE] = math.log(force)
+    value[at.TURN] = math.atan2(across, radial)
+    value[at.MOMENT_R] = qr / force
+    value[at.MOMENT_T] = qt / force
     # R: damping by w minus the family's slope at the lever.
     for q in range(4):
         by_r, by_t, by_a, by_b = four(film, DAMPING + 4 * q)
-        value[REST + 2 * q] = (by_a - lever * by_r) / force
-        value[REST + 2 * q + 1] = (by_b - lever * (by_t + rate * (at.tx * by_b - at.ty * by_a))) / force
+        value[at.REST + 2 * q] = (by_a - lever * by_r) / force
+        value[at.REST + 2 * q + 1] = (by_b - lever * (by_t + rate * (motion.tx * by_b - motion.ty * by_a))) / force
 
 
 @kernel
 def aligned_errors(solved, eps, gamma, table, out, errors):
     """Force error over |F| of the films ``solved`` at one eccentricity."""
     for j in range(gamma.shape[0]):
-        interpolate_aligned(eps, math.cos(gamma[j]), math.sin(gamma[j]), table, LN_FORCE, out)
-        size = math.exp(out[VALUE] - solved[j, LN_FORCE])
-        turn = out[SECOND] - solved[j, TURN]
+        interpolate_aligned(eps, math.cos(gamma[j]), math.sin(gamma[j]), table, at.LN_FORCE, out)
+        size = math.exp(out[VALUE] - solved[j, at.LN_FORCE])
+        turn = out[SECOND] - solved[j, at.TURN]
         dx = size * math.cos(turn) - 1.0
         dy = size * math.sin(turn)
         errors[j] = math.sqrt(dx * dx + dy * dy)
@@ -134,10 +122,10 @@ def tilted_errors(solved, eps, gamma, share, table, scratch, functions, errors):
                 interpolate_tilted(direction, table, scratch, functions, False)
                 value = functions[0]
                 true = solved[j, k, m]
-                size = math.exp(value[LN_FORCE] - true[LN_FORCE])
-                turn = value[TURN] - true[TURN]
+                size = math.exp(value[at.LN_FORCE] - true[at.LN_FORCE])
+                turn = value[at.TURN] - true[at.TURN]
                 dx = size * math.cos(turn) - 1.0
                 dy = size * math.sin(turn)
-                mx = size * value[MOMENT_R] - true[MOMENT_R]
-                my = size * value[MOMENT_T] - true[MOMENT_T]
+                mx = size * value[at.MOMENT_R] - true[at.MOMENT_R]
+                my = size * value[at.MOMENT_T] - true[at.MOMENT_T]
                 errors[j, k, m] = math.sqrt(max(dx * dx + dy * dy, mx * mx + my * my))

@@ -77,7 +77,7 @@ class _Variants:
         """Variant of a combination of levels; ``InputError`` for one that is refused."""
         if chosen.get(WARMTH, "engine") != "engine":
             raise InputError(
-                f"'{self.names[WARMTH]}' is '{chosen[WARMTH]}', which takes runs before the start; a native FMU makes "
+                f"'{self.names[WARMTH]}' is '{chosen[WARMTH]}', which needs runs before the start; a native FMU makes "
                 "none: build the Python FMU with build_fmu.py --python, or choose 'engine'"
             )
         levels = chosen_levels(self.model, {**self.fixed, **chosen}, self.names)

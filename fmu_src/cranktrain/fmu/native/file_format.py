@@ -64,7 +64,6 @@ _PREFIX = struct.Struct("<8sIIQ16s40sQQ")
 _SUMMED = _PREFIX.size
 _COUNT = struct.Struct("<II")
 _ENTRY = struct.Struct("<8sQQQ")
-_REMEDY = "build the FMU again with build_fmu.py --native"
 
 
 def _row(**columns: str) -> np.dtype[Any]:
@@ -133,7 +132,7 @@ class Texts:
     def at(self, text: str) -> int:
         """Offset of a text, each of which is kept once."""
         if "\0" in text:
-            raise StoreError(f"native.bin: the text {text!r} holds a zero; leave it out")
+            raise StoreError(f"native.bin: the text {text!r} contains a zero byte; leave it out")
         if text not in self._known:
             self._known[text] = len(self._bytes)
             self._bytes += text.encode() + b"\0"
@@ -247,37 +246,6 @@ def to_bytes(file: NativeFile) -> bytes:
     first, second = _sums(body)
     prefix = _PREFIX.pack(MAGIC, VERSION, BYTE_ORDER, _SUMMED + len(body), digest, guid, first, second)
     return prefix + body
-
-
-def from_bytes(data: bytes, name: str = "native.bin") -> NativeFile:
-    """Inverse of :func:`to_bytes`.
-
-    Raises
-    ------
-    StoreError
-        foreign, of another version or order of bytes, truncated or changed since it was written
-    """
-    if len(data) < _SUMMED + _COUNT.size or data[:8] != MAGIC:
-        raise StoreError(f"{name}: not the data of a native FMU of cranktrain; {_REMEDY}")
-    _, version, order, size, digest, guid, first, second = _PREFIX.unpack_from(data)
-    if order != BYTE_ORDER:
-        raise StoreError(f"{name}: of another order of bytes; {_REMEDY}")
-    if version != VERSION:
-        raise StoreError(f"{name}: version {version}, this cranktrain reads version {VERSION}; {_REMEDY}")
-    body = data[_SUMMED:]
-    if size != len(data) or len(body) % 8 or _sums(body) != (first, second):
-        raise StoreError(f"{name}: truncated or changed since it was written (checksum differs); {_REMEDY}")
-    tables = {}
-    for k in range(_COUNT.unpack_from(body)[0]):
-        raw, offset, length, rows = _ENTRY.unpack_from(body, _COUNT.size + k * _ENTRY.size)
-        section = raw.rstrip(b"\0").decode(errors="replace")
-        if section not in SECTIONS:
-            raise StoreError(f"{name}: unknown section '{section}'; {_REMEDY}")
-        dtype = SECTIONS[section]
-        if length != rows * dtype.itemsize or offset + length > len(data):
-            raise StoreError(f"{name}: section {section} does not fit into the file; {_REMEDY}")
-        tables[section] = np.frombuffer(data, dtype=dtype, count=rows, offset=offset)
-    return NativeFile(digest.decode(errors="replace"), guid.rstrip(b"\0").decode(errors="replace"), tables)
 
 
 def _sums(body: bytes) -> tuple[int, int]:

@@ -10,25 +10,11 @@ from typing import Any
 
 from cranktrain.core.errors import InputError
 from cranktrain.fmu.description import Variable
-from cranktrain.fmu.native.file_format import (
-    ENUMERATION,
-    INPUT,
-    INTEGER,
-    LARGEST,
-    LEVEL,
-    LOCAL,
-    NONE,
-    NUMBER,
-    OUTPUT,
-    PARAMETER,
-    REAL,
-    REFUSED,
-    STRING,
-    Texts,
-)
+from cranktrain.fmu.native import file_format as at
+from cranktrain.fmu.native.file_format import Texts
 
-TYPES = {"Real": REAL, "Integer": INTEGER, "String": STRING, "Enumeration": ENUMERATION}
-CAUSALITIES = {"input": INPUT, "output": OUTPUT, "parameter": PARAMETER, "local": LOCAL}
+TYPES = {"Real": at.REAL, "Integer": at.INTEGER, "String": at.STRING, "Enumeration": at.ENUMERATION}
+CAUSALITIES = {"input": at.INPUT, "output": at.OUTPUT, "parameter": at.PARAMETER, "local": at.LOCAL}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +84,7 @@ def _number(model: NativeModel, variable: Variable, texts: Texts, families: list
         families += model.families[place] if model.families else ()
         row["n_families"] = len(families) - row["first_family"]
     else:
-        row["index"] = model.slots.get(str(variable.setting), NONE)
+        row["index"] = model.slots.get(str(variable.setting), at.NONE)
     return row
 
 
@@ -112,11 +98,11 @@ def _choice(
     if setting in model.levels:
         names = model.levels[setting]
         levels.append((setting, names))
-        choice |= {"kind": LEVEL}
+        choice |= {"kind": at.LEVEL}
         options: list[dict[str, Any]] = [{"text": texts.at(name), "value": k} for k, name in enumerate(names)]
     else:
         slot, numbers = model.options[setting]
-        choice |= {"kind": NUMBER, "index": slot}
+        choice |= {"kind": at.NUMBER, "index": slot}
         options = [{"text": texts.at(name), "number": number} for name, number in numbers.items()]
     tables["OPTN"] += options
     row = _row(variable, texts) | {"index": len(tables["CHOI"])}
@@ -126,8 +112,8 @@ def _choice(
 
 def _row(variable: Variable, texts: Texts) -> dict[str, Any]:
     bounds = {
-        "min": -LARGEST if variable.min is None else variable.min,
-        "max": LARGEST if variable.max is None else variable.max,
+        "min": -at.LARGEST if variable.min is None else variable.min,
+        "max": at.LARGEST if variable.max is None else variable.max,
     }
     start = variable.start
     row = {"start_text": texts.at(start)} if isinstance(start, str) else {"start": 0.0 if start is None else start}
@@ -146,4 +132,4 @@ def _variant(model: NativeModel, chosen: Mapping[str, str], texts: Texts) -> int
     try:
         return model.variant(chosen)
     except InputError as error:
-        return REFUSED | texts.at(str(error))
+        return at.REFUSED | texts.at(str(error))

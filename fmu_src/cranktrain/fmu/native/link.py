@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
@@ -35,9 +35,8 @@ from cranktrain.core.machine_code import (
     library_name,
     this_platform,
 )
+from cranktrain.core.types import Progress
 from cranktrain.fmu.native.platforms import PLATFORMS, Platform
-
-Progress = Callable[[str], None]
 
 SOURCES = Path(__file__).parent / "c"
 FLAGS = ("-std=c11", "-O2", "-g0", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
@@ -71,7 +70,7 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
     with _alone(private_folder("native", digest)):
         if not _is_made(target, digest):
             if not emit and not (private_folder("native", digest, "programs") / f"{kind}.c").is_file():
-                raise InputError("it was not made yet; make native or python -m cranktrain.fmu.native does")
+                raise InputError("it does not exist yet; run make native or python -m cranktrain.fmu.native")
             programs = _programs(kind, digest, say)
             say(f"{kind}: library for {row.folder}")
             _link(command, kind, digest, row, programs, target)
@@ -115,7 +114,7 @@ def _programs(kind: str, digest: str, say: Progress) -> Path:
     """
     folder = private_folder("native", digest, "programs")
     if not (folder / f"{kind}.c").is_file():
-        say(f"{kind}: machine code of the kernels, once for this state of the sources")
+        say(f"{kind}: machine code of the kernels is made, once for this state of the sources")
         run = [sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder)]
         place = str(Path(__file__).parents[3])
         given = os.environ.get("PYTHONPATH")
@@ -151,7 +150,7 @@ def _object(program: Path, kind: str, platform: Platform, fast: bool) -> Path:
             temporary.write_bytes(object_code(program.read_bytes(), platform, fast))
         except RuntimeError as error:  # cut short, or of another LLVM
             program.with_name(f"{kind}.c").unlink(missing_ok=True)
-            raise InputError(f"{program} cannot be read and is made anew at the next try ({error})") from error
+            raise InputError(f"{program} cannot be read, so it is made again at the next attempt ({error})") from error
         os.replace(temporary, path)
     return path
 

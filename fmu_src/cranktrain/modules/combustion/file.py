@@ -7,40 +7,12 @@ where the module file has none. :class:`.CycleSettings` gives the table and key 
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from cranktrain.engine.model import Engine
 from cranktrain.modules.combustion import quantities
 from cranktrain.modules.combustion.settings import CycleSettings, check_settings
-from cranktrain.modules.module_file import ModuleFile, load_module_file, module_contents
-from cranktrain.modules.register import Contents
-
-FILE = ModuleFile(
-    quantities,
-    CycleSettings,
-    "modules/combustion/data/combustion_i6.toml",
-    {
-        "fuel": "Fuel CH_y: lower heating value, and y.",
-        "injection": "What the inputs start from: fuel of a cylinder and cycle, start of injection after dead centre.",
-        "ignition": "Delay A φ^−k p^−n exp(T_A/T), p in bar: factor A, exponent n, temperature T_A, by_ratio k.",
-        "premixed": "Watson's share 1 − a φ^b/τ^c, and the Wiebe function of the premixed burn.",
-        "diffusion": "Wiebe function of the diffusion burn at its reference equivalence ratio and speed.",
-        "valves": "Valves of one cylinder: sizes, coefficients of curtain and port, the built-in lifts' other ends.",
-        "manifolds": "Exhaust temperature, fraction of products in the intake, and pressures in place of the engine's.",
-        "walls": "Factor on Woschni's coefficient, and swirl c_u/c_m.",
-    },
-)
-
-
-def document() -> Any:
-    """The document of a module file as it is read."""
-    return FILE.document
-
-
-def load(path: str | Path) -> CycleSettings:
-    """Read a module file and its engine; ``InputError`` as of :func:`.module_file.load_module_file`."""
-    return load_module_file(path, FILE, cycle_settings)
+from cranktrain.modules.module_file import ModuleFile
 
 
 def cycle_settings(values: dict[str, Any], engine: Engine, name: str, title: str) -> CycleSettings:
@@ -67,6 +39,21 @@ def cycle_settings(values: dict[str, Any], engine: Engine, name: str, title: str
     return settings
 
 
-def contents(path: Path) -> Contents:
-    """Contents of the FMU of a module file."""
-    return module_contents(load(path))
+FILE = ModuleFile(
+    quantities,
+    CycleSettings,
+    cycle_settings,
+    "modules/combustion/data/combustion_i6.toml",
+    {
+        "fuel": "Fuel CH_y: lower heating value, and y.",
+        "injection": "What the inputs start from: fuel of a cylinder and cycle, start of injection after dead centre.",
+        "ignition": "Delay A φ^−k p^−n exp(T_A/T), p in bar: factor A, exponent n, temperature T_A, by_ratio k.",
+        "premixed": "Watson's share 1 − a φ^b/τ^c, and the Wiebe function of the premixed burn.",
+        "diffusion": "Wiebe function of the diffusion burn at its reference equivalence ratio and speed.",
+        "valves": "Valves of one cylinder: sizes, coefficients of curtain and port, the built-in lifts' other ends.",
+        "manifolds": "Exhaust temperature, fraction of products in the intake, and pressures in place of the engine's.",
+        "walls": "Factor on Woschni's coefficient, and swirl c_u/c_m.",
+    },
+)
+"""What a module file has."""
+load = FILE.load

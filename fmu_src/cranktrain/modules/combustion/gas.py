@@ -15,11 +15,9 @@ Sources: G. P. Smith et al., GRI-Mech 3.0, thermodynamic data; B. J. McBride et 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.kernel import inlined_kernel
-
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
 
 UNIVERSAL = 8.31446
 """Gas constant, J/(mol K)."""
@@ -81,13 +79,6 @@ def products(hydrogen_per_carbon: float) -> dict[str, float]:
 def gas_table(hydrogen_per_carbon: float) -> Array:
     """Table (4, COLUMNS) of air and of stoichiometric products for the kernels, in J, kg and K."""
     return np.vstack([_rows(AIR), _rows(products(hydrogen_per_carbon))])
-
-
-def constant_gas(heat_capacity: float, gas_constant: float) -> Array:
-    """Table of a gas of constant c_p, J/(kg K), in place of air and products: for comparison with closed forms."""
-    row = np.zeros(COLUMNS)
-    row[[0, RISE]], row[H_0], row[R_GAS] = heat_capacity, -heat_capacity * REFERENCE, gas_constant
-    return np.tile(row, (4, 1))
 
 
 def _rows(shares: dict[str, float]) -> Array:

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.kernel import kernel, record
+from cranktrain.core.types import Array
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, advance, fill_all, observe
 from cranktrain.modules.combustion.cylinder import OK
 from cranktrain.modules.combustion.preparation import prepare_model, take_choices
 from cranktrain.modules.crank_angle import INPUT_NOT_POSITIVE, copy_state, inputs_status, step_status
-
-Array = NDArray[np.float64]
 
 CYLINDER_FAILED = 100
 """Status to which the number of the cylinder is added, 1 for the first."""

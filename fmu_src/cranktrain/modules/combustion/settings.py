@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, N_OF_CYLINDER, N_OUTPUTS
 from cranktrain.modules.combustion.cylinder import OK
@@ -31,7 +31,6 @@ if TYPE_CHECKING:  # an FMU carries the settings without what their module file 
     from cranktrain.engine import quantities as q
     from cranktrain.modules.combustion import quantities as own
 
-Array = NDArray[np.float64]
 
 CHOICES = {"lift_source": at.LIFTS, "angle_source": ANGLES, "inputs_at": TIMES}
 """Settings that are one of several names; a run's numbers hold the index of the name."""
@@ -109,7 +108,7 @@ class CycleSettings:
 def make_run(settings: CycleSettings, gas: Array | None = None) -> Run:
     """A run, prepared: its inputs start as the settings say, its state is yet to be started.
 
-    ``gas`` replaces air and products by another table, see :func:`.gas.constant_gas`. Raises ``InputError`` for values
+    ``gas`` replaces air and products by another table, as of :func:`.gas.gas_table`. Raises ``InputError`` for values
     that do not go together.
     """
     count = len(settings.firing_angles)

@@ -20,7 +20,7 @@ class CombustionSimulation(SteppedModule):
     Parameters
     ----------
     settings : the engine's cylinders
-    gas : table of another gas than air and products, see :func:`cranktrain.modules.combustion.gas.constant_gas`
+    gas : table of another gas than air and products, as :func:`.gas.gas_table` makes it
 
     Attributes
     ----------

@@ -7,42 +7,13 @@ combustion module. The combustion's own file has the other two angles; a test co
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from cranktrain.engine import quantities as q
 from cranktrain.engine.model import Engine
-from cranktrain.modules.module_file import ModuleFile, load_module_file, module_contents
-from cranktrain.modules.register import Contents
+from cranktrain.modules.module_file import ModuleFile
 from cranktrain.modules.valve_train import quantities
 from cranktrain.modules.valve_train.settings import TrainSettings, check_settings
-
-FILE = ModuleFile(
-    quantities,
-    TrainSettings,
-    "modules/valve_train/data/valvetrain_i6.toml",
-    {
-        "intake": "Intake valves of one cam: where the cam's ramp begins, lift, mass of valves and bridge.",
-        "exhaust": "Exhaust valves of one cam: where the cam's ramp ends, lift, mass of valves and bridge.",
-        "cam": "Base circle and roller (0 is a flat follower), width, ramp, power of the profile, friction, E*.",
-        "train": "Follower, pushrod and rocker at the valve: ratio, mass, stiffness, damping, lash.",
-        "spring": "Springs of the valves of one cam: rate, length that is strained on the seat, mass, damping.",
-        "seat": "Seats of the valves of one cam: stiffness and damping velocity.",
-        "drive": "From crank to camshaft: stiffness at the camshaft, damping speed, radius and backlash.",
-        "camshaft": "Inertia with its wheel, drag of its bearings, crank speed that it is made for.",
-    },
-    {"spring.preset": q.Length},
-)
-
-
-def document() -> Any:
-    """The document of a module file as it is read."""
-    return FILE.document
-
-
-def load(path: str | Path) -> TrainSettings:
-    """Read a module file and its engine; ``InputError`` as of :func:`.module_file.load_module_file`."""
-    return load_module_file(path, FILE, train_settings)
 
 
 def train_settings(values: dict[str, Any], engine: Engine, name: str, title: str) -> TrainSettings:
@@ -60,6 +31,22 @@ def train_settings(values: dict[str, Any], engine: Engine, name: str, title: str
     return settings
 
 
-def contents(path: Path) -> Contents:
-    """Contents of the FMU of a module file."""
-    return module_contents(load(path))
+FILE = ModuleFile(
+    quantities,
+    TrainSettings,
+    train_settings,
+    "modules/valve_train/data/valvetrain_i6.toml",
+    {
+        "intake": "Intake valves of one cam: where the cam's ramp begins, lift, mass of valves and bridge.",
+        "exhaust": "Exhaust valves of one cam: where the cam's ramp ends, lift, mass of valves and bridge.",
+        "cam": "Base circle and roller (0 is a flat follower), width, ramp, power of the profile, friction, E*.",
+        "train": "Follower, pushrod and rocker at the valve: ratio, mass, stiffness, damping, lash.",
+        "spring": "Springs of the valves of one cam: rate, length that is strained on the seat, mass, damping.",
+        "seat": "Seats of the valves of one cam: stiffness and damping velocity.",
+        "drive": "From crank to camshaft: stiffness at the camshaft, damping speed, radius and backlash.",
+        "camshaft": "Inertia with its wheel, drag of its bearings, crank speed that it is made for.",
+    },
+    {"spring.preset": q.Length},
+)
+"""What a module file has."""
+load = FILE.load

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.kernel import kernel, record
+from cranktrain.core.types import Array
 from cranktrain.modules import crank_angle as crank
 from cranktrain.modules.crank_angle import OK, copy_state, inputs_status, step_status
 from cranktrain.modules.valve_train import slots as at
 from cranktrain.modules.valve_train.advance import FAILED, advance, energy, observe, stand
 from cranktrain.modules.valve_train.preparation import prepare_model, take_choices
-
-Array = NDArray[np.float64]
 
 
 @record

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.modules.crank_angle import ANGLES, OK, TIMES
 from cranktrain.modules.module_settings import check_values, run_numbers, stated
 from cranktrain.modules.valve_train import cam as cams
@@ -28,7 +28,6 @@ if TYPE_CHECKING:  # an FMU carries the settings without what their module file 
     from cranktrain.engine import quantities as q
     from cranktrain.modules.valve_train import quantities as own
 
-Array = NDArray[np.float64]
 
 CHOICES = {"angle_source": ANGLES, "inputs_at": TIMES}
 """Settings that are one of several names; a run's numbers hold the index of the name."""

@@ -152,7 +152,7 @@ def bearing_report(run: Sampled, engine: Engine) -> BearingReport:
     if has[0] not in (0, wanted[0]) or has[1] != wanted[1]:  # journals locked on their axis have no load
         raise InputError(
             f"bearings: the run has {has[0]} mains and {has[1]} big ends, engine '{engine.name}' {wanted[0]} and "
-            f"{wanted[1]}; give the engine that the run is of"
+            f"{wanted[1]}; give the engine of the run"
         )
     cycle = _Cycle(run, last)
     speed = CYCLE / (last.size * float(run.time[-1] - run.time[-2]))

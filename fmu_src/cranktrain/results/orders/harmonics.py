@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 
-Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 CYCLE = 4.0 * math.pi

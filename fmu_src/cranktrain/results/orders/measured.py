@@ -50,7 +50,7 @@ def read_measured_orders(path: str | Path) -> Measured:
         cells = dict(zip(header, (cell.strip() for cell in row), strict=True))
         speed, order, amplitude = (_number(cells[key], key, name, number) for key in COLUMNS[:3])
         if abs(order) > 1e6 or abs(2.0 * order - round(2.0 * order)) > 1e-6:
-            raise InputError(f"{name}, line {number}: order {order:g} is no multiple of a half")
+            raise InputError(f"{name}, line {number}: order {order:g} is not a multiple of 0.5")
         unit = cells["unit"].replace("µ", "u").replace("μ", "u")
         if unit not in UNITS:
             raise InputError(f"{name}, line {number}: unit {shown(unit)} is unknown; {nearest(unit, UNITS)}")
@@ -74,7 +74,7 @@ def _number(text: str, key: str, name: str, line: int) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"{name}, line {line}: {key} {shown(text)} is no number") from None
+        raise InputError(f"{name}, line {line}: {key} {shown(text)} is not a number") from None
     if not math.isfinite(value) or value < 0.0 or (value == 0.0 and key != "amplitude"):
         raise InputError(f"{name}, line {line}: {key} {text} is not positive")
     return value

@@ -65,12 +65,12 @@ class Peak:
 
     @property
     def off(self) -> float:
-        """How far it lies above its mode, over that; not a number where there is none."""
+        """Relative distance above its mode; not a number if it has none."""
         return self.hz / self.mode_hz - 1.0
 
     @property
     def off_in_motion(self) -> float:
-        """How far it lies above the mode in motion, over that; not a number where that is not known."""
+        """Relative distance above the mode in motion; not a number if that is unknown."""
         return self.hz / self.motion_hz - 1.0
 
 

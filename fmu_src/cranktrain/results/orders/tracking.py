@@ -49,8 +49,7 @@ def tracked_orders(angle: Array, signal: Array, at: Array, highest: float) -> tu
     reach = 0.5 * CYCLES * CYCLE
     if np.any(places - reach < x[0] - 1e-9) or np.any(places + reach > x[-1] + 1e-9):
         raise InputError(
-            f"order tracking: fits over {CYCLES} cycles reach beyond the signal; leave {CYCLES // 2} cycles at either "
-            "end"
+            f"order tracking: each fit takes {CYCLES} cycles of signal; leave {CYCLES // 2} cycles at either end"
         )
     coarsest = float(np.diff(x).max())
     if highest * coarsest > 0.5 * math.pi:

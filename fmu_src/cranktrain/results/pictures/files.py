@@ -63,7 +63,7 @@ def check_picture(path: Path) -> Writer:
     writer = WRITERS.get(path.suffix)
     if writer is None:
         endings = ", ".join(f"{ending} ({row.what})" for ending, row in WRITERS.items())
-        raise InputError(f"{path}: no picture ends so; choose {endings}")
+        raise InputError(f"{path}: unknown kind of picture; end the name with {endings}")
     if writer.needs and find_spec(writer.needs) is None:
         name = writer.needs.replace("_", "-")
         raise InputError(f"{path}: {writer.what} needs {name}; pip install {name}, or name {path.with_suffix('.gif')}")

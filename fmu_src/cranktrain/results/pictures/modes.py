@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.results.pictures.moving_surface import SHOWN_MOTION, MovingSurface
 from cranktrain.results.pictures.skin import Skin
@@ -22,8 +22,6 @@ from cranktrain.structure.crank.modal import (
     torsional_frequencies,
 )
 from cranktrain.structure.crank.reduction import complete_crankshaft, crank_surface
-
-Array = NDArray[np.float64]
 
 FRAMES = 24
 """Frames of one oscillation."""
@@ -79,7 +77,7 @@ def chosen_mode(mode: str, hz: Array, shares: Array) -> int:
             raise InputError(f"--mode {mode} is not within 1 to {listed}, the elastic modes up to {LISTED_HZ:g} Hz")
         return int(mode) - 1
     if mode not in KINDS:
-        raise InputError(f"--mode '{mode}' is no number and no kind; {nearest(mode, KINDS)}")
+        raise InputError(f"--mode '{mode}' is neither a number nor a kind of mode; {nearest(mode, KINDS)}")
     if mode == "torsional":
         return int(np.argmin(np.abs(hz - torsional_frequencies(hz, shares)[0])))
     own = np.flatnonzero(np.argmax(shares[:listed], axis=1) == KINDS.index(mode))

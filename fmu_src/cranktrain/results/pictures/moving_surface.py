@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
+
 Single = NDArray[np.float32]
 
 SHOWN_MOTION = 0.03

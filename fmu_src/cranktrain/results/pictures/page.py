@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import base64
-import html
-import json
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.results.page_head import page_head
+from cranktrain.results.page_head import filled_page, script_data
 from cranktrain.results.pictures.moving_surface import MovingSurface
 from cranktrain.results.pictures.rendering import COLOURS, RIGHT, TO_EYE, UP
 
 
 def page(surface: MovingSurface, enlargement: float) -> str:
     """The page's text, with the surface inside: displacements in 16 bits, colours in 8."""
-    template = files("cranktrain.results.pictures").joinpath("page.html").read_text(encoding="utf-8")
-    # A closing tag inside a script would end it.
-    data = json.dumps(page_data(surface, enlargement), allow_nan=False).replace("<", "\\u003c")
-    template = template.replace("@HEAD@", page_head("picture", surface.title))
-    return template.replace("@TITLE@", html.escape(surface.title)).replace("@DATA@", data)
+    title, data = surface.title, script_data(page_data(surface, enlargement))
+    return filled_page(__package__, "page.html", "picture", title, title, DATA=data)
 
 
 def page_data(surface: MovingSurface, enlargement: float) -> dict[str, Any]:

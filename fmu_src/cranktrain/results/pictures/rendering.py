@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from cranktrain.results.pictures.moving_surface import MovingSurface
 
-Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 ASIDE, ABOVE = math.radians(28.0), math.radians(22.0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
 
 SHARP = math.radians(35.0)
 """Angle between two triangles from which their common edge is drawn as an edge."""
@@ -19,7 +19,7 @@ SHARP = math.radians(35.0)
 class Skin(NamedTuple):
     """Surface with its motion: ``points`` (p, 3) m, ``triangles`` (t, 3), ``modes`` (m, p, 3), each point's ``origin``.
 
-    ``origin`` (p,) is the number of the point among those that it was made from, of which some stand several times.
+    ``origin`` (p,) is the number of the original point; points along sharp edges occur several times.
     """
 
     points: Array

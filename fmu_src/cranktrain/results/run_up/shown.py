@@ -87,7 +87,7 @@ def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[floa
 
 
 def worthy(run_up: RunUp, quantity: Quantity, orders: Sequence[float], beside: Beside) -> list[Peak]:
-    """Peaks that have a name: high ones, and those of orders with a published speed near it; where cycles repeat."""
+    """Peaks that get a label: high ones, and those near a published speed of their order; periodic motion only."""
     found = [peak for peak in peaks(run_up, quantity.output) if peak.order in orders and peak.periodic]
     largest = max((peak.amplitude for peak in found), default=0.0)
     published = beside.published(quantity)

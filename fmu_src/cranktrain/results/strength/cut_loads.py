@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.reduced_body import Array, rigid_coordinates, skew, turning_stiffness
+from cranktrain.core.reduced_body import Array, rigid_coordinates, turning_stiffness
+from cranktrain.core.rigid_slices import second_moments, skew
 from cranktrain.engine.model import Engine
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
 from cranktrain.structure.crank.reduction import attached_parts
@@ -89,8 +90,7 @@ def crank_masses(engine: Engine) -> list[Mass]:
     for interface, part in attached_parts(engine):
         inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
         centre = np.array(places[interface]) + part.offset * AXIS
-        second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-        found.append(Mass(part.mass, centre, second, (interface,), places[interface][2]))
+        found.append(Mass(part.mass, centre, second_moments(inertia), (interface,), places[interface][2]))
     w = engine.balance_weights
     if w is not None:
         for main, mass, r, angle, z in zip(w.mains, w.masses, w.radii, w.angles, w.offsets, strict=True):

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.reduced_body import TURN, ReducedBody
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.rigid_slices import TURN
+from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.results.strength.assessment import BORE_GRADIENT, FILLET_GRADIENT
 from cranktrain.results.strength.bare_crank import bare_instants
@@ -19,8 +21,6 @@ from cranktrain.structure.stress.direct_solution import Instants
 from cranktrain.structure.stress.fillet_factors import free_surface
 from cranktrain.structure.stress.nodal_stress import von_mises
 from cranktrain.structure.stress.sub_model import CUTS, FilletModes, cut_places
-
-Array = NDArray[np.float64]
 
 CONVERGED = 0.03
 """Least over largest principal stress at the peak, up to which a fillet counts as converged."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.results.strength.bare_crank import bare_instants, wrenches
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
 from cranktrain.store.hdf5 import write_result
@@ -26,7 +27,6 @@ from cranktrain.structure.stress.features import surface_features
 from cranktrain.structure.stress.nodal_stress import von_mises
 from cranktrain.structure.stress.stress_modes import ShapedCrank, StressModes
 
-Array = NDArray[np.float64]
 Tensors = NDArray[np.float32]
 
 BATCH = 8

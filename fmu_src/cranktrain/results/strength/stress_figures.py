@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.core.types import Array
 from cranktrain.results.figures import save_figure
 from cranktrain.results.strength.stress import CrankStress
-
-Array = NDArray[np.float64]
 
 STRESS_PICTURES = ("stresses.png", "stress_envelope.png")
 SHOWN_DEG = tuple(range(0, 720, 90))

@@ -5,8 +5,8 @@ as in the rule of the classification societies, each throw by itself, simply sup
 In both the torque about the crank's axis comes from the run: gas and inertia forces of all throws in front, with the
 vibration.
 
-Radial is from the crank's axis to the pin, bending positive where it presses the throw together (the rod pushes the
-pin towards the axis), which pulls at the pin's fillets and presses on the journal's.
+Radial is from the crank's axis to the pin, bending is positive where it presses the throw together (the rod pushes the
+pin towards the axis), which puts the pin's fillets in tension and the journal's in compression.
 """
 
 from __future__ import annotations

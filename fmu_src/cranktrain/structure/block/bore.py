@@ -15,9 +15,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, reduced_compliance
 from cranktrain.structure.block.reduction import block_model, input_digest
@@ -29,8 +29,6 @@ from cranktrain.structure.fem.mesh import surface_basis
 from cranktrain.structure.fem.reduction import Progress
 from cranktrain.structure.fem.surface_compliance import kept_compliance, radial_loads
 
-Array = NDArray[np.float64]
-
 # Raised when the code would give another compliance for the same block.
 RECIPE = 1
 
@@ -41,7 +39,6 @@ def block_bore_compliance(
     main: int | None = None,
     mesh_file: str | Path | None = None,
     progress: Progress | None = None,
-    rebuild: bool = False,
 ) -> BoreCompliance:
     """Elastic shapes of a main bore in the block, without its motion; the finite elements run once, then the cache.
 
@@ -54,8 +51,6 @@ def block_bore_compliance(
     main : main bearing, from 1; the one before the middle where not given, which is no end and carries no thrust faces
         on engines that have them in the middle
     mesh_file : user's own block
-    progress : told each stage before it starts
-    rebuild : compute even where a stored compliance exists
     """
     film, mains = engine.plain_mains, engine.crankshaft.main_positions
     row = (len(mains) // 2 if main is None else main) - 1
@@ -75,7 +70,7 @@ def block_bore_compliance(
         shape = (2 * WAVES + 1, DEGREE + 1)
         return np.asarray((0.5 * (compliance + compliance.T)).reshape(*shape, *shape))
 
-    patternwise = kept_compliance(f"{engine.name}-bore", inputs, computed, rebuild)
+    patternwise = kept_compliance(f"{engine.name}-bore", inputs, computed)
     return reduced_compliance(patternwise, np.pi * film.diameter * film.width, count)
 
 

@@ -19,14 +19,13 @@ from numpy.typing import NDArray
 from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.engine.parts import Block
 from cranktrain.structure.block.shape import PATCH, Bank, BlockPlan, block_shape
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces
 from cranktrain.structure.fem.mesh import cad_solid, named_mesh, surface_area
 from cranktrain.structure.fem.own_mesh import check_places
-
-Array = NDArray[np.float64]
 
 PLACE_TOLERANCE = 0.1
 """An interface is referred to its place in the plan where the meshed surface lies there, within this share of the

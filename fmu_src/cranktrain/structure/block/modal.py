@@ -13,19 +13,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag, eigh
 from scipy.optimize import linear_sum_assignment
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, rigid
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block.reduction import complete_block
 from cranktrain.structure.crank import modal as crank_modal
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, energy_shares
 from cranktrain.structure.crank.reduction import complete_crankshaft
-
-Array = NDArray[np.float64]
 
 PARTS = (*KINDS, "block")
 REACH = 2.0

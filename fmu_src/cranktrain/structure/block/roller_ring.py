@@ -17,7 +17,6 @@ and so symmetric, S the rollers' springs and B the rollers' approach by the jour
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
@@ -27,6 +26,7 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from skfem import FacetBasis, MeshTet2
 
+from cranktrain.core.types import Array, Progress
 from cranktrain.engine.parts import Material
 from cranktrain.engine.quantities import Length, check_values, need
 from cranktrain.engine.roller_bearing import RollerBearing
@@ -34,9 +34,6 @@ from cranktrain.structure.block.saddle import CAST_IRON
 from cranktrain.structure.fem.elasticity import FEModel, finite_elements
 from cranktrain.structure.fem.mesh import cad_solid
 from cranktrain.structure.fem.surface_compliance import compliance_of, kept_compliance, radial_loads
-
-Array = NDArray[np.float64]
-Progress = Callable[[str], None]
 
 # Raised when the code would give another compliance for the same ring.
 RECIPE = 1

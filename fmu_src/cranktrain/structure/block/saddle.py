@@ -12,7 +12,6 @@ the loads' own vectors f_i, so that it is symmetric by construction:
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array, Progress
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import SHELL_SHARE, JournalBearing, Material
 from cranktrain.engine.quantities import Length, check_values, need
@@ -29,9 +29,6 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance, patterns, re
 from cranktrain.structure.fem.elasticity import FEModel, finite_elements
 from cranktrain.structure.fem.mesh import cad_solid, surface_basis
 from cranktrain.structure.fem.surface_compliance import compliance_of, kept_compliance, radial_loads
-
-Array = NDArray[np.float64]
-Progress = Callable[[str], None]
 
 # Raised when the code would give another compliance for the same saddle.
 RECIPE = 1
@@ -94,10 +91,8 @@ def saddle_for(bearing: JournalBearing) -> Saddle:
 def bore_compliance(
     engine: Engine,
     count: int = 8,
-    saddle: Saddle | None = None,
     with_motion: bool = False,
     progress: Progress | None = None,
-    rebuild: bool = False,
 ) -> BoreCompliance:
     """Elastic shapes of a main bearing's bore; the finite elements run once, then the user's cache is read.
 
@@ -106,12 +101,9 @@ def bore_compliance(
     Parameters
     ----------
     count : shapes to keep, the softest first
-    saddle : dimensions in place of those that follow from the engine's main bearing
     with_motion : let the shapes hold the bore's motion as a whole; only where no body carries it
-    progress : told each stage before it starts
-    rebuild : compute even where a stored compliance exists
     """
-    plan = saddle or saddle_for(engine.plain_mains)
+    plan = saddle_for(engine.plain_mains)
     check_saddle(plan)
     area = np.pi * plan.film_diameter * plan.film_width
     say = progress or (lambda stage: None)
@@ -124,7 +116,7 @@ def bore_compliance(
         clamped = model.basis.get_dofs(mesh.boundaries["clamped"]).flatten()
         return pattern_compliance(model, clamped, plan.film_diameter, plan.film_width)
 
-    patternwise = kept_compliance("saddle", [RECIPE, WAVES, DEGREE, asdict(plan)], computed, rebuild)
+    patternwise = kept_compliance("saddle", [RECIPE, WAVES, DEGREE, asdict(plan)], computed)
     return reduced_compliance(patternwise, area, count, with_motion)
 
 

@@ -19,9 +19,10 @@ from hashlib import sha256
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.rigid_slices import Slices
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.sections import fillet_rise, interface_places, web_strips
@@ -29,9 +30,6 @@ from cranktrain.structure.crank.shape import pin_centre, stations
 from cranktrain.structure.crank.torsional import sections
 from cranktrain.structure.crank.web_member import web_flexibility
 from cranktrain.structure.fem.frame import Frame, Section, circular
-from cranktrain.structure.fem.rigid_slices import Slices
-
-Array = NDArray[np.float64]
 
 _STRIPS = 16
 """Slices of a web."""

@@ -96,7 +96,7 @@ def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     rigid = modes.shapes[at, 0]
     if np.count_nonzero(modes.omega == 0.0) != 1 or np.ptp(rigid) > ALIKE * np.abs(rigid).max():
         raise InputError(
-            f"chain of engine '{engine.name}' does not turn freely as one crank; leave ground out, and gears between "
+            f"chain of engine '{engine.name}' cannot rotate freely as one crank; leave out ground, and gears between "
             "its main journals"
         )
     turned = np.sqrt(base.inertia[2, 2]) * abs(float(rigid[0]))

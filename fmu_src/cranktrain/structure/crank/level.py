@@ -14,13 +14,12 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, rigid, truncate
+from cranktrain.core.types import Progress
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.beam import beam_body
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
 from cranktrain.structure.crank.torsional import rigid_crank, torsional_body, twist_only
-
-Progress = Callable[[str], None]
 
 
 def bare_crank(

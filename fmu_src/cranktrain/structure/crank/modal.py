@@ -26,12 +26,11 @@ from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import LumpedInertia
 from cranktrain.structure.crank.reduction import attached_parts, complete_crankshaft
 from cranktrain.structure.fem.reduction import CHECKED_HZ
-
-Array = NDArray[np.float64]
 
 KINDS = ("bending", "torsional", "axial")
 SHARE_MEASURE = "kinetic energy of slices on the crank axis: across and tilting, turning, along"

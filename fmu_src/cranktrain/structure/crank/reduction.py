@@ -19,6 +19,7 @@ from skfem import MeshTet2
 from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, attach, truncate
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft, LumpedInertia
 from cranktrain.store.hdf5 import load_body, load_extras
@@ -31,8 +32,6 @@ from cranktrain.structure.fem.mesh import crankshaft_mesh, interface_names, surf
 from cranktrain.structure.fem.own_body import is_body, read_body, with_interface
 from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
 from cranktrain.structure.fem.reduction import Comparison, Progress, ReductionTask, content_digest, reduced_structure
-
-Array = NDArray[np.float64]
 
 # Raised when the code would make another body from the same inputs.
 RECIPE = 1

@@ -16,13 +16,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import pin_centre, stations
-
-Array = NDArray[np.float64]
 
 _STRIPS, _FINE = 40, 200
 """Strips of a web, and points of the quadrature in each."""

@@ -41,11 +41,12 @@ from dataclasses import replace
 from hashlib import sha256
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.reduced_body import ReducedBody, check, rigid, signed
+from cranktrain.core.reduced_body import ReducedBody, check, rigid, signed, sliced_body
+from cranktrain.core.rigid_slices import Slices, rigid_basis, rigid_motion
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.engine.quantities import TORSIONAL_SOURCES
@@ -54,9 +55,6 @@ from cranktrain.structure.crank.modal import bearing_stiffness, cranktrain_matri
 from cranktrain.structure.crank.reduction import complete_crankshaft
 from cranktrain.structure.crank.sections import crank_moments, crank_pieces, interface_places
 from cranktrain.structure.crank.shape import stations
-from cranktrain.structure.fem.rigid_slices import Slices, rigid_basis, rigid_motion, sliced_body
-
-Array = NDArray[np.float64]
 
 
 def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody | None = None) -> ReducedBody:

@@ -20,12 +20,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft, Material
 from cranktrain.structure.crank.sections import web_width
-
-Array = NDArray[np.float64]
 
 _POINTS = 2000
 

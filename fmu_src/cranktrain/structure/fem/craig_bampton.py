@@ -29,12 +29,12 @@ from scipy import sparse
 from scipy.linalg import cholesky, eigh, qr, solve_triangular
 
 from cranktrain.core.errors import SolverError
-from cranktrain.core.reduced_body import ReducedBody, check, rigid_modes, signed, with_rigid_rows
+from cranktrain.core.reduced_body import ReducedBody, check, signed, with_rigid_rows
+from cranktrain.core.rigid_slices import rigid_modes
+from cranktrain.core.types import Array
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, geometric_stiffness, sample
 from cranktrain.structure.fem.factor import Factor, factorise
 from cranktrain.structure.fem.interfaces import InterfaceSet
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_bipartite_matching
 
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
+
 Integers = NDArray[np.intp]
 
 # Fractions of the nodes on one side tried for each cut, in addition to the levels of the sweep in between.

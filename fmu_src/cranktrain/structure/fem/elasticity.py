@@ -22,9 +22,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshTet2
 
+from cranktrain.core.types import Array
 from cranktrain.engine.parts import Material
-
-Array = NDArray[np.float64]
 
 # Exact for the mass of straight elements and the volume of curved ones; all 14 weights are positive.
 QUADRATURE_ORDER = 5

@@ -22,9 +22,9 @@ from scipy.linalg.lapack import dpotrf
 from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
+from cranktrain.core.types import Array
 from cranktrain.structure.fem.dissection import nested_dissection
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.intp]
 
 # Nodes (of three unknowns, mostly) of the smallest fronts: fewer cost calls, more cost fill.

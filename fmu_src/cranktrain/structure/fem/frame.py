@@ -2,7 +2,7 @@
 
 A beam of length L, local axes e_1 along it and e_2, e_3 across, bends with the interpolation that solves the static
 Timoshenko equations exactly (Φ = 12EI/(κGAL²)), so that its stiffness is exact and its mass consistent: the mass is
-gathered at four Gauss points, each a rigid slice of the section (:mod:`cranktrain.structure.fem.rigid_slices`), which
+gathered at four Gauss points, each a rigid slice of the section (:mod:`cranktrain.core.rigid_slices`), which
 integrates the cubic interpolation exactly. Shear factors of Cowper: circle κ = 6(1+ν)/(7+6ν).
 
 A member may also be given by its flexibility between two nodes, with slices of its own. Loads of rotation and the
@@ -22,11 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from cranktrain.core.reduced_body import ReducedBody, skew
+from cranktrain.core.reduced_body import ReducedBody, sliced_body
+from cranktrain.core.rigid_slices import Slices, fields, rigid_motion, skew
+from cranktrain.core.types import Array
 from cranktrain.structure.fem.craig_bampton import reduced_basis
-from cranktrain.structure.fem.rigid_slices import Slices, fields, rigid_motion, sliced_body
-
-Array = NDArray[np.float64]
 
 _POINTS, _WEIGHTS = (np.asarray(x, dtype=np.float64) for x in np.polynomial.legendre.leggauss(4))
 _POINTS, _WEIGHTS = 0.5 * (1.0 + _POINTS), 0.5 * _WEIGHTS

@@ -17,15 +17,13 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from skfem import FacetBasis, LinearForm
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.types import Array
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.mesh import surface_basis
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

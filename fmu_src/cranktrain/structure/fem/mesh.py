@@ -30,12 +30,12 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import stations
 from cranktrain.structure.fem.own_mesh import UNITS, check_one_piece
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.integer[Any]]
 
 # Corner pairs of the six mid-side nodes in netgen's and in VTK's order (meshio's, Abaqus', Nastran's).

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.integer[Any]]
 
 FORMATS = {".msh": "gmsh", ".inp": "abaqus", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran"}
@@ -64,7 +64,7 @@ def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str,
     points = np.asarray(found.points, dtype=float)
     used = np.concatenate([np.ravel(block.data) for block in found.cells if block.type in (kind, *FLAT)])
     if points.ndim != 2 or points.shape[1] != 3 or used.min() < 0 or used.max() >= len(points):
-        raise InputError(f"{path}: elements name nodes that are not there: export it again")
+        raise InputError(f"{path}: elements refer to nodes that do not exist: export it again")
     if not np.isfinite(points).all():
         raise InputError(f"{path}: nodes have no finite place: export it again")
     return points, tets, _surfaces(found, tets, path)

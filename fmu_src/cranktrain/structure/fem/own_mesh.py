@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.integer[Any]]
 
 UNITS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
@@ -62,7 +62,7 @@ def check_one_piece(nodes: Array, tets: Integers, path: str | Path) -> None:
         x, y, z = 1e3 * nodes[corners[piece[corners[:, 0]] == second].ravel()].mean(axis=0)
         raise InputError(
             f"{path}: the solid is {len(pieces)} pieces, the largest with {count.max()} of {count.sum()} elements, "
-            f"another around ({x:.1f}, {y:.1f}, {z:.1f}) mm; expected is one: merge equal nodes, leave islands out"
+            f"another around ({x:.1f}, {y:.1f}, {z:.1f}) mm; expected is one: merge equal nodes, leave other pieces out"
         )
     faces = np.sort(np.concatenate([np.delete(corners, k, axis=1) for k in range(4)]), axis=1)
     shared, number = np.unique(faces, axis=0, return_counts=True)
@@ -70,7 +70,7 @@ def check_one_piece(nodes: Array, tets: Integers, path: str | Path) -> None:
         x, y, z = 1e3 * nodes[shared[number.argmax()]].mean(axis=0)
         raise InputError(
             f"{path}: {np.sum(number > 2)} faces belong to more than two elements, one at ({x:.1f}, {y:.1f}, {z:.1f}) "
-            "mm; leave out elements that are there twice"
+            "mm; leave out duplicate elements"
         )
 
 

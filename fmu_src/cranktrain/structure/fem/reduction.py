@@ -19,6 +19,7 @@ from scipy.linalg import null_space
 from skfem import Basis, ElementTetP2, MeshTet2
 
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
+from cranktrain.core.types import Array, Progress
 from cranktrain.engine.parts import Material
 from cranktrain.store.hdf5 import load_body, save_body
 from cranktrain.store.whole_file import check_kept
@@ -27,9 +28,6 @@ from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
 from cranktrain.structure.fem.own_mesh import mesh_unit
-
-Array = NDArray[np.float64]
-Progress = Callable[[str], None]
 
 # The reduction is checked against the full model up to here.
 CHECKED_HZ = 1000.0

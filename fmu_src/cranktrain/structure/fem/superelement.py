@@ -6,7 +6,7 @@ M without loss. The rigid modes are the exact motions of the nodes. The body is 
 these motions is not the mass of a rigid body.
 
 The terms of rotation (G, C, K_σ and the loads of rotation) need the distribution of mass in space, which K and M do not
-contain. The mass is lumped at the nodes. Each node carries a rigid slice (:mod:`cranktrain.structure.fem.rigid_slices`)
+contain. The mass is lumped at the nodes. Each node carries a rigid slice (:mod:`cranktrain.core.rigid_slices`)
 with the same response to a rigid acceleration as the node's rows of M. All slices together have the mass, centre and
 inertia of M. In rigid motion these terms are therefore exact, and an elastic mode's slices have no momentum. Left out
 are
@@ -28,10 +28,9 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cholesky, eigh, qr, solve_triangular
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import ReducedBody, rigid_modes, signed, skew
-from cranktrain.structure.fem.rigid_slices import Slices, fields, rigid_motion, sliced_body
-
-Array = NDArray[np.float64]
+from cranktrain.core.reduced_body import ReducedBody, signed, sliced_body
+from cranktrain.core.rigid_slices import Slices, fields, rigid_modes, rigid_motion, second_moments, skew
+from cranktrain.core.types import Array
 
 RIGID_SHARE = 0.01
 """Most that the frequency of a rigid motion may be of the first elastic one; text of seven digits stays far below."""
@@ -91,7 +90,7 @@ def superelement_body(element: Superelement, name: str) -> ReducedBody:
             omega, modes = _modes(element, motions @ coefficients)
     except (ValueError, LinAlgError):
         raise InputError(
-            f"{element.source}: numbers of the matrices or coordinates are too large for any body; check units and "
+            f"{element.source}: values of the matrices or coordinates are too large for any body; check units and "
             "exponents, or export the files again"
         ) from None
     positions, averaging = _interfaces(element)
@@ -213,7 +212,7 @@ def _slice_moments(felt: Array) -> Array:
     moments = np.zeros((4, 4))
     moments[0, 0] = np.trace(felt[:3, :3]) / 3.0
     moments[0, 1:] = moments[1:, 0] = 0.5 * (_axial(felt[3:, :3]) - _axial(felt[:3, 3:]))
-    moments[1:, 1:] = _second_moments(0.5 * (felt[3:, 3:] + felt[3:, 3:].T))
+    moments[1:, 1:] = second_moments(0.5 * (felt[3:, 3:] + felt[3:, 3:].T))
     return moments
 
 
@@ -231,13 +230,8 @@ def _total_moments(inertia: Array) -> Array:
     total = np.zeros((4, 4))
     total[0, 0] = inertia[0, 0]
     total[0, 1:] = total[1:, 0] = _axial(inertia[3:, :3])
-    total[1:, 1:] = _second_moments(inertia[3:, 3:])
+    total[1:, 1:] = second_moments(inertia[3:, 3:])
     return total
-
-
-def _second_moments(inertia: Array) -> Array:
-    """∫ρ r rᵀ of an inertia tensor."""
-    return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)
 
 
 def _axial(matrix: Array) -> Array:

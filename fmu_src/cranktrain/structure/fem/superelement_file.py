@@ -21,15 +21,14 @@ from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta, field
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.typed_file import Table, record
+from cranktrain.core.types import Array
 from cranktrain.core.user_file import is_number, read_toml
 from cranktrain.structure.fem.mesh_file import interface_name
 from cranktrain.structure.fem.superelement import Superelement
 
-Array = NDArray[np.float64]
 Rows = list[tuple[int, int]]
 """Node and component (from 0) of each row."""
 
@@ -125,7 +124,7 @@ def _text(path: Path) -> str:
     """Text of a file of numbers; ``InputError``."""
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise InputError(f"{path}: more than {LARGEST_FILE / 1e9:g} GB are no superelement; condense the body")
+            raise InputError(f"{path}: larger than {LARGEST_FILE / 1e9:g} GB; condense the body further")
         return path.read_text(encoding="latin-1")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); {REMEDY}") from None

@@ -9,16 +9,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.dynamics.model import slots
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force
 from cranktrain.structure.crank.modal import main_springs
-
-Array = NDArray[np.float64]
 
 _ACROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
 """e_z × in the plane."""

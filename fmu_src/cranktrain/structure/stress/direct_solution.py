@@ -14,15 +14,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cranktrain.core.reduced_body import TURN, ReducedBody, skew
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.rigid_slices import TURN, second_moments, skew
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.reduction import attached_parts
 from cranktrain.structure.fem.elasticity import component_dofs, sample
 from cranktrain.structure.stress.stress_modes import ShapedCrank
-
-Array = NDArray[np.float64]
 
 ARM = 0.1
 """Distance from the centre of the points that represent a part's inertia, m; any value would do."""
@@ -115,8 +114,7 @@ def rigid_parts(engine: Engine) -> list[tuple[str, float, Array, Array]]:
 
 def point_masses(mass: float, inertia: Array, offset: Array) -> tuple[Array, Array]:
     """Points (7, 3) and masses (7,) with this mass, inertia about its centre and place of the centre."""
-    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-    moments, axes = np.linalg.eigh(second)
+    moments, axes = np.linalg.eigh(second_moments(inertia))
     shares = np.repeat(moments / (2.0 * ARM**2), 2)
     arms = np.repeat(axes.T, 2, axis=0) * np.tile([ARM, -ARM], 3)[:, None]
     return np.vstack((offset, offset + arms)), np.append(mass - shares.sum(), shares)

@@ -7,10 +7,9 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import pin_centre, stations
-
-Array = NDArray[np.float64]
 
 NEAR = 0.2
 """Distance from its torus, over the fillet's radius, up to which a point belongs to a fillet."""

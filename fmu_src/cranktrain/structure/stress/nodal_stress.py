@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem import ElementTetP2, MeshTet2
 
+from cranktrain.core.types import Array
 from cranktrain.engine.parts import Material
 from cranktrain.structure.fem.elasticity import lame
 from cranktrain.structure.fem.mesh import VTK_EDGES
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.integer]
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.store.hdf5 import load_body
 from cranktrain.store.whole_file import check_kept, whole_file
@@ -34,8 +35,6 @@ from cranktrain.structure.fem.reduction import (
     surface_triangles,
 )
 from cranktrain.structure.stress.nodal_stress import NodalStress
-
-Array = NDArray[np.float64]
 
 RECIPE = 1
 """Raised when the same shapes would give other stresses."""
@@ -140,7 +139,7 @@ def check_has_elements(mesh_file: str | Path | None) -> None:
     """Refuse a reduced body or superelement in place of a mesh; ``InputError``."""
     if mesh_file is not None and is_body(mesh_file):
         raise InputError(
-            f"{mesh_file}: a reduced body has no stresses, they need the finite elements behind it; give their mesh "
+            f"{mesh_file}: a reduced body has no stresses, because they need its finite elements; give their mesh "
             "by --mesh, or leave the body out"
         )
 

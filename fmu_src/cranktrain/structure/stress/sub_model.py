@@ -29,7 +29,8 @@ from numpy.typing import NDArray
 from skfem import MeshTet2
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import skew
+from cranktrain.core.rigid_slices import skew
+from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft, Material
 from cranktrain.structure.crank.shape import oil_outlet, pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import rigid_motions
@@ -42,7 +43,6 @@ from cranktrain.structure.stress.features import surface_features
 from cranktrain.structure.stress.nodal_stress import NodalStress
 from cranktrain.structure.stress.throw_mesh import place_fineness, throw_mesh
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.integer]
 
 SLAB = 0.4
@@ -210,8 +210,8 @@ def cut_motion(mesh: MeshTet2, c: Crankshaft, throw: int, coarse: tuple[Array, A
         known = _cubic((places[:, near] - centre) / scale)
         if near.size < known.shape[1] or np.linalg.matrix_rank(known, 1e-6) < known.shape[1]:
             raise InputError(
-                f"crankshaft: {near.size} nodes of its mesh near z = {1e3 * z:.0f} mm do not tell the motion of a cut "
-                "there; use a smaller mesh_size"
+                f"crankshaft: {near.size} nodes of its mesh near z = {1e3 * z:.0f} mm do not determine the motion of a "
+                "cut there; use a smaller mesh_size"
             )
         fit = _cubic((mesh.doflocs[:, on] - centre) / scale) @ np.linalg.pinv(known)
         nodes.append(on)

@@ -9,8 +9,6 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshTet2
 
 from cranktrain.engine.parts import Crankshaft
@@ -25,8 +23,6 @@ from cranktrain.structure.crank.shape import (
     web,
 )
 from cranktrain.structure.fem.mesh import NETGEN_EDGES, cad_mesh, quadratic_mesh
-
-Array = NDArray[np.float64]
 
 FINENESS = 4.0
 """Radius of a fillet over the edges on it: at 4 the stress is converged to 0.5 %, see the tests."""

@@ -18,6 +18,7 @@ from scipy.optimize import least_squares
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import Progress
 from cranktrain.dynamics.model.arrays import dimensions
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import engine_path, load_engine
@@ -42,7 +43,6 @@ from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, ref
 CLOSED = "thrust.closed_stiffness"
 RESTS_ON = 0.05
 """A target rests on the values whose sensitivity is at least this."""
-Say = Callable[[str], None]
 Follow = Callable[[float, float], None]
 
 
@@ -53,7 +53,7 @@ def calibrate(
     *,
     seed: int = 1,
     evaluations: int = 20000,
-    say: Say = lambda stage: None,
+    say: Progress = lambda stage: None,
     follow: Follow = lambda share, cost: None,
 ) -> dict[str, Any]:
     """Values of an engine that meet targets: a report, JSON-able, and a new engine file where ``out`` is given.
@@ -96,7 +96,9 @@ def calibrate(
     return report
 
 
-def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, follow: Follow) -> tuple[Problem, Found]:
+def _fitted(
+    base: Engine, task: Task, seed: int, evaluations: int, say: Progress, follow: Follow
+) -> tuple[Problem, Found]:
     """Values found, and the problem with their bodies; after an interrupt, with the previous bodies."""
     start = start_values(base, task)
     before = engine_with(base, task, start, {})
@@ -110,7 +112,7 @@ def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, fol
             if found := changes(before, after, end - start[p.key], task.flexible, tell):
                 dimensions[p.key] = found
         except InputError as error:
-            raise InputError(f"parameters.{p.key}: {end / p.scale:g} {p.unit} cannot be: {error}") from None
+            raise InputError(f"parameters.{p.key}: {end / p.scale:g} {p.unit} is not possible: {error}") from None
 
     def problem(given: Mapping[str, float]) -> Problem:
         """Problem at the bodies of given values."""
@@ -149,7 +151,7 @@ def _fitted(base: Engine, task: Task, seed: int, evaluations: int, say: Say, fol
     return second, result._replace(free=np.array([given[p.key] for p in task.parameters]))
 
 
-def film_means(engine: Engine, flexible: bool, say: Say) -> FilmMeans:
+def film_means(engine: Engine, flexible: bool, say: Progress) -> FilmMeans:
     """Mean laws of the films of an engine, of films without tilt and on the targets' block level, at full load.
 
     The speed is that of the largest heat per cycle. Raises ``SolverError`` where the run fails.

@@ -17,7 +17,7 @@ from cranktrain.studies.calibration import values
 
 DIGITS = 4
 NEW = Kind("file to be replaced", lambda path: False)
-"""Kind of a file that must not be there."""
+"""Kind of a new file, which must not exist yet."""
 
 
 class Written(NamedTuple):
@@ -53,15 +53,15 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
         entry = f'{name} = {{ value = {number}, unit = "{unit}", origin = "{change.origin}", note = "{note}" }}'
         at = _line(lines, table, name)
         if at is None:
-            raise InputError(f"{key}: does not stand on a line of its own in the engine file; write it so")
+            raise InputError(f"{key}: does not stand on a line of its own in the engine file; give it its own line")
         lines[at[0] : at[1]] = [entry]
     return "\n".join(lines) + "\n"
 
 
 def new_path(path: Path) -> Path:
-    """The path; ``InputError`` where something lies there: nothing is overwritten."""
+    """Path of a new engine file; ``InputError`` if the file exists or its name does not end in .toml."""
     if path.exists():
-        raise InputError(f"{path}: exists, and calibrate overwrites nothing; give another name with --out")
+        raise InputError(f"{path}: exists and is not overwritten; give another name with --out")
     if path.suffix != ".toml":
         raise InputError(f"{path}: an engine file ends in .toml; give such a name with --out")
     check_place(path)

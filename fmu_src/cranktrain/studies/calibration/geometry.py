@@ -14,13 +14,15 @@ fitted again, so it contains no error of the linearisation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import Array, skew
+from cranktrain.core.reduced_body import Array
+from cranktrain.core.rigid_slices import skew
+from cranktrain.core.types import Progress
 from cranktrain.engine.model import Engine
 from cranktrain.store.kept import Kept
 from cranktrain.structure.block import reduction as of_block
@@ -29,7 +31,6 @@ from cranktrain.structure.fem.craig_bampton import condensed
 from cranktrain.structure.fem.factor import one_thread
 
 CRANK, BLOCK = "crankshaft", "block"
-Progress = Callable[[str], None]
 
 
 class Change(NamedTuple):

@@ -60,7 +60,7 @@ class Problem:
     """Engine of some free values; the quick matrices of its train; the task.
 
     ``dimensions`` are those values that change the bodies, as they are in the bodies of ``train``; ``stand_ins`` what
-    formulas know of the block; ``held`` values of the targets file that are not free any more.
+    formulas know of the block; ``held`` values of the targets file that are no longer free.
     """
 
     engine: Engine

@@ -47,7 +47,7 @@ STAND_INS = (*BLOCK_STAND_INS, *FILM_STAND_INS)
 SUFFIX = ".targets.toml"
 GROUND = next(iter(BLOCKS))
 LARGEST = 1e15
-"""Beyond which no value of an engine lies in SI."""
+"""Largest magnitude of a value of an engine file in SI units."""
 
 
 class TargetTable(Table, kw_only=True):
@@ -203,14 +203,14 @@ def _target(name: str, entry: TargetTable) -> Target:
     where, moves = f"targets.{name}", entry.of == MOTION
     torsional, number, hz = entry.shape == "torsional", entry.number, entry.hz
     if number not in (0, 1, 2) or (number and not torsional) or (entry.of == "crankshaft" and not number):
-        raise InputError(f"{where}.number: give 1 or 2 with shape torsional, always so of the free crankshaft")
+        raise InputError(f"{where}.number: give 1 or 2 with shape torsional, as targets of the free crankshaft need it")
     if moves and (number != 1 or not torsional):
-        raise InputError(f"{where}: of motion the first torsional frequency is known; give shape torsional, number 1")
+        raise InputError(f"{where}: in motion only torsional mode 1 is computed; give shape torsional, number 1")
     if not entry.source:
         raise InputError(f"{where}.source: say where the number comes from")
     if entry.order is not None or entry.rpm is not None:
         if hz is not None or not moves:
-            raise InputError(f"{where}: give order and rpm of a critical speed of motion, or hz; not both")
+            raise InputError(f"{where}: give either order and rpm of a critical speed in motion, or hz")
         if entry.order is None or entry.rpm is None:
             raise InputError(f"{where}.{'order' if entry.order is None else 'rpm'}: is missing; give a finite number")
         hz = entry.order * entry.rpm / 60.0
@@ -235,7 +235,7 @@ def _parameter(key: str, entry: ParameterTable, engine: Engine) -> Parameter:
 
 
 def _said(fault: Fault, where: str) -> str:
-    """What is said of keys of targets, whose own names may hold dots."""
+    """Message for a fault in the file; names of targets may contain dots."""
     place = f"{fault.place}.{fault.key}".lstrip(".")
     if fault.problem == "unknown":
         return f"{place}: is not known; {nearest(fault.key, fault.owner.__struct_encode_fields__)}"

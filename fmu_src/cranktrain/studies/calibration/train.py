@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag, eigh
 
-from cranktrain.core.reduced_body import Array, ReducedBody, skew, truncate
+from cranktrain.core.reduced_body import Array, ReducedBody, truncate
+from cranktrain.core.rigid_slices import skew
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block.modal import RIGID_HZ
 from cranktrain.structure.block.reduction import heads

@@ -30,7 +30,7 @@ def quantity(engine: Engine, key: str) -> Quantity:
     table, name, index = _parts(engine, key)
     kind, many, rule = kinds(getattr(engine, table).__class__)[name]
     if kind is not float or not isinstance(rule, Quantity):
-        raise InputError(f"{key}: is no physical quantity; calibrate numbers with a unit or ratio")
+        raise InputError(f"{key}: is not a physical quantity; calibrate numbers with a unit or ratio")
     if index is not None and not many:
         raise InputError(f"{key}: is a single value; leave out [{index + 1}]")
     return rule
@@ -44,7 +44,7 @@ def value(engine: Engine, key: str) -> float:
 
 
 def holds(engine: Engine, key: str, number: float) -> bool:
-    """Whether what is under a key is a number, but for rounding."""
+    """True if the value under a key equals a number up to rounding."""
     table, name, index = _parts(engine, key)
     found = getattr(getattr(engine, table), name)
     entries = found if isinstance(found, tuple) and index is None else (value(engine, key),)
@@ -98,14 +98,14 @@ def _evaluated(node: ast.expr, engine: Engine, names: Mapping[str, float], where
             raise InputError(f"{where}: unknown name '{name}'; {nearest(name, sorted(names))}")
         case ast.Attribute() | ast.Subscript():
             return value(engine, ast.unparse(node))
-    raise InputError(f"{where}: '{ast.unparse(node)}' has no place here; {_FORMULA_HINT}")
+    raise InputError(f"{where}: '{ast.unparse(node)}' is not allowed here; {_FORMULA_HINT}")
 
 
 def _parts(engine: Engine, key: str) -> tuple[str, str, int | None]:
     """Table, name and index (from 0) of a key; ``InputError`` where the engine has none of that name."""
     found = KEY.match(key)
     if not found:
-        raise InputError(f"{key}: is no key of an engine file; write table.key or table.key[1]")
+        raise InputError(f"{key}: is not a key of an engine file; write table.key or table.key[1]")
     table, name, index = found.groups()
     tables = [entry.name for entry in fields(engine) if getattr(engine, entry.name) is not None]
     if table not in tables or isinstance(getattr(engine, table), str):

@@ -17,7 +17,7 @@ def assertion(
 ) -> Assertion:
     """An assertion of a scenario, ``names`` being those of all; ``InputError``."""
     if (table.output is None) != bool(table.residual):
-        raise InputError(f'{at}: give output = "unit.variable", or residual = "gas", a power bond\'s')
+        raise InputError(f'{at}: give output = "unit.variable", or residual = "gas", the name of a power bond')
     order, cycles, other = table.order, table.over_cycles, table.ratio_to
     measure = table.what or (ORDER if order is not None else RMS if table.residual else "")
     if not measure:
@@ -36,7 +36,7 @@ def assertion(
         if not cycles > 0:
             raise InputError(f"{at}: over_cycles {cycles:g} must be above zero")
     if measure == ORDER and (begin > 0.0 or end < float("inf") or cycles not in (None, 1)):
-        raise InputError(f"{at}: an order is that of the last cycle; leave the window out")
+        raise InputError(f"{at}: an order is always taken over the last cycle; leave the window out")
     if other and (other == scenario or other not in names):
         raise InputError(f"{at}: ratio_to: '{other}' is no other scenario; {nearest(other, names)}")
     output = None if table.output is None else variable(table.output, f"{at}: output", units)
@@ -50,7 +50,7 @@ def _bounds(at: str, table: AssertTable) -> Bounds:
     found = Bounds(table.expected, table.tolerance, table.absolute, table.least, table.most)
     if found.expected is None:
         if found.least is None and found.most is None:
-            raise InputError(f"{at}: nothing is expected; give expected and tolerance, or least and most")
+            raise InputError(f"{at}: no expected value; give expected and tolerance, or least and most")
         if found.relative is not None or found.absolute is not None:
             raise InputError(f"{at}: a tolerance goes with expected; give it, or leave the tolerance out")
         if found.least is not None and found.most is not None and found.least > found.most:
@@ -59,7 +59,7 @@ def _bounds(at: str, table: AssertTable) -> Bounds:
     if found.least is not None or found.most is not None:
         raise InputError(f"{at}: expected and least or most exclude each other; leave one out")
     if (found.relative is None) == (found.absolute is None):
-        raise InputError(f"{at}: give tolerance, a share of what is expected, or absolute, in its unit")
+        raise InputError(f"{at}: give tolerance, a fraction of the expected value, or absolute, in its unit")
     if min(value for value in (found.relative, found.absolute) if value is not None) < 0.0:
         raise InputError(f"{at}: a tolerance must not be below zero")
     return found
@@ -72,7 +72,7 @@ def ending(
     if not given:
         return Ending()
     if len(given) > 1:
-        raise InputError(f"{where}: {len(given)} entries of [[scenario.ends]]; a run ends once")
+        raise InputError(f"{where}: {len(given)} entries of [[scenario.ends]]; give one, because a run ends once")
     at, table = given[0]
     timed = table.at_s is not None or table.at_cycles is not None
     if table.how != BY_FAILURE and (timed or table.of or table.says is not None or table.within_s is not None):

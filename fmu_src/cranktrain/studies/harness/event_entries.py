@@ -28,7 +28,7 @@ def changes(given: Mapping[str, Entries], units: Mapping[str, Any], times: Times
         if one.target == next_.target and next_.begin < one.end:
             raise InputError(
                 f"{where}: {'.'.join(one.target).lstrip('.')} is changed twice between {next_.begin:.6g} s and "
-                f"{one.end:.6g} s; let changes of an input follow one another"
+                f"{one.end:.6g} s; changes of one input must not overlap"
             )
     return tuple(found)
 
@@ -96,7 +96,7 @@ def dropouts(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Dr
         one = Dropout(target, *times.span(table, at), table.gives)
         for other in found:
             if other.target == one.target and one.begin < other.end and other.begin < one.end:
-                raise InputError(f"{at}: {table.input} drops out twice at the same time; let one follow the other")
+                raise InputError(f"{at}: {table.input} has drop-outs that overlap; let one follow the other")
         found.append(one)
     return tuple(found)
 
@@ -111,6 +111,6 @@ def faults(given: Entries, units: Mapping[str, Any], times: Times, where: str) -
         if table.output and kind != NAN:
             raise InputError(f"{at}: output belongs to kind = '{NAN}'; leave it out")
         if unit in found:
-            raise InputError(f"{where}: unit {unit} has two faults; make a scenario of each")
+            raise InputError(f"{where}: unit {unit} has two faults; give each its own scenario")
         found[unit] = Fault(unit, times.of(table, "at", at), kind, table.output)
     return tuple(found.values())

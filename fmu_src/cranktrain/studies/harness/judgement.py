@@ -138,7 +138,7 @@ def _measured(assertion: Assertion, ran: Ran, harness: Harness, ports: Mapping[s
     """The number that an assertion tests; ``InputError`` gives the reason if there is none."""
     run = ran.found
     if run is None:
-        raise InputError("the run did not begin")
+        raise InputError("the run did not start")
     times = run.times
     if assertion.output is None:
         values, port = run.residuals[assertion.residual], MEASURED["W"]

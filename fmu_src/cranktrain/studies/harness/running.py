@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from cranktrain.core.errors import CranktrainError, InputError, nearest
-from cranktrain.coupling.files import keep_run
+from cranktrain.coupling.run import keep_run
 from cranktrain.coupling.supervised import run_supervised
 from cranktrain.coupling.unit import Port
 from cranktrain.studies.harness.entries import Harness, Scenario
@@ -44,7 +44,7 @@ def chosen(harness: Harness, only: Sequence[str]) -> list[Scenario]:
     by_name = {scenario.name: scenario for scenario in harness.scenarios}
     for name in only:
         if name not in by_name:
-            raise InputError(f"--only '{name}': there is no such scenario; {nearest(name, by_name)}")
+            raise InputError(f"--only '{name}': no scenario has this name; {nearest(name, by_name)}")
     wanted = set(only or by_name)
     wanted |= {assertion.ratio_to for name in wanted for assertion in by_name[name].assertions if assertion.ratio_to}
     return [scenario for scenario in harness.scenarios if scenario.name in wanted]

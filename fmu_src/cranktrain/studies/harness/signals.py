@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.coupling.unit import Port, Unit, UnitError
+from cranktrain.coupling.unit import Around, Port, Unit, UnitError
 from cranktrain.studies.harness.entries import DIES, FAILS, HANGS, LAST, NAN, ZERO, Fault
 
 SIGNALS = "signals"
@@ -25,7 +25,7 @@ _JUST = 1.0 - 1.0e-12
 
 
 class Curve:
-    """A value over the time: straight between points; at two points of one time it jumps, behind it."""
+    """A piecewise linear value over time. It jumps just after a time that two points share."""
 
     def __init__(self, start: float) -> None:
         self.times, self.values = [0.0], [start]
@@ -133,32 +133,22 @@ def in_turn(modifiers: Sequence[Callable[[float, float], float]]) -> Callable[[f
     return modify
 
 
-class Faulty:
-    """A unit that misbehaves from a time on; see :class:`cranktrain.coupling.unit.Unit`."""
+class Faulty(Around):
+    """A unit that misbehaves from a time on."""
 
     def __init__(self, unit: Unit, fault: Fault) -> None:
-        self._unit, self._fault, self._now = unit, fault, -math.inf
-        self.name, self.restorable = unit.name, unit.restorable
-        self.inputs: Mapping[str, Port] = unit.inputs
-        self.outputs: Mapping[str, Port] = unit.outputs
+        super().__init__(unit)
+        self._fault, self._now = fault, -math.inf
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         """See the protocol."""
         wrong = [k for k, name in enumerate(outputs) if self._fault.output in ("", name)]
         self._wrong = wrong if self._fault.kind == NAN else []
-        self._unit.link(inputs, outputs)
-
-    def initialize(self, time: float) -> None:
-        """See the protocol."""
-        self._unit.initialize(time)
-
-    def write(self, values: Array) -> None:
-        """See the protocol."""
-        self._unit.write(values)
+        super().link(inputs, outputs)
 
     def read(self) -> Array:
         """See the protocol."""
-        found = self._unit.read()
+        found = super().read()
         if self._wrong and self._now > self._fault.begin:
             found = found.copy()
             found[self._wrong] = math.nan
@@ -176,16 +166,4 @@ class Faulty:
             if self._fault.kind == DIES:
                 faulthandler.disable()
                 ctypes.string_at(0)
-        self._unit.step(time, size)
-
-    def keep(self, held: Any = None) -> Any:
-        """See the protocol."""
-        return self._unit.keep(held)
-
-    def restore(self, state: Any) -> None:
-        """See the protocol."""
-        self._unit.restore(state)
-
-    def close(self) -> None:
-        """See the protocol."""
-        self._unit.close()
+        super().step(time, size)

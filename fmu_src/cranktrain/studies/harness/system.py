@@ -58,7 +58,7 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
 
 
 def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
-    """Refuse what a master would refuse, and assertions that nothing is known for; ``InputError``.
+    """Refuse what a master would refuse, and assertions on data that do not exist; ``InputError``.
 
     ``counted``: whether there is an angle that orders are counted over.
     """
@@ -73,7 +73,7 @@ def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
         if assertion.residual and assertion.residual not in bonds:
             raise InputError(
                 f"{where}: there is no power bond '{assertion.residual}'; "
-                + (nearest(assertion.residual, bonds) if bonds else "give it, [power.NAME]")
+                + (nearest(assertion.residual, bonds) if bonds else "add a table [power.NAME]")
             )
         unit, name = assertion.output or ("", "")
         if assertion.measure == ORDER and not counted:
@@ -104,7 +104,7 @@ def _of_virtual_engine(
     known = [field.name for field in fields(Partners) if field.name != "values"]
     for name in fmus:
         if name not in known:
-            raise InputError(f"unit '{name}' is none of the virtual engine; {nearest(name, known)}, or [connections]")
+            raise InputError(f"the virtual engine has no unit '{name}'; {nearest(name, known)}, or give [connections]")
     assert harness.speed is not None
     partners = Partners(**fmus, values=starts)
     made = virtual_engine(partners, harness.speed, scenario.way.scheme, scenario.way.reconstruction)
@@ -149,7 +149,7 @@ def _read(
 def _need_output(output: Variable, units: Mapping[str, Unit], where: str) -> None:
     unit, name = output
     if name not in units[unit].outputs:
-        kind = "an input, which is not recorded" if name in units[unit].inputs else "no output of it"
+        kind = "an input, which is not recorded" if name in units[unit].inputs else "not an output"
         raise InputError(f"{where}: {unit}.{name} is {kind}; {nearest(name, units[unit].outputs)}")
 
 
@@ -165,7 +165,7 @@ def _signals(
         if name not in units[unit].inputs:
             raise InputError(f"{where}: {unit} has no such input; {nearest(name, units[unit].inputs)}")
         if target in taken:
-            raise InputError(f"{where}: it is connected, {taken[target].text}; change an input that is free")
+            raise InputError(f"{where}: it is connected by {taken[target].text}; change an input that is free")
         port, start = units[unit].inputs[name], units[unit].start(name)
         factor, shift = between(change.unit, port, where)
         value = start if change.value is None else factor * change.value + shift

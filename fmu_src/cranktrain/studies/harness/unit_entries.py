@@ -34,7 +34,7 @@ def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
             raise InputError(f"{where}: fmu and build exclude each other; leave one out")
         build = defaults.get(name) if table.build is None and table.fmu is None else table.build
         if build is None and table.fmu is None:
-            raise InputError(f'{where}: neither fmu nor build; name a file, fmu = "my.fmu", or what to build')
+            raise InputError(f'{where}: fmu or build is missing; name a file, fmu = "my.fmu", or what to build')
         fmu = None if table.fmu is None else path.parent / table.fmu
         if fmu is not None and not fmu.is_file():
             raise InputError(f"{where}.fmu: {fmu} does not exist; paths start at the harness file's folder")
@@ -45,7 +45,7 @@ def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
         raise InputError('no units; name an engine, engine = "diesel_i6", or give [units.NAME]')
     if not own and not {CRANKTRAIN, COMBUSTION} <= set(found):
         missing = ", ".join(sorted({CRANKTRAIN, COMBUSTION} - set(found)))
-        raise InputError(f"unit {missing} is missing, which the virtual engine has; give it, or [connections]")
+        raise InputError(f"the virtual engine needs unit {missing}; give it, or your own [connections]")
     return found
 
 
@@ -54,10 +54,10 @@ def _defaults(path: Path, document: HarnessTable) -> dict[str, str]:
     tables = document.units
     if document.engine is None:
         if document.valvetrain is not None:
-            raise InputError("valvetrain says whether units of the engine have one; name an engine, or leave it out")
+            raise InputError("valvetrain applies only to the units of an engine; name an engine, or leave it out")
         return {}
     if document.connections is not None:
-        raise InputError("engine and [connections] exclude each other; name every unit with [units.NAME]")
+        raise InputError("engine does not go with [connections]; name every unit with [units.NAME]")
     engine = _built(path, document.engine, "engine")
     name = load_engine(engine).name
     found = {CRANKTRAIN: engine}
@@ -92,6 +92,6 @@ def start_values(table: Mapping[str, Any], where: str) -> dict[str, tuple[Any, s
             read = record(Measured, given, f"{where}.{name}")
             value, unit = read.value, named(read.unit, f"{where}.{name}")
         if not isinstance(value, int | float | str | bool):
-            raise InputError(f"{where}.{name}: {shown(value)} is no number, text, true or false")
+            raise InputError(f"{where}.{name}: {shown(value)} is not a number, a text, true or false")
         found[name] = value, unit
     return found

@@ -26,7 +26,7 @@ SPRING_LEVELS = Settings(bearings="impedance", block="ground")
 SPRING_RPM = 1000.0
 """Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs."""
 MOSTLY_BLOCK = 0.5
-"""Fraction of the block in the kinetic energy from which a mode is the block's."""
+"""A mode counts as one of the block if the block has this fraction of the kinetic energy."""
 
 
 def settled_simulation(made: Assembly, speed: float) -> Simulation:

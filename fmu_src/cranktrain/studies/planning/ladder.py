@@ -47,7 +47,7 @@ def candidates(scene: Scene) -> list[Pair]:
 
 
 def admits(scene: Scene, pair: Pair) -> bool:
-    """Whether a plan may choose a pair of levels: as :func:`candidates`, whichever of the ladder's rungs it is on."""
+    """Whether a plan may choose a pair of levels, on the ladder or not: the conditions of :func:`candidates`."""
     fixed = scene.crank in (None, pair[0]) and scene.bearings in (None, pair[1])
     cheap = not dearest(pair[1]) or scene.budget is not None or scene.bearings is not None
     return fixed and cheap and answers(scene, pair)

@@ -21,8 +21,8 @@ from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import RPM
 
 SLOW = {DEAR: 3, DEAREST: 2}
-"""Plain cycles that a measurement takes at most, by the bearing level's class of cost, of films solved online and of
-what these are compared with: fewer than a run. All else runs as the scene will."""
+"""Largest number of cycles of a measurement, by the cost class of its bearing level: for films solved online and the
+cases that they are compared with. All other cases take as many cycles as a run of the scene."""
 REPEATED_BELOW = 0.5
 """Runs shorter than so many seconds are timed twice; the faster counts."""
 

@@ -35,7 +35,8 @@ from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import RPM, Scene, load_scene
 
 ELASTIC_METHODS = {"sdirk2": (2.5, 1.25, 0.625)}
-"""Methods and steps (deg) for elastic films, whose closing decides the steps; each half of one is the next."""
+"""Methods and steps (deg) that are tried on elastic films, each half of the one before. The closing of the films limits
+the step."""
 LONE_STEPS = (5.0, 2.5, 1.25, 0.625, 0.3125)
 """Steps (deg) for an integrator that the scene fixes."""
 METHODS = {
@@ -60,13 +61,15 @@ CUTOFFS = (1.0, 1.5, 2.0, 3.0)
 MODE_SHARE = 0.25
 """Most of the accuracy that dropped modes may take."""
 STRETCHED = 4.0
-"""Times the budget up to which a pair is judged at the usual step: longer ones may be cheaper, but not by more."""
+"""A pair is judged at the usual step if its time there is within this multiple of the budget; longer steps do not save
+more than that."""
 SCREENED_SPEEDS = 3
-"""Speeds at which levels are judged; the plan's own figures are then measured at all."""
+"""Number of speeds at which levels are judged. The figures of the chosen plan are then measured at all speeds."""
 SETTLED_CYCLES = 5
-"""Cycles after which outputs repeat, about."""
+"""Approximate number of cycles until the outputs repeat."""
 LONGEST_MEASUREMENT = 60.0
-"""Expected seconds of measuring the plan's figures at every speed, above which the screened speeds serve for all."""
+"""If measuring the figures of the plan at every speed is expected to take longer than this, s, only the screened speeds
+are measured."""
 
 
 def plan(scene: Scene | str | Path, model: SceneModel | None = None) -> Plan:
@@ -84,7 +87,7 @@ def plan(scene: Scene | str | Path, model: SceneModel | None = None) -> Plan:
 
 
 def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:
-    """Speeds at which levels are judged: both ends and what lies between, evenly."""
+    """Speeds at which levels are judged: both ends, and evenly spaced speeds between them."""
     if len(speeds) <= SCREENED_SPEEDS:
         return speeds
     places = np.linspace(0, len(speeds) - 1, SCREENED_SPEEDS).round().astype(int)
@@ -93,9 +96,9 @@ def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class _Judged:
-    """A pair of levels, how far it is from the next pair up (None at the top), and whether that is little enough.
+    """A pair of levels, its difference from the next pair up (None at the top), and whether that is small enough.
 
-    ``charted``: it is how far the pair is from the best model, by measured total errors.
+    ``charted``: the difference is that from the best model, by measured total errors.
     """
 
     pair: Pair
@@ -176,7 +179,7 @@ class _Chooser:
             if found[-1].serves:
                 break
         if not found:
-            raise InputError(f"{scene.path.name}: no crank level answers up to {scene.frequency:g} Hz; ask for less")
+            raise InputError(f"{scene.path.name}: no crank level is valid up to {scene.frequency:g} Hz; lower it")
         return found
 
     def _judge(self, pair: Pair, case: Case) -> _Judged:
@@ -360,7 +363,7 @@ class _Chooser:
             else:
                 lower = [one.text for one in judged if one.pair[0] == case.crank and one.pair[1] != level]
             lines.append(f"{kind} {level}: " + "; ".join(part for part in (*lower, reason) if part))
-        moves = "the outputs need one that moves" if scene.block == "flexible" else "no output needs one that moves"
+        moves = "the outputs need its motion" if scene.block == "flexible" else "no output needs its motion"
         lines.append(f"block {scene.block}: {moves}")
         lines += [] if self.known is None else self.known.shortfall(scene.accuracy)
         lines.append(modes_text)
@@ -374,20 +377,20 @@ class _Chooser:
         if not made.within_accuracy:
             by = " by what the scene fixes" if scene.crank is not None or scene.bearings is not None else ""
             lines.append(
-                f"accuracy missed{by}: {percent(made.predicted_error)} in place of {percent(scene.accuracy)}, "
-                f"{made.predicted_error / scene.accuracy:.2g} times as much"
+                f"accuracy missed{by}: {percent(made.predicted_error)} is predicted, "
+                f"{made.predicted_error / scene.accuracy:.2g} times the {percent(scene.accuracy)} of the scene"
             )
         open_ended = scene.bearings is None and scene.budget is None
         if not made.within_accuracy and open_ended and dearest(made.next.levels[1]):
             lines.append(
-                f"bearings {made.next.levels[1]}: far dearer, so only within a budget, or where the scene asks for them"
+                f"bearings {made.next.levels[1]}: far dearer, so taken only if the scene sets a budget or names them"
             )
         if self.too_dear:
-            lines.append(f"budget {scene.budget:g} ends the climb: {self.too_dear}")
+            lines.append(f"no dearer levels within the budget of {scene.budget:g}: {self.too_dear}")
         if scene.budget is not None and not made.within_budget:
             lines.append(
-                f"budget missed: real-time factor {made.real_time_factor:.2g} in place of {scene.budget:g}, "
-                f"{made.real_time_factor / scene.budget:.2g} times as much"
+                f"budget missed: real-time factor {made.real_time_factor:.2g}, "
+                f"{made.real_time_factor / scene.budget:.2g} times the {scene.budget:g} of the scene"
             )
         return tuple(lines)
 

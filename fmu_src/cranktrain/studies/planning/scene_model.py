@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from cranktrain.core.types import Progress
 from cranktrain.dynamics.cycle_run import Result
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.settled.judging import TOLERANCE
@@ -18,8 +19,6 @@ from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.scene import Scene
-
-Progress = Callable[[str], None]
 
 SETTLING_SHARE = 0.1
 """Largest settling error as a fraction of a scene's accuracy."""

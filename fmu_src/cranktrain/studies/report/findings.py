@@ -134,7 +134,7 @@ def _own(engine: Engine, path: str | Path) -> RunUp:
     if of != engine.name:
         raise InputError(f"{path}: is of engine '{of}', not of '{engine.name}'; name a run-up of the report's engine")
     if found.speeds.size < 2:
-        raise InputError(f"{path}: has {found.speeds.size} finished speeds; run 'cranktrain runup' on")
+        raise InputError(f"{path}: has {found.speeds.size} finished speeds, too few; continue 'cranktrain runup'")
     return found
 
 
@@ -143,7 +143,7 @@ def _files(folders: Sequence[Path], pattern: str) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for folder in folders:
         if not folder.is_dir():
-            raise InputError(f"--pictures {folder}: is no folder; name one that a verb wrote pictures into")
+            raise InputError(f"--pictures {folder}: is not a folder; name one that holds pictures")
         for path in sorted(folder.glob(pattern)):
             found.setdefault(path.name, path)
     return found

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import html
-from importlib.resources import files
 
 from cranktrain.engine.firing import firing_text
-from cranktrain.results.page_head import page_head
+from cranktrain.results.page_head import filled_page
 from cranktrain.store.whole_file import marked
 from cranktrain.studies.report.findings import Findings
 from cranktrain.studies.report.sections import SECTIONS, Section
@@ -26,12 +25,8 @@ def page(found: Findings) -> str:
 
 
 def whole_page(kind: str, title: str, contents: str, body: str) -> str:
-    """A page of ``kind``, as :func:`page_head` has it, with its sections and a list of them, both as HTML."""
-    template = files("cranktrain.studies.report").joinpath("report.html").read_text(encoding="utf-8")
-    parts = {"@HEAD@": page_head(kind, title), "@TITLE@": html.escape(title), "@CONTENTS@": contents, "@BODY@": body}
-    for word, text in parts.items():
-        template = template.replace(word, text)
-    return template
+    """A page of ``kind``, as :func:`filled_page` has it, with its sections and a list of them, both as HTML."""
+    return filled_page(__package__, "report.html", kind, title, title, CONTENTS=contents, BODY=body)
 
 
 def missing(found: Findings) -> dict[str, str]:
@@ -43,7 +38,7 @@ def _section(number: int, section: Section, found: Findings) -> str:
     parts = section.make(found)
     if not parts:
         remedy = html.escape(section.remedy(found.engine.name))
-        parts = [f'<p class="missing">Not in this report. To have it: <code>{remedy}</code></p>']
+        parts = [f'<p class="missing">Not in this report. To include it: <code>{remedy}</code></p>']
     reference = section.reference(found.engine.name)
     beside = f'<p class="reference">Beside the reference: {reference}.</p>' if reference else ""
     return f'<section id="s{number}"><h2>{number}. {html.escape(section.title)}</h2>{beside}{"".join(parts)}</section>'

@@ -1,4 +1,4 @@
-"""The register of a report's sections: each is one row and one function that makes it or finds nothing to show."""
+"""The register of a report's sections: each section is one row, with a function that makes it or returns nothing."""
 
 from __future__ import annotations
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cranktrain.core.types import Array
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
 from cranktrain.results.run_up.shown import PARTS
@@ -17,8 +17,6 @@ from cranktrain.studies.report.chart import NAMED, bar_chart, line_chart
 from cranktrain.studies.report.elements import paragraph, table
 from cranktrain.studies.report.findings import Findings, Torsion
 from cranktrain.studies.run_up.report import closing_text
-
-Array = NDArray[np.float64]
 
 RPM = 30.0 / math.pi
 NEXT = 0.12

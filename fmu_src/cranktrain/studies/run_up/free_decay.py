@@ -6,7 +6,7 @@ decay is a sum of
 
     Σ_k a_k exp(λ_k t),   frequency |Im λ|/2π,   damping ratio −Re λ/|λ|
 
-with Floquet's exponents, each with companions that multiples of half the speed lie beside it. The largest in the twist
+with Floquet's exponents, each accompanied by exponents shifted by multiples of half the speed. The largest in the twist
 from flywheel to pulley is the torsional mode; a peak of torsion lies where an order meets it.
 """
 

@@ -22,8 +22,8 @@ def run_up_speeds(first_rpm: float, last_rpm: float, step_rpm: float) -> list[fl
     if not LEAST_RPM <= first_rpm <= last_rpm:
         if first_rpm < LEAST_RPM:
             raise InputError(
-                f"--from {first_rpm:g} rev/min: steady cycles need {LEAST_RPM:g} rev/min or more, a range through "
-                "standstill has none; begin higher (the FMU takes any speed from 0)"
+                f"--from {first_rpm:g} rev/min: steady cycles need {LEAST_RPM:g} rev/min or more, so a run-up cannot "
+                "start at standstill; begin higher (the FMU takes any speed from 0)"
             )
         raise InputError(f"--to {last_rpm:g} is below --from {first_rpm:g} rev/min; exchange them")
     if not step_rpm > 0.0:

@@ -45,7 +45,7 @@ def ramp(
     if not rate > 0.0 or below < SLOWEST**2:
         raise InputError(
             f"--ramp {rate * 30.0 / math.pi:g} rev/min per second takes {ROOM} cycles before --from "
-            f"{speeds[0] * 30.0 / math.pi:g} rev/min, from 100 rev/min or more; begin higher, or go slower"
+            f"{speeds[0] * 30.0 / math.pi:g} rev/min, from 100 rev/min or more; begin higher, or take a slower ramp"
         )
     step = math.degrees(job.made.settings.step)
     if job.highest_order * step > LONGEST:

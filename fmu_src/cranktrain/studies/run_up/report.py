@@ -193,7 +193,7 @@ def _parting(run_up: RunUp) -> str:
     known = run_up.parting[np.isfinite(run_up.parting)]
     if not known.size:
         return ""
-    return f": cycles that are alike differ {known.min():.1f} to {known.max():.1f} times as much after the next one"
+    return f": the difference of two similar cycles grows {known.min():.1f} to {known.max():.1f} times in one cycle"
 
 
 def _ranges(speeds: Array) -> str:

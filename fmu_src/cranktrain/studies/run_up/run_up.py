@@ -120,7 +120,7 @@ def run_up(
         outcome.run_up, outcome.seconds = store.run_up, time.perf_counter() - began
     if outcome.run_up is None:
         raise SolverError(
-            f"no speed has a result; at {outcome.failed[0].speed / RPM:g} rev/min: {outcome.failed[0].reason}"
+            f"no speed gave a result; at {outcome.failed[0].speed / RPM:g} rev/min: {outcome.failed[0].reason}"
         )
     return outcome
 

@@ -16,19 +16,9 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.time import table as at
 from cranktrain.dynamics.time.integrators import carried, family
-from cranktrain.dynamics.time.table import (
-    ALPHA_F,
-    ALPHA_M,
-    BETA,
-    EXPLICIT_FIRST,
-    FIRST_STAGE,
-    GAMMA,
-    HEAD,
-    NODE,
-    STAGES,
-    coefficients,
-)
+from cranktrain.dynamics.time.table import coefficients
 
 System = Callable[[float], tuple[NDArray[Any], NDArray[Any]]]
 """Stiffness K and damping C, (n, n) over unit mass, at a time."""
@@ -56,7 +46,7 @@ def step_matrix(table: Array, h: float, system: System, t: float = 0.0) -> NDArr
     form = family(table).name
     if form == "newmark":
         a, auxiliary = more
-        alpha_m, alpha_f, beta, gamma = table[HEAD, [ALPHA_M, ALPHA_F, BETA, GAMMA]]
+        alpha_m, alpha_f, beta, gamma = table[at.HEAD, [at.ALPHA_M, at.ALPHA_F, at.BETA, at.GAMMA]]
         known = (alpha_f * a - alpha_m * auxiliary) / (1.0 - alpha_m)
         big_q = q + h * v + h * h * ((0.5 - beta) * auxiliary + beta * known)
         big_v = v + h * ((1.0 - gamma) * auxiliary + gamma * known)
@@ -68,12 +58,12 @@ def step_matrix(table: Array, h: float, system: System, t: float = 0.0) -> NDArr
         return np.vstack((*stage(big_q, big_v, t + h)[:2], q, v))
     if form != "runge-kutta":
         raise InputError(f"no theory of a step is known for integrators of family '{form}'; use one of another family")
-    stages: list[tuple[NDArray[Any], ...]] = [(q, v, more[0])] if table[HEAD, EXPLICIT_FIRST] else []
-    for s in range(len(stages), int(table[HEAD, STAGES])):
-        row = table[FIRST_STAGE + s]
+    stages: list[tuple[NDArray[Any], ...]] = [(q, v, more[0])] if table[at.HEAD, at.EXPLICIT_FIRST] else []
+    for s in range(len(stages), int(table[at.HEAD, at.STAGES])):
+        row = table[at.FIRST_STAGE + s]
         big_v = v + sum((h * row[j] * stages[j][2] for j in range(s)), np.zeros_like(v))
         big_q = q + sum((h * row[j] * stages[j][1] for j in range(s)), np.zeros_like(q)) + c_v * big_v
-        stages.append(stage(big_q, big_v, t + row[NODE] * h))
+        stages.append(stage(big_q, big_v, t + row[at.NODE] * h))
     return np.vstack(stages[-1][:k])
 
 

@@ -52,7 +52,7 @@ WAYS = (("gauss-seidel", OWN), ("jacobi", OWN), ("gauss-seidel", "linear"), ("ja
 ALLOWED = 0.005
 """Error of a cycle's work beyond which a communication step counts as too long."""
 PHASES = 7
-"""Odd, that no symmetry of the cycle hides an error."""
+"""Number of positions of the communication points; odd, so that no symmetry of the cycle hides an error."""
 RUN_IN = 3
 """Communication steps until three samples are known."""
 STARTS = math.radians(-360.0)
@@ -64,7 +64,7 @@ FINE = math.radians(0.1)
 SHORTEST, LONGEST = 0.08, 24.0
 """Communication steps looked at, degrees."""
 BRACKET = 1.1
-"""The onset is looked for between a first one over this and times this."""
+"""The onset is searched from the first estimate divided by this factor to the estimate multiplied by it."""
 
 
 @kernel

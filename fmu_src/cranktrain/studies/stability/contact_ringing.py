@@ -33,9 +33,9 @@ SETTLING, TAIL, LEFT = 20, 10, 0.01
 JOLT = 0.01
 """The jolt: displacement over the depth of contact."""
 LEAST_RHO = 1.0e-6
-"""Spectral radius at infinity from which on the largest that lets go is sought."""
+"""Least spectral radius at infinity in the search for the largest one whose ringing ends."""
 THIN = 1.0e-9
-"""Factor that takes the film out."""
+"""Factor on the viscosity that makes the film negligible."""
 
 
 class Contact:

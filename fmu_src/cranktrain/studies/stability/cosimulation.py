@@ -34,7 +34,7 @@ DRAWN = (
 LONGEST = 4.0
 """Longest communication step looked at, in units of √(m₁/c)."""
 BRACKET = 1.04
-"""The simulated onset is looked for between the theory's over this and times this."""
+"""The simulated onset is searched from the theoretical one divided by this factor to that multiplied by it."""
 _EXPLANATION = """\
 A slave that holds or extrapolates its inputs acts on the past: the coupling spring pushes about H/2 late, which \
 feeds energy in like a damper of −c_c H/2. Where this outweighs the dampers the coupled motion grows, though each \

@@ -13,7 +13,7 @@ from cranktrain.studies.stability.stability_map import Array, Axis, StabilityMap
 
 UNSTABLE = "#c8553d"
 COLOURS = ("#12355b", "#a02c7a", "#2f7d3c", "#b07a12", "#444444", "#0b7f8a", "#7a3b12", "#5a4fcf")
-"""Of curves, by label: what was found has the colour of its theory."""
+"""Colours of curves by label; a numerical curve has the colour of its theory."""
 MARKERS = ("o", "s", "^", "D", "v", "P")
 WRAP = 135
 

@@ -20,7 +20,7 @@ Tell = Callable[[str, str, float], None]
 """Told the map, its stage and the share of it that is done."""
 
 UNDER_WAY = 0.999
-"""Share of a map at most that its own progress may report; it is done when it is kept."""
+"""Largest fraction that the progress of a map may report, because a map is done only when it is stored."""
 
 
 def maps(

@@ -40,7 +40,7 @@ COARSE = 0.025
 LEAST, NEAR_RESONANCE = 1.0e-3, 1.0e-6
 """Shares of the first omitted frequency between which limits are sought: from the first to one less the second."""
 BESIDE = 1.0e-7
-"""Share of a frequency beside a mode's own within which receptances are taken next to it."""
+"""Relative distance from a frequency of a mode within which the receptance is evaluated beside the mode."""
 Loads = Sequence[tuple[str, int]]
 TORQUE: Loads = (("pulley", 5),)
 

@@ -46,13 +46,13 @@ from cranktrain.studies.stability.stability_map import Axis, Onset, Progress, St
 ECCENTRICITY = 0.4
 METHODS = ("generalised-alpha:0.6",)
 OTHERS = ("hht:-0.1", "bdf2")
-"""Methods besides backward Euler and the default one, and those that the full map has as well."""
+"""Methods of every map beside backward Euler and the default, and further methods of the full map."""
 LOWEST, HIGHEST = 0.7, 3.0
 """Bounds of the speed over its threshold within which onset is sought."""
 LEAST = 0.05
-"""Where it has set in at the lowest already, it is looked for down to this."""
+"""Lower bound of the search if whirl has set in at the lowest speed already."""
 APART = 0.15
-"""Distance (ln) of the speeds between which onset is looked for first."""
+"""Spacing (ln) of the speeds in the first, coarse search."""
 KICK = 1.0e-4
 """Distance from the orbit at which the map over a revolution is taken, in clearances and clearances times ω."""
 NEWTON = 1.0e-11

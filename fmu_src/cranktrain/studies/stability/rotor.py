@@ -1,4 +1,4 @@
-"""A rotor small enough to be judged by hand, run as the cranktrain that it is.
+"""A rotor that is simple enough for hand calculation, as a cranktrain of the running model.
 
 A disc on a shaft in two or three plain bearings; rod and piston weigh nothing, the gas carries nothing. It goes through
 the running model like any crank: reduced body, film laws, stage solver, integrators. The frame's origin is the mass

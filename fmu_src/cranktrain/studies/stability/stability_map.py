@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from cranktrain.core.types import Array
+
 Progress = Callable[[str, float], None]
 """Told the stage at work and the share of the map that is done, 0 to 1."""
 Refine = Callable[[float, float], float]

@@ -36,17 +36,18 @@ from cranktrain.studies.stability.stability_map import (
 MASS = 10.0
 """kg a bearing: a seventh of the six's crank, its flywheel aside. Light enough that no film whirls."""
 LOAD = 1000.0
-"""N at which the model is built that the bearing's data are read from; films are then put where wanted."""
+"""Load (N) of the model that the bearing's data are read from; the journal is then placed at the wanted
+eccentricity."""
 STEPS, LIMIT = 4000, 100.0
 """Explicit steps at most until the fastest motion has grown or died by LIMIT."""
 KICK = 1.0e-4
-"""Share of the surface speed by which that motion starts: small against what bends the film's force."""
+"""Initial velocity of that motion over the surface speed: small, so that the force of the film is linear."""
 RADIUS = 1.0 + 1.0e-9
 """Spectral radius that counts as growth: one plus rounding."""
 BLOW = 30.0
 """Factor by which the journal's load grows at once."""
 LONGEST, LEAST = 90.0, 1.0e-3
-"""Longest step of the product that is tried, degrees; and the shortest, where 0.1 degrees are rejected already."""
+"""Longest step of the running model that is tried, degrees, and the shortest, for films that reject 0.1 degrees."""
 
 
 BRACKET, LEAST_SHARE = np.array([0.5, 5.0]), 1.0e-3

@@ -38,12 +38,12 @@ RECONSTRUCTIONS = {"hold": 0, "linear": 1, "quadratic": 2}
 SIZE = 16
 _FIRST_INPUT, _SECOND_INPUT = 4, 10
 INTEGRATOR = integrator_table("sdirk4")
-"""The slaves' own: one whose stages are all implicit, and so needs no acceleration to start with."""
+"""Integrator of the slaves. All its stages are implicit, so it needs no initial acceleration."""
 INNER_STEP = 0.15
 """Its step over 1/ω of the slave's fastest motion."""
 SHORTEST_SHARE, SCANNED, LEAST_SHARE = 2.0e-2, 90, 1.0e-6
-"""Communication steps at which instability is looked for: the first over the longest, and how many; the shortest over
-the longest to which the search goes on where the first is unstable."""
+"""Search for instability: first communication step over the longest, number of steps, and the shortest step over the
+longest, to which the search continues if the first step is unstable."""
 
 
 @dataclass(frozen=True)

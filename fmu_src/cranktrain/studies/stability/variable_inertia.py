@@ -52,21 +52,21 @@ THROW, NATURAL = 0.5, 100.0
 LENGTH = 1.0e4
 """Length of the rod over the throw: its own slant then adds 1e-4 to the law of inertia."""
 STIFF = 1.0e12
-"""N/m of the bearings, which are not to take part."""
+"""Stiffness of the bearings, N/m: so high that they do not take part."""
 STEP = math.radians(2.5)
 INTEGRATOR = "sdirk4"
 """Step of the runs, the product's default, and an integrator whose stages are all implicit: it needs no acceleration to
 start with."""
 KICK = 1.0e-4
-"""Displacement (rad, and over Ω) whose answer is seen."""
+"""Initial displacement (rad), and initial velocity over Ω, of the displaced runs."""
 GROWS = 1.0e-4
 """Growth over half a turn that counts; errors of differences and of the integrator are smaller."""
 BANDS = {1: (0.6, 1.15), 2: (1.85, 2.01)}
 """Range of ν in which the bands about 1 and 2 lie for the ε of the map."""
 WIDER = np.array([1.5, 3.0, 6.0])
-"""Half widths from a band's middle at which the outside of a band is looked for, one after the other."""
+"""Distances from the middle of a band, in half widths, at which a stable motion is searched, one after the other."""
 ZOOMS, ZOOMED = 6, 41
-"""Grids of ν, each between neighbours of the one before, in which an exact edge is found."""
+"""Nested grids of ν in which an exact edge is found, each between two neighbours of the previous grid."""
 _EXPLANATION = """\
 Twice a turn the piston borrows the crank's energy and gives it back. Where the shaft's natural frequency is about \
 the speed (ν = 1) or twice it (ν = 2), a swinging crank gets back more than it lent: no force is needed, and no \

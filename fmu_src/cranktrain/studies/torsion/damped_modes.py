@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import (
     STIFFNESS,
@@ -33,8 +34,6 @@ from cranktrain.loads.damper import (
 from cranktrain.results.tables import NOTHING, Table
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, at_largest, energy_shares
 from cranktrain.studies.torsion.housed_crank import SLOWEST_HZ, housed_crank
-
-Array = NDArray[np.float64]
 
 # The frequency of linearisation is found to this share of itself, or after so many rounds.
 _SETTLED, _ROUNDS = 1e-9, 50

@@ -7,7 +7,7 @@ of complex stiffness κ(ω) the twist is
 
 κ is what the law has at ω itself: iωη of a newtonian fluid, G*(ω) of a complex modulus, k (1 + id) of rubber; a run in
 time has one pair of spring and damper for all orders. A shear-thinning fluid is replaced by the linear damper with the
-same dissipation over the cycle; e is the residual torque (:mod:`cranktrain.studies.torsion.forced_torsion`).
+same dissipation over the cycle; e is the residual torque of the law.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import SolverError
+from cranktrain.core.types import Array
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import COMPLEX_MODULUS, SHEAR_THINNING
@@ -35,14 +36,13 @@ from cranktrain.loads.damper import (
     shear_layers,
 )
 
-Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 _SETTLED, _ROUNDS = 1e-8, 100
 
 
 class OrderSamples(Protocol):
-    """What makes samples of complex amplitudes and the other way round, along an axis."""
+    """Transformation between complex amplitudes of orders and samples of a cycle, along an axis."""
 
     def spectrum(self, signal: Array, axis: int = 0) -> ComplexArray:
         """Complex amplitudes of samples."""
@@ -78,7 +78,7 @@ class DamperLink:
             ])  # fmt: skip
 
     def at(self, which: NDArray[np.bool_]) -> DamperLink:
-        """That at some of the speeds."""
+        """The damper at some of the speeds."""
         some = copy(self)
         some.omega, some.parameters, some.stiffness = self.omega[which], self.parameters[which], self.stiffness[which]
         return some

@@ -27,17 +27,15 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import required_damper
 from cranktrain.studies.torsion.housed_crank import housed_crank
-
-Array = NDArray[np.float64]
 
 # Where the peak is looked for, as shares of the frequencies with the ring locked and with it free.
 _BELOW, _ABOVE, _POINTS = 0.8, 1.1, 400
@@ -133,7 +131,7 @@ def optimal_damping(modes: HubModes, mode: int, ring_inertia: float) -> tuple[Op
     if ring_inertia * at_hub**2 < _LEAST_RATIO:
         raise InputError(
             f"the mode of {own / (2.0 * math.pi):.1f} Hz hardly turns the hub: a ring of {ring_inertia:.3g} kg m^2 is "
-            f"nothing beside {1.0 / at_hub**2:.3g} kg m^2; damp another mode"
+            f"negligible beside {1.0 / at_hub**2:.3g} kg m^2; damp another mode"
         )
     critical = 2.0 * own / at_hub**2
     low, high = (math.log(ratio) for ratio in _DAMPING_RATIOS)
@@ -145,7 +143,7 @@ def optimal_damping(modes: HubModes, mode: int, ring_inertia: float) -> tuple[Op
     coarse = np.linspace(low, high, 35)
     at = int(np.argmin([largest(x) for x in coarse]))
     if at in (0, coarse.size - 1):
-        raise InputError("damper: no damping makes this mode's peak least; the ring hardly acts on it")
+        raise InputError("damper: no damping minimises the peak of this mode, because the ring hardly acts on it")
     found = minimize_scalar(largest, bounds=(coarse[at - 1], coarse[at + 1]), method="bounded", options={"xatol": 1e-9})
     damping = critical * math.exp(float(found.x))
     height, omega = peak(modes, mode, ring_inertia, damping)
@@ -164,7 +162,7 @@ def crank_optimum(engine: Engine, body: ReducedBody, number: int = 1) -> CrankOp
     """
     damper, crank = required_damper(engine), housed_crank(engine, body)
     if not 1 <= number <= len(crank.torsional):
-        raise InputError(f"torsional mode {number} is not told apart from others; give 1 or 2")
+        raise InputError(f"torsional mode {number} cannot be told from other modes; give 1 or 2")
     # The cranktrain's modes damp like the crankshaft's own.
     rates = structural_damping(engine, replace(crank.crankshaft, omega=crank.omega))
     ratios = 0.5 * rates / np.where(crank.omega > 0.0, crank.omega, 1.0)

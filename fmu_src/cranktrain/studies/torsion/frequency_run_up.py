@@ -11,9 +11,14 @@ Fourier coefficients Ĵ_h of its rods' inertia over the crank angle, inertia cou
 
 which is −Ω² (J y'' + J' y' + ½ J'' y). J repeats every revolution, so whole and half orders are two systems. For each
 system one LU factorisation per speed solves the structure with this coupling. The difference between the exact torques
-at the last motion and their linear part is added to the known torques until the motion converges. Motions are given
-against the frame, as of :mod:`cranktrain.studies.torsion.torsional_response`, which solves the same equations at one
-speed.
+at the last motion and their linear part is added to the known torques until the motion converges.
+
+Motions are given against the frame, as a run gives them. The frame follows the crank's rotation slowly
+(:func:`cranktrain.loads.drive_line.frame_lead`): it wobbles by
+
+    δ = κ φ/(τ (κ/τ − ω² + iωκ)),   φ = the crank's mean rotation in space
+
+about a steady turn, and gas pressure goes by its angle.
 """
 
 from __future__ import annotations
@@ -27,21 +32,23 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import SLOWEST
 from cranktrain.engine.model import Engine
+from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION, RunUp
 from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
-from cranktrain.studies.torsion.torsional_response import frame_wobble
 
-Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Fitted = tuple[Engine, Settings]
 
 LINEAR, HARMONIC_BALANCE = RULES = ("linear", "harmonic-balance")
 HIGHEST_ORDER = 24.0
+BALANCED_ORDER = 60.0
+"""Highest order of the balance at one speed."""
 _AT_ONCE = 20
 """Speeds whose factors are kept at once."""
 _SETTLED, _ROUNDS = 1e-8, 40
@@ -115,6 +122,19 @@ def frequency_run_up(
     )
 
 
+def steady_orders(
+    engine: Engine, body: ReducedBody, settings: Settings, speed: float, gas: GasTrace
+) -> list[list[float]]:
+    """Orders of the pulley's torsion at one speed (rad/s), zero to peak in degrees, as a run's summary has them.
+
+    Arguments and errors as of :func:`frequency_run_up`.
+    """
+    orders = [0.5 * k for k in range(1, round(2.0 * BALANCED_ORDER) + 1)]
+    found = frequency_run_up(engine, body, settings, np.array([speed]), orders, HARMONIC_BALANCE, gas)
+    amplitudes = np.degrees(np.abs(found.torsion[0])).tolist()
+    return [[order, size] for order, size in zip(orders, amplitudes, strict=True) if order <= HIGHEST_ORDER]
+
+
 class _Transfer(NamedTuple):
     """Motions of a structure with its damper by torques on the pins and by what the damper's law has besides.
 
@@ -129,7 +149,7 @@ class _Transfer(NamedTuple):
 
     @classmethod
     def of(cls, structure: ShaftOrders, damper: Fitted | None, speeds: Array, known: ComplexArray) -> _Transfer:
-        """That at ``speeds`` (s,), where a crank that turns rigidly has the torques ``known`` (s, k, p)."""
+        """Transfer at ``speeds`` (s,); ``known`` (s, k, p) are the torques on a crank that turns rigidly."""
         whole = structure.transfer(speeds, np.arange(structure.orders.size))
         motion, by_rest = whole[..., :-1], whole[..., -1]
         if damper is None:
@@ -144,13 +164,21 @@ class _Transfer(NamedTuple):
         return cls(motion, share[:, :, None] * by_rest, stiffness, link if link.thinning else None)
 
     def at(self, which: NDArray[np.bool_]) -> _Transfer:
-        """That at some of the speeds."""
+        """The transfer at some of the speeds."""
         link = self.link.at(which) if self.link is not None else None
         return _Transfer(self.motion[which], self.by_rest[which], self.stiffness[which], link)
 
     def respond(self, torques: ComplexArray, rest: ComplexArray) -> ComplexArray:
         """Motions (s, k, p + 4) by torques on the pins (s, k, p) and the rest of the damper's torque (s, k)."""
         return np.asarray((self.motion @ torques[..., None])[..., 0] - self.by_rest * rest[:, :, None])
+
+
+def frame_wobble(speed: float | Array, omega: Array) -> ComplexArray:
+    """Wobble of the frame over the crank's mean rotation in space, as ``omega`` (…, k + 1); no mean."""
+    inverse = speed / (2.0 * np.pi * RECENTRING_REVOLUTIONS)
+    kappa = 4.0 * inverse
+    result = kappa * inverse / (kappa * inverse - omega**2 + 1j * omega * kappa)
+    return np.asarray(np.where(omega > 0.0, result, 0.0))
 
 
 def _ends(structure: ShaftOrders, speeds: Array, motion: ComplexArray) -> ComplexArray:

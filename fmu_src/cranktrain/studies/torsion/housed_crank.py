@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.structure.crank.modal import (
@@ -29,8 +30,6 @@ from cranktrain.structure.crank.modal import (
     torsional_frequencies,
 )
 from cranktrain.structure.crank.reduction import complete_crankshaft
-
-Array = NDArray[np.float64]
 
 # Slower than this is the rigid rotation, or the ring creeping after the hub.
 SLOWEST_HZ = 1.0

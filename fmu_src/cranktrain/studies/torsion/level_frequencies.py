@@ -11,10 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.results.tables import NOTHING, SAME_SHAPE, Table
@@ -28,8 +28,6 @@ from cranktrain.structure.crank.modal import (
     torsional_frequencies,
 )
 from cranktrain.structure.crank.reduction import complete_crankshaft
-
-Array = NDArray[np.float64]
 
 
 def level_frequencies(engine: Engine, level: str, solid: ReducedBody) -> dict[str, Any]:

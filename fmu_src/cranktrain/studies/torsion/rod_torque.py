@@ -1,4 +1,4 @@
-"""Torque of rigid rods on pins that run on their circles, in closed form and many angles at once.
+"""Torque of rigid rods on pins that run on their circles, in closed form, for many angles at once.
 
 With the pin at the angle a of its circle of radius r in axes of its cylinder, x = r cos a − e, s = √(L² − x²), the
 piston moves by h = dy_P/da = r cos a + r x sin a/s and the rod turns by b = dβ/da = −r sin a/s. The pin then carries
@@ -16,13 +16,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.loads.slider_crank import remainder_inertia
-
-Array = NDArray[np.float64]
 
 
 class RodTorque(NamedTuple):

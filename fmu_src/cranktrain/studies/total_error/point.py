@@ -22,8 +22,8 @@ class Split:
     numerical : the run against that fine run
     settling : change of the run by one more cycle
 
-    ``|model − numerical| ≤ total ≤ model + numerical``: a way over the fine run is no shorter. Settling is an error of
-    its own: it says how far all of them may still move.
+    ``|model − numerical| ≤ total ≤ model + numerical`` by the triangle inequality. Settling is a separate error: all of
+    them may still change by as much.
     """
 
     total: float

@@ -20,7 +20,7 @@ from cranktrain.studies.total_error.point import Best, TotalPoint, point_of
 
 FOLDER = "data"
 MEASURED_BY = Path(__file__).parents[1] / "tradeoff" / "total" / "measure.py"
-"""The source that measures them: looked at, never imported."""
+"""Source that measures the figures. Its digest is taken; it is never imported."""
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
     ("frame", "", ()), ("body", "", ()), ("connection", "", ()), ("cylinders", "firing_angles", ()),
@@ -60,7 +60,7 @@ def measuring_sources() -> str:
 
 
 def engine_digest(engine: Engine) -> str:
-    """Digest of all that an engine file says; what it may say since figures were measured counts where it does."""
+    """Digest of all values of an engine file; tables and keys of :data:`LATER` count only where the file has them."""
     said = asdict(engine)
     for table, key, silent in LATER:
         part = said[table] if key else said

@@ -17,7 +17,7 @@ AXES = {
     "mesh": ("mesh_size_mm", "largest element edge / mm"),
     "pressure": ("trace_deg", "spacing of the trace's samples / deg"),
 }
-"""Families whose choices cost much the same: drawn over what is chosen."""
+"""Families whose choices cost nearly the same are drawn over the chosen quantity instead of the cost."""
 KINDS = {
     NUMERICAL: "numerical error: same model, finer step",
     TOP: "model error: against the top of its ladder",
@@ -28,7 +28,7 @@ MARKS = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "p", "h", "*")
 LEAST = 1.0e-9
 """Errors below it are drawn there."""
 FARTHEST = 30.0
-"""Errors above it say nothing but that the answer is lost; not drawn."""
+"""Errors above this only mean that the answer is lost, so they are not drawn."""
 MARK = 6.0
 """Half the size of a mark in a picture's dots, as labels see it."""
 PLACES = (

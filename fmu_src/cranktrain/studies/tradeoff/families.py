@@ -74,7 +74,7 @@ WAYS = (
 """Schemes of the master, and who reconstructs."""
 TRACES_DEG = (0.1, 0.5, 1.0, 2.0)
 TRACE_STEP_DEG = 0.25
-"""Step of runs that tell traces apart: fine enough for the orders that a trace spoils."""
+"""Step of runs that compare pressure traces, fine enough for the orders that a coarse trace distorts."""
 
 
 def integrators(scene: StudyScene, quick: bool) -> Entries:

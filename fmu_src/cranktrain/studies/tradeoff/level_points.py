@@ -57,7 +57,7 @@ def integrator_steps(quick: bool) -> list[tuple[str, float]]:
 
 
 def level_case(engine: Engine, speed: float, settings: Settings, cutoff_hz: float | None = None) -> Case:
-    """Default integrator and step at the settings' levels, as long as such runs are here."""
+    """Case with the default integrator and step at the settings' levels; dear films run fewer cycles."""
     levels = resolved(settings, engine)
     plain = Settings()
     chosen = replace(

@@ -20,6 +20,7 @@ import numpy as np
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import Progress
 from cranktrain.dynamics.cycle_run import settled_motion
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
@@ -37,8 +38,6 @@ from cranktrain.studies.tradeoff.coupled import coupled_rows
 from cranktrain.studies.tradeoff.other_method import OtherMethod, Unstable
 from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
 
-Progress = Callable[[str], None]
-
 _SETTLED: dict[str, Motion] = {}
 """Motions of settled cycles, once in a process."""
 
@@ -49,7 +48,7 @@ FINE_SAMPLES = 7200
 SETTLE = 1.0e-4
 """Settling error at the start of runs."""
 SLOW = 5.0
-"""Seconds of a run that is not repeated: the machine's drift is within it."""
+"""A run that takes longer than this, s, is not repeated, because it averages the drift of the machine's speed."""
 
 
 class Recorded(NamedTuple):

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import html
-import json
-from importlib.resources import files
-
-from cranktrain.results.page_head import page_head
+from cranktrain.results.page_head import filled_page, script_data
 from cranktrain.studies.tradeoff.chart import KINDS, NAMES
 from cranktrain.studies.tradeoff.study import Study
 
@@ -44,9 +40,6 @@ def page(study: Study) -> str:
         for point in study.points
     ]
     data = {"points": points, "kinds": KINDS, "outputs": {"worst": "largest of all outputs", **NAMES}}
-    # A closing tag inside a script would end it.
-    text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
     title = ", ".join(scene.name for scene in study.scenes)
-    template = files("cranktrain.studies.tradeoff").joinpath("page.html").read_text(encoding="utf-8")
-    template = template.replace("@HEAD@", page_head("tradeoff", f"Accuracy against speed: {title}"))
-    return template.replace("@TITLE@", html.escape(title)).replace("@DATA@", text)
+    head = f"Accuracy against speed: {title}"
+    return filled_page(__package__, "page.html", "tradeoff", head, title, DATA=script_data(data))

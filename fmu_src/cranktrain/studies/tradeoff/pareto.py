@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from cranktrain.studies.total_error.families import FAMILIES
+from cranktrain.studies.total_error.point import TotalPoint, shown
 from cranktrain.studies.tradeoff.point import MODEL, Point
 
 
@@ -36,3 +38,15 @@ def marked(points: Sequence[Point]) -> list[Point]:
         errors = [points[k].worst or 0.0 for k in members]
         front |= {members[k] for k in pareto_front(costs, errors)}
     return [replace(point, pareto=index in front) for index, point in enumerate(points)]
+
+
+def with_fronts(points: Sequence[TotalPoint]) -> list[TotalPoint]:
+    """The points of one speed with the families in whose Pareto front each is."""
+    fronts = {family: set(map(id, front(points, family))) for family in FAMILIES}
+    return [replace(p, front=tuple(name for name, found in fronts.items() if id(p) in found)) for p in points]
+
+
+def front(points: Iterable[TotalPoint], family: str) -> list[TotalPoint]:
+    """Points of a speed that no other beats in cost and total error of a family, the cheapest first."""
+    own = shown(points, family)
+    return [own[k] for k in pareto_front([p.cost or 0.0 for p in own], [p.total(family) or 0.0 for p in own])]

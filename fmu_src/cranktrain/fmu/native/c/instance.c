@@ -182,8 +182,8 @@ static fmi2Status check_fixed(const struct ct_instance *one) {
         if (fabs(value - start) > CLOSE * fmax(1.0, fmax(fabs(value), fabs(start)))) {
             const char *made = ct_info_text(&one->file, "made");
             return ct_refuse(&one->host,
-                             "'%s' is %.9g, but %s made for %.9g; leave it there, or build the FMU of an engine file that "
-                             "says so, with build_fmu.py",
+                             "'%s' is %.9g, but %s made for %.9g; keep that value, or build the FMU of an engine file "
+                             "with the new one, with build_fmu.py",
                              ct_text(&one->file, variable->name), value,
                              made == NULL ? "the data of this FMU were" : made, start);
         }

@@ -13,8 +13,8 @@ from typing import Any
 from cranktrain.studies.total_error.families import Family
 from cranktrain.studies.total_error.point import PARTS, TotalPoint, at_scene, shown
 from cranktrain.studies.tradeoff.chart import name_points
+from cranktrain.studies.tradeoff.pareto import front
 from cranktrain.studies.tradeoff.total.choice import ACCURACIES, percent, rate
-from cranktrain.studies.tradeoff.total.fronts import front
 from cranktrain.studies.tradeoff.total.study import TotalStudy
 
 COLOURS = ("#8a8f98", "#c58b00", "#1f77b4", "#2ca02c", "#8e44ad", "#d62728", "#17a2a2", "#7f4f24")
@@ -24,11 +24,11 @@ MARKS = ("v", "D", "s", "o", "P", "X")
 PART_STYLES = {"model": ("s", "#1f77b4"), "numerical": ("o", "#e07b00"), "settling": ("^", "#2ca02c")}
 INK, PALE = "#22262b", "#9aa1aa"
 FARTHEST = 10.0
-"""Errors above it say nothing but that the answer is lost; drawn at the top edge."""
+"""Errors above this only mean that the answer is lost, so they are drawn at the top edge."""
 LEAST = 1.0e-5
 """Parts below it are drawn there."""
 GAIN = 0.98
-"""A choice of the front is named where its error is less than so much of that of the one named before."""
+"""A choice of the front is named if its error is below this fraction of the error of the choice named before."""
 COST = "processor seconds per simulated second of a settled cycle"
 
 

@@ -91,7 +91,6 @@ def _parts(point: TotalPoint, family: str) -> tuple[float | None, ...]:
 
 
 HEADER = ("outputs", *(f"for {100 * accuracy:g} %" for accuracy in ACCURACIES))
-DEFAULT_HEADER = ("outputs", "total", "model", "numerical", "settling", "cheaper and at least as close")
 
 
 def choice_text(study: TotalStudy) -> str:
@@ -115,20 +114,3 @@ def choice_text(study: TotalStudy) -> str:
                 parts = f"{total} (model {model}, numerical {numerical}, settling {settling}); "
                 lines.append(f"    {title}: {parts if total != NONE else ''}{better}")
     return "\n".join(lines) + "\n"
-
-
-def markdown(points: Sequence[TotalPoint]) -> str:
-    """The tables as a document holds them, scene by scene."""
-    parts = []
-    for scene in dict.fromkeys(point.scene for point in points):
-        own = at_scene(points, scene)
-        parts.append(_table((scene, *HEADER[1:]), table_rows(own)))
-        default = next((p for p in own if p.default), None)
-        if default is not None:
-            title = f"default: {default.label}, {rate(default.cost)}"
-            parts.append(_table((title, *DEFAULT_HEADER[1:]), default_rows(own)))
-    return "\n\n".join(parts)
-
-
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    return "\n".join("| " + " | ".join(row) + " |" for row in (header, ["---"] * len(header), *rows))

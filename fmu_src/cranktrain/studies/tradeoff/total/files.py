@@ -4,24 +4,28 @@ from __future__ import annotations
 
 import csv
 import io
+import json
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from cranktrain.results.figures import save_figure
 from cranktrain.store.whole_file import marked, whole_file
 from cranktrain.studies.total_error.families import FAMILIES
 from cranktrain.studies.total_error.point import PARTS, TotalPoint
+from cranktrain.studies.total_error.shipped import engine_digest, measuring_sources
 from cranktrain.studies.tradeoff.total.chart import total_figure
 from cranktrain.studies.tradeoff.total.choice import choice_text
-from cranktrain.studies.tradeoff.total.document import document, document_text
 from cranktrain.studies.tradeoff.total.page import page
 from cranktrain.studies.tradeoff.total.study import TotalStudy
 
-_NAME = "file of cranktrain tradeoff --total"
+COMMAND = "cranktrain tradeoff --total"
+_NAME = f"file of {COMMAND}"
 TEXTS = {
     "total.html": marked(_NAME, "<title>Total error against cost"),
     "total.csv": marked(_NAME, "scene,label,cost"),
     "total.txt": marked(_NAME, "What to choose for a total error"),
-    "total.json": marked(_NAME, '"cranktrain tradeoff --total"'),
+    "total.json": marked(_NAME, f'"{COMMAND}"'),
 }
 
 
@@ -54,3 +58,24 @@ def points_csv(points: tuple[TotalPoint, ...]) -> str:
         errors = [getattr(point.errors[name], kind, None) for name in FAMILIES for kind in kinds]
         table.writerow([point.scene, point.label, point.cost, *errors, *(getattr(point, name) for name in levels)])
     return text.getvalue()
+
+
+def document(study: TotalStudy) -> dict[str, Any]:
+    """What ships of a study, as JSON holds it; every scene is of the same engine with no damper and the full load."""
+    engine = study.scenes[0].engine
+    return {
+        "command": COMMAND,
+        "what": "measured total errors against cost; see docs/tradeoff.md",
+        "engine": engine.name,
+        "engine_digest": engine_digest(engine),
+        "sources_digest": measuring_sources(),
+        "best": {scene: asdict(best) for scene, best in study.best.items()},
+        "points": [point.as_dict() for point in study.points],
+    }
+
+
+def document_text(found: dict[str, Any]) -> str:
+    """A document as text, a point a line."""
+    head = json.dumps({name: value for name, value in found.items() if name != "points"}, indent=1, allow_nan=False)
+    points = ",\n".join(json.dumps(point, allow_nan=False) for point in found["points"])
+    return head[:-2] + ',\n "points": [\n' + points + "\n]}\n"

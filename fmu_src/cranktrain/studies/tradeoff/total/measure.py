@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from statistics import median
 from typing import Any
@@ -19,6 +18,7 @@ import numpy as np
 
 from cranktrain.core.errors import CranktrainError
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import Progress
 from cranktrain.dynamics.cycle_run import communication_step, run_cycles
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
@@ -33,8 +33,6 @@ from cranktrain.film.laws.ehd import IN_LOOP
 from cranktrain.store.kept import Kept, digest
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.total_error.families import Cycle, wanted
-
-Progress = Callable[[str], None]
 
 FINE_SETTLE = 3.0e-4
 """Largest settling error of reference runs."""

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import html
-import json
-from importlib.resources import files
-
 from cranktrain.engine.levels import CRANKS
 from cranktrain.film.laws.register import MAINS, bearing_levels
-from cranktrain.results.page_head import page_head
+from cranktrain.results.page_head import filled_page, script_data
 from cranktrain.studies.total_error.families import FAMILIES
 from cranktrain.studies.tradeoff.total.chart import COLOURS
 from cranktrain.studies.tradeoff.total.choice import ACCURACIES
@@ -29,9 +25,6 @@ def page(study: TotalStudy) -> str:
         "bearings": dict(zip(bearing_levels(*MAINS), COLOURS, strict=False)),
         "cranks": list(CRANKS),
     }
-    # A closing tag inside a script would end it.
-    text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
     title = ", ".join(scene.name for scene in study.scenes)
-    template = files("cranktrain.studies.tradeoff.total").joinpath("page.html").read_text(encoding="utf-8")
-    template = template.replace("@HEAD@", page_head("tradeoff", f"Total error against cost: {title}"))
-    return template.replace("@TITLE@", html.escape(title)).replace("@DATA@", text)
+    head = f"Total error against cost: {title}"
+    return filled_page(__package__, "page.html", "tradeoff", head, title, DATA=script_data(data))

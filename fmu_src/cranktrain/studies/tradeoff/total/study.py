@@ -14,10 +14,10 @@ from cranktrain.store.kept import Kept
 from cranktrain.studies.total_error.families import FAMILIES, Cycle
 from cranktrain.studies.total_error.point import Best, TotalPoint
 from cranktrain.studies.tradeoff.families import StudyScene
+from cranktrain.studies.tradeoff.pareto import with_fronts
 from cranktrain.studies.tradeoff.reference import INTEGRATOR
 from cranktrain.studies.tradeoff.total.choices import USUAL_DEG, Method, Model, best_model, default_model, models
 from cranktrain.studies.tradeoff.total.distance import split
-from cranktrain.studies.tradeoff.total.fronts import with_fronts
 from cranktrain.studies.tradeoff.total.measure import FINE_SETTLE, Job, Settled, settled
 
 RPM = math.pi / 30.0

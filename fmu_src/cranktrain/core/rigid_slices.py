@@ -1,0 +1,145 @@
+"""Rigid slices: their mass and rotation terms in the modes of a body that they move with.
+
+A slice moves by a translation u of its reference point p and a rotation θ; its field is linear in the position r from
+there, u + θ×r = B [1, r] with a 3×4 matrix B, so that ∫ρ u·v = tr(B_u Z B_vᵀ) with Z = ∫ρ [1, r][1, r]ᵀ. A rigid body
+or a part fixed to an interface is one slice; a beam is many, at the points of its quadrature.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.types import Array
+
+_ACROSS = np.diag([1.0, 1.0, 0.0])
+TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+"""r ↦ e_z×r."""
+
+
+class SliceTerms(NamedTuple):
+    """Terms of slices in n modes, as :class:`.ReducedBody` names them, valid between elastic modes.
+
+    ``turned_load`` (3, n) is ∫ρ (e_k×X_⊥)·φ_j.
+    """
+
+    gyroscopic: Array
+    centrifugal: Array
+    stress_stiffness: Array
+    centrifugal_load: Array
+    euler_load: Array
+    translation: Array
+    turned_load: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Slices:
+    """Rigid slices.
+
+    Attributes
+    ----------
+    places : (s, 3) reference points, m
+    moments : (s, 4, 4) ∫ρ [1, r][1, r]ᵀ about them, kg to kg m²
+    """
+
+    places: Array
+    moments: Array
+
+    def total(self) -> Array:
+        """Moments (4, 4) of all slices about the frame's origin."""
+        positions = self._positions()
+        return np.asarray(np.einsum("sab,sbc,sdc->ad", positions, self.moments, positions))
+
+    def paired(self, left: Array, right: Array) -> Array:
+        """∫ρ u_i·v_j, (n, m), of fields (s, n, 3, 4) and (s, m, 3, 4)."""
+        weighed = left @ self.moments[:, None]
+        n, m = left.shape[1], right.shape[1]
+        return np.asarray(weighed.swapaxes(0, 1).reshape(n, -1) @ right.swapaxes(0, 1).reshape(m, -1).T)
+
+    def outward(self) -> Array:
+        """Field of X_⊥, (s, 1, 3, 4)."""
+        return (_ACROSS @ self._positions()[:, 1:])[:, None]
+
+    def around(self) -> Array:
+        """Field of e_z×X, (s, 1, 3, 4)."""
+        return (TURN @ self._positions()[:, 1:])[:, None]
+
+    def terms(self, motion: Array) -> SliceTerms:
+        """Terms of the slices that move by ``motion`` (s, 6, n)."""
+        field, outward = fields(motion), self.outward()
+        turned = TURN @ field
+        translation = np.zeros((self.places.shape[0], 3, 3, 4))
+        translation[:, np.arange(3), np.arange(3), 0] = 1.0
+        return SliceTerms(
+            gyroscopic=self.paired(field, turned),
+            centrifugal=self.paired(turned, turned),
+            stress_stiffness=self._centrifugal_turning(motion),
+            centrifugal_load=self.paired(outward, field)[0],
+            euler_load=self.paired(self.around(), field)[0],
+            translation=self.paired(translation, field),
+            turned_load=self.paired(skew(np.eye(3)) @ outward, field),
+        )
+
+    def _centrifugal_turning(self, motion: Array) -> Array:
+        """Work of the centrifugal load of Ω = 1 on the slices' second-order rotations ½ θ×(θ×r), (n, n)."""
+        arm = self.moments[:, 1:] @ self.outward()[:, 0].swapaxes(1, 2)
+        law = np.trace(arm, axis1=1, axis2=2)[:, None, None] * np.eye(3) - 0.5 * (arm + arm.swapaxes(1, 2))
+        rotation = motion[:, 3:]
+        return np.asarray(np.einsum("sai,sab,sbj->ij", rotation, law, rotation, optimize=True))
+
+    def _positions(self) -> Array:
+        """[1, X] in terms of [1, r], (s, 4, 4)."""
+        result = np.tile(np.eye(4), (self.places.shape[0], 1, 1))
+        result[:, 1:, 0] = self.places
+        return result
+
+
+def fields(motion: Array) -> Array:
+    """Fields (s, n, 3, 4) of motions (s, 6, n)."""
+    translation, rotation = motion[:, :3].swapaxes(1, 2), motion[:, 3:].swapaxes(1, 2)
+    return np.concatenate((translation[..., None], skew(rotation)), axis=3)
+
+
+def rigid_motion(places: Array) -> Array:
+    """Motion (s, 6, 6) of points (s, 3) under translations along and rotations about x, y, z through the origin."""
+    result = np.tile(np.eye(6), (places.shape[0], 1, 1))
+    result[:, :3, 3:] = -skew(places)
+    return result
+
+
+def rigid_basis(slices: Slices) -> Array:
+    """Coefficients (6, 6) that make rigid motions about the origin orthonormal in the slices' mass."""
+    motion = fields(rigid_motion(slices.places))
+    return rigid_modes(slices.paired(motion, motion))
+
+
+def rigid_modes(mass: Array) -> Array:
+    """Coefficients (6, 6) that make rigid motions orthonormal in their mass matrix (6, 6), rotation about z kept pure.
+
+    Gram–Schmidt in the order r_z, t_x, t_y, t_z, r_x, r_y; columns stay in the order t_x … r_z.
+    """
+    order = [5, 0, 1, 2, 3, 4]
+    factor = np.linalg.cholesky(mass[np.ix_(order, order)])
+    coefficients = np.zeros((6, 6))
+    coefficients[np.ix_(order, order)] = np.linalg.inv(factor).T
+    return coefficients
+
+
+def skew(vector: Array) -> Array:
+    """Matrices (..., 3, 3) of r ↦ v×r for vectors (..., 3)."""
+    x, y, z = np.moveaxis(np.asarray(vector), -1, 0)
+    o = np.zeros_like(x)
+    return np.stack((np.stack((o, -z, y), -1), np.stack((z, o, -x), -1), np.stack((-y, x, o), -1)), -2)
+
+
+def second_moments(inertia: Array) -> Array:
+    """∫ρ r rᵀ (3, 3) of an inertia tensor."""
+    return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)
+
+
+def part_moments(mass: float, inertia: Array, centre: Array) -> Array:
+    """Moments (4, 4) of a rigid part: its mass, kg, its inertia about its centre of mass, kg m², and that centre, m."""
+    first, second = mass * centre[None], second_moments(inertia) + mass * np.outer(centre, centre)
+    return np.block([[np.full((1, 1), mass), first], [first.T, second]])
