@@ -22,6 +22,7 @@ from hashlib import sha256
 import numpy as np
 
 from cranktrain.core.errors import InputError, StoreError, nearest
+from cranktrain.core.given import given_kind, given_number, given_numbers
 from cranktrain.core.rigid_slices import (
     Slices,
     fields,
@@ -290,7 +291,16 @@ def rigid_body(
     InputError
         no interface, a mass that is not positive, or an inertia that no body has
     """
-    inertia, centre = np.asarray(inertia, dtype=float), np.asarray(centre, dtype=float)
+    given_number(mass, f"body '{name}': mass")
+    given_kind(interfaces, Mapping, f"body '{name}': interfaces", "give a dictionary of names and places")
+    centre = np.array(given_numbers(centre, 3, f"body '{name}': centre"))
+    for interface, place in interfaces.items():
+        given_numbers(place, 3, f"body '{name}': interface '{interface}'")
+    if np.shape(inertia) != (3, 3) or not np.isfinite(np.asarray(inertia, dtype=float)).all():
+        raise InputError(
+            f"body '{name}': inertia is no tensor of 3 x 3 finite numbers; give one, e.g. np.diag(moments)"
+        )
+    inertia = np.asarray(inertia, dtype=float)
     smallest = np.linalg.eigvalsh(second_moments(inertia))[0]
     possible = np.allclose(inertia, inertia.T) and smallest >= -1e-9 * np.trace(inertia)
     if not (mass > 0.0 and possible and np.linalg.eigvalsh(inertia)[0] > 0.0):

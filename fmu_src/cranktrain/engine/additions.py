@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import nearest
+from cranktrain.core.given import given_name
 from cranktrain.engine import connections as laws
 from cranktrain.engine import quantities as q
 from cranktrain.engine.quantities import check_values, need
@@ -166,7 +167,7 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
         taken = [*OWN_NAMES[noun]]
         for table in tables:
             need(f"{noun} '{table.name}'", "name", table.name not in taken, "is taken already; choose another one")
-            need(f"{noun} '{table.name}'", "name", "." not in table.name, "holds a dot, which ends the name of a body")
+            given_name(table.name, noun)
             taken.append(table.name)
     for frame in frames:
         check_values(frame, f"frame '{frame.name}'")
@@ -184,6 +185,8 @@ def check_additions(frames: tuple[FrameTable, ...], bodies: tuple[BodyTable, ...
         check_values(connection.data, where)
         if connection.gas is not None:
             _check_cylinder(where, connection.gas.cylinder, cylinders)
+        apart = len(set(connection.ends)) > 1 or len(connection.ends) < 2
+        need(where, "ends", apart, f"all are at '{connection.ends[0] if connection.ends else ''}'; join two bodies")
         for end in connection.ends:
             held, interface = split_end(end)
             need(where, "ends", held in names, f"no body '{held}'; {nearest(held, names)}")

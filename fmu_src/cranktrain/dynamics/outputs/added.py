@@ -97,7 +97,45 @@ def link_loss(model, work, frame, k):
         across = second_lever(row, links.out, work.added.gaps[added.D])
         other = 0.5 * (links.numbers[SPEED] - speed)
         lost += across * other - links.out[FRICTION] * speed
+    if row[added.IS_LOAD] > 0.0:
+        for r in range(int(row[added.SIZE])):
+            lost -= links.out[r] * carried_rate(model, work, frame, int(row[added.FIRST]) + r)
     return lost
+
+
+@kernel
+def carried_rate(model, work, frame, j):
+    """Rate at which frames carry component j along as they turn: what a load works on besides its body's own motion.
+
+    Between two bodies that mesh these rates cancel. What a load pushes against is at rest.
+    """
+    links = model.links
+    rate = 0.0
+    for t in range(int(links.starts[j]), int(links.starts[j + 1])):
+        port = int(links.terms[t, added.TERM_PORT])
+        for k in range(links.interfaces.shape[0]):
+            held = links.interfaces[k]
+            component = port - int(held[added.PORT_X])
+            if 0 <= component < 6:
+                turn = frame_speed(model, work, frame, int(held[added.OWNER]))
+                if component == 0:
+                    rate -= work.added.coefficients[t, 0] * turn * held[added.FIXED_Y]
+                elif component == 1:
+                    rate += work.added.coefficients[t, 0] * turn * held[added.FIXED_X]
+                elif component == 5:
+                    rate += work.added.coefficients[t, 0] * turn
+    return rate
+
+
+@inlined_kernel
+def frame_speed(model, work, frame, owner):
+    """Speed (rad/s) of the frame of an interface's body, about its own z axis."""
+    if owner == added.OF_CRANK:
+        return frame[at.OMEGA]
+    if owner == added.OF_BLOCK:
+        return 0.0
+    row = model.bodies.rows[owner]
+    return row[added.SENSE] * work.added.frames[int(row[added.FRAME_OF]), added.TURN] * frame[at.OMEGA]
 
 
 @inlined_kernel

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
+from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel_addresses
 from cranktrain.core.named import Named, resolve
 from cranktrain.core.reduced_body import Array
@@ -99,8 +100,14 @@ def output_counts(engine: Engine, more: Topology | None = None) -> Counts:
 
 
 def output_needs(counts: Counts) -> dict[str, Need]:
-    """Names of all outputs, in order, and what each needs."""
-    return dict(pair for family in FAMILIES.values() for pair in family.names(counts))
+    """Names of all outputs, in order, and what each needs; ``InputError`` where a name is there twice."""
+    found: dict[str, Need] = {}
+    for family in FAMILIES.values():
+        for name, need in family.names(counts):
+            if name in found:
+                raise InputError(f"there are two outputs '{name}'; give the body or connection another name")
+            found[name] = need
+    return found
 
 
 def judged_families(counts: Counts) -> dict[str, list[str]]:

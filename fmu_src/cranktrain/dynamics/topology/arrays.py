@@ -7,6 +7,7 @@ table each, as wide as the largest body is; a body's own start at its offset.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
@@ -46,6 +47,7 @@ def added(topology: Topology, base: Base) -> Added:
     topology = topology if base.block is not None else on_ground(topology)
     held = _held(topology, base)
     topology = _touching(topology, base)
+    _warn_of_distances(topology, base)
     crank_ports, block_ports = held.pop(CRANK, {}), held.pop(BLOCK, {})
     first = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * len(block_ports)
     joined = groups(topology)
@@ -57,7 +59,9 @@ def added(topology: Topology, base: Base) -> Added:
         port_of[BLOCK, name] = base.turning_ports + PORTS * len(crank_ports) + base.block_ports + PORTS * k
     names = [body.name for group in joined for body in group.bodies]
     grouped = {body.name: k for k, group in enumerate(joined) for body in group.bodies}
-    connections = connection_arrays(topology, names, port_of, base.newton, frames, grouped, base.films)
+    connections = connection_arrays(
+        topology, names, port_of, base.newton, frames, grouped, base.films, _bodies(topology, base)
+    )
     return Added(
         bodies,
         connections,
@@ -74,10 +78,9 @@ def on_ground(topology: Topology) -> Topology:
     def end(given: End) -> End:
         return End(GROUND) if given.body == BLOCK else given
 
-    connections = tuple(
-        replace(connection, ends=tuple(end(one) for one in connection.ends)) for connection in topology.connections
-    )
-    return replace(topology, connections=connections)
+    connections = [(connection, tuple(end(one) for one in connection.ends)) for connection in topology.connections]
+    moving = tuple(replace(one, ends=ends) for one, ends in connections if any(end.body != GROUND for end in ends))
+    return replace(topology, connections=moving)
 
 
 def _touching(topology: Topology, base: Base) -> Topology:
@@ -106,11 +109,41 @@ def _shapes(body: ReducedBody | None, names: list[str]) -> Array:
     return np.concatenate([np.zeros((0, n)), *rows])
 
 
+APART = 1.0e-3
+"""Distance (m) between the ends of a spring or a bearing above which one is told."""
+MEET = ("spring", "film", "roller", "thrust")
+"""Laws whose ends lie at one place: what acts on one end acts on the other with no moment of a distance."""
+
+
+def _warn_of_distances(topology: Topology, base: Base) -> None:
+    """Warn of springs and bearings whose ends lie apart at crank angle 0: their forces make no moment of it."""
+    own = _bodies(topology, base)
+    for connection in topology.connections:
+        if connection.law not in MEET or any(end.body == GROUND for end in connection.ends):
+            continue
+        places = []
+        for end in connection.ends:
+            frame, body = topology.end_frame(end), own[end.body]
+            turn = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
+            local = np.zeros(3) if body is None else body.positions[body.index(end.interface)] + end.offset
+            places.append(frame.origin + turn.T @ local)
+        apart = float(np.linalg.norm(places[0] - places[1]))
+        if apart > APART:
+            warnings.warn(
+                f"connection '{connection.name}': its ends are {1e3 * apart:.3g} mm apart at crank angle 0, and law "
+                f"'{connection.law}' gives them no moment of that distance; move an interface, or give place",
+                stacklevel=2,
+            )
+
+
+def _bodies(topology: Topology, base: Base) -> dict[str, ReducedBody | None]:
+    """Every body by its name, None for one that is not there."""
+    return {CRANK: base.crank, BLOCK: base.block, **{body.name: body.reduced for body in topology.bodies}}
+
+
 def _held(topology: Topology, base: Base) -> dict[str, dict[str, None]]:
     """Interfaces that connections hold, by body, in order."""
-    own: Mapping[str, ReducedBody | None] = {
-        CRANK: base.crank, BLOCK: base.block, **{body.name: body.reduced for body in topology.bodies},
-    }  # fmt: skip
+    own = _bodies(topology, base)
     held: dict[str, dict[str, None]] = {}
     for connection in topology.connections:
         for end in connection.ends:

@@ -10,13 +10,14 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import keep_record, kernel_address
-from cranktrain.core.reduced_body import Array
+from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.body_arrays import turns_whole
 from cranktrain.dynamics.topology.gas import gas_law
 from cranktrain.dynamics.topology.laws import pieces_of
 from cranktrain.dynamics.topology.pieces import FilmParts, Piece
 from cranktrain.dynamics.topology.records import AddedConnections, FrameNumbers
+from cranktrain.dynamics.topology.spring import load_law
 from cranktrain.dynamics.topology.terms import PORTS, Direction, Term, terms_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, REST, Connection, End, Frame, Topology
 from cranktrain.film.laws.films import NUMBERS, SIZE, IntArray
@@ -39,6 +40,7 @@ def connection_arrays(
     numbers_of: FrameNumbers,
     grouped: Mapping[str, int],
     films_of: FilmParts,
+    reduced_of: Mapping[str, ReducedBody | None],
 ) -> AddedConnections:
     """Arrays of the connections, bodies in the order of ``names``; compiles their laws.
 
@@ -64,6 +66,7 @@ def connection_arrays(
             size, first, numbers_of[piece.axes], piece.axes.sense, piece.pairs, *ports, *senses,
             *(numbers_of[frame] for frame in frames), piece.rubs, piece.closes, piece.cylinder - 1,
             piece.kernel is gas_law, piece.tilt,
+            piece.kernel is load_law,
         ])  # fmt: skip
         leans += _leans(connection, frames, port_of, numbers_of, len(rows) - 1)
         tables.append([size, *(newton + first + j for j in range(size)), *[0] * (4 - size)])
@@ -93,12 +96,7 @@ def connection_arrays(
     films = _table(bearings, COLUMNS)
     entry, place, velocity, numbers, out, traits = _entries(kept, films, parts)
     remembered = np.concatenate((np.zeros(1), np.cumsum(traits[:, at.KEEPS]))).astype(np.int64)
-    interfaces = []
-    last = {body: port for (body, _), port in port_of.items()}
-    for (body, _), port in port_of.items():
-        own = body not in (CRANK, BLOCK) and turns_whole(topology.body(body).reduced, 1)
-        owner = at.OF_CRANK if body == CRANK else at.OF_BLOCK if body == BLOCK else names.index(body)
-        interfaces.append([owner, port, port + 1, last[body] + PORTS if own else port + 5])
+    interfaces = _interfaces(topology, names, port_of, reduced_of)
     meets, order = _neighbours(len(scales), newton, terms, port_of, grouped)
     loaded = np.unique([*np.array(terms).reshape(-1, at.TERM)[:, at.TERM_PORT], *(row[3] for row in interfaces)])
     arrays = AddedConnections(
@@ -143,6 +141,21 @@ def at_main(ends: Sequence[End]) -> bool:
     if first.body != CRANK or number is None or any(first.offset) or any(second.offset):
         return False
     return second.body == GROUND or (second.body, second.interface) == (BLOCK, f"bore{number[1]}")
+
+
+def _interfaces(
+    topology: Topology, names: list[str], port_of: Mapping[tuple[str, str], int],
+    reduced_of: Mapping[str, ReducedBody | None],
+) -> list[list[float]]:  # fmt: skip
+    """Rows of the interfaces that are held, see ``AddedConnections.interfaces``."""
+    found, last = list[list[float]](), {body: port for (body, _), port in port_of.items()}
+    for (body, interface), port in port_of.items():
+        own = body not in (CRANK, BLOCK) and turns_whole(topology.body(body).reduced, 1)
+        owner = at.OF_CRANK if body == CRANK else at.OF_BLOCK if body == BLOCK else names.index(body)
+        reduced = reduced_of[body]
+        fixed = np.zeros(2) if reduced is None else reduced.positions[reduced.index(interface)][:2]
+        found.append([owner, port, port + 1, last[body] + PORTS if own else port + 5, *fixed.tolist()])
+    return found
 
 
 def _neighbours(

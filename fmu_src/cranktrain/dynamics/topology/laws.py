@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.given import given_kind, given_number, given_numbers
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology.axial_joint import sliding_law
 from cranktrain.dynamics.topology.bearings import (
@@ -145,9 +146,26 @@ def _stated(law: ConnectionLaw, given: dict[str, Any], where: str) -> Any:
     for key in known:
         if key not in given and key not in optional_fields(law.data):
             raise InputError(f"{where}: law '{law.name}' needs '{key}'; add it to the connection's data")
-    data = law.data(**given)
+    kinds = get_type_hints(law.data)
+    data = law.data(**{key: _as_field(kinds[key], value, f"{where}: {key}") for key, value in given.items()})
     check_values(data, where)
     return data
+
+
+def _as_field(kind: Any, value: Any, where: str) -> Any:
+    """A script's value as a field of this kind holds it; ``InputError`` for one of another kind."""
+    if kind is float:
+        return given_number(value, where)
+    if kind is int:
+        number = given_number(value, where)
+        if number != int(number):
+            raise InputError(f"{where} is {number:g}; give a whole number")
+        return int(number)
+    if kind is str:
+        given_kind(value, str, where, "give a name")
+    if get_origin(kind) is tuple and get_args(kind)[0] is float:
+        return given_numbers(value, -1, where)
+    return value
 
 
 def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
@@ -219,7 +237,10 @@ def _load(load: Load, first: Frame, second: Frame) -> list[Piece]:
             axes = Frame("crank angle", 1.0)
             components = [between(REST, *way) for way in ways]
             scales = [ANGLE if about else LENGTH] * 3
-            pieces.append(Piece(components, scales, load_law, LoadRecord(force, turning), axes, outputs=outputs))
+            record = LoadRecord(force, turning)
+            pieces.append(Piece(components, scales, load_law, record, axes, outputs=outputs))
+    if not pieces:
+        raise InputError("a load needs a force or a torque; give force = [Fx, Fy, Fz]")
     return pieces
 
 

@@ -24,10 +24,10 @@ TURNED, TURN, TURN2, PLACE_X, PLACE_Y, PLACE_X1, PLACE_Y1, OWN_X1, OWN_Y1, OWN_X
 # 1, or −1 if that turns backwards; first component of the pairs that turn with these axes (−1: none). Of both ends
 # the port of the rotation about z (−1: none), then the sense against the law's axes, then the frame. 1 if friction of
 # the law turns both ends; 1 if steps of the iteration are limited; cylinder whose gas pressure the law is given (−1:
-# none); 1 if the law is gas. What a rotation about x or y of the first end moves the component that is paired with it
-# by, m or 1, if the law's moments act on a tilted end (0: none).
+# none); 1 if the law is gas, 1 if it is a load. What a rotation about x or y of the first end moves the component
+# that is paired with it by, m or 1, if the law's moments act on a tilted end (0: none).
 SIZE, FIRST, AXES, AXES_SENSE, PAIRS, TURN_A, TURN_B, SENSE_A, SENSE_B, FRAME_A, FRAME_B = range(11)
-RUBS, CLOSES, CYLINDER, IS_GAS, TILT_LEVER, CONNECTION = 11, 12, 13, 14, 15, 16
+RUBS, CLOSES, CYLINDER, IS_GAS, TILT_LEVER, IS_LOAD, CONNECTION = 11, 12, 13, 14, 15, 16, 17
 # ``AddedConnections.slides``: frames of both ends, whose origins move along the component by themselves (−1: the ends
 # meet at one place), frame of its direction, and that direction across the crank's axis, x and y.
 SLIDING, AGAINST, SLIDES_IN, SLIDES_X, SLIDES_Y, SLIDES = range(6)
@@ -40,9 +40,9 @@ LEANING, LEAN_SIGN, LEANS_IN, SLIDER_PORT, SLIDER_X, SLIDER_Y, WALL_PORT, WALL_X
 # its y, and the value of that at crank angle 0.
 COMPONENT, TERM_PORT, AMPLITUDE, GIVEN_FRAME, OWN_FRAME, ANGLE, LEVER_FRAME, LEVER_WAY, LEVER_START, TERM = range(10)
 # ``AddedConnections.interfaces``: whose axis a displaced force is taken about (number of an added body, or one of
-# these), ports of the displacement across, x and y, and of the rotation about z.
+# these), ports of the displacement across, x and y, and of the rotation about z; its place in its frame, x and y.
 OF_CRANK, OF_BLOCK = -1, -2
-OWNER, PORT_X, PORT_Y, PORT_TURN, INTERFACE = range(5)
+OWNER, PORT_X, PORT_Y, PORT_TURN, FIXED_X, FIXED_Y, INTERFACE = range(7)
 # ``AddedConnections.shown``: an output's connection or body, kind, and place in what it shows.
 SHOWN_OF, SHOWN_KIND, SHOWN_AT, SHOWN = range(4)
 FORCE_KIND, PLACE_KIND, VELOCITY_KIND, OUT_KIND, BODY_SPEED, BODY_TURN, BODY_PLACE = range(7)

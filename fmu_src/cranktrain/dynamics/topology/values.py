@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.given import given_kind, given_name, given_number, given_numbers
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.frames import frames_at
@@ -57,6 +58,12 @@ class Slider:
     piston: bool = False
     cylinder: int = 0
 
+    def __post_init__(self) -> None:
+        """Refuse values of another kind; ``InputError``."""
+        given_numbers(self.pin, 2, "slider: pin")
+        for key in ("length", "bank", "offset", "cylinder"):
+            given_number(getattr(self, key), f"slider: {key}")
+
 
 @dataclass(frozen=True)
 class Frame:
@@ -78,8 +85,13 @@ class Frame:
     slider: Slider | None = None
 
     def __post_init__(self) -> None:
-        """Refuse rods that do not reach their cylinder; ``InputError``."""
+        """Refuse values of another kind, and rods that do not reach their cylinder; ``InputError``."""
+        given_kind(self.name, str, "frame: name", "give a text")
+        given_number(self.ratio, f"frame '{self.name}': ratio")
+        given_number(self.angle, f"frame '{self.name}': angle")
+        given_numbers(self.axis, 2, f"frame '{self.name}': axis")
         if self.slider is not None:
+            given_kind(self.slider, Slider, f"frame '{self.name}': slider", "give a ct.Slider(pin, length)")
             reach = math.hypot(*self._arm()) + abs(self.slider.offset)
             if self.slider.length <= reach:
                 raise InputError(
@@ -151,6 +163,13 @@ class Body:
     reduced: ReducedBody
     frame: str = AT_REST
 
+    def __post_init__(self) -> None:
+        """Refuse values of another kind; ``InputError``."""
+        given_name(self.name, "body")
+        where = f"body '{self.name}'"
+        given_kind(self.reduced, ReducedBody, f"{where}: reduced", "give a ct.ReducedBody, e.g. by ct.rigid_body")
+        given_kind(self.frame, str, f"{where}: frame", "give the frame's name")
+
 
 @dataclass(frozen=True)
 class End:
@@ -159,6 +178,12 @@ class End:
     body: str
     interface: str = ""
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse values of another kind; ``InputError``."""
+        for key in ("body", "interface"):
+            given_kind(getattr(self, key), str, f"end: {key}", "give its name")
+        given_numbers(self.offset, 3, f"end '{self.body}.{self.interface}': offset")
 
 
 @dataclass(frozen=True)
@@ -169,6 +194,15 @@ class Connection:
     law: str
     ends: tuple[End, ...]
     data: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse values of another kind; ``InputError``."""
+        given_name(self.name, "connection")
+        where = f"connection '{self.name}'"
+        given_kind(self.law, str, f"{where}: law", "give the name of one")
+        given_kind(self.ends, tuple, f"{where}: ends", "give a tuple of ct.End")
+        for end in self.ends:
+            given_kind(end, End, f"{where}: an end", "give ct.End(body, interface)")
 
 
 @dataclass(frozen=True)
@@ -187,7 +221,12 @@ class Topology:
 
     def __post_init__(self) -> None:
         """Refuse names that are used twice, and references to what does not exist; ``InputError``."""
-        for noun, items in (("frame", self.frames), ("body", self.bodies), ("connection", self.connections)):
+        for noun, items, kind in (
+            ("frame", self.frames, Frame), ("body", self.bodies, Body), ("connection", self.connections, Connection),
+        ):  # fmt: skip
+            given_kind(items, tuple, f"topology: the list of each {noun}", f"give a tuple of ct.{kind.__name__}")
+            for item in items:
+                given_kind(item, kind, f"topology: a {noun}", f"give a ct.{kind.__name__}")
             names = [item.name for item in items]
             for name in names:
                 if names.count(name) > 1:
@@ -198,6 +237,8 @@ class Topology:
             self.frame(body.frame)
         known = [CRANK, BLOCK, GROUND, *(body.name for body in self.bodies)]
         for connection in self.connections:
+            if len(connection.ends) > 1 and len({(end.body, end.interface) for end in connection.ends}) < 2:
+                raise InputError(f"connection '{connection.name}': all its ends are at one place; join two bodies")
             for end in connection.ends:
                 if end.body not in known:
                     raise InputError(

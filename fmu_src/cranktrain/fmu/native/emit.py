@@ -52,10 +52,9 @@ class _Called(NamedTuple):
 SMALL = (
     "8dynamics5start", "8dynamics5model11preparation", "8dynamics7outputs", "8dynamics3run7observe",
     "8dynamics6motion4rods11observe_rod", "8dynamics8topology6frames", "8dynamics6motion12added_bodies12factor_added",
-    "8dynamics6motion17added_connections4lean", "8dynamics6motion11added_hooks9move_hook",
-    "8dynamics6motion11added_hooks11forces_hook", "8dynamics6motion11added_hooks9load_hook",
-    "8dynamics6motion11added_hooks12recover_hook", "8dynamics6motion11added_hooks11factor_hook",
-    "8dynamics6motion11added_hooks11newton_hook",
+    "8dynamics6motion17added_connections4lean", "8dynamics6motion12added_memory", "8dynamics6motion11added_hooks",
+    "8dynamics4time14reconstruction", "8dynamics4time9work_limit", "8dynamics4time14error_estimate",
+    "8dynamics4time4bdf2",
 )  # fmt: skip
 """In the names of functions that run once a start, a change of the step or an output: they are made small, not fast."""
 
