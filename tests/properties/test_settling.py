@@ -175,7 +175,8 @@ class Toy:
         self.model = SimpleNamespace(
             omega2=np.ones(1), scalars=scalars, layout=layout, block_ports=nothing, bearings=nothing,
             ports=np.zeros((1, 0)), connections=np.zeros((1, at.CONNECTION)), cylinders=nothing, scales=np.zeros(0),
-            links=SimpleNamespace(scales=np.zeros(0)), laws=SimpleNamespace(remembered=np.zeros(1)),
+            links=SimpleNamespace(scales=np.zeros(0), remembered=np.zeros(1)),
+            laws=SimpleNamespace(remembered=np.zeros(1)),
         )  # fmt: skip
         self.inputs, self.outputs, self.state, self.r = (
             np.array([4 * math.pi]),
