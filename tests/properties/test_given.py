@@ -100,6 +100,14 @@ def test_the_work_of_a_load_on_a_turning_body_is_in_the_energy_balance():
     assert abs(energy["residual_j"]) < 1e-4 * work
 
 
+def test_what_joins_block_and_ground_carries_nothing_where_the_block_is_the_ground():
+    """Its outputs are there, and zero; those behind it stay where their names say."""
+    strut = replace(HELD, name="strut", ends=(ct.End("block", "mount[1]"), ct.End("ground")))
+    run = beside_the_four((ct.Body("w", DISC),), (strut, HELD))
+    assert not run.outputs["connection[strut].force.y"].any()
+    assert run.outputs["connection[s].force.y"].mean() == pytest.approx(9.80665, rel=1e-6)
+
+
 def test_ends_that_lie_apart_are_told():
     far = replace(HELD, ends=(ct.End("w", "a"), ct.End("v", "a")))
     other = rigid_body("v", 1.0, np.diag([0.1, 0.1, 0.1]), (0.0, 0.0, 0.2), {"a": (0.0, 0.0, 0.2)})

@@ -40,7 +40,8 @@ def dead_centres(crank: Crankshaft, cylinders: Cylinders) -> list[float]:
 def firing_angles(crank: Crankshaft, cylinders: Cylinders) -> tuple[float, ...]:
     """Crank angle of each cylinder's firing dead centre, in the order of their numbers, rad.
 
-    Cylinder 1 fires in the first revolution. ``InputError``: throws that cannot fire so.
+    Cylinder 1 fires in the first revolution. ``InputError`` where the throws cannot fire in the order or at the angles
+    that are stated.
     """
     dead, order = dead_centres(crank, cylinders), cylinders.firing_order
     if cylinders.firing_angles:

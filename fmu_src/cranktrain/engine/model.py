@@ -151,8 +151,8 @@ class Engine:
     def firing_angles(self) -> tuple[float, ...]:
         """Crank angle at which each cylinder (in the order of their numbers) passes firing dead centre, rad in [0, 4π).
 
-        Cylinder 1 fires in the first revolution. How the order chooses that of the others:
-        :mod:`cranktrain.engine.firing`.
+        Cylinder 1 fires in the first revolution; :mod:`cranktrain.engine.firing` tells how the order chooses the
+        revolution of the others.
         Raises ``InputError``: if the throws cannot fire in the stated order within one cycle.
         """
         return firing_angles(self.crankshaft, self.cylinders)

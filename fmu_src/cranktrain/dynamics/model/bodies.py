@@ -105,7 +105,9 @@ def with_axial_mass(body: ReducedBody, name: str, at: str, mass: float) -> Reduc
 
 
 def stationary_body(engine: Engine, block: ReducedBody | None, guided: Sequence[int]) -> ReducedBody:
-    """Block, pistons of the ``guided`` cylinders (from 0), both or nothing.
+    """What does not turn, as one body: the block, if there is one, and the pistons of the ``guided`` cylinders.
+
+    Cylinders count from 0. Without block and pistons the body has no modes.
 
     ``InputError`` where the engine does not say how pistons run.
     """

@@ -175,7 +175,8 @@ def _lay_rods(
 ) -> tuple[int, list[tuple[float, float]]]:
     """Lay pins and free big ends, with their rows and between them that of the thrust bearing at port ``along``.
 
-    Fills ``cylinders``. Returns the thrust bearing's row, and the ports of big ends with those of their pins.
+    Fills the columns of pins, big ends and rows in ``cylinders``. Returns the row of the thrust bearing, and pairs of
+    a big end's port with its pin's.
     """
     rods = [body.index(f"rod[{i + 1}]") for i in range(len(pins))] if "rod[1]" in body.interfaces else []
     turns = not rows

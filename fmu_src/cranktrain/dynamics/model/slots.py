@@ -10,9 +10,10 @@ from __future__ import annotations
 # 1, or 0 where rod and piston are added bodies and a connection is the gas.
 M_SMALL, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
 COS_BANK, SIN_BANK, OWN_ROD = 11, 12, 13
-# Its ports, −1 for none: x (y follows) and rotation of the pin under its rod, x of a free big end, motion across of a
-# guided piston (its rotation follows), its liner's three; and rows of ``connections``: between pin and rod, and of a
-# free big end. A pin whose journals are locked only turns.
+# Ports of the cylinder, −1 where there is none: displacement of the pin under its rod (x, then y) and the pin's
+# rotation; displacement of a free big end (x, then y); of a guided piston its displacement across the cylinder, then
+# its rotation; the first of three of its liner. Then the rows of ``connections`` between pin and rod, and of a free
+# big end. A pin of a crank whose journals are locked has its rotation alone.
 PIN_PORT, PIN_TURN, END_PORT, PISTON_PORT, LINER_PORT, PIN_ROW, END_ROW, CYLINDER = range(14, 22)
 # ``ModelArrays.scalars``; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it; ``SHAFT_K`` and
 # ``SHAFT_C`` are those of the whole drive line at the flywheel, as it winds up slowly; ``LINE_INERTIA`` is that of its

@@ -123,7 +123,7 @@ def close_stage(model, work, frame):
 
 @kernel
 def close_step(model, work, state):
-    """Keep what laws with a memory of the last stage became."""
+    """Write into the state what laws with a memory hold after the last stage."""
     if remembers(model.links):
         call_kernel(model.links.hooks[added.AT_CLOSE_STEP], (model, work, state))
     for k in range(model.connections.shape[0]):

@@ -78,9 +78,10 @@ def on_ground(topology: Topology) -> Topology:
     def end(given: End) -> End:
         return End(GROUND) if given.body == BLOCK else given
 
-    connections = [(connection, tuple(end(one) for one in connection.ends)) for connection in topology.connections]
-    moving = tuple(replace(one, ends=ends) for one, ends in connections if any(end.body != GROUND for end in ends))
-    return replace(topology, connections=moving)
+    connections = tuple(
+        replace(connection, ends=tuple(end(one) for one in connection.ends)) for connection in topology.connections
+    )
+    return replace(topology, connections=connections)
 
 
 def _touching(topology: Topology, base: Base) -> Topology:
@@ -94,13 +95,18 @@ def _touching(topology: Topology, base: Base) -> Topology:
             wall, moving = own.get(end.body), own.get(slider.body)
             if frame != REST or other.slider is None or wall is None or moving is None:
                 continue
-            turn = np.column_stack([other.turned(axis) for axis in np.eye(3)])
-            place = other.origin + turn.T @ (moving.positions[moving.index(slider.interface)] + slider.offset)
-            x, y, z = place - wall.positions[wall.index(end.interface)]
+            x, y, z = _place(topology, moving, slider) - wall.positions[wall.index(end.interface)]
             ends = [slider, slider]
             ends[number] = replace(end, offset=(float(x), float(y), float(z)))
             connections[k] = replace(connection, ends=tuple(ends))
     return replace(topology, connections=tuple(connections))
+
+
+def _place(topology: Topology, body: ReducedBody, end: End) -> Array:
+    """Place (3,) of an end in the engine's axes at crank angle 0, m."""
+    frame = topology.end_frame(end)
+    turn = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
+    return np.asarray(frame.origin + turn.T @ (body.positions[body.index(end.interface)] + end.offset))
 
 
 def _shapes(body: ReducedBody | None, names: list[str]) -> Array:
@@ -119,15 +125,11 @@ def _warn_of_distances(topology: Topology, base: Base) -> None:
     """Warn of springs and bearings whose ends lie apart at crank angle 0: their forces make no moment of it."""
     own = _bodies(topology, base)
     for connection in topology.connections:
-        if connection.law not in MEET or any(end.body == GROUND for end in connection.ends):
+        if connection.law not in MEET:
             continue
-        places = []
-        for end in connection.ends:
-            frame, body = topology.end_frame(end), own[end.body]
-            turn = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
-            local = np.zeros(3) if body is None else body.positions[body.index(end.interface)] + end.offset
-            places.append(frame.origin + turn.T @ local)
-        apart = float(np.linalg.norm(places[0] - places[1]))
+        pairs = [(own.get(end.body), end) for end in connection.ends]
+        places = [_place(topology, body, end) for body, end in pairs if body is not None]
+        apart = float(np.linalg.norm(places[0] - places[-1])) if len(places) == len(pairs) else 0.0
         if apart > APART:
             warnings.warn(
                 f"connection '{connection.name}': its ends are {1e3 * apart:.3g} mm apart at crank angle 0, and law "

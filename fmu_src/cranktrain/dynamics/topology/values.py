@@ -237,7 +237,8 @@ class Topology:
             self.frame(body.frame)
         known = [CRANK, BLOCK, GROUND, *(body.name for body in self.bodies)]
         for connection in self.connections:
-            if len(connection.ends) > 1 and len({(end.body, end.interface) for end in connection.ends}) < 2:
+            places = {(end.body, end.interface) for end in connection.ends}
+            if len(connection.ends) > 1 and len(places) == 1 and connection.ends[0].body != GROUND:
                 raise InputError(f"connection '{connection.name}': all its ends are at one place; join two bodies")
             for end in connection.ends:
                 if end.body not in known:

@@ -76,7 +76,7 @@ FIRST_ANGLE = -0.5 * math.pi
 
 # Columns of a bearing's law behind the constants of its rollers: stiffness and damping (N/m, N s/m), both of tilt as of
 # Q by the end's displacement; γ, or 0 where rollers are at rest; the eccentricity's scale; angle of the first roller.
-# Where a linear stand-in takes the rollers' place there are none, else its stiffness is 0.
+# A linear stand-in has no rollers; with rollers its stiffness is 0.
 STIFFNESS, TILT_STIFFNESS, DAMPING, TILT_DAMPING, CAGE, SCALE, FIRST, N_LAW = range(N_CONSTANTS, N_CONSTANTS + 8)
 
 
