@@ -58,18 +58,21 @@ def with_rod(model):
     return model._replace(engine=engine, cranks={"rigid": crank}, added=read_added(engine))
 
 
-def test_an_fmu_with_a_rod_as_body_gives_the_runs_bits(with_rod, script, tmp_path):
-    fmu = built(with_rod, tmp_path, NATIVE)
-    found = json.loads(script(RUN, fmu, STEPS, STEP).stdout)
-    run = Simulation(
-        with_rod.engine, with_rod.cranks["rigid"], Settings(crank="rigid", bearings="linear", block="ground"),
-        parts=Parts(bodies=with_rod.added),
-    )  # fmt: skip
+def outputs_of_a_run(model, bearings, parts):
+    """Outputs by name after the steps that the FMU takes."""
+    settings = Settings(crank="rigid", bearings=bearings, block="ground")
+    run = Simulation(model.engine, model.cranks["rigid"], settings, parts=parts)
     run.inputs[0] = 150.0
     run.initialize(0.0)
     for k in range(STEPS):
         run.step(k * STEP + STEP)
-    ours = dict(zip(run.output_names, map(float, run.outputs), strict=True))
+    return dict(zip(run.output_names, map(float, run.outputs), strict=True))
+
+
+def test_an_fmu_with_a_rod_as_body_gives_the_runs_bits(with_rod, script, tmp_path):
+    fmu = built(with_rod, tmp_path, NATIVE)
+    found = json.loads(script(RUN, fmu, STEPS, STEP).stdout)
+    ours = outputs_of_a_run(with_rod, "linear", Parts(bodies=with_rod.added))
     names = [name for name in ours if name.startswith(("rod[6]", "piston[6]", "connection[")) or ".torsion" in name]
     assert "connection[gas].force" in names and all(math.isfinite(ours[name]) for name in names)
     assert {name: ours[name].hex() for name in names} == {name: found[name] for name in names}
@@ -147,15 +150,7 @@ def test_an_fmu_with_the_engines_laws_on_a_shaft_gives_the_runs_bits(with_shaft,
     """What connections remember is part of the unit's state as well."""
     fmu = built(with_shaft, tmp_path, NATIVE)
     first, second = json.loads(script(RESTORED, fmu, STEPS, STEP).stdout)
-    run = Simulation(
-        with_shaft.engine, with_shaft.cranks["rigid"], Settings(crank="rigid", bearings="impedance", block="ground"),
-        parts=Parts(film_tables=with_shaft.film_tables),
-    )  # fmt: skip
-    run.inputs[0] = 150.0
-    run.initialize(0.0)
-    for k in range(STEPS):
-        run.step(k * STEP + STEP)
-    ours = dict(zip(run.output_names, map(float, run.outputs), strict=True))
+    ours = outputs_of_a_run(with_shaft, "impedance", Parts(film_tables=with_shaft.film_tables))
     names = [name for name in ours if name.startswith(("shaft.s", "shaft.p", "ring", "sleeve", "connection["))]
     moving = ("rollers].force.x", "collar].moment.x", "remembered].oil_flow", "tabled].force.y", "damper].heat")
     assert all(abs(ours[f"connection[{name}"]) > 0.0 for name in (*moving, "spline].force.z"))

@@ -28,8 +28,9 @@ from cranktrain.dynamics.model.bodies import (
     with_rotor,
 )
 from cranktrain.dynamics.model.choices import run_numbers
+from cranktrain.dynamics.model.connections import big_end_films, laws_of
 from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY, main_bearings
-from cranktrain.dynamics.model.ports import Ports, lay_ports, with_added_ports
+from cranktrain.dynamics.model.ports import lay_ports, with_added_ports
 from cranktrain.dynamics.model.preparation import prepare_model
 from cranktrain.dynamics.model.settings import (
     BOUNDARIES,
@@ -39,7 +40,6 @@ from cranktrain.dynamics.model.settings import (
 )
 from cranktrain.dynamics.time.status import OK, REFUSALS
 from cranktrain.dynamics.topology.arrays import added
-from cranktrain.dynamics.topology.damper import damper_law, told_damper
 from cranktrain.dynamics.topology.pieces import FilmParts
 from cranktrain.dynamics.topology.records import AddedBodies, AddedConnections, Base
 from cranktrain.dynamics.topology.tables import added_topology
@@ -49,17 +49,11 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import (
-    Bearings,
-    axial_joint_film,
-    bearing_parameters,
-    enter,
-    law_films,
     thrust_bearing,
 )
-from cranktrain.film.laws.films import Films, join_films, no_films
-from cranktrain.film.laws.parameters import COLUMNS
+from cranktrain.film.laws.films import Films
 from cranktrain.film.laws.past_cycle import PastCycles
-from cranktrain.film.laws.register import BIG_END, Law, bearing_law
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.built_in_trace import KINKS, fill_kinks
 from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
@@ -264,7 +258,7 @@ def structure(
     journals, mains, main_films = made[key]
     key = "big ends", settings.big_ends, ""
     if key not in made:
-        made[key] = _big_ends(engine, big_end_law, parts.big_end_table)
+        made[key] = big_end_films(engine, big_end_law, parts.big_end_table)
     big_ends, floating = made[key]
     free_big_ends = big_end_law.carries
     line = torsional_line(engine, float(body.inertia[2, 2]))
@@ -294,7 +288,7 @@ def structure(
     ports.layout[at.ADDED] = len(topology.connections) + len(topology.bodies) > 0
     constants, damper = basis(engine, settings, gas, top - bottom), np.zeros(PARAMETERS)
     thrust = thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar)
-    laws = _laws(ports, main_films, floating, thrust, path, damper)
+    laws = laws_of(ports, main_films, floating, thrust, path, damper)
     trace = np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])
     least_smooth = np.zeros(KINKS)
     fill_kinks(trace, least_smooth)
@@ -417,31 +411,6 @@ def _line_arrays(turning: ReducedBody, line: TorsionalLine, path: AxialPath | No
         "rotor": np.ascontiguousarray(rows[-1]),
     }
     return arrays, windup
-
-
-def _laws(ports: Ports, mains: Films, big_ends: Films, thrust: Films, path: AxialPath | None, damper: Array) -> Films:
-    """Laws of all connections; ``damper`` are the parameters of the damper's."""
-    own = {
-        at.THRUST_ROW: thrust,
-        at.JOINT_ROW: None if path is None else axial_joint_film(path),
-        at.DAMPER_ROW: enter(no_films(1), damper_law, told_damper(damper)),
-    }
-    b, c = len(mains.entry), len(big_ends.entry)
-    parts = [(mains, range(b)), (big_ends, range(b, b + c))]
-    for slot, law in own.items():
-        row = int(ports.layout[slot])
-        if law is not None and row >= 0:
-            parts.append((law, range(row, row + 1)))
-    return join_films(len(ports.connections), parts)
-
-
-def _big_ends(engine: Engine, law: Law, table: FilmTable | None) -> tuple[Array, Films]:
-    """Parameters (c, COLUMNS) of the big ends' films, zero where there are none, and their law."""
-    parameters = np.zeros((engine.n_cylinders, COLUMNS))
-    if engine.big_end_bearing is not None:
-        parameters[:] = bearing_parameters(engine.big_end_bearing, REFERENCE_VISCOSITY)
-    bearings = Bearings(parameters, engine.big_end_bearing, parts={"big_end_table": table})
-    return parameters, law_films(law, BIG_END, bearings)
 
 
 def _stationary_damping(engine: Engine, body: ReducedBody) -> Array:

@@ -1,0 +1,43 @@
+"""Laws of an engine's own connections, one row each, at the rows that :mod:`.ports` gives them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY
+from cranktrain.dynamics.model.ports import Ports
+from cranktrain.dynamics.topology.damper import damper_law, told_damper
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import AxialPath
+from cranktrain.film.laws.bearings import Bearings, axial_joint_film, bearing_parameters, enter, law_films
+from cranktrain.film.laws.films import Films, join_films, no_films
+from cranktrain.film.laws.parameters import COLUMNS
+from cranktrain.film.laws.register import BIG_END, Law
+from cranktrain.film.table.database import FilmTable
+
+
+def laws_of(ports: Ports, mains: Films, big_ends: Films, thrust: Films, path: AxialPath | None, damper: Array) -> Films:
+    """Laws of all connections; ``damper`` (PARAMETERS,) are the parameters of the damper's law."""
+    of_pins = ports.cylinders[:, at.PIN_ROW - at.PIN_PORT].astype(int).tolist()
+    parts = [(mains, range(len(mains.entry))), (big_ends, of_pins)]
+    once = {
+        at.THRUST_ROW: thrust,
+        at.JOINT_ROW: None if path is None else axial_joint_film(path),
+        at.DAMPER_ROW: enter(no_films(1), damper_law, told_damper(damper)),
+    }
+    for slot, law in once.items():
+        row = int(ports.layout[slot])
+        if law is not None and row >= 0:
+            parts.append((law, [row]))
+    return join_films(len(ports.connections), parts)
+
+
+def big_end_films(engine: Engine, law: Law, table: FilmTable | None) -> tuple[Array, Films]:
+    """Parameters (c, COLUMNS) of the big ends' films, zero where there are none, and their law."""
+    parameters = np.zeros((engine.n_cylinders, COLUMNS))
+    if engine.big_end_bearing is not None:
+        parameters[:] = bearing_parameters(engine.big_end_bearing, REFERENCE_VISCOSITY)
+    bearings = Bearings(parameters, engine.big_end_bearing, parts={"big_end_table": table})
+    return parameters, law_films(law, BIG_END, bearings)
