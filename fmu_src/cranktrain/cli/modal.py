@@ -65,10 +65,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             mesh=options.mesh, block_mesh=options.block_mesh, mesh_unit=options.mesh_unit,
             bearings=options.bearings, speed=None if options.speed is None else options.speed * RPM, say=tell,
         )  # fmt: skip
-    report["firing"] = firing_summary(engine.crankshaft, engine.cylinders)
+    report["firing"] = firing_summary(engine)
     if options.json:
         return report
-    print(firing_text(engine.crankshaft, engine.cylinders))
+    print(firing_text(engine))
     if "left_out" in report:
         print(f"These are modes of crank and block alone, without the added {', '.join(report['left_out'])}.")
     if "level" in report:

@@ -89,7 +89,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         peaks = in_motion(peaks, runs_here(job), outcome.starts)
     said = report(found, peaks, engine.published)
     said |= {
-        "firing": firing_summary(engine.crankshaft, engine.cylinders),
+        "firing": firing_summary(engine),
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
@@ -99,7 +99,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         for table in run_up_tables(said):
             show(table)
-        print(firing_text(engine.crankshaft, engine.cylinders))
+        print(firing_text(engine))
         print(closing_text(found))
         resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
         print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")

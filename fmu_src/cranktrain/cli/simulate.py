@@ -143,7 +143,7 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     """Print the summary for people."""
     from cranktrain.results.tables import closing_text, online_text, resolution_text, run_tables
 
-    print(firing_text(run.engine.crankshaft, run.engine.cylinders))
+    print(firing_text(run.engine))
     print(f"Gas trace at full load: {run.gas.source}; {pressures_text(run.gas)}")
     for table in run_tables(summary):
         show(table)

@@ -44,9 +44,10 @@ class Engine:
     oil: parts.Oil
     drive_line: parts.DriveLine
     damping: parts.StructuralDamping
-    combustion: parts.Combustion
     reduction: parts.Reduction
     published: parts.Published
+    combustion: parts.Combustion | None = None
+    compressor: parts.Compressor | None = None
     big_end_bearing: parts.PlainBearing | None = None
     main_bearing: parts.JournalBearing | None = None
     main_roller: parts.RollerBearings | None = None
@@ -72,7 +73,34 @@ class Engine:
     @property
     def displacement(self) -> float:
         """Swept volume of all cylinders, m³, with a stroke of twice the throw."""
-        return self.n_cylinders * 0.5 * math.pi * self.cylinders.bore**2 * self.crankshaft.throw
+        if not self.crankshaft.pin_throws:
+            return self.n_cylinders * 0.5 * math.pi * self.cylinders.bore**2 * self.crankshaft.throw
+        return 0.5 * math.pi * self.cylinders.bore**2 * math.fsum(self.throws)
+
+    @property
+    def burn(self) -> parts.Combustion:
+        """Combustion, for what needs it; ``InputError`` where the cylinders are those of a compressor."""
+        if self.combustion is None:
+            raise InputError(f"engine '{self.name}' has no [combustion], which this needs; give pressures of your own")
+        return self.combustion
+
+    @property
+    def rated_speed(self) -> float:
+        """Speed of the full-load trace, rad/s."""
+        gas = self.combustion or self.compressor
+        assert gas is not None  # an engine is checked to have one
+        return gas.best_speed
+
+    @property
+    def throws(self) -> tuple[float, ...]:
+        """Throw of each cylinder's pin, m."""
+        return tuple(self.crankshaft.throws[pin - 1] for pin in self.cylinders.pins)
+
+    @property
+    def offsets(self) -> tuple[float, ...]:
+        """Offset of each cylinder: that of its piston's path from the crank's axis, across its bank, m."""
+        own, pin = self.cylinders.axis_offsets or self.n_cylinders * (0.0,), self.cylinders.pin_offset
+        return tuple(pin + offset for offset in own)
 
     @property
     def cylinder_positions(self) -> tuple[float, ...]:
@@ -142,6 +170,14 @@ class Engine:
                 "leave [[body]] and [[connection]] out"
             )
 
+    def refuse_two_strokes(self, what: str) -> None:
+        """Refuse a two-stroke, whose cycle ``what`` does not have; ``InputError``."""
+        if self.cylinders.cycle < 3.0 * math.pi:
+            raise InputError(
+                f"engine '{self.name}' is a two-stroke (cylinders.cycle = 360 deg), which {what} cannot include; give "
+                "its cylinder pressure by a trace or as inputs"
+            )
+
     @property
     def rod_offsets(self) -> tuple[float, ...]:
         """Place of each rod's middle along z from its pin's middle, m, by cylinder."""
@@ -155,7 +191,7 @@ class Engine:
         revolution of the others.
         Raises ``InputError``: if the throws cannot fire in the stated order within one cycle.
         """
-        return firing_angles(self.crankshaft, self.cylinders)
+        return firing_angles(self)
 
     @property
     def firing_intervals(self) -> tuple[float, ...]:

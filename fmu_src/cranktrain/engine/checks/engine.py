@@ -69,7 +69,7 @@ def check_engine(engine: Engine) -> None:
             plausible = part.polar_inertia <= 2.0 * part.diametral_inertia * (1.0 + 1e-9)
             need(name, "polar_inertia", plausible, "is more than twice diametral_inertia, which no body has")
     _check_oil(engine.oil)
-    _check_combustion(engine.combustion, engine.cylinders.cycle)
+    _check_gas(engine)
     warn_of_masses(engine)
     need_equal_lengths(engine.published, "published", "cranktrain_hz", "cranktrain_shapes", "measured_hz")
     orders = ("critical_orders", "critical_speeds", "measured_critical_speeds")
@@ -83,7 +83,7 @@ def check_engine(engine: Engine) -> None:
     check_additions(engine.frame, engine.body, engine.connection, engine.n_cylinders)
     if engine.axial_path is not None:
         _check_axial_path(engine.axial_path)
-    for text in uneven(engine.crankshaft, engine.cylinders):  # raises where the throws cannot fire in the order
+    for text in uneven(engine):  # raises where the throws cannot fire in the order
         warnings.warn(f"{engine.name}: {text}", stacklevel=2)
     if engine.mounts is not None:
         check_mounts(engine.mounts)
@@ -146,6 +146,28 @@ def _thickness(oil: Oil, temperature: float) -> float:
         return 1e-6 * oil.density * (10.0**10.0**exponent - 0.7)
     except OverflowError:
         return math.inf
+
+
+def _check_gas(engine: Engine) -> None:
+    """Refuse an engine without gas, or with both kinds of it."""
+    burn, gas = engine.combustion, engine.compressor
+    both = "stands beside [combustion]; keep one of the two"
+    need("compressor", "discharge", burn is None or gas is None, both)
+    text = "is missing; give [combustion], or [compressor] of cylinders that compress gas"
+    need("combustion", "heat", burn is not None or gas is not None, text)
+    if burn is not None:
+        _check_combustion(burn, engine.cylinders.cycle)
+    if gas is not None:
+        text = "must be 360 deg: a compressor's cylinder compresses once a revolution"
+        need("cylinders", "cycle", engine.cylinders.cycle < 3.0 * math.pi, text)
+        text = f"{1e-5 * gas.discharge:.4g} bar is not above suction, {1e-5 * gas.suction:.4g} bar"
+        need("compressor", "discharge", gas.discharge > gas.suction, text)
+        reach = engine.cylinders.compression_ratio**gas.exponent
+        text = (
+            f"{1e-5 * gas.discharge:.4g} bar is not reached with cylinders.compression_ratio "
+            f"{engine.cylinders.compression_ratio:.4g}: at most {1e-5 * gas.suction * reach:.4g} bar"
+        )
+        need("compressor", "discharge", gas.discharge < gas.suction * reach, text)
 
 
 def _check_combustion(burn: Combustion, cycle: float) -> None:

@@ -191,9 +191,10 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
     if rods:
         rod_mass = mean_rod_mass(engine)
         for i in engine.cylinders.pins:
-            axis = 0.5 * (motion[crankshaft.index(f"main[{i}]")] + motion[crankshaft.index(f"main[{i + 1}]")])
+            main = engine.crankshaft.main_before[i - 1]
+            axis = 0.5 * (motion[crankshaft.index(f"main[{main}]")] + motion[crankshaft.index(f"main[{main + 1}]")])
             energy[:, 0] += rod_mass * (axis[0] ** 2 + axis[1] ** 2)
-            energy[:, 1] += rod_mass * (engine.crankshaft.throw * axis[5]) ** 2
+            energy[:, 1] += rod_mass * (engine.crankshaft.throws[i - 1] * axis[5]) ** 2
     return np.asarray(energy / energy.sum(axis=1, keepdims=True))
 
 

@@ -41,7 +41,7 @@ def settled_simulation(made: Assembly, speed: float) -> Simulation:
 
 def reference_speed(engine: Engine) -> float:
     """Default speed (rad/s) of modes in motion: the speed of the largest heat per cycle."""
-    return float(engine.combustion.best_speed)
+    return engine.rated_speed
 
 
 def motion_report(made: Assembly, speed: float | None = None) -> dict[str, Any]:

@@ -18,8 +18,7 @@ def page(found: Findings) -> str:
     """The page's text."""
     titles = [section.title for section in SECTIONS]
     contents = "".join(f'<li><a href="#s{k}">{html.escape(title)}</a></li>' for k, title in enumerate(titles, 1))
-    crank, cylinders = found.engine.crankshaft, found.engine.cylinders
-    body = f"<p>{html.escape(firing_text(crank, cylinders))}.</p>"
+    body = f"<p>{html.escape(firing_text(found.engine))}.</p>"
     body += "".join(_section(k, section, found) for k, section in enumerate(SECTIONS, 1))
     return whole_page("report", f"{found.engine.title}: cranktrain report", contents, body)
 
