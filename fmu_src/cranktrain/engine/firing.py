@@ -12,13 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from cranktrain.core.errors import InputError
-from cranktrain.engine.parts import Crankshaft, Cylinders, Rod
-
-if TYPE_CHECKING:
-    from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Compressor, Crankshaft, Cylinders, Rod
 
 REVOLUTION = 2.0 * math.pi
 SAME = 1.0e-6
@@ -31,9 +28,17 @@ EVEN = math.radians(1.0)
 """Intervals (rad) that differ by less are even."""
 
 
-def revolutions(cylinders: Cylinders) -> int:
-    """Revolutions of a cycle: two of a four-stroke, one of a two-stroke."""
-    return round(cylinders.cycle / REVOLUTION)
+class Engine(Protocol):
+    """What the firing of an engine depends on."""
+
+    @property
+    def crankshaft(self) -> Crankshaft: ...  # noqa: D102
+    @property
+    def cylinders(self) -> Cylinders: ...  # noqa: D102
+    @property
+    def rod(self) -> Rod: ...  # noqa: D102
+    @property
+    def compressor(self) -> Compressor | None: ...  # noqa: D102
 
 
 def dead_centres(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> list[float]:
