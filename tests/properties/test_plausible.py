@@ -54,7 +54,10 @@ def model_aircraft():
             "mesh_size": 2 * MM,
         },
         {
-            "cylinders": {"bore": 20 * MM, "firing_order": (1,), "piston_mass": 0.008, "compression_ratio": 20.0},
+            "cylinders": {
+                "bore": 20 * MM, "firing_order": (1,), "cycle": 2.0 * math.pi, "piston_mass": 0.008,
+                "compression_ratio": 20.0,
+            },
             "rod": {"length": 34 * MM, "big_end_mass": 0.003, "small_end_mass": 0.0015, "inertia": 8e-7},
             "flywheel": {"mass": 0.03, "polar_inertia": 1.2e-4, "diametral_inertia": 1.1e-4, "offset": 0.0},
             "pulley": {"mass": 0.01, "polar_inertia": 1e-6, "diametral_inertia": 6e-7, "offset": 0.0},
@@ -104,7 +107,7 @@ def ship(bore):
     """Low-speed two-stroke with crossheads: stroke four times the bore, rod twice the throw."""
     s = bore / 0.6
     return sized(
-        [0.0, 120.0, 240.0, 60.0, 180.0, 300.0],
+        [0.0, 120.0, 240.0, 180.0, 300.0, 60.0],
         {
             "throw": 2.0 * bore, "main_diameter": 1.15 * bore, "main_width": 0.55 * bore, "pin_diameter": 1.15 * bore,
             "pin_width": 0.7 * bore, "web_thickness": 0.42 * bore, "web_main_radius": 0.95 * bore,
@@ -115,7 +118,7 @@ def ship(bore):
         {
             "cylinders": {
                 "bore": bore, "firing_order": (1, 5, 3, 4, 2, 6), "piston_mass": 4000.0 * s**3,
-                "compression_ratio": 20.0, "firing_angles": tuple(DEG * a for a in (0, 120, 240, 60, 180, 300)),
+                "compression_ratio": 20.0, "cycle": 2.0 * math.pi,
             },
             "rod": {
                 "length": 4.05 * bore, "big_end_mass": 1500.0 * s**3, "small_end_mass": 1000.0 * s**3,
@@ -231,7 +234,7 @@ DOUBTS = [
     (SIX, {"crankshaft": {"pin_diameter": 220 * MM}}, "crankshaft.pin_diameter: pin over main bearing pitch is"),
     (SIX, {"crankshaft": {"main_diameter": 300 * MM}}, "crankshaft.main_diameter: journal over pin is 4.082"),
     (SIX, {"crankshaft": {"web_thickness": 2.1 * MM}}, "crankshaft.web_thickness: web over pin is 0.02857"),
-    (SIX, {"crankshaft": {"pin_width": 4.8 * MM}}, "crankshaft.pin_width: width of the pin"),
+    (SIX, {"crankshaft": {"pin_width": 4.8 * MM}}, "crankshaft.pin_width: width over diameter"),
     (SIX, {"crankshaft": {"main_widths": 7 * (4 * MM,)}}, "crankshaft.main_widths: width of a journal"),
     (SIX, {"flywheel": {"offset": 5.0}}, "flywheel.offset: its centre of mass 5000 mm from the crank's end"),
     (SIX, {"pulley": {"offset": -5.0}}, "pulley.offset: its centre of mass 5000 mm from the crank's end"),

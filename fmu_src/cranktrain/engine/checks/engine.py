@@ -23,6 +23,9 @@ from cranktrain.engine.quantities import check_values, need, need_equal_lengths
 from cranktrain.engine.roller_bearing import check_rollers
 from cranktrain.engine.torsional_chain import LINE_ENDS, DriveLineChain, check_chain, gear_speeds
 
+LEAST_EXCHANGE = math.radians(20.0)
+"""Least angle from the opening of the exhaust to the closing of the intake, of the fastest two-strokes."""
+
 
 def check_engine(engine: Engine) -> None:
     """Refuse an engine whose parts do not fit together.
@@ -47,7 +50,7 @@ def check_engine(engine: Engine) -> None:
             plausible = part.polar_inertia <= 2.0 * part.diametral_inertia * (1.0 + 1e-9)
             need(name, "polar_inertia", plausible, "is more than twice diametral_inertia, which no body has")
     check_oil(engine.oil)
-    _check_combustion(engine.combustion)
+    _check_combustion(engine.combustion, engine.cylinders.cycle)
     warn_of_doubts(engine)
     need_equal_lengths(engine.published, "published", "cranktrain_hz", "cranktrain_shapes", "measured_hz")
     orders = ("critical_orders", "critical_speeds", "measured_critical_speeds")
@@ -91,10 +94,19 @@ def _check_axial_path(path: AxialPath) -> None:
             of(key, getattr(path, key) > 0.0, f"{text}; give it, or take joint bolted")
 
 
-def _check_combustion(burn: Combustion) -> None:
-    """Refuse valves that are open while the charge burns."""
+def _check_combustion(burn: Combustion, cycle: float) -> None:
+    """Refuse valves or ports that are open while the charge burns, and a two-stroke without time for its gas exchange.
+
+    ``cycle`` is its angle, rad.
+    """
     of, latest = partial(need, "combustion"), 1.5 * math.pi
     text = "must lie before the start of combustion, in (-270, 0) deg after firing dead centre"
     of("intake_closes", -latest < burn.intake_closes < min(burn.start, 0.0), text)
     text = "must lie after the end of combustion, below 270 deg after firing dead centre"
     of("exhaust_opens", burn.start + burn.duration <= burn.exhaust_opens < latest, text)
+    opens, closes = (round(math.degrees(angle), 6) for angle in (burn.exhaust_opens, burn.intake_closes + cycle))
+    text = (
+        f"from {opens:g} to {closes:g} deg, where the intake closes, there is no time for the gas exchange; leave at "
+        f"least {math.degrees(LEAST_EXCHANGE):g} deg"
+    )
+    of("exhaust_opens", burn.intake_closes + cycle - burn.exhaust_opens >= LEAST_EXCHANGE, text)

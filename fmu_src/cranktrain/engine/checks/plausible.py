@@ -128,14 +128,18 @@ def _crank(engine: Engine) -> Iterator[str]:
     stroke, pin = 2.0 * crank.throw, crank.pin_diameter
     half = "the throw is half the stroke; check both"
     shortest = 1.9 if stroke > LONG_STROKE * bore else 2.5
-    yield from _outside("crankshaft.throw", "the rod's length over the throw is", rod / crank.throw, (shortest, 8), half)
+    yield from _outside(
+        "crankshaft.throw", "the rod's length over the throw is", rod / crank.throw, (shortest, 8), half
+    )
     yield from _outside("crankshaft.throw", "stroke over bore is", stroke / bore, (0.15, 6.0), half)
     yield from _outside("crankshaft.pin_diameter", "pin over throw is", pin / crank.throw, (0.2, 5.0))
     pitch = min(b - a for a, b in pairwise(crank.main_positions))
     yield from _outside("crankshaft.pin_diameter", "pin over main bearing pitch is", pin / pitch, (0.1, 1.5))
     yield from _outside("crankshaft.main_diameter", "journal over pin is", crank.main_diameter / pin, (0.5, 3.0))
     yield from _outside("crankshaft.web_thickness", "web over pin is", crank.web_thickness / pin, (0.12, 2.0))
-    yield from _outside("crankshaft.pin_width", "width of the pin over its diameter is", crank.pin_width / pin, (0.15, 4))
+    yield from _outside(
+        "crankshaft.pin_width", "width of the pin over its diameter is", crank.pin_width / pin, (0.15, 4)
+    )
     for width in sorted({min(crank.main_widths), max(crank.main_widths)}):
         what = "width of a journal over its diameter is"
         yield from _outside("crankshaft.main_widths", what, width / crank.main_diameter, (0.1, 4.0))
@@ -149,8 +153,8 @@ def _crank(engine: Engine) -> Iterator[str]:
     if (weights := engine.balance_weights) is not None:
         for k, (radius, mass) in enumerate(zip(weights.radii, weights.masses, strict=True), 1):
             yield from _outside(f"balance_weights.radii[{k}]", "radius over throw is", radius / crank.throw, (0.0, 5.0))
-            cubes = mass / (STEEL * bore**3)
-            yield from _outside(f"balance_weights.masses[{k}]", "over a steel cube of the bore it is", cubes, (0, 10.0))
+            cubes, what = mass / (STEEL * bore**3), "over a steel cube of the bore it is"
+            yield from _outside(f"balance_weights.masses[{k}]", what, cubes, (0.0, 10.0))
     yield from _radians("crankshaft.throw_angles", crank.throw_angles)
 
 
@@ -182,8 +186,8 @@ def _cylinders(engine: Engine) -> Iterator[str]:
         nearest = min((b - a for a, b in pairwise(row)), default=math.inf)
         if nearest < 0.9 * bore:
             yield (
-                f"cylinders.bore: {mm(bore)}, but the cylinders of a bank are {mm(nearest)} apart; check bore, pins and "
-                "the widths of crankshaft"
+                f"cylinders.bore: {mm(bore)}, but the cylinders of a bank are {mm(nearest)} apart; check bore, pins "
+                "and the widths of crankshaft"
             )
 
 
@@ -241,8 +245,8 @@ def _oil(engine: Engine) -> Iterator[str]:
         thick = 1e3 * thickness(oil, temperature)
         if not 2.0 <= thick <= 300.0:
             yield (
-                f"oil.law: {oil.law} gives {thick:.3g} mPa s at {temperature - ZERO_CELSIUS:.4g} degC, usual 2 to 300 mPa s; "
-                "check oil.temperatures and the constants of the law"
+                f"oil.law: {oil.law} gives {thick:.3g} mPa s at {temperature - ZERO_CELSIUS:.4g} degC, usual 2 to 300 "
+                "mPa s; check oil.temperatures and the constants of the law"
             )
     yield from _outside("oil.density", "", oil.density, (700.0, 1200.0), "mineral oil has 850", " kg/m^3")
     heat = "mineral oil has 2000 J/(kg K)"
