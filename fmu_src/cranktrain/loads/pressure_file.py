@@ -245,7 +245,9 @@ def _one_cycle(angle: Array, pressure: Array, name: str, period: float) -> tuple
     its angle.
     """
     turns = round(PERIOD / period)
-    folded = np.concatenate([angle % period + k * period for k in range(turns)])
+    once = angle % period
+    once[once >= period] = 0.0  # a remainder that rounding made a whole period
+    folded = np.concatenate([once + k * period for k in range(turns)])
     pressure = np.tile(pressure, turns)
     cell = np.floor(folded * (_FINE / PERIOD)).astype(int) % _FINE
     order = np.argsort(cell, kind="stable")

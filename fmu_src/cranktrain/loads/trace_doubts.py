@@ -26,11 +26,11 @@ PEAK = (-10.0, 45.0)
 MOTORED, FIRED = 1.0e5, 2.0
 """Largest loss of a motored cycle (Pa), whose throttle takes an atmosphere at most; a peak this far after dead centre
 (deg) is one of a burn."""
-INTAKE = (0.2, 4.0)
+INTAKE = (0.2, 2.5)
 """Least and largest pressure at the start of the compression over combustion.intake_pressure: throttled to charged."""
 COMPRESSION = (-65.0, -35.0)
 """Between closed valves or ports and the earliest burn, deg after firing dead centre."""
-EXPONENTS = (1.0, 1.65)
+EXPONENTS = (1.05, 1.6)
 """Least and largest usual exponent n between these."""
 
 
@@ -66,33 +66,32 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
     """Doubts of a cylinder's pressure (n,), Pa, at uniform angles over 720 degrees after its firing dead centre."""
     n = pressure.size
     at: Array = np.arange(n, dtype=np.float64) * (720.0 / n)
-    intake = float(pressure[3 * n // 4])
-    ratio = intake / engine.combustion.intake_pressure
-    if not INTAKE[0] <= ratio <= INTAKE[1]:
-        yield (
-            f"{1e-5 * intake:.3g} bar at the start of the compression, {ratio:.3g} times combustion.intake_pressure, "
-            f"usual {INTAKE[0]:g} to {INTAKE[1]:g} times; check the unit (1 psi is 0.069 bar) and intake_pressure"
-        )
-    if heat_of_air(engine) < COMPRESSOR:
-        return  # of a compressor, whose valves open before dead centre
-    # One cause may show in all three: the first says most.
+    burns = not heat_of_air(engine) < COMPRESSOR  # the valves of a compressor open before dead centre
     cycle = math.degrees(engine.cylinders.cycle)
     peak = (float(at[pressure.argmax()]) + 0.5 * cycle) % cycle - 0.5 * cycle
+    work = mean_effective_pressure(engine, pressure)
+    intake = float(pressure[3 * n // 4])
+    ratio = intake / engine.combustion.intake_pressure
     inside = (at - 720.0 >= COMPRESSION[0]) & (at - 720.0 <= COMPRESSION[1])
     volume, _ = cylinder_volume(engine, at[inside] * (CYCLE / 720.0))
     exponent = -float(np.polyfit(np.log(volume), np.log(pressure[inside]), 1)[0])
-    work = mean_effective_pressure(engine, pressure)
-    if not PEAK[0] <= peak <= PEAK[1]:
+    # One cause may show in several of these: the first says most.
+    if burns and not PEAK[0] <= peak <= PEAK[1]:
         yield (
             f"the peak lies at {peak:.4g} deg after firing dead centre, usual {PEAK[0]:g} to {PEAK[1]:g} deg; check "
             "where dead centre is in the file, and that its angles rise with time"
         )
-    elif work < -MOTORED or (work < 0.0 and peak > FIRED):
+    elif burns and (work < -MOTORED or (work < 0.0 and peak > FIRED)):
         yield (
             f"its mean effective pressure is {1e-5 * work:.3g} bar, so the cycle takes work; the angles may run "
             "backwards, or dead centre may be wrong"
         )
-    elif not EXPONENTS[0] <= exponent <= EXPONENTS[1]:
+    elif not INTAKE[0] <= ratio <= INTAKE[1]:
+        yield (
+            f"{1e-5 * intake:.3g} bar at the start of the compression, {ratio:.3g} times combustion.intake_pressure, "
+            f"usual {INTAKE[0]:g} to {INTAKE[1]:g} times; check the unit (1 psi is 0.069 bar) and intake_pressure"
+        )
+    elif burns and not EXPONENTS[0] <= exponent <= EXPONENTS[1]:
         yield (
             f"from {COMPRESSION[0]:g} to {COMPRESSION[1]:g} deg the charge is compressed with p V^{exponent:.3g} "
             f"constant, usual exponents {EXPONENTS[0]:g} to {EXPONENTS[1]:g}; check dead centre, zero of the pressure "
