@@ -177,7 +177,7 @@ def _run(engine: Engine, options: argparse.Namespace) -> Named:
     from cranktrain.results.bearings.cycle import bearing_report
     from cranktrain.results.bearings.figures import speed_name
 
-    asked = asked_of(options, options.speed[0])
+    asked = asked_of(options, *options.speed)
     made = assembled(asked, not options.no_inherit)
     for speed in dict.fromkeys(options.speed):
         request = replace(asked.request, speed_rpm=speed)

@@ -8,7 +8,9 @@ from typing import Any
 
 from cranktrain.cli.bodies import add_block_options, wants_flexible_block
 from cranktrain.cli.console import number, one_of, show, stages
-from cranktrain.engine.file import engine_provenance, load_engine
+from cranktrain.cli.run_options import add_source_options, engine_of, gas_of, request_of
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import engine_provenance
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.engine.levels import CRANKS, described
 
@@ -38,6 +40,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--bearings", default="auto", metavar="LEVEL", help="of the mains, for modes in motion (default as simulate)")
     add("--speed", type=number(100.0, 20000.0, "rev/min"), metavar="RPM",
         help="speed for modes in motion, rev/min (default: combustion.best_speed)")  # fmt: skip
+    add_source_options(parser)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -56,14 +59,18 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if not options.json:
             show(chain_table(report))
         return report
-    engine = load_engine(options.engine)
+    engine = engine_of(options)
     one_of("--crank", options.crank, CRANKS)
     wants_flexible_block(engine, options)
+    speed = engine.rated_speed if options.speed is None else options.speed * RPM
+    if options.pressure is not None and options.crank != "solid":
+        raise InputError("--pressure drives the cycle of modes in motion, of --crank solid only; leave one of them out")
+    gas = gas_of(request_of(options, speed / RPM), engine)
     with stages(engine.name) as tell:
         report = study.modal(
             engine, options.crank, options.block, options.damper,
             mesh=options.mesh, block_mesh=options.block_mesh, mesh_unit=options.mesh_unit,
-            bearings=options.bearings, speed=None if options.speed is None else options.speed * RPM, say=tell,
+            bearings=options.bearings, speed=speed, gas=gas, say=tell,
         )  # fmt: skip
     report["firing"] = firing_summary(engine)
     if options.json:

@@ -18,7 +18,7 @@ from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
-    from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.loads.gas_pressure import Gas
     from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.run_up.run_up import Outcome
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.run_up.workers import runs_here
 
     speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
-    asked = engine, request, _, gas = asked_of(options, options.from_rpm)
+    asked = engine, request, _, gas = asked_of(options, options.from_rpm, options.to_rpm)
     _check(options)
     path = Path(options.output or f"{engine.name}_runup.h5")
     check_run_up_target(path)
@@ -123,7 +123,7 @@ def _outcome(
     options: argparse.Namespace,
     request: Request,
     made: Assembly,
-    gas: GasTrace | None,
+    gas: Gas | None,
     job: Job | None,
     speeds: list[float],
     path: Path,

@@ -24,7 +24,7 @@ from cranktrain.film.laws.register import bearing_law
 if TYPE_CHECKING:
     from cranktrain.dynamics.model.settings import Settings
     from cranktrain.engine.model import Engine
-    from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.loads.gas_pressure import Gas
     from cranktrain.results.run import Run
     from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
@@ -80,13 +80,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return summary
 
 
-def _run_into(output: Path, request: Request, made: Assembly, gas: GasTrace | None) -> Run:
+def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -> Run:
     """Run with the samples going to a file, which keeps what there is of them however the run ends."""
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.files import result_file
     from cranktrain.results.run import file_attributes
 
-    used = gas or GasTrace.from_engine(made.engine)
+    used = (gas or GasTrace.from_engine(made.engine)).at(request.speed, request.load)
     ended: BaseException | None = None
     with result_file(output) as file:
         try:

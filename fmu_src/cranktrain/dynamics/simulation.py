@@ -59,7 +59,7 @@ from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import Gas, GasTrace, gas_tables
 
 __all__ = ["Parts", "Settings", "Simulation", "simulate"]
 
@@ -114,7 +114,7 @@ class Simulation(SteppedModel):
         engine: Engine,
         body: ReducedBody,
         settings: Settings | None = None,
-        gas: GasTrace | None = None,
+        gas: Gas | None = None,
         parts: Parts | None = None,
         temperatures: Array | None = None,
     ) -> None:
@@ -123,7 +123,7 @@ class Simulation(SteppedModel):
         self.body = self._fitting(body)
         self.parts = parts or Parts()
         self._temperatures = temperatures
-        self.gas = gas or GasTrace.from_engine(engine)
+        self._gas: Gas = gas or GasTrace.from_engine(engine)
         if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
             raise InputError(f"internal step must be a positive angle, got {math.degrees(self.settings.step):g} deg")
         self.counts = output_counts(engine, self.parts.topology)
@@ -193,6 +193,15 @@ class Simulation(SteppedModel):
         if self.on_demand:
             self._observed.families[:, WANTED] = 0
             self._watched.clear()
+
+    @property
+    def gas(self) -> GasTrace:
+        """Pressure trace at the present speed and load."""
+        return self._gas.at(float(self.inputs[0]), self.settings.gas_load)
+
+    def follow_gas(self) -> None:
+        """Take the pressure trace of the present speed in a run whose speed has changed."""
+        self.model.gas[:] = gas_tables(self.gas)
 
     @property
     def limited(self) -> bool:
@@ -291,7 +300,7 @@ class Simulation(SteppedModel):
             )
         settings = replace(self.settings, boundary="speed", gas_source="builtin")
         return simulate(
-            self.engine, self.body, settings, float(self.inputs[0]), gas=self.gas, parts=self.parts
+            self.engine, self.body, settings, float(self.inputs[0]), gas=self._gas, parts=self.parts
         ).film_temperatures
 
     def steady_torque(self) -> float:
@@ -438,7 +447,7 @@ def simulate(
     settings: Settings,
     speed: float,
     cycles: int | None = None,
-    gas: GasTrace | None = None,
+    gas: Gas | None = None,
     progress: Callable[[float], None] | None = None,
     parts: Parts | None = None,
     damper_balance: bool = False,

@@ -19,8 +19,10 @@ SAE 982424 (γ of lean diesel gas).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +48,20 @@ BUILT_IN_SOURCE = "built-in Wiebe cycle"
 COMPRESSOR_SOURCE = "polytropic cycle of the compressor"
 
 
+class Gas(Protocol):
+    """Pressures of a run: a trace, or traces over speed and load (:mod:`cranktrain.loads.pressure_map`)."""
+
+    def at(self, speed: float, load: float) -> GasTrace:
+        """Trace at ``speed`` (rad/s) and ``load``, the fraction of the full-load burn."""
+
+    def tell_ends(self, speeds: Sequence[float], load: float) -> None:
+        """Warn of speeds (rad/s) and a load for which the trace is one of other speeds or another load."""
+
+    @property
+    def values(self) -> list[Any]:
+        """All that a run takes from the pressures, for digests."""
+
+
 @dataclass(frozen=True, eq=False)
 class GasTrace:
     """Absolute cylinder pressure at n uniform crank angles 4π i/n after firing dead centre.
@@ -57,6 +73,7 @@ class GasTrace:
     best_speed : rad/s, speed of the full-load trace
     falloff : fraction of the burn's effect that is lost at twice that speed; 0 for a measured trace
     source : origin of the trace, for reports
+    own : trace of each cylinder where they differ, else empty; ``motored``, ``fired`` and ``imep`` are then their means
     """
 
     motored: Array
@@ -65,6 +82,7 @@ class GasTrace:
     best_speed: float
     falloff: float
     source: str
+    own: tuple[GasTrace, ...] = ()
 
     @property
     def angles(self) -> Array:
@@ -73,12 +91,14 @@ class GasTrace:
 
     @property
     def peak(self) -> float:
-        """Largest fired pressure, Pa."""
-        return float(self.fired.max())
+        """Largest fired pressure of any cylinder, Pa."""
+        return max((trace.peak for trace in self.own), default=float(self.fired.max()))
 
     @property
     def peak_angle(self) -> float:
-        """Crank angle of the largest fired pressure, rad in (−2π, 2π]."""
+        """Crank angle of the largest fired pressure after the firing dead centre of its cylinder, rad in (−2π, 2π]."""
+        if self.own:
+            return max(self.own, key=lambda trace: trace.peak).peak_angle
         angle = float(self.angles[self.fired.argmax()])
         return angle if angle <= 2.0 * math.pi else angle - CYCLE
 
@@ -86,6 +106,37 @@ class GasTrace:
     def built_in(self) -> bool:
         """Whether it is the trace of the engine's own combustion table."""
         return self.source == BUILT_IN_SOURCE
+
+    def at(self, speed: float, load: float) -> GasTrace:
+        """The trace of a run at ``speed`` (rad/s) and ``load``: this one, whose burn a model scales by itself."""
+        return self
+
+    def tell_ends(self, speeds: Sequence[float], load: float) -> None:
+        """Nothing: one trace is meant for all speeds and loads."""
+
+    @property
+    def values(self) -> list[Any]:
+        """All that a run takes from the trace, for digests."""
+        own = [trace.values for trace in self.own]
+        return [self.motored.tolist(), self.fired.tolist(), self.best_speed, self.falloff, *([own] if own else [])]
+
+    @classmethod
+    def mean(cls, traces: Sequence[GasTrace], weights: Sequence[float], source: str) -> GasTrace:
+        """Weighted mean of traces that all have one trace, or one for each of the same cylinders."""
+        first = traces[0]
+
+        def mixed(values: Iterable[Array | float]) -> Any:
+            return sum(weight * value for weight, value in zip(weights, values, strict=True))
+
+        return cls(
+            motored=mixed(trace.motored for trace in traces),
+            fired=mixed(trace.fired for trace in traces),
+            imep=mixed(trace.imep for trace in traces),
+            best_speed=first.best_speed,
+            falloff=first.falloff,
+            source=source,
+            own=tuple(cls.mean(own, weights, source) for own in zip(*(trace.own for trace in traces), strict=True)),
+        )
 
     @classmethod
     def from_engine(cls, engine: Engine) -> GasTrace:
@@ -121,27 +172,35 @@ class GasTrace:
 
         Parameters
         ----------
-        path : text file of two columns, with or without header
-        engine : gives the volumes for the mean effective pressure and the motored trace
+        path : text file with a column of angles and one of pressures, or one of pressures for each cylinder
+        engine : gives cycle, firing angles and volumes for dead centres, mean effective pressure and motored trace
         unit : of the pressures; None takes it from the header or, failing that, from the size of the peak
-        dead_centre_deg : angle of the file that is firing dead centre; None finds it from the peak
+        dead_centre_deg : angle of the file that is firing dead centre (of cylinder 1); None finds it from the peak
 
         Raises
         ------
         InputError
             one line that names the file and the row
+
+        Warns, one line each, of a trace that is hardly one of this engine, see :mod:`cranktrain.loads.trace_doubts`.
         """
         from cranktrain.loads.pressure_file import read_pressure  # needs SciPy, which the running model does not
 
-        fired, source = read_pressure(path, unit, dead_centre_deg, SAMPLES)
-        return cls(
-            motored=_motored(engine, fired),
-            fired=fired,
-            imep=mean_effective_pressure(engine, fired),
-            best_speed=engine.rated_speed,
-            falloff=0.0,
-            source=source,
-        )
+        rows, source = read_pressure(path, unit, dead_centre_deg, SAMPLES, engine)
+        traces = [
+            cls(
+                motored=_motored(engine, fired),
+                fired=fired,
+                imep=mean_effective_pressure(engine, fired),
+                best_speed=engine.rated_speed,
+                falloff=0.0,
+                source=source,
+            )
+            for fired in rows
+        ]
+        if len(traces) == 1:
+            return traces[0]
+        return replace(cls.mean(traces, [1.0 / len(traces)] * len(traces), source), own=tuple(traces))
 
 
 def cylinder_volume(engine: Engine, angle: Array) -> tuple[Array, Array]:
@@ -202,6 +261,17 @@ def _motored(engine: Engine, fired: Array) -> Array:
     return np.full(SAMPLES, intake) if engine.compressor is not None else _trace(engine, 0.0, intake_pressure=intake)
 
 
+def gas_tables(gas: GasTrace) -> Array:
+    """Splines (2, n, 4) of the motored pressure and its rise by combustion; (2c, n, 4), by cylinder, where they differ.
+
+    For :func:`gas_pressures`.
+    """
+    traces = gas.own or (gas,)
+    return np.array(
+        [spline_coefficients(part) for trace in traces for part in (trace.motored, trace.fired - trace.motored)]
+    )
+
+
 def _trace(engine: Engine, heat: float, intake_pressure: float | None = None) -> Array:
     """Pressure over one cycle, (SAMPLES,) Pa: closed cycle, blow-down, exhaust, intake."""
     samples = np.zeros(SAMPLES)
@@ -249,10 +319,11 @@ def gas_pressure(theta: float, table: Array) -> float:
 
 
 @kernel
-def gas_pressures(theta, tables):
-    """Both of two tables (2, n, 4) at an angle, as :func:`gas_pressure` gives each."""
+def gas_pressures(theta, tables, cylinder):
+    """Motored pressure and rise of a cylinder at an angle, from :func:`gas_tables`, as :func:`gas_pressure` gives."""
     i, t = _cell(theta, tables.shape[1])
-    a, b, c, d = four(tables[0, i], 0)
+    row = 2 * cylinder if tables.shape[0] > 2 else 0
+    a, b, c, d = four(tables[row, i], 0)
     first = a + t * (b + t * (c + t * d))
-    a, b, c, d = four(tables[1, i], 0)
+    a, b, c, d = four(tables[row + 1, i], 0)
     return first, a + t * (b + t * (c + t * d))

@@ -233,7 +233,7 @@ def _pressure(path: Path, gas: GasTable | None) -> Pressure | None:
     if gas is None:
         return None
     file = path.parent / gas.pressure_file
-    if not file.is_file():
+    if not file.exists():
         raise InputError(f"gas.pressure_file: {file} does not exist; paths start at the scene's folder")
     return Pressure(file, gas.pressure_unit, gas.tdc_deg)
 

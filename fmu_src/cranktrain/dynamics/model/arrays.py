@@ -57,7 +57,7 @@ from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.built_in_trace import KINKS, fill_kinks
 from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
-from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
+from cranktrain.loads.gas_pressure import GasTrace, gas_tables
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.loads.torsional_line import (
     LEADING,
@@ -113,7 +113,7 @@ class ModelArrays(NamedTuple):
     layout: Array  # (LAYOUT,) see dynamics.model.layout
     damper: Array  # (PARAMETERS,) see loads.damper
     cylinders: Array  # (c, CYLINDER) see dynamics.model.slots
-    gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion
+    gas: Array  # (2, k, 4) periodic splines over a cycle: motored, rise by combustion; (2c, k, 4) by cylinder
     scalars: Array  # (SCALARS,)
     kinks: Array  # (KINKS,) angles after firing dead centre at which the trace is least smooth, filled up with NO_KINK
     choices: Array  # (CHOICES,) see dynamics.model.slots
@@ -288,9 +288,10 @@ def structure(
     constants, damper = basis(engine, settings, gas), np.zeros(PARAMETERS)
     thrust = thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar)
     laws = laws_of(ports, main_films, floating, thrust, path, damper)
-    trace = np.array([spline_coefficients(gas.motored), spline_coefficients(gas.fired - gas.motored)])
+    trace = gas_tables(gas)
     least_smooth = np.zeros(KINKS)
-    fill_kinks(trace, least_smooth)
+    # Where cylinders differ, kinks are those of their mean.
+    fill_kinks(trace if len(trace) == 2 else trace.reshape(-1, 2, *trace.shape[1:]).mean(axis=0), least_smooth)
     return ModelArrays(
         omega2=contiguous(np.concatenate((turning.omega, stationary.omega, more.omega)) ** 2),
         damping=np.concatenate(

@@ -130,6 +130,13 @@ def check_cylinders(engine: Engine) -> None:
     _cylinders("axis_offsets", given in (0, n), f"{given} values for {n} cylinders; give one for each, or none")
     reach = max(crank.throws) + max(map(abs, engine.offsets))
     need("rod", "length", length > reach, f"{mm(length)} is shorter than throw and pin offset, {mm(reach)}")
+    # At bottom dead centre, where the webs lie under the piston.
+    lowest, under = length - crank.throw, any(crank.counterweights) and crank.pin_width < cylinders.bore
+    text = (
+        f"{mm(crank.counterweight_radius)} reaches the piston's pin, which comes within {mm(lowest)} of the crank's "
+        "axis; give less, and check that throw is half the stroke"
+    )
+    need("crankshaft", "counterweight_radius", not under or crank.counterweight_radius < lowest, text)
     _cylinders("firing_order", n >= 1, "is empty")
     _check_order(cylinders)
     _cylinders("pins", len(pins) == n, f"{len(pins)} pins for {n} cylinders; give one each")

@@ -92,11 +92,15 @@ def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace
     """
     area = 0.25 * math.pi * engine.cylinders.bore**2
     share = np.maximum(load * (1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2), 0.0)
-    motored, rise = spline_coefficients(gas.motored - slots.AMBIENT), spline_coefficients(gas.fired - gas.motored)
     phases = engine.firing_angles
+    pairs = [
+        (spline_coefficients(trace.motored - slots.AMBIENT), spline_coefficients(trace.fired - trace.motored))
+        for trace in gas.own or (gas,)
+    ]
+    own = pairs if gas.own else pairs * len(phases)
     parts = [
-        np.array([[gas_pressure(theta - phase, table) for phase in phases] for theta in angle])
-        for table in (motored, rise)
+        np.array([[gas_pressure(theta - p, pair[k]) for p, pair in zip(phases, own, strict=True)] for theta in angle])
+        for k in range(2)
     ]
     return np.asarray(area * (parts[0] + np.atleast_1d(share)[:, None] * parts[1]))
 

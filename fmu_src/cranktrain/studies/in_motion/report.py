@@ -13,6 +13,7 @@ from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.tables import Table
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.modal import LISTED_HZ
@@ -29,9 +30,9 @@ MOSTLY_BLOCK = 0.5
 """A mode counts as one of the block if the block has this fraction of the kinetic energy."""
 
 
-def settled_simulation(made: Assembly, speed: float) -> Simulation:
+def settled_simulation(made: Assembly, speed: float, gas: Gas | None = None) -> Simulation:
     """A simulation at the start of its settled cycle at ``speed`` (rad/s); ``SolverError`` for a step that fails."""
-    simulation = Simulation(made.engine, made.body, made.settings, parts=made.parts)
+    simulation = Simulation(made.engine, made.body, made.settings, gas, made.parts)
     simulation.inputs[0] = speed
     simulation.keep_cycles()
     simulation.initialize()
@@ -44,8 +45,11 @@ def reference_speed(engine: Engine) -> float:
     return engine.rated_speed
 
 
-def motion_report(made: Assembly, speed: float | None = None) -> dict[str, Any]:
-    """Modes about the settled cycle at full load and a speed (rad/s); where the run fails the reason, ``failed``."""
+def motion_report(made: Assembly, speed: float | None = None, gas: Gas | None = None) -> dict[str, Any]:
+    """Modes about the settled cycle at full load and a speed (rad/s); where the run fails the reason, ``failed``.
+
+    ``gas`` are measured pressures in place of the engine's own.
+    """
     speed = reference_speed(made.engine) if speed is None else speed
     settings = made.settings
     state = {
@@ -53,7 +57,7 @@ def motion_report(made: Assembly, speed: float | None = None) -> dict[str, Any]:
         "rpm": speed / RPM, "load": settings.gas_load,
     }  # fmt: skip
     try:
-        found = modes_in_motion(settled_simulation(made, speed))
+        found = modes_in_motion(settled_simulation(made, speed, gas))
     except SolverError as error:
         return {"state": state, "modes": [], "first_torsional_hz": None, "failed": str(error)}
     return {"state": state, "modes": listed(found), "first_torsional_hz": found.torsional_hz, "definition": DEFINITION}

@@ -14,6 +14,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.orders.measured import Measured, read_measured_orders
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import RunUp
@@ -74,6 +75,8 @@ def findings(
     quick: bool = False,
     say: Callable[[str], None] = lambda stage: None,
     measured: str | Path | None = None,
+    engine: Engine | None = None,
+    gas: Gas | None = None,
 ) -> Findings:
     """Compute and read the contents of a report.
 
@@ -89,18 +92,22 @@ def findings(
         on ground alone
     say : told each stage
     measured : file of measured orders (:mod:`cranktrain.results.orders.measured`)
+    engine : the engine of that name with another drive line; None: as its file has it
+    gas : measured pressures in place of the built-in trace
     """
-    engine = load_engine(name)
+    engine = engine or load_engine(name)
+    if gas is not None:
+        gas.tell_ends([rpm * RPM for rpm in SPEEDS[quick][:2]], 1.0)
     orders = {} if measured is None else read_measured_orders(measured)
     read = files_of_verbs(engine, run_up, folders)
     seconds = {}
     start = time.perf_counter()
-    modes = modal(engine, block="ground" if quick or engine.block is None else "flexible", say=say)
+    modes = modal(engine, block="ground" if quick or engine.block is None else "flexible", gas=gas, say=say)
     seconds["frequencies"] = time.perf_counter() - start
     start = time.perf_counter()
     say("torsion over the speed range")
-    torsion = _torsion(engine, False, quick, say)
-    damped = None if engine.damper is None else _torsion(engine, True, quick, say)
+    torsion = _torsion(engine, False, quick, say, gas)
+    damped = None if engine.damper is None else _torsion(engine, True, quick, say, gas)
     seconds["torsional run-ups"] = time.perf_counter() - start
     return Findings(engine, engine_provenance(name), modes, torsion, damped, seconds=seconds, measured=orders, **read)
 
@@ -116,14 +123,14 @@ def files_of_verbs(engine: Engine, run_up: str | Path | None, folders: Sequence[
     return {**run_ups, "pictures": _files(folders, "*.png")}
 
 
-def _torsion(engine: Engine, damper: bool, quick: bool, say: Callable[[str], None]) -> Torsion:
+def _torsion(engine: Engine, damper: bool, quick: bool, say: Callable[[str], None], gas: Gas | None) -> Torsion:
     """Run-up of the torsional crank, its journals locked on their axis."""
     request = Request(speed_rpm=1000.0, crank="torsional", bearings="held", damper=damper)
     made = assemble(engine, request.settings(engine), say=say, inherit=not quick)
     first, last, step = SPEEDS[quick]
     speeds = np.arange(first, last + 0.5 * step, step) * RPM
     rule = LINEAR if quick else HARMONIC_BALANCE
-    found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, rule)
+    found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, rule, gas)
     return Torsion(found, torsional_peaks(found, made))
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.outputs.register import output_counts, output_needs
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.run_up.run_up import AXIAL, TORSION
 from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.constant_speed import RPM, Request
@@ -34,7 +34,7 @@ def run_up_speeds(first_rpm: float, last_rpm: float, step_rpm: float) -> list[fl
     return [(first_rpm + k * step_rpm) * RPM for k in range(count)]
 
 
-def job_of(request: Request, made: Assembly, gas: GasTrace | None, outputs: Sequence[str], highest_order: float) -> Job:
+def job_of(request: Request, made: Assembly, gas: Gas | None, outputs: Sequence[str], highest_order: float) -> Job:
     """Job at each speed.
 
     Raises ``InputError``: outputs that the run does not have, orders that its step does not resolve.

@@ -1,7 +1,7 @@
 """A true run-up: the speed rises evenly while the model runs, and orders are tracked through it.
 
 It starts from the steady cycle at a speed below the first, so that fits have room on both sides. Oil and damper keep
-the temperature of this start.
+the temperature of this start. Measured pressures over speed follow the speed in steps of 1 %.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ ROOM = CYCLES
 LONGEST = 90.0
 """Phase (deg) of the highest order from sample to sample: a spline through four samples per wave has an error of 1
 %."""
+FOLLOWED = 1.01
+"""Ratio of speeds over which the pressure trace is constant, where it depends on speed."""
 STRETCH = 1.05
 """Ratio of speeds over which the step is constant, because each new step needs new factors."""
 
@@ -87,7 +89,11 @@ def _run_through(
     columns = [simulation.output_names.index(name) for name in ("crank.angle", *job.outputs)]
     times, rows = [0.0], [simulation.outputs[columns]]
     time, speed, step, until = 0.0, first, 0.0, 0.0
+    simulation.inputs[0] = followed = first
     while speed < last:
+        if speed >= FOLLOWED * followed and job.gas is not None:
+            followed = simulation.inputs[0] = speed
+            simulation.follow_gas()
         if speed >= until:
             until = STRETCH * speed
             step = simulation.settings.step / until

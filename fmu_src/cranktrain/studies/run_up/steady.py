@@ -25,7 +25,7 @@ from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.cycles import Expected
 from cranktrain.dynamics.settled.motion import Motion, motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.orders.harmonics import ComplexArray, order_amplitudes
 from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.run_up.free_decay import torsional_mode
@@ -43,7 +43,7 @@ class Job:
     Attributes
     ----------
     made : engine, body, settings and parts
-    gas : pressure trace; None for the engine's
+    gas : pressure trace, or traces over speed; None for the engine's
     settle : largest settling error
     highest_order : of the amplitudes
     outputs : whose orders are wanted
@@ -51,7 +51,7 @@ class Job:
     """
 
     made: Assembly
-    gas: GasTrace | None
+    gas: Gas | None
     settle: float
     highest_order: float
     outputs: tuple[str, ...]

@@ -37,7 +37,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import SLOWEST
 from cranktrain.engine.model import Engine
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import Gas, GasTrace
 from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION, RunUp
 from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
@@ -61,7 +61,7 @@ def frequency_run_up(
     speeds: Array,
     orders: Sequence[float],
     rule: str = LINEAR,
-    gas: GasTrace | None = None,
+    gas: Gas | None = None,
 ) -> RunUp:
     """Run-up of ``pulley.torsion`` and ``flywheel.torsion``.
 
@@ -72,7 +72,7 @@ def frequency_run_up(
     speeds : (s,) rad/s
     orders : (o,) multiples of a half
     rule : ``linear`` or ``harmonic-balance``, see this module; the balance has the orders up to 24 at least
-    gas : pressure trace in place of the built-in one
+    gas : pressure trace, or traces over speed, in place of the built-in one
 
     Returns
     -------
@@ -94,13 +94,18 @@ def frequency_run_up(
     if np.any(np.abs(0.5 * places - orders) > 1e-9) or np.any(places < 1):
         raise InputError("orders of a run-up are multiples of a half, from 0.5 on")
     highest = max(0.5 * float(places.max(initial=1)), HIGHEST_ORDER)
-    structure = ShaftOrders(engine, body, settings, gas or GasTrace.from_engine(engine), highest)
-    damper = (engine, settings) if settings.damper == "fitted" else None
-    if rule == LINEAR:
-        found = _linear(structure, damper, speeds)
-    else:
-        parts = np.array_split(speeds, -(-speeds.size // _AT_ONCE))
-        found = np.concatenate([_balanced(structure, damper, part) for part in parts])
+    damper, used = (engine, settings) if settings.damper == "fitted" else None, gas or GasTrace.from_engine(engine)
+    one = isinstance(used, GasTrace)  # at all speeds
+    found_parts = []
+    for some in (speeds,) if one else np.split(speeds, speeds.size):
+        trace = used.at(float(some[0]), settings.gas_load)
+        structure = ShaftOrders(engine, body, settings, trace, highest)
+        if rule == LINEAR:
+            found_parts.append(_linear(structure, damper, some))
+        else:
+            parts = np.array_split(some, -(-some.size // _AT_ONCE))
+            found_parts += [_balanced(structure, damper, part) for part in parts]
+    found = np.concatenate(found_parts)
     motion = structure.signal(found, 1)
     extremes = np.stack((motion.min(axis=1), found[:, 0].real, motion.max(axis=1)), axis=1)
     ends = {name: k for k, name in enumerate((TORSION, FLYWHEEL))}

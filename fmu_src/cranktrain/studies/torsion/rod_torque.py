@@ -100,10 +100,14 @@ class Rods(NamedTuple):
 
 
 def gas_push(tables: Array, area: float, angle: Array) -> list[Array]:
-    """Pressures of periodic splines ``tables`` (k, n, 4) times piston ``area``, N, at angles after firing, any shape.
+    """Pressures of periodic splines ``tables`` (k, n, 4) times piston ``area``, N, at angles (…, c) after firing.
 
-    As :func:`cranktrain.loads.gas_pressure.gas_pressure`, many at once.
+    ``tables`` are those of :func:`cranktrain.loads.gas_pressure.gas_tables`. As
+    :func:`cranktrain.loads.gas_pressure.gas_pressure`, many at once.
     """
+    if len(tables) > 2:
+        columns = [gas_push(tables[2 * c : 2 * c + 2], area, angle[..., c]) for c in range(angle.shape[-1])]
+        return [np.stack(parts, axis=-1) for parts in zip(*columns, strict=True)]
     count = tables.shape[1]
     place = angle * (count / (4.0 * math.pi))
     whole = np.floor(place)
