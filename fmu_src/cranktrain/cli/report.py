@@ -89,7 +89,7 @@ def _make(found: Findings, name: str, folder: str) -> dict[str, float]:
     from cranktrain.studies.report.sections import SECTIONS
 
     lacking = [section for section in SECTIONS if not section.make(found)]
-    commands = dict.fromkeys(text for section in lacking for text in section.making(name, folder, found.engine.name))
+    commands = dict.fromkeys(text for section in lacking for text in section.making(name, folder, found.engine))
     seconds = {}
     for k, command in enumerate(commands, 1):
         say(f"{k} of {len(commands)}: {command}")

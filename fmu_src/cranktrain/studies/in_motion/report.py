@@ -15,7 +15,7 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.results.tables import Table
 from cranktrain.structure.assembly import Assembly
-from cranktrain.structure.crank.modal import LISTED_HZ
+from cranktrain.structure.crank.modal import listed_to
 from cranktrain.structure.in_motion.cycle_means import main_tangents, tangents_over_cycle
 from cranktrain.structure.in_motion.eigenproblem import PARTS, ModesInMotion, modes_in_motion
 
@@ -56,7 +56,8 @@ def motion_report(made: Assembly, speed: float | None = None) -> dict[str, Any]:
         found = modes_in_motion(settled_simulation(made, speed))
     except SolverError as error:
         return {"state": state, "modes": [], "first_torsional_hz": None, "failed": str(error)}
-    return {"state": state, "modes": listed(found), "first_torsional_hz": found.torsional_hz, "definition": DEFINITION}
+    first = found.torsional_hz if found.torsional >= 0 else None
+    return {"state": state, "modes": listed(found), "first_torsional_hz": first, "definition": DEFINITION}
 
 
 DEFINITION = (
@@ -66,7 +67,8 @@ DEFINITION = (
 
 
 def listed(found: ModesInMotion) -> list[dict[str, Any]]:
-    """Modes up to 1000 Hz that are the crank's: Hz, damping ratio, shape and shares."""
+    """The crank's modes up to 1000 Hz, or to the first torsional one: Hz, damping ratio, shape and shares."""
+    highest = listed_to([found.torsional_hz if found.torsional >= 0 else None])
     rows = zip(found.hz.tolist(), found.damping_ratios.tolist(), found.shares, strict=True)
     return [
         {
@@ -76,7 +78,7 @@ def listed(found: ModesInMotion) -> list[dict[str, Any]]:
             "shares": dict(zip(PARTS, shares.tolist(), strict=True)),
         }
         for hz, ratio, shares in rows
-        if hz <= LISTED_HZ and shares[-1] < MOSTLY_BLOCK
+        if hz <= highest and shares[-1] < MOSTLY_BLOCK
     ]
 
 
