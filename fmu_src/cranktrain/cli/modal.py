@@ -13,6 +13,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_provenance
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.engine.levels import CRANKS, described
+from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 
 RPM = math.pi / 30.0
 
@@ -38,7 +39,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_block_options(parser, running=False)
     add("--bearings", default="auto", metavar="LEVEL", help="of the mains, for modes in motion (default as simulate)")
-    add("--speed", type=number(100.0, 20000.0, "rev/min"), metavar="RPM",
+    add("--speed", type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"), metavar="RPM",
         help="speed for modes in motion, rev/min (default: combustion.best_speed)")  # fmt: skip
     add_source_options(parser)
 
@@ -46,7 +47,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction."""
     from cranktrain.engine.torsional_chain import is_chain, read_chain
-    from cranktrain.results.tables import Table, block_tables, frequency_tables
+    from cranktrain.results.tables import Table, block_tables, frequency_tables, named_text
     from cranktrain.studies import modal as study
     from cranktrain.studies.added_modes import additions_table
     from cranktrain.studies.in_motion.report import motion_table, springs_text
@@ -85,6 +86,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     motion, block = report["in_motion"], report.get("block")
     for table in [*frequency_tables(engine, report), *(block_tables(block) if block is not None else ())]:
         show(table)
+    print(named_text(report["cranktrain"], report["sought_to_hz"]))
     show(motion_table(motion))
     if "failed" in motion:
         print(f"No modes in motion: {motion['failed']}")

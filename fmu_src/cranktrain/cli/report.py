@@ -97,7 +97,7 @@ def _make(found: Findings, options: argparse.Namespace) -> dict[str, float]:
 
     lacking = [section for section in SECTIONS if not section.make(found)]
     commands = dict.fromkeys(
-        text for section in lacking for text in section.making(options.engine, options.make, found.engine.name)
+        text for section in lacking for text in section.making(options.engine, options.make, found.engine)
     )
     sources = {option_of(key): getattr(options, key) for key in SOURCES if getattr(options, key) is not None}
     given = [str(word) for pair in sources.items() for word in pair]

@@ -35,7 +35,7 @@ DESCRIPTION = "Run at constant speed until cycles repeat; write an HDF5 result a
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs have."""
     add = parser.add_argument
-    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
+    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 20")
     add(
         "--cycles", type=int, metavar="N",
         help=f"exactly this many cycles of 720 degrees (default: until the outputs repeat, at most {MOST_CYCLES}; "

@@ -55,6 +55,7 @@ from cranktrain.dynamics.warm_films import (
 )
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import SLOWEST_RPM
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
@@ -63,7 +64,7 @@ from cranktrain.loads.gas_pressure import Gas, GasTrace, gas_tables
 
 __all__ = ["Parts", "Settings", "Simulation", "simulate"]
 
-SLOWEST = 100.0 * math.pi / 30.0
+SLOWEST = SLOWEST_RPM * math.pi / 30.0
 """Lowest speed of a simulation over cycles, rad/s."""
 _RPM = 30.0 / math.pi
 BEHIND_PRESSURES = {
@@ -295,8 +296,8 @@ class Simulation(SteppedModel):
         """Film temperatures (b,), K, of a run until its outputs repeat, at the present speed and on the gas trace."""
         if not self.inputs[0] >= SLOWEST * (1.0 - 1.0e-9):
             raise InputError(
-                f"the heat balance of films needs a start at 100 rev/min or more, got {self.inputs[0] * _RPM:g}; set "
-                "the speed before the initialization, or take film temperature 'engine'"
+                f"the heat balance of films needs a start at {SLOWEST_RPM:g} rev/min or more, got "
+                f"{self.inputs[0] * _RPM:g}; set the speed before the initialization, or take film temperature 'engine'"
             )
         settings = replace(self.settings, boundary="speed", gas_source="builtin")
         return simulate(
@@ -472,13 +473,15 @@ def simulate(
     Raises
     ------
     InputError
-        speed below 100 rev/min, no cycle, a heat balance of bearings without oil or of no damper, a load torque at
+        speed below 20 rev/min, no cycle, a heat balance of bearings without oil or of no damper, a load torque at
         boundary ``speed``
     SolverError
         a step that fails
     """
     if not (math.isfinite(speed) and speed >= SLOWEST * (1.0 - 1.0e-9)):
-        raise InputError(f"cycles need at least 100 rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0")
+        raise InputError(
+            f"cycles need at least {SLOWEST_RPM:g} rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0"
+        )
     if cycles is not None and cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
     if not 0.0 < settle < 1.0:

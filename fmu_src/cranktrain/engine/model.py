@@ -21,6 +21,9 @@ from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.firing import firing_angles, intervals
 from cranktrain.engine.torsional_chain import DriveLineChain
 
+IDLE_SHARE = 0.25
+"""Lowest over highest speed of an engine whose oil has one temperature."""
+
 
 @dataclass(frozen=True)
 class Engine:
@@ -43,11 +46,11 @@ class Engine:
     thrust: parts.ThrustBearing
     oil: parts.Oil
     drive_line: parts.DriveLine
-    damping: parts.StructuralDamping
-    reduction: parts.Reduction
-    published: parts.Published
     combustion: parts.Combustion | None = None
     compressor: parts.Compressor | None = None
+    damping: parts.StructuralDamping = parts.USUAL_DAMPING
+    reduction: parts.Reduction = parts.USUAL_REDUCTION
+    published: parts.Published = parts.NOTHING_PUBLISHED
     big_end_bearing: parts.PlainBearing | None = None
     main_bearing: parts.JournalBearing | None = None
     main_roller: parts.RollerBearings | None = None
@@ -69,6 +72,12 @@ class Engine:
     def n_cylinders(self) -> int:
         """Number of cylinders."""
         return len(self.cylinders.firing_order)
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Lowest and highest speed of the engine, rad/s: the ends of its table of oil temperatures."""
+        low, high = self.oil.temperature_speeds[0], self.oil.temperature_speeds[-1]
+        return (low, high) if low < high else (IDLE_SHARE * high, high)
 
     @property
     def displacement(self) -> float:

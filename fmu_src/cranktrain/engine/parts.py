@@ -438,10 +438,10 @@ class Damper:
 class StructuralDamping:
     """Damping of the elastic modes: one ratio for all (``modal``) or D = α M + β K (``rayleigh``; 1/s, s)."""
 
-    kind: q.DampingKind
-    ratio: q.DampingRatio
-    alpha: q.Rate
-    beta: q.Time
+    kind: q.DampingKind = "modal"
+    ratio: q.DampingRatio = 0.01
+    alpha: q.Rate = 0.0
+    beta: q.Time = 0.0
 
 
 @dataclass(frozen=True)
@@ -571,9 +571,9 @@ class Reduction:
     :mod:`cranktrain.structure.crank.torsional`.
     """
 
-    fixed_modes: q.Modes
-    running_cutoff_hz: q.Frequency
-    consistent_mass: bool
+    fixed_modes: q.Modes = 60
+    running_cutoff_hz: q.Frequency = 3000.0
+    consistent_mass: bool = True
     torsional_source: q.TorsionalSource = "solid"
 
 
@@ -581,14 +581,18 @@ class Reduction:
 class Published:
     """The reference's results for this engine, shown beside ours; Hz and rad/s, 0 where nothing was measured.
 
-    Nothing is computed from them.
+    Nothing is computed from them. An engine without a reference has none.
     """
 
-    free_torsional_hz: tuple[q.Frequency, ...]
-    cranktrain_hz: tuple[q.Frequency, ...]
-    cranktrain_shapes: tuple[str, ...]
-    measured_hz: tuple[q.Frequency, ...]
-    second_torsional_hz: q.Frequency
-    critical_orders: tuple[q.Order, ...]
-    critical_speeds: tuple[q.Speed, ...]
-    measured_critical_speeds: tuple[q.Speed, ...]
+    free_torsional_hz: tuple[q.Frequency, ...] = ()
+    cranktrain_hz: tuple[q.Frequency, ...] = ()
+    cranktrain_shapes: tuple[str, ...] = ()
+    measured_hz: tuple[q.Frequency, ...] = ()
+    second_torsional_hz: q.Frequency = 0.0
+    critical_orders: tuple[q.Order, ...] = ()
+    critical_speeds: tuple[q.Speed, ...] = ()
+    measured_critical_speeds: tuple[q.Speed, ...] = ()
+
+
+USUAL_DAMPING, USUAL_REDUCTION, NOTHING_PUBLISHED = StructuralDamping(), Reduction(), Published()
+"""Of an engine file without the table."""

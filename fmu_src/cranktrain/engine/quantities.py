@@ -14,6 +14,8 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hi
 from cranktrain.core.errors import InputError, nearest, shown
 
 ZERO_CELSIUS = 273.15
+SLOWEST_RPM, FASTEST_RPM = 20.0, 20000.0
+"""Speeds of runs over cycles, rev/min: from slow marine engines to small racing engines. The FMU takes any from 0."""
 
 # dimension: its units and their factors to SI, the unit of SI first; frequencies stay in Hz
 UNITS: dict[str, dict[str, float]] = {

@@ -35,14 +35,21 @@ from cranktrain.engine.parts import Damper
 from cranktrain.loads.damper import STIFFNESS, damper_parameters, damper_temperature, damping_coefficient
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, at_largest, energy_shares
+from cranktrain.structure.crank.modal import (
+    KINDS,
+    at_largest,
+    cranktrain_modes,
+    energy_shares,
+    listed_to,
+    named_mode,
+    torsional_frequencies,
+)
+from cranktrain.structure.in_motion.eigenproblem import slowest_hz
 from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes, with_ring
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 HIGHEST_ORDER = 4.0
 """Orders that the samples resolve from which the means over a cycle are taken."""
-SLOWEST_HZ = 60.0
-"""Below are rotation on the connecting shaft, and the crank as a whole in its bearings."""
 _SPARE_HZ = 1.5
 """Modes up to this fraction above the wanted range are followed too, because their frequencies may decrease."""
 
@@ -52,7 +59,7 @@ def campbell(
     body: ReducedBody,
     speeds: Array,
     level: str = "torsional",
-    highest_hz: float = LISTED_HZ,
+    highest_hz: float | None = None,
     damper: bool = False,
 ) -> ModesOverSpeed:
     """Modes over the speed.
@@ -62,7 +69,7 @@ def campbell(
     engine, body : the engine and its running body, with all parts attached
     speeds : (s,) rad/s, increasing and near enough to one another that shapes change little
     level : crank level of the body: ``torsional`` keeps its journals on their axis
-    highest_hz : modes up to this frequency at the first speed
+    highest_hz : modes up to this frequency at the first speed; 1000 Hz, or the first torsional one, where it is None
     damper : with the ring of the engine's damper, whose housing the body has
 
     Raises
@@ -81,7 +88,9 @@ def campbell(
         _modes(PeriodicCrank(engine, body, speed, gas, 1.0, HIGHEST_ORDER, mains), hub, ring, speed)
         for speed in speeds.tolist()
     ]
-    wanted = (found[0].hz > SLOWEST_HZ) & (found[0].hz <= _SPARE_HZ * highest_hz)
+    at_rest = torsional_frequencies(*cranktrain_modes(engine, body), engine.reduction.running_cutoff_hz)[0]
+    highest_hz = listed_to([at_rest]) if highest_hz is None else highest_hz
+    wanted = (found[0].hz > slowest_hz(at_rest)) & (found[0].hz <= _SPARE_HZ * highest_hz)
     place = np.flatnonzero(wanted)
     hz, agreement = [found[0].hz[place]], []
     shapes = found[0].shapes[:, place]
@@ -94,9 +103,11 @@ def campbell(
         hz.append(modes.hz[place])
     shown = hz[0] <= highest_hz
     shares = energy_shares(engine, body, at_largest(first[: hub.size, shown]), rods=True)
-    kinds = tuple(KINDS[int(np.argmax(share))] for share in shares)
+    kinds = [KINDS[int(np.argmax(share))] for share in shares]
+    if (first_named := named_mode(hz[0][shown], shares, "torsional")) is not None:
+        kinds[first_named] = "torsional"  # also where it bends more than it twists
     names = tuple(f"{kind} {kinds[: k + 1].count(kind)}" for k, kind in enumerate(kinds))
-    return ModesOverSpeed(speeds, np.array(hz)[:, shown], names, kinds, np.array(agreement)[:, shown])
+    return ModesOverSpeed(speeds, np.array(hz)[:, shown], names, tuple(kinds), np.array(agreement)[:, shown])
 
 
 def assurance(ones: NDArray[Any], others: NDArray[Any]) -> Array:

@@ -16,7 +16,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.tables import Table
 from cranktrain.structure.assembly import Assembly
-from cranktrain.structure.crank.modal import LISTED_HZ
+from cranktrain.structure.crank.modal import listed_to
 from cranktrain.structure.in_motion.cycle_means import main_tangents, tangents_over_cycle
 from cranktrain.structure.in_motion.eigenproblem import PARTS, ModesInMotion, modes_in_motion
 
@@ -60,7 +60,8 @@ def motion_report(made: Assembly, speed: float | None = None, gas: Gas | None = 
         found = modes_in_motion(settled_simulation(made, speed, gas))
     except SolverError as error:
         return {"state": state, "modes": [], "first_torsional_hz": None, "failed": str(error)}
-    return {"state": state, "modes": listed(found), "first_torsional_hz": found.torsional_hz, "definition": DEFINITION}
+    first = found.torsional_hz if found.torsional >= 0 else None
+    return {"state": state, "modes": listed(found), "first_torsional_hz": first, "definition": DEFINITION}
 
 
 DEFINITION = (
@@ -70,7 +71,8 @@ DEFINITION = (
 
 
 def listed(found: ModesInMotion) -> list[dict[str, Any]]:
-    """Modes up to 1000 Hz that are the crank's: Hz, damping ratio, shape and shares."""
+    """The crank's modes up to 1000 Hz, or to the first torsional one: Hz, damping ratio, shape and shares."""
+    highest = listed_to([found.torsional_hz if found.torsional >= 0 else None])
     rows = zip(found.hz.tolist(), found.damping_ratios.tolist(), found.shares, strict=True)
     return [
         {
@@ -80,7 +82,7 @@ def listed(found: ModesInMotion) -> list[dict[str, Any]]:
             "shares": dict(zip(PARTS, shares.tolist(), strict=True)),
         }
         for hz, ratio, shares in rows
-        if hz <= LISTED_HZ and shares[-1] < MOSTLY_BLOCK
+        if hz <= highest and shares[-1] < MOSTLY_BLOCK
     ]
 
 
