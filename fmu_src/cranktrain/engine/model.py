@@ -203,6 +203,11 @@ class Engine:
         return firing_angles(self)
 
     @property
+    def firings(self) -> float:
+        """Firings in a revolution, the order of excitation of cylinders that fire evenly."""
+        return self.n_cylinders / round(self.cylinders.cycle / (2.0 * math.pi))
+
+    @property
     def firing_intervals(self) -> tuple[float, ...]:
         """Intervals between firings from cylinder 1 on, rad; the last one ends a cycle later."""
         return intervals(self.firing_angles, self.cylinders.cycle)

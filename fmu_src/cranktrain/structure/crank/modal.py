@@ -31,7 +31,6 @@ from scipy.linalg import eigh
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
-from cranktrain.engine.firing import CYCLE
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import LumpedInertia
 from cranktrain.structure.crank.reduction import attached_parts, complete_crankshaft
@@ -273,7 +272,7 @@ def critical_speeds(engine: Engine, torsional_hz: float | None) -> list[dict[str
     """
     if torsional_hz is None:
         return []
-    firing = engine.n_cylinders / CYCLE
+    firing = engine.firings
     lowest = math.ceil(2.0 * math.pi * torsional_hz / (firing * engine.speeds[1]))
     own = tuple(k * firing for k in range(lowest, lowest + OWN_ORDERS))
     return [{"order": order, "rpm": 60.0 * torsional_hz / order} for order in engine.published.critical_orders or own]

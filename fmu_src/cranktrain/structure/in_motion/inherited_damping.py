@@ -100,7 +100,7 @@ def resonance_speed(engine: Engine, torsional_hz: float | None) -> float:
 
     Without such a mode it is the highest speed of the table.
     """
-    firing = 2.0 * math.pi * engine.n_cylinders / engine.cylinders.cycle
+    firing = engine.firings
     highest = 1.05 * engine.oil.temperature_speeds[-1]
     if torsional_hz is None:
         return engine.oil.temperature_speeds[-1]

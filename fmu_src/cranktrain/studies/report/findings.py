@@ -14,8 +14,8 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.loads.gas_pressure import Gas
 from cranktrain.engine.quantities import SLOWEST_RPM
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.orders.measured import Measured, read_measured_orders
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import RunUp
@@ -100,7 +100,7 @@ def findings(
     """
     engine = engine or load_engine(name)
     if gas is not None:
-        gas.tell_ends([rpm * RPM for rpm in SPEEDS[quick][:2]], 1.0)
+        gas.tell_ends([rpm * RPM for rpm in speed_range(engine, QUICK_STEPS if quick else STEPS)[:2]], 1.0)
     orders = {} if measured is None else read_measured_orders(measured)
     read = files_of_verbs(engine, run_up, folders)
     seconds = {}

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from cranktrain.core.types import Array
-from cranktrain.engine.firing import CYCLE
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
@@ -151,7 +150,7 @@ def _orders(
 
 def _uneven(engine: Engine) -> str:
     """What the pulley's torsion consists of, for an engine with its number of cylinders."""
-    firing = f"{engine.n_cylinders / CYCLE:g}"
+    firing = f"{engine.firings:g}"
     text = (
         "Torsion is the pulley's rotation against a steady turn, as it is measured there. Low orders at low speeds, "
         f"above all order {firing} of the firings, are uneven rotation of the crank as a whole under the gas torque, "
