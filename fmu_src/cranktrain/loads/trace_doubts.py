@@ -90,7 +90,7 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
     elif not INTAKE[0] <= ratio <= INTAKE[1]:
         yield (
             f"{1e-5 * intake:.3g} bar at the start of the compression, {ratio:.3g} times the engine file's intake "
-            f"pressure, usual {INTAKE[0]:g} to {INTAKE[1]:g} times; check the unit (1 psi is 0.069 bar) and the intake's"
+            f"pressure, usual {INTAKE[0]:g} to {INTAKE[1]:g} times; check the unit (1 psi is 0.069 bar) and this one"
         )
     elif burns and not EXPONENTS[0] <= exponent <= EXPONENTS[1]:
         yield (
