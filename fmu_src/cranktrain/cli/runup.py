@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -77,6 +78,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     path = Path(options.output or f"{engine.name}_runup.h5")
     check_run_up_target(path)
     folder = None if options.plots is None else pictures_folder(options.plots)
+    for rpm in (options.from_rpm, options.to_rpm):
+        replace(request, speed_rpm=rpm).tell_doubts(engine, gas)
     made = assembled(asked, not options.no_inherit)
     job = None
     if options.steady is None:
