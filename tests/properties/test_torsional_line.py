@@ -19,9 +19,10 @@ from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.drive_line_chain import DriveLineChain, read_drive_line
 from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
-from cranktrain.engine.torsional_chain import Chain, Disc, DriveLineChain, Shaft, read_chain, read_drive_line
+from cranktrain.engine.torsional_chain import Chain, Disc, Shaft, read_chain
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.torsional_line import torsional_line
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from cranktrain.cli.bodies import add_block_options
 from cranktrain.cli.console import say, stages
 from cranktrain.dynamics.settled.judging import TOLERANCE
+from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS, PISTONS, described
 from cranktrain.engine.model import Engine
-from cranktrain.engine.torsional_chain import read_drive_line
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearing_law, bearing_levels
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from cranktrain.engine import parts
 from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.drive_line_chain import DriveLineChain, line_connections
 from cranktrain.engine.firing import firing_angles, intervals
-from cranktrain.engine.torsional_chain import DriveLineChain
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,7 @@ class Engine:
     block: parts.Block | None = None
     mounts: parts.Mounts | None = None
     crank_strength: CrankStrength | None = None
+    load: parts.MeanLoad | None = None
     frame: tuple[FrameTable, ...] = ()
     body: tuple[BodyTable, ...] = ()
     connection: tuple[ConnectionTable, ...] = ()
@@ -128,6 +129,12 @@ class Engine:
                 "the equations for other solvers cannot include; leave [drive_line_chain] or --drive-line out"
             )
         return self.drive_line
+
+    @property
+    def connections(self) -> tuple[ConnectionTable, ...]:
+        """Added connections, and those of the drive line's shafts that are not linear."""
+        line = self.drive_line_chain
+        return self.connection if line is None else (*self.connection, *line_connections(line))
 
     @property
     def without_additions(self) -> Engine:

@@ -24,7 +24,8 @@ MEASURED_BY = Path(__file__).parents[1] / "tradeoff" / "total" / "measure.py"
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
     ("frame", "", ()), ("body", "", ()), ("connection", "", ()), ("cylinders", "firing_angles", ()),
-    ("cylinders", "firing_intervals", ()),
+    ("cylinders", "firing_intervals", ()), ("load", "", None), ("damper", "damping", 0.0),
+    ("damper", "frequencies", ()), ("damper", "stiffnesses", ()), ("damper", "dampings", ()),
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
 

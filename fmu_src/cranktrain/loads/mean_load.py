@@ -1,0 +1,52 @@
+"""Burn that balances a mean load: the engine's mean torque equals that of its ``[load]`` at each speed.
+
+The gas of c cylinders works W = p_i V over a cycle of the angle Θ, so the mean torque is M = p_i V/Θ with the
+displacement V of all of them; rods and pistons take no mean torque. With the motored and the full-load pressure the
+mean torque is linear in the fraction s of the burn,
+
+    M(s) = M_0 + s (M_1 − M_0),    s = (T(Ω) − M_0)/(M_1 − M_0)
+
+A run burns the fraction s = load (1 − falloff (Ω/Ω_b − 1)²) of the trace, from which its ``load`` follows.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import GasTrace, mean_effective_pressure
+
+RPM = 30.0 / math.pi
+MOST = 2.0
+"""Largest fraction of the full-load burn."""
+
+
+def mean_torques(engine: Engine, gas: GasTrace) -> tuple[float, float]:
+    """Mean torque of the gas, N m, motored and with the full burn of the trace."""
+    per_pressure = engine.displacement / (4.0 * math.pi)
+    motored, fired = (mean_effective_pressure(engine, trace) for trace in (gas.motored, gas.fired))
+    return per_pressure * motored, per_pressure * fired
+
+
+def balancing_load(engine: Engine, gas: GasTrace, speed: float) -> float:
+    """Fraction of the full-load burn that balances the engine's load at a ``speed``, rad/s.
+
+    Raises
+    ------
+    InputError
+        an engine without ``[load]``, or one that cannot give the torque there
+    """
+    if engine.load is None:
+        raise InputError(
+            f"engine '{engine.name}' has no [load]; add that table (kind, speed, torque or power), or give a fraction"
+        )
+    wanted, (motored, full) = engine.load.torque_at(speed), mean_torques(engine, gas)
+    burn = max(1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2, 0.0)
+    most = motored + MOST * burn * (full - motored)
+    if not motored <= wanted <= most:
+        raise InputError(
+            f"[load] asks for {wanted:.4g} N m at {speed * RPM:.4g} rev/min; the engine gives {max(motored, 0.0):.4g} to "
+            f"{most:.4g} N m there; change load.torque or load.power, or the speed"
+        )
+    return (wanted - motored) / (burn * (full - motored))
