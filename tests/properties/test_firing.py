@@ -23,7 +23,10 @@ CROSS_PLANE = [1, 5, 4, 2, 6, 3, 7, 8]
 def engine(throws, order, banks=None, pins=None, **stated):
     """An engine with throws and banks in degrees."""
     count = len(order)
-    given = {key: tuple(math.radians(angle) for angle in angles) for key, angles in stated.items()}
+    given = {
+        key: tuple(map(math.radians, angles)) if isinstance(angles, list) else math.radians(angles)
+        for key, angles in stated.items()
+    }
     cylinders = replace(
         SIX.cylinders, firing_order=tuple(order), pins=tuple(pins or range(1, count + 1)),
         bank_angles=tuple(math.radians(bank) for bank in banks or [0] * count), **given,
@@ -58,6 +61,9 @@ def said(found):
         (engine([0, 180], [1, 2], [-90, 90]), [360, 360]),
         (engine([0], [1, 2], [-22.5, 22.5], [1, 1]), [405, 315]),
         (engine([0], [2, 1], [-22.5, 22.5], [1, 1]), [405, 315]),
+        (engine([0, 120, 240, 180, 300, 60], [1, 5, 3, 4, 2, 6], cycle=360.0), [60] * 6),
+        (engine([0, 180], [1, 2], cycle=360.0), [180, 180]),
+        (engine([0], [1], cycle=360.0), [360]),
     ],
 )
 def test_an_order_has_the_intervals_of_such_engines(made, intervals):
@@ -120,7 +126,7 @@ def test_an_order_beyond_a_cycle_is_refused_with_an_even_one():
     with pytest.raises(InputError, match=r"within 720 deg; (\d-\d-\d-\d-\d) would do") as refused:
         mirrored.firing_angles  # noqa: B018
     order = [int(k) for k in re.search(r"; ([\d-]+) would do", str(refused.value)).group(1).split("-")]
-    assert order == list(even_order(dead_centres(mirrored.crankshaft, mirrored.cylinders)))
+    assert order == list(even_order(dead_centres(mirrored.crankshaft, mirrored.cylinders), 4.0 * math.pi))
     assert fired(engine([0, 72, 144, 216, 288], order))["intervals_deg"] == pytest.approx([144] * 5)
 
 

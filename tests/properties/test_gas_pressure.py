@@ -75,6 +75,23 @@ def test_volume_derivative_and_stroke():
     assert volume[1] / volume[0] == pytest.approx(ENGINE.cylinders.compression_ratio, rel=1e-12)
 
 
+def test_a_two_stroke_has_its_cycle_twice_in_720_degrees():
+    """Closed, it compresses and burns as the four-stroke; open, it goes to exhaust pressure and is scavenged."""
+    four = replace(ENGINE, combustion=replace(ENGINE.combustion, intake_closes=-2.4, exhaust_opens=2.1))
+    two = replace(four, cylinders=replace(four.cylinders, cycle=2.0 * math.pi))
+    slow, fast = GasTrace.from_engine(four), GasTrace.from_engine(two)
+    assert np.array_equal(fast.fired[:360], fast.fired[360:])
+    closed = np.abs(np.degrees(np.arange(-115, 115) * math.pi / 180.0)).astype(int)
+    assert closed.max() == 115
+    np.testing.assert_allclose(np.roll(fast.fired, 115)[:230], np.roll(slow.fired, 115)[:230], rtol=1e-12)
+    low, high = sorted((four.combustion.exhaust_pressure, four.combustion.intake_pressure))
+    open_to_both = fast.fired[180:222]
+    assert np.all((low * 0.999 < open_to_both) & (open_to_both < high * 1.001))
+    assert fast.fired[180:222].max() > 0.999 * high
+    # The same closed cycle in half the angle: the mean effective pressure is that of the loop alone.
+    assert fast.imep == pytest.approx(slow.imep, rel=0.05)
+
+
 def test_mean_effective_pressure_drops_a_constant_and_counts_work():
     n = 720
     angle = np.arange(n) * CYCLE / n

@@ -18,8 +18,6 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.parts import Crankshaft, Cylinders
 
 REVOLUTION = 2.0 * math.pi
-CYCLE = 2
-"""Revolutions of a cycle."""
 SAME = 1.0e-6
 """Dead centres (rad) that differ by less are one."""
 LATER = 1.0e-9
@@ -28,6 +26,11 @@ STATED = math.radians(0.5)
 """Difference (rad) that a stated angle may have from the throw's dead centre."""
 EVEN = math.radians(1.0)
 """Intervals (rad) that differ by less are even."""
+
+
+def revolutions(cylinders: Cylinders) -> int:
+    """Revolutions of a cycle: two of a four-stroke, one of a two-stroke."""
+    return round(cylinders.cycle / REVOLUTION)
 
 
 def dead_centres(crank: Crankshaft, cylinders: Cylinders) -> list[float]:
@@ -43,16 +46,17 @@ def firing_angles(crank: Crankshaft, cylinders: Cylinders) -> tuple[float, ...]:
     Cylinder 1 fires in the first revolution. ``InputError`` where the throws cannot fire in the order or at the angles
     that are stated.
     """
-    dead, order = dead_centres(crank, cylinders), cylinders.firing_order
+    dead, order, cycle = dead_centres(crank, cylinders), cylinders.firing_order, cylinders.cycle
     if cylinders.firing_angles:
-        return _as_stated(dead, cylinders.firing_angles, "firing_angles")
+        return _as_stated(dead, cylinders.firing_angles, cycle, "firing_angles")
     if cylinders.firing_intervals:
-        return _by_intervals(dead, order, cylinders.firing_intervals)
+        return _by_intervals(dead, order, cylinders.firing_intervals, cycle)
     at = order.index(1)
     order = order[at:] + order[:at]
-    gaps = intervals_of(dead, order)
+    gaps = intervals_of(dead, order, cycle)
     if gaps is None:
-        raise _refused("the throws do not reach dead centre in this order within 720 deg", dead, cylinders)
+        within = f"within {math.degrees(cycle):g} deg"
+        raise _refused(f"the throws do not reach dead centre in this order {within}", dead, cylinders)
     if min(gaps) < SAME and not is_even(gaps):
         at = int(min(range(len(gaps)), key=gaps.__getitem__))
         both = f"{order[at]} and {order[(at + 1) % len(order)]}"
@@ -65,25 +69,26 @@ def firing_angles(crank: Crankshaft, cylinders: Cylinders) -> tuple[float, ...]:
         after = (dead[cylinder - 1] - before) % REVOLUTION + before
         angle = after + REVOLUTION * round((angle + gap - after) / REVOLUTION)
         angles[cylinder - 1] = angle
-    return tuple(angle - CYCLE * REVOLUTION if angle >= CYCLE * REVOLUTION - SAME else angle for angle in angles)
+    return tuple(angle - cycle if angle >= cycle - SAME else angle for angle in angles)
 
 
-def intervals_of(dead: Sequence[float], order: Sequence[int]) -> list[float] | None:
+def intervals_of(dead: Sequence[float], order: Sequence[int], cycle: float) -> list[float] | None:
     """Intervals (n,) from each cylinder of the order to the next, the last to the first; None: not within a cycle."""
     following = [*order[1:], order[0]]
     gaps = [(dead[b - 1] - dead[a - 1] + SAME) % REVOLUTION - SAME for a, b in zip(order, following, strict=True)]
     gaps = [max(gap, 0.0) for gap in gaps]
-    for _ in range(CYCLE - round(sum(gaps) / REVOLUTION)):
+    wanted = round(cycle / REVOLUTION)
+    for _ in range(wanted - round(sum(gaps) / REVOLUTION)):
         shortest = min(gaps)
         last = max(k for k, gap in enumerate(gaps) if gap <= shortest + SAME)
         gaps[last] += REVOLUTION
-    return gaps if round(sum(gaps) / REVOLUTION) == CYCLE else None
+    return gaps if round(sum(gaps) / REVOLUTION) == wanted else None
 
 
-def intervals(angles: Sequence[float]) -> tuple[float, ...]:
+def intervals(angles: Sequence[float], cycle: float) -> tuple[float, ...]:
     """Intervals between firings, rad, from the first in time on; the last one leads to the first of the next cycle."""
     sequence = sorted(angles)
-    return tuple(b - a for a, b in pairwise([*sequence, sequence[0] + CYCLE * REVOLUTION]))
+    return tuple(b - a for a, b in pairwise([*sequence, sequence[0] + cycle]))
 
 
 def is_even(gaps: Sequence[float]) -> bool:
@@ -92,9 +97,9 @@ def is_even(gaps: Sequence[float]) -> bool:
     return max(apart) - min(apart) < EVEN and len(gaps) % len(apart) == 0
 
 
-def even_order(dead: Sequence[float]) -> tuple[int, ...]:
+def even_order(dead: Sequence[float], cycle: float) -> tuple[int, ...]:
     """An order from cylinder 1 on that fires evenly, nothing where there is none."""
-    count, step = len(dead), CYCLE * REVOLUTION / len(dead)
+    count, step = len(dead), cycle / len(dead)
     left, found = list(range(2, count + 1)), [1]
     for k in range(1, count):
         wanted = dead[0] + k * step
@@ -110,12 +115,13 @@ def uneven(crank: Crankshaft, cylinders: Cylinders) -> Iterator[str]:
     """One line where an order leads to uneven intervals that nobody stated, with what would make them even."""
     if cylinders.firing_angles or cylinders.firing_intervals:
         return
-    gaps = intervals(firing_angles(crank, cylinders))
+    cycle = cylinders.cycle
+    gaps = intervals(firing_angles(crank, cylinders), cycle)
     if is_even(gaps):
         return
     dead = dead_centres(crank, cylinders)
     mirrored = [-angle % REVOLUTION for angle in dead]
-    other_way, order = intervals_of(mirrored, cylinders.firing_order), even_order(dead)
+    other_way, order = intervals_of(mirrored, cylinders.firing_order, cycle), even_order(dead, cycle)
     if other_way is not None and is_even(other_way):
         remedy = "turned the other way it fires evenly: negate crankshaft.throw_angles and cylinders.bank_angles; "
     else:
@@ -129,9 +135,9 @@ def uneven(crank: Crankshaft, cylinders: Cylinders) -> Iterator[str]:
 def firing_summary(crank: Crankshaft, cylinders: Cylinders) -> dict[str, Any]:
     """``order`` of the cylinders as they fire, from cylinder 1 on, and ``intervals_deg`` from each to the next."""
     angles = firing_angles(crank, cylinders)
-    after = [(angle - angles[0] + SAME) % (CYCLE * REVOLUTION) - SAME for angle in angles]
+    after = [(angle - angles[0] + SAME) % cylinders.cycle - SAME for angle in angles]
     order = sorted(range(len(after)), key=after.__getitem__)
-    gaps = intervals(after)
+    gaps = intervals(after, cylinders.cycle)
     return {"order": [k + 1 for k in order], "intervals_deg": [round(math.degrees(gap), 6) for gap in gaps]}
 
 
@@ -167,8 +173,10 @@ def _refused(reason: str, dead: Sequence[float], cylinders: Cylinders) -> InputE
         for i in range(1, len(order))
         for j in range(i + 1, len(order))
     ]
-    found = ((other, intervals_of(dead, other)) for other in near)
-    hint = next((other for other, gaps in found if gaps is not None and is_even(gaps)), even_order(dead))
+    found = ((other, intervals_of(dead, other, cylinders.cycle)) for other in near)
+    hint = next(
+        (other for other, gaps in found if gaps is not None and is_even(gaps)), even_order(dead, cylinders.cycle)
+    )
     text = f"{'-'.join(map(str, hint))} would do; " if hint else ""
     return InputError(
         f"cylinders.firing_order: {reason}; {text}change firing_order or crankshaft.throw_angles, or state "
@@ -176,30 +184,34 @@ def _refused(reason: str, dead: Sequence[float], cylinders: Cylinders) -> InputE
     )
 
 
-def _as_stated(dead: Sequence[float], stated: Sequence[float], key: str) -> tuple[float, ...]:
+def _as_stated(dead: Sequence[float], stated: Sequence[float], cycle: float, key: str) -> tuple[float, ...]:
     """Stated angles (rad, in the order of the cylinders' numbers) brought onto the throws' dead centres."""
     found = []
     for number, (own, angle) in enumerate(zip(dead, stated, strict=True), 1):
-        reached = dead[0] + (angle - stated[0]) % (CYCLE * REVOLUTION)
+        reached = dead[0] + (angle - stated[0]) % cycle
         off = (own - reached + math.pi) % REVOLUTION - math.pi
         if abs(off) > STATED:
+            later = ", or 360 deg later" if cycle > 1.5 * REVOLUTION else ""
             raise InputError(
                 f"cylinders.{key}: cylinder {number} would fire {math.degrees(reached - dead[0]):.4g} deg after "
                 f"cylinder 1, but its throw is at dead centre {math.degrees((own - dead[0]) % REVOLUTION):.4g} deg "
-                "after it, or 360 deg later; change it, crankshaft.throw_angles or cylinders.bank_angles"
+                f"after it{later}; change it, crankshaft.throw_angles or cylinders.bank_angles"
             )
         found.append(reached + off)
     return tuple(found)
 
 
-def _by_intervals(dead: Sequence[float], order: Sequence[int], gaps: Sequence[float]) -> tuple[float, ...]:
-    if abs(sum(gaps) - CYCLE * REVOLUTION) > STATED:
+def _by_intervals(
+    dead: Sequence[float], order: Sequence[int], gaps: Sequence[float], cycle: float
+) -> tuple[float, ...]:
+    if abs(sum(gaps) - cycle) > STATED:
         raise InputError(
-            f"cylinders.firing_intervals: they sum up to {math.degrees(sum(gaps)):.6g} deg, a cycle has 720; give one "
-            "for each cylinder of firing_order, the last one from the last cylinder to the first"
+            f"cylinders.firing_intervals: they sum up to {math.degrees(sum(gaps)):.6g} deg, a cycle has "
+            f"{math.degrees(cycle):g}; give one for each cylinder of firing_order, the last one from the last cylinder "
+            "to the first"
         )
     stated, angle = [0.0] * len(order), 0.0
     for cylinder, gap in zip(order, gaps, strict=True):
         stated[cylinder - 1] = angle
         angle += gap
-    return _as_stated(dead, stated, "firing_intervals")
+    return _as_stated(dead, stated, cycle, "firing_intervals")

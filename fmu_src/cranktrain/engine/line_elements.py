@@ -84,7 +84,7 @@ def complex_stiffness(shaft: Shaft, omega: Array, torque: Array | float = 0.0) -
         hz = omega / (2.0 * math.pi)
         stiffness, damping = (np.interp(hz, shaft.frequencies, of) for of in (shaft.stiffnesses, shaft.dampings))
     else:
-        stiffness, damping = tangent_stiffness(shaft, torque), shaft.damping
+        stiffness, damping = tangent_stiffness(shaft, torque), np.asarray(shaft.damping)
     lost = np.where(omega > 0.0, shaft.loss_factor, 0.0)
     return np.asarray(stiffness * (1.0 + 1j * lost) + 1j * omega * damping)
 

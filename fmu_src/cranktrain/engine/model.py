@@ -156,7 +156,7 @@ class Engine:
 
     @property
     def firing_angles(self) -> tuple[float, ...]:
-        """Crank angle at which each cylinder (in the order of their numbers) passes firing dead centre, rad in [0, 4π).
+        """Crank angle within a cycle at which each cylinder (by their numbers) passes firing dead centre, rad.
 
         Cylinder 1 fires in the first revolution; :mod:`cranktrain.engine.firing` tells how the order chooses the
         revolution of the others.
@@ -167,7 +167,7 @@ class Engine:
     @property
     def firing_intervals(self) -> tuple[float, ...]:
         """Intervals between firings from cylinder 1 on, rad; the last one ends a cycle later."""
-        return intervals(self.firing_angles)
+        return intervals(self.firing_angles, self.cylinders.cycle)
 
 
 def engine_to_dict(engine: Engine) -> dict[str, Any]:

@@ -121,6 +121,7 @@ class Cylinders:
     middles from the middles of their pins; all 0 where the tuple is empty. ``firing_order`` chooses the revolution in
     which each cylinder fires (:mod:`cranktrain.engine.firing`); ``firing_angles``, one for each cylinder from that of
     cylinder 1, or ``firing_intervals``, one for each cylinder of the order, state it where that is not meant.
+    ``cycle`` is 720 degrees of a four-stroke, 360 degrees of a two-stroke.
     """
 
     bore: q.Size
@@ -133,6 +134,7 @@ class Cylinders:
     rod_offsets: tuple[q.Offset, ...] = ()
     firing_angles: tuple[q.Angle, ...] = ()
     firing_intervals: tuple[q.Angle, ...] = ()
+    cycle: q.Cycle = 4.0 * math.pi
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -126,6 +126,7 @@ ReliefDepth = Annotated[float, Quantity("length", 0.0, 100.0, "um", "shells that
 Offset = Annotated[float, Quantity("length", -10000.0, 10000.0, "mm")]
 Angle = Annotated[float, Quantity("angle", -720.0, 720.0, "deg")]
 Arc = Annotated[float, Quantity("angle", 0.0, 360.0, "deg")]
+Cycle = Annotated[float, Quantity("angle", 360.0, 720.0, "deg", "four-strokes have 720 deg, two-strokes 360 deg")]
 Period = Annotated[float, Quantity("angle", 1.0, 14400.0, "deg", "four-strokes have 720 deg, two-strokes 360 deg")]
 Duration = Annotated[float, Quantity("angle", 0.1, 400.0, "deg")]
 

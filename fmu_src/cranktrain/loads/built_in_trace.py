@@ -14,10 +14,10 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 CYCLE = 4.0 * math.pi
 SAMPLES = 720
 # Slots of an engine's constants: bore, compression ratio, throw, length of the rod, offset of the pin; then of its
-# combustion, see engine.parts.Combustion; 1 where a model's trace is the built-in one.
+# combustion, see engine.parts.Combustion; 1 where a model's trace is the built-in one; angle of a cycle.
 TRACE_BORE, TRACE_COMPRESSION, TRACE_THROW, TRACE_ROD, TRACE_OFFSET, HEAT, INTAKE_PRESSURE = range(7)
 INTAKE_TEMPERATURE, EXHAUST_PRESSURE, INTAKE_CLOSES, EXHAUST_OPENS, BURN_START, BURN_DURATION = range(7, 13)
-WIEBE_A, WIEBE_M, WALL_TEMPERATURE, TRACE_SPEED, BUILT_IN, TRACE_CONSTANTS = range(13, 19)
+WIEBE_A, WIEBE_M, WALL_TEMPERATURE, TRACE_SPEED, BUILT_IN, TRACE_CYCLE, TRACE_CONSTANTS = range(13, 20)
 # Columns of a spline's table, and rows of the scratch of :func:`renew_trace`.
 VALUE, LINEAR, SQUARE, CUBE = range(4)
 MOTORED, FIRED, SECOND, TRACE_ROWS = range(4)
@@ -55,13 +55,31 @@ def renew_trace(constants, rows, gas, kinks):
 # In one piece: closed cycle, blow-down, exhaust and intake are joined sample by sample.
 @kernel
 def fill_trace(constants, heat, intake, samples):
-    """Pressure over one cycle, ``samples`` (SAMPLES,) Pa, for a ``heat`` (J) and an ``intake`` pressure (Pa)."""
+    """Pressure over 720°, ``samples`` (SAMPLES,) Pa, for a ``heat`` (J) and an ``intake`` pressure (Pa).
+
+    A two-stroke has its cycle of 360° twice in it.
+    """
     closes = constants[INTAKE_CLOSES]
     opens = constants[EXHAUST_OPENS]
     exhaust = constants[EXHAUST_PRESSURE]
     pitch = CYCLE / SAMPLES
+    cycle = constants[TRACE_CYCLE]
+    count = SAMPLES
+    blow_down = 1.5 * BLEND
+    # Exhaust to intake across the dead centre of gas exchange; complete long before the blow-down, where it has to
+    # turn back to exhaust pressure.
+    exchange_at = 2.0 * math.pi
+    early = 0.5 * BLEND
+    exchange_width = BLEND
+    if cycle < CYCLE:
+        # A two-stroke exchanges its gas about the other dead centre: blow-down, then scavenging.
+        count = SAMPLES // 2
+        blow_down = min(blow_down, 0.5 * (closes + cycle - opens))
+        exchange_at = cycle - opens - blow_down
+        early = 0.0
+        exchange_width = closes + exchange_at
     # From intake to blow-down on one branch.
-    end = opens + 1.5 * BLEND
+    end = opens + blow_down
     first = 0
     while first * pitch < end:
         first += 1
@@ -69,22 +87,22 @@ def fill_trace(constants, heat, intake, samples):
     mass_r = intake * start / constants[INTAKE_TEMPERATURE]
     pressure = intake
     before = closes
-    for k in range(SAMPLES):
-        i = first + k if first + k < SAMPLES else first + k - SAMPLES
-        after = i * pitch if i * pitch < end else i * pitch - CYCLE
+    for k in range(count):
+        i = first + k if first + k < count else first + k - count
+        after = i * pitch if i * pitch < end else i * pitch - cycle
         closed = intake
         if after >= closes:
             pressure = compressed_to(constants, heat, mass_r, before, after, pressure)
             before = after
             closed = pressure
         compressed = quintic((after - closes) / (0.5 * BLEND))
-        expelled = quintic((after - opens) / (1.5 * BLEND))
-        # Exhaust to intake across the dead centre of gas exchange; complete long before the blow-down, where it has to
-        # turn back to exhaust pressure.
-        exchange = quintic((after + 2.0 * math.pi + 0.5 * BLEND) / BLEND)
+        expelled = quintic((after - opens) / blow_down)
+        exchange = quintic((after + exchange_at + early) / exchange_width)
         own = exhaust + (intake - exhaust) * exchange
         own += (closed - intake) * compressed * (1.0 - expelled)
         samples[i] = own + (exhaust - intake) * expelled
+    for i in range(count, SAMPLES):
+        samples[i] = samples[i - count]
 
 
 @inlined_kernel

@@ -6,7 +6,8 @@ Between intake closing and exhaust opening a single zone of ideal gas obeys
 
 with the burn Q_b = Q [1 − exp(−a x^(m+1))], x = (θ − θ_s)/Δθ, and the wall heat of Hohenberg's coefficient. Outside,
 the pressure is that of the intake or exhaust; all joins are blended twice continuously differentiable. Angles are crank
-angles after the cylinder's own firing dead centre, θ ∈ [0, 4π); pressures are absolute.
+angles after the cylinder's own firing dead centre, θ ∈ [0, 4π), in which a two-stroke has its cycle twice; pressures
+are absolute.
 
 Assumptions: no residual gas dynamics, heat of the walls at the speed of the largest heat per cycle, the form of the
 trace independent of load and speed: p = p_motored + load [1 − falloff (Ω/Ω_best − 1)²] (p_fired − p_motored).
@@ -150,10 +151,11 @@ def cylinder_volume(engine: Engine, angle: Array) -> tuple[Array, Array]:
 
 
 def mean_effective_pressure(engine: Engine, pressure: Array) -> float:
-    """∮ p dV / V_displaced over one cycle of uniform samples (n,) Pa; the periodic trapezoidal rule is spectral."""
+    """∮ p dV / V_displaced over a cycle, from uniform samples (n,) Pa over 720°; the trapezoidal rule is spectral."""
     volume, derivative = cylinder_volume(engine, np.arange(pressure.size, dtype=np.float64) * (CYCLE / pressure.size))
     # crankcase pressure and any constant drop out of the closed integral
-    return float(np.sum(pressure * derivative) * (CYCLE / pressure.size) / (volume.max() - volume.min()))
+    work = np.sum(pressure * derivative) * (engine.cylinders.cycle / pressure.size)
+    return float(work / (volume.max() - volume.min()))
 
 
 def spline_coefficients(samples: Array) -> Array:
@@ -192,7 +194,7 @@ def trace_constants(engine: Engine, built_in: bool = True) -> Array:
             cylinders.bore, cylinders.compression_ratio, engine.crankshaft.throw, engine.rod.length,
             cylinders.pin_offset, burn.heat, burn.intake_pressure, burn.intake_temperature, burn.exhaust_pressure,
             burn.intake_closes, burn.exhaust_opens, burn.start, burn.duration, burn.wiebe_a, burn.wiebe_m,
-            burn.wall_temperature, burn.best_speed, built_in,
+            burn.wall_temperature, burn.best_speed, built_in, cylinders.cycle,
         ],
         dtype=np.float64,
     )  # fmt: skip

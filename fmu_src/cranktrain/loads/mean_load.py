@@ -1,8 +1,7 @@
 """Burn that balances a mean load: the engine's mean torque equals that of its ``[load]`` at each speed.
 
-The gas of c cylinders works W = p_i V over a cycle of the angle Θ, so the mean torque is M = p_i V/Θ with the
-displacement V of all of them; rods and pistons take no mean torque. With the motored and the full-load pressure the
-mean torque is linear in the fraction s of the burn,
+The gas of c cylinders has the mean torque M = c ⟨p dV/dθ⟩; rods and pistons have none. With the motored and the
+full-load pressure it is linear in the fraction s of the burn,
 
     M(s) = M_0 + s (M_1 − M_0),    s = (T(Ω) − M_0)/(M_1 − M_0)
 
@@ -13,9 +12,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
-from cranktrain.loads.gas_pressure import GasTrace, mean_effective_pressure
+from cranktrain.loads.gas_pressure import GasTrace, cylinder_volume
 
 RPM = 30.0 / math.pi
 MOST = 2.0
@@ -24,9 +25,9 @@ MOST = 2.0
 
 def mean_torques(engine: Engine, gas: GasTrace) -> tuple[float, float]:
     """Mean torque of the gas, N m, motored and with the full burn of the trace."""
-    per_pressure = engine.displacement / (4.0 * math.pi)
-    motored, fired = (mean_effective_pressure(engine, trace) for trace in (gas.motored, gas.fired))
-    return per_pressure * motored, per_pressure * fired
+    angle = np.arange(gas.fired.size, dtype=np.float64) * (4.0 * math.pi / gas.fired.size)
+    arm = engine.n_cylinders * cylinder_volume(engine, angle)[1]
+    return float(np.mean(gas.motored * arm)), float(np.mean(gas.fired * arm))
 
 
 def balancing_load(engine: Engine, gas: GasTrace, speed: float) -> float:
@@ -46,7 +47,7 @@ def balancing_load(engine: Engine, gas: GasTrace, speed: float) -> float:
     most = motored + MOST * burn * (full - motored)
     if not motored <= wanted <= most:
         raise InputError(
-            f"[load] asks for {wanted:.4g} N m at {speed * RPM:.4g} rev/min; the engine gives {max(motored, 0.0):.4g} to "
-            f"{most:.4g} N m there; change load.torque or load.power, or the speed"
+            f"[load] asks for {wanted:.4g} N m at {speed * RPM:.4g} rev/min, where the engine gives "
+            f"{max(motored, 0.0):.4g} to {most:.4g} N m; change load.torque or load.power, or the speed"
         )
     return (wanted - motored) / (burn * (full - motored))

@@ -96,6 +96,8 @@ def check_cylinders(engine: Engine) -> None:
     for key in ("firing_angles", "firing_intervals"):
         given = len(getattr(cylinders, key))
         _cylinders(key, given in (0, n), f"{given} values for {n} cylinders; give one for each, or none")
+    text = f"{math.degrees(cylinders.cycle):g} deg is neither 720 deg of a four-stroke nor 360 deg of a two-stroke"
+    _cylinders("cycle", min(abs(cylinders.cycle - turns * math.pi) for turns in (2.0, 4.0)) < 1e-9, text)
     both = bool(cylinders.firing_angles and cylinders.firing_intervals)
     _cylinders("firing_intervals", not both, "and firing_angles are both given; leave one of them out")
     _check_rods(engine)

@@ -27,6 +27,8 @@ from cranktrain.engine.torsional_chain import LINE_ENDS, check_chain, gear_speed
 
 OIL_VISCOSITIES = (1e-5, 100.0)
 """Thinnest and thickest oil, Pa s, at the temperatures that an engine's oil has over its speeds."""
+LEAST_EXCHANGE = math.radians(20.0)
+"""Least angle from the opening of the exhaust to the closing of the intake, of the fastest two-strokes."""
 STEEL = 7850.0
 MASSES = {
     "cylinders.piston_mass": (0.005, 5.0),
@@ -68,7 +70,7 @@ def check_engine(engine: Engine) -> None:
             plausible = part.polar_inertia <= 2.0 * part.diametral_inertia * (1.0 + 1e-9)
             need(name, "polar_inertia", plausible, "is more than twice diametral_inertia, which no body has")
     _check_oil(engine.oil)
-    _check_combustion(engine.combustion)
+    _check_combustion(engine.combustion, engine.cylinders.cycle)
     warn_of_masses(engine)
     need_equal_lengths(engine.published, "published", "cranktrain_hz", "cranktrain_shapes", "measured_hz")
     orders = ("critical_orders", "critical_speeds", "measured_critical_speeds")
@@ -173,13 +175,22 @@ def _thickness(oil: Oil, temperature: float) -> float:
         return math.inf
 
 
-def _check_combustion(burn: Combustion) -> None:
-    """Refuse valves that are open while the charge burns."""
+def _check_combustion(burn: Combustion, cycle: float) -> None:
+    """Refuse valves or ports that are open while the charge burns, and a two-stroke without time for its gas exchange.
+
+    ``cycle`` is its angle, rad.
+    """
     of, latest = partial(need, "combustion"), 1.5 * math.pi
     text = "must lie before the start of combustion, in (-270, 0) deg after firing dead centre"
     of("intake_closes", -latest < burn.intake_closes < min(burn.start, 0.0), text)
     text = "must lie after the end of combustion, below 270 deg after firing dead centre"
     of("exhaust_opens", burn.start + burn.duration <= burn.exhaust_opens < latest, text)
+    opens, closes = (round(math.degrees(angle), 6) for angle in (burn.exhaust_opens, burn.intake_closes + cycle))
+    text = (
+        f"from {opens:g} to {closes:g} deg, where the intake closes, there is no time for the gas exchange; leave at "
+        f"least {math.degrees(LEAST_EXCHANGE):g} deg"
+    )
+    of("exhaust_opens", burn.intake_closes + cycle - burn.exhaust_opens >= LEAST_EXCHANGE, text)
 
 
 def warn_of_masses(engine: Engine) -> None:

@@ -6,7 +6,7 @@ Vectors across the crank are complex, x + i y, in axes at rest: x across the eng
 * the friction power of the journal is mean(T ω) with the journal's speed ω against its bore. The other part of the
   film's heat is the work of the journal's middle against the film, −mean(F · ė). The work of tilting is left out.
 
-Friction mean effective pressure is work per cycle of 720° over displacement, 4π P/(Ω V).
+Friction mean effective pressure is work per cycle over displacement: 4π P/(Ω V) of a four-stroke.
 
 The inclination β of a rod follows from sin β = x/L with the pin's position x across its cylinder (Shigley and Uicker,
 Theory of Machines and Mechanisms). The speed of a pin in its big end is the crank's speed minus β̇, without the crank's
@@ -128,7 +128,7 @@ class BearingReport:
 
     def mean_pressure(self, power: float) -> float:
         """Mean effective pressure (Pa) of a power, W."""
-        return power * CYCLE / (self.speed * self.engine.displacement)
+        return power * self.engine.cylinders.cycle / (self.speed * self.engine.displacement)
 
     @property
     def fmep(self) -> float | None:

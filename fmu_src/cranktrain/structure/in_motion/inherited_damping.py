@@ -97,7 +97,7 @@ def equivalent_damping(engine: Engine, body: ReducedBody, ratios: Array) -> Arra
 
 def resonance_speed(engine: Engine, torsional_hz: float) -> float:
     """Highest speed (rad/s), within that of the oil's table, at which a firing order meets the first torsional mode."""
-    firing = 0.5 * engine.n_cylinders
+    firing = 2.0 * math.pi * engine.n_cylinders / engine.cylinders.cycle
     highest = 1.05 * engine.oil.temperature_speeds[-1]
     speed = 2.0 * math.pi * torsional_hz / firing
     return speed / math.ceil(speed / highest)

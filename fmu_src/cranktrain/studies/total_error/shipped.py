@@ -8,6 +8,7 @@ figures of other sources are marked as such.
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from functools import cache
 from hashlib import sha256
@@ -24,8 +25,9 @@ MEASURED_BY = Path(__file__).parents[1] / "tradeoff" / "total" / "measure.py"
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
     ("frame", "", ()), ("body", "", ()), ("connection", "", ()), ("cylinders", "firing_angles", ()),
-    ("cylinders", "firing_intervals", ()), ("load", "", None), ("damper", "damping", 0.0),
-    ("damper", "frequencies", ()), ("damper", "stiffnesses", ()), ("damper", "dampings", ()),
+    ("cylinders", "firing_intervals", ()), ("cylinders", "cycle", 4.0 * math.pi), ("load", "", None),
+    ("damper", "damping", 0.0), ("damper", "frequencies", ()), ("damper", "stiffnesses", ()),
+    ("damper", "dampings", ()),
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
 
