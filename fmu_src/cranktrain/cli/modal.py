@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import replace
 from typing import Any
 
 from cranktrain.cli.bodies import add_block_options, wants_flexible_block
 from cranktrain.cli.console import number, one_of, show, stages
+from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.engine.levels import CRANKS, described
@@ -35,6 +37,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help=f"{described(CRANKS.values())}; default solid; frequencies of other levels are compared with solid",
     )  # fmt: skip
     add_block_options(parser, running=False)
+    add("--drive-line", metavar="TABLE",
+        help="discs and shafts (TOML or CSV) from 'flywheel' in place of the connecting shaft; ends freely unless a "
+        "shaft leads to 'dynamometer'")  # fmt: skip
     add("--bearings", default="auto", metavar="LEVEL", help="of the mains, for modes in motion (default as simulate)")
     add("--speed", type=number(100.0, 20000.0, "rev/min"), metavar="RPM",
         help="speed for modes in motion, rev/min (default: combustion.best_speed)")  # fmt: skip
@@ -50,6 +55,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.torsion.chain_modes import chain_report, chain_table
     from cranktrain.studies.torsion.damped_modes import damper_table
     from cranktrain.studies.torsion.level_frequencies import level_tables
+    from cranktrain.studies.torsion.line_modes import line_table
 
     if is_chain(options.engine):
         report = chain_report(read_chain(options.engine))
@@ -57,6 +63,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             show(chain_table(report))
         return report
     engine = load_engine(options.engine)
+    if options.drive_line is not None:
+        engine = replace(engine, drive_line_chain=read_drive_line(options.drive_line))
     one_of("--crank", options.crank, CRANKS)
     wants_flexible_block(engine, options)
     with stages(engine.name) as tell:
@@ -72,12 +80,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if "left_out" in report:
         print(f"These are modes of crank and block alone, without the added {', '.join(report['left_out'])}.")
     if "level" in report:
-        for table in level_tables(engine, report):
+        for table in (*level_tables(engine, report), line_table(report["drive_line"])):
             show(table)
         return report
     motion, block = report["in_motion"], report.get("block")
     for table in [*frequency_tables(engine, report), *(block_tables(block) if block is not None else ())]:
         show(table)
+    show(line_table(report["drive_line"]))
     show(motion_table(motion))
     if "failed" in motion:
         print(f"No modes in motion: {motion['failed']}")

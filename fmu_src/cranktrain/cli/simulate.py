@@ -119,7 +119,6 @@ def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> N
         )
     if options.steady:
         engine.refuse_additions("steady states in the frequency domain")
-        engine.connecting_shaft  # noqa: B018  raises where there is none
     if options.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
     if options.plots is not None:

@@ -142,8 +142,7 @@ def _points(where: str, torques: tuple[float, ...], stiffnesses: tuple[float, ..
     if min(stiffnesses) <= 0.0:
         raise InputError(f"{where}: stiffness {min(stiffnesses):g} N m/rad; every stage needs one above 0")
     own = tuple(map(float, stiffnesses))
-    least = 0.0 if torques[0] < 0.0 else torques[0]
-    return {"torques": torques, "stiffnesses": own, "stiffness": float(np.interp(least, torques, own))}
+    return {"torques": torques, "stiffnesses": own, "stiffness": float(np.interp(0.0, torques, own))}
 
 
 def _over_frequency(where: str, given: Mapping[str, Any]) -> dict[str, Any]:

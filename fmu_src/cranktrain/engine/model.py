@@ -121,16 +121,6 @@ class Engine:
         return self.main_bearing
 
     @property
-    def connecting_shaft(self) -> parts.DriveLine:
-        """The drive line where it is one shaft; ``InputError`` where it is a chain of discs."""
-        if self.drive_line_chain is not None:
-            raise InputError(
-                f"engine '{self.name}' has a drive line of discs, which a steady state in the frequency domain and "
-                "the equations for other solvers cannot include; leave [drive_line_chain] or --drive-line out"
-            )
-        return self.drive_line
-
-    @property
     def connections(self) -> tuple[ConnectionTable, ...]:
         """Added connections, and those of the drive line's shafts that are not linear."""
         line = self.drive_line_chain

@@ -16,6 +16,7 @@ from cranktrain.engine.quantities import (
     NEWTONIAN,
     ZERO_CELSIUS,
     check_values,
+    kinds,
     mm,
     need,
     need_equal_lengths,
@@ -166,7 +167,9 @@ def check_damper(d: Damper) -> None:
     needed = ("mass", "frequency", "lowest_temperature", "highest_temperature", "temperatures", "ambient_temperature",
               "heat_transfer", "cooling_area", "power_limit")  # fmt: skip
     for key in needed:
-        of(key, bool(getattr(d, key)), f"is missing; a damper of kind {d.kind} needs it")
+        many, rule = kinds(Damper)[key][1:]
+        text = "is missing" if many else rule.wrong(getattr(d, key))
+        of(key, bool(getattr(d, key)), f"{text}; a damper of kind {d.kind} needs it")
     need_table("damper", d)
     coldest, hottest = (temperature - ZERO_CELSIUS for temperature in (min(d.temperatures), max(d.temperatures)))
     valid = f"{lowest - ZERO_CELSIUS:.4g} to {highest - ZERO_CELSIUS:.4g} degC"
