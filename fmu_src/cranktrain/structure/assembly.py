@@ -196,7 +196,8 @@ def _inherited(engine: Engine, body: ReducedBody, above: str, say: Progress) -> 
     if entry is None:
         say(f"damping of crank level '{above}'")
         try:
-            made = assemble(engine, settings_above(above))
+            # Any drive line does: the mode is the crank's. One that ends freely has no given speed.
+            made = assemble(replace(engine, drive_line_chain=None), settings_above(above))
             found = measured_decay(Simulation(engine, made.body, made.settings, parts=made.parts))
         except SolverError as error:
             say(f"crank level '{above}' does not run, so the crank keeps its structural damping: {error}")

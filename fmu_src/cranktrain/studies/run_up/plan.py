@@ -14,15 +14,16 @@ from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.constant_speed import RPM, Request
 from cranktrain.studies.run_up.steady import Job
 
-LEAST_RPM, MOST_SPEEDS = 100.0, 20_000
+LEAST_RPM, LEAST_STEADY_RPM, MOST_SPEEDS = 100.0, 1.0, 20_000
+"""Lowest speed of cycles in time and of a run-up in the frequency domain, rev/min; largest number of speeds."""
 
 
-def run_up_speeds(first_rpm: float, last_rpm: float, step_rpm: float) -> list[float]:
+def run_up_speeds(first_rpm: float, last_rpm: float, step_rpm: float, least_rpm: float = LEAST_RPM) -> list[float]:
     """Speeds (rad/s) from the first to the last, rev/min, rising; ``InputError`` for an invalid run-up range."""
-    if not LEAST_RPM <= first_rpm <= last_rpm:
-        if first_rpm < LEAST_RPM:
+    if not least_rpm <= first_rpm <= last_rpm:
+        if first_rpm < least_rpm:
             raise InputError(
-                f"--from {first_rpm:g} rev/min: steady cycles need {LEAST_RPM:g} rev/min or more, so a run-up cannot "
+                f"--from {first_rpm:g} rev/min: steady cycles need {least_rpm:g} rev/min or more, so a run-up cannot "
                 "start at standstill; begin higher (the FMU takes any speed from 0)"
             )
         raise InputError(f"--to {last_rpm:g} is below --from {first_rpm:g} rev/min; exchange them")
