@@ -75,6 +75,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
     from cranktrain.results.run_up.run_up import check_run_up_target
+    from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses, stress_table
     from cranktrain.studies.run_up.modes_in_motion import in_motion
     from cranktrain.studies.run_up.plan import LEAST_RPM, LEAST_STEADY_RPM, job_of, run_up_speeds
     from cranktrain.studies.run_up.report import closing_text, report, run_up_tables, torsional_peaks
@@ -104,11 +105,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
+    if options.steady is not None and has_sections(engine):
+        said["shaft_stress"] = shaft_stresses(engine, found)
     if folder is not None:
         said["plots"] = draw(folder, found, engine, motion=peaks)
     note_axial_path(engine, bool((found.repeats == 1).all()))
     if not options.json:
-        for table in run_up_tables(said):
+        for table in (*run_up_tables(said), *([stress_table(said["shaft_stress"])] if "shaft_stress" in said else [])):
             show(table)
         print(firing_text(engine.crankshaft, engine.cylinders))
         print(closing_text(found))

@@ -13,7 +13,7 @@ mesh, θ₂ = ratio θ₁, and disc 2 has no coordinate of its own. ``"ground"``
 
 A shaft may have its ``stiffness`` over ``torques``, its torque over ``twists``, ``stiffness`` and ``damping`` over
 ``frequencies``, and ``friction``, see :mod:`cranktrain.engine.line_elements`; ``diameter``, ``bore``, ``strength`` and
-``section`` are for its stress (:mod:`cranktrain.studies.torsion.shaft_stress`).
+``section`` are for its stress (:mod:`cranktrain.results.strength.iacs_m68`).
 
 The same as CSV, one line a disc and the shaft that leaves it, to the disc of the next line or to ``to``:
 
@@ -97,7 +97,7 @@ class Shaft:
 
     ``torques`` or ``frequencies`` are the points of ``stiffnesses`` (and ``dampings``) of an element that is not
     linear, see :mod:`cranktrain.engine.line_elements`; ``stiffness`` and ``damping`` are then those without torque, or
-    at the ``frequency``, Hz. ``section`` is the design feature of :mod:`cranktrain.studies.torsion.shaft_stress`.
+    at the ``frequency``, Hz. ``section`` is the design feature of :mod:`cranktrain.results.strength.iacs_m68`.
     """
 
     between: tuple[str, str]

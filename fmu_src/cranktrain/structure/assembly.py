@@ -197,8 +197,9 @@ def _inherited(engine: Engine, body: ReducedBody, above: str, say: Progress) -> 
         say(f"damping of crank level '{above}'")
         try:
             # Any drive line does: the mode is the crank's. One that ends freely has no given speed.
-            made = assemble(replace(engine, drive_line_chain=None), settings_above(above))
-            found = measured_decay(Simulation(engine, made.body, made.settings, parts=made.parts))
+            driven = replace(engine, drive_line_chain=None)
+            made = assemble(driven, settings_above(above))
+            found = measured_decay(Simulation(driven, made.body, made.settings, parts=made.parts))
         except SolverError as error:
             say(f"crank level '{above}' does not run, so the crank keeps its structural damping: {error}")
             return body
