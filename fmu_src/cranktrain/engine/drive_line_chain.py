@@ -83,9 +83,9 @@ class DriveLineChain:
     frequencies: tuple[q.Frequency, ...] = ()
     frictions: tuple[q.FrictionTorque, ...] = ()
     slip_speeds: tuple[q.SlipSpeed, ...] = ()
-    diameters: tuple[q.Length, ...] = ()
+    diameters: tuple[q.AddedLength, ...] = ()
     bores: tuple[q.AddedLength, ...] = ()
-    strengths: tuple[q.ContactPressure, ...] = ()
+    strengths: tuple[q.ShaftStrength, ...] = ()
     sections: tuple[q.ShaftSection, ...] = ()
 
     @classmethod

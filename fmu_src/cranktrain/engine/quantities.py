@@ -115,6 +115,7 @@ Modes = Annotated[int, Quantity("1", 1, 2000)]
 Size = Annotated[float, Quantity("length", 1.0, 5000.0, "mm")]
 Length = Annotated[float, Quantity("length", 0.01, 10000.0, "mm")]
 AddedLength = Annotated[float, Quantity("length", 0.0, 10000.0, "mm")]
+ShaftStrength = Annotated[float, Quantity("pressure", 0.0, 3000.0, "MPa", "it is the tensile strength")]
 Clearance = Annotated[float, Quantity("length", 0.0, 10.0, "mm")]
 Gap = Annotated[float, Quantity("length", 1e-3, 100.0, "mm")]
 RadialClearance = Annotated[

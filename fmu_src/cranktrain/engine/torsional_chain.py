@@ -114,7 +114,7 @@ class Shaft:
     slip_speed: q.SlipSpeed = 0.1
     diameter: q.Length = 0.0
     bore: q.AddedLength = 0.0
-    strength: q.ContactPressure = 0.0
+    strength: q.ShaftStrength = 0.0
     section: q.ShaftSection = "straight"
 
     @property

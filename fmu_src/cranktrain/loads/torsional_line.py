@@ -42,6 +42,7 @@ class TorsionalLine(NamedTuple):
     laws : (s, LAW)
     shafts : the shafts of the first rows of ``twists``, those with stiffness
     free : whether no shaft leads to the dynamometer
+    last : index of the rotor that has the table's last disc, which the load of a line that ends freely acts on
     follow : (r,) rotations of the rotors as the flywheel turns slowly by one and the dynamometer stays
     stiffness, damping : of the whole line at the flywheel, in that motion
     """
@@ -54,6 +55,7 @@ class TorsionalLine(NamedTuple):
     laws: Array
     shafts: tuple[Shaft, ...]
     free: bool
+    last: int
     follow: Array
     stiffness: float
     damping: float
@@ -126,7 +128,8 @@ def _line(chain: Chain, crank_inertia: float) -> TorsionalLine:
     follow = -np.linalg.solve(moving[1:, 1:], moving[1:, 0])
     slow = rows[:, :-1] @ np.append(1.0, follow)
     effective = (float(law[:, column] @ slow**2) for column in (STIFFNESS, DAMPING))
+    last = int(np.flatnonzero(turns[-1])[0]) if chain.discs else -1
     rotors = tuple(chain.names[leader] for leader in leaders)
     return TorsionalLine(
-        rotors, inertia, rotor_speeds, speeds[DYNAMOMETER], rows, law, tuple(shafts), free, follow, *effective
+        rotors, inertia, rotor_speeds, speeds[DYNAMOMETER], rows, law, tuple(shafts), free, last, follow, *effective
     )

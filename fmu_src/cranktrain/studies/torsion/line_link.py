@@ -54,7 +54,7 @@ def mean_shares(line: TorsionalLine) -> Array:
     force = np.zeros(rows.shape[1])
     force[0] = 1.0
     if line.free and line.inertia.size:
-        force[-1] = -1.0 / line.speeds[-1]
+        force[1 + line.last] = -1.0 / line.speeds[line.last]
     matrix = rows.T @ (stiffness[:, None] * rows)
     return np.asarray(stiffness * (rows @ np.linalg.lstsq(matrix, force, rcond=None)[0]))
 
