@@ -101,8 +101,8 @@ def test_a_coupling_over_torque_has_the_stiffness_at_the_mean_torque_of_each_spe
         linear = behind(shaft(("flywheel", "driven"), stiffness=stiffnesses[-1]))
         own = frequency_run_up(linear, body, RIGID, np.array([speed]), [3.0, 6.0], "harmonic-balance")
         for name in ("pulley.torsion", "shaft[flywheel to driven].torque"):
-            assert found.amplitudes[name][k] == pytest.approx(own.amplitudes[name][0], rel=1e-4)
-    assert stiffnesses[1] > 1.1 * stiffnesses[0]
+            assert found.amplitudes[name][k] == pytest.approx(own.amplitudes[name][0], rel=1e-3)
+    assert stiffnesses[1] > 1.05 * stiffnesses[0]
 
 
 def test_mean_torques_follow_gears_and_branches():
