@@ -32,7 +32,7 @@ ORDERS = tuple(float(order) for order in range(1, 25))
 
 
 def main(picture: str | None = None, speeds: np.ndarray = SPEEDS) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Compute, print and draw; the first mode of the shafting, and the stress of each shaft over speeds (n,) rev/min."""
+    """Compute, print and draw: the first mode of the shafting, and each shaft's stress over speeds (n,) rev/min."""
     engine = ct.load_engine(str(ENGINE))
     body = crank_body(engine, "torsional")
     mode = line_report(engine, body)["modes"][0]

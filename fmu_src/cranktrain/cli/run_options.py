@@ -80,7 +80,8 @@ def _load(text: str) -> float | str:
 
 def balances(options: argparse.Namespace, engine: Engine) -> bool:
     """Whether the burn is to balance the engine's ``[load]``."""
-    return options.load == BALANCED or (options.load is None and engine.load is not None)
+    given = getattr(options, "load_torque_nm", None) is not None
+    return options.load == BALANCED or (options.load is None and engine.load is not None and not given)
 
 
 def loaded(options: argparse.Namespace, made: Assembly, gas: GasTrace | None, speed: float) -> Assembly:

@@ -45,7 +45,7 @@ from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.user_file import is_number, read_text, read_toml
 from cranktrain.engine import quantities as q
-from cranktrain.engine.line_elements import element_values
+from cranktrain.engine.line_elements import Shaft, element_values
 from cranktrain.engine.quantities import kinds
 
 GROUND = "ground"
@@ -89,38 +89,6 @@ class Disc:
     name: str
     inertia: q.Inertia
     damping: q.TorsionalDamping = 0.0
-
-
-@dataclass(frozen=True)
-class Shaft:
-    """One row of shafts (SI); without stiffness a rigid mesh of gears.
-
-    ``torques`` or ``frequencies`` are the points of ``stiffnesses`` (and ``dampings``) of an element that is not
-    linear, see :mod:`cranktrain.engine.line_elements`; ``stiffness`` and ``damping`` are then those without torque, or
-    at the ``frequency``, Hz. ``section`` is the design feature of :mod:`cranktrain.results.strength.iacs_m68`.
-    """
-
-    between: tuple[str, str]
-    stiffness: q.TorsionalStiffness = 0.0
-    damping: q.TorsionalDamping = 0.0
-    loss_factor: q.Hysteresis = 0.0
-    ratio: q.GearRatio = 1.0
-    torques: tuple[q.Torque, ...] = ()
-    frequencies: tuple[q.Frequency, ...] = ()
-    stiffnesses: tuple[q.TorsionalStiffness, ...] = ()
-    dampings: tuple[q.TorsionalDamping, ...] = ()
-    frequency: q.WorkingFrequency = 0.0
-    friction: q.FrictionTorque = 0.0
-    slip_speed: q.SlipSpeed = 0.1
-    diameter: q.Length = 0.0
-    bore: q.AddedLength = 0.0
-    strength: q.ShaftStrength = 0.0
-    section: q.ShaftSection = "straight"
-
-    @property
-    def bends_the_line(self) -> bool:
-        """Whether its torque is not linear in twist and rate."""
-        return bool(self.torques) or self.friction > 0.0
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,7 @@ _AT_ONCE = 20
 _SETTLED, _ROUNDS = 1e-8, 40
 
 
+# In one piece: one request, whose parts every caller knows by name.
 def frequency_run_up(
     engine: Engine,
     body: ReducedBody,
