@@ -18,12 +18,14 @@ from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.drive_line_chain import DriveLineChain
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.line_elements import element_values, torque_curve
-from cranktrain.engine.parts import Damper
+from cranktrain.engine.parts import Damper, MeanLoad
 from cranktrain.engine.torsional_chain import Chain, Disc, Shaft
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.mean_load import mean_torques
 from cranktrain.results.orders.harmonics import order_amplitudes
+from cranktrain.structure.assembly import assemble
+from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 
 SIX = load_engine("diesel_i6")
@@ -121,3 +123,19 @@ def test_what_cannot_run_in_time_is_refused_in_one_line():
     for engine in (free, geared):
         run = frequency_run_up(engine, rigid_crank(engine), LOCKED, np.array([SPEED]), [3.0], "harmonic-balance")
         assert np.isfinite(run.torsion).all()
+
+
+def test_cycles_in_time_balance_a_propeller_at_each_speed():
+    """The shaft's mean torque is the load's: nothing rubs on locked journals.
+
+    Torsion moves the pins against the pressures, which follow the mean rotation, so the gas works up to 1 % more or less.
+    """
+    load = MeanLoad(kind="propeller", speed=200.0, torque=1200.0)
+    engine = replace(SIX, load=load, reduction=replace(SIX.reduction, torsional_source="ker-wilson"))
+    made = assemble(engine, Settings(crank="torsional", bearings="held"), inherit=False)
+    runs = SteadyRuns(Job(made, None, 1e-4, 6.0, ("shaft.torque",), balanced=True))
+    near = []
+    for speed in (150.0, 152.0, 100.0):
+        found = runs.at(speed, near)
+        near = [found.start]
+        assert found.extremes["shaft.torque"][1] == pytest.approx(load.torque_at(speed), rel=1e-2)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from cranktrain.cli.main import main
 from cranktrain.engine.drive_line_chain import DriveLineChain, read_drive_line
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.torsional_chain import Chain, Disc, Shaft
@@ -116,7 +117,7 @@ def test_report_and_campbell_name_the_same_modes(crank):
         assert found.hz[0, at] == pytest.approx(mode["hz"], rel=5e-3)
 
 
-def test_tables_over_torque_are_read_for_their_linear_part(tmp_path):
+def test_tables_over_torque_are_read_for_their_linear_part(tmp_path, capsys):
     path = tmp_path / "line.csv"
     path.write_text(
         "disc,inertia,to,stiffness,torques,shaft_damping\nflywheel,,,2e4/3e4/6e4,500/1500,8\ndriven,2,dynamometer,5e4,,1\n"
@@ -126,6 +127,8 @@ def test_tables_over_torque_are_read_for_their_linear_part(tmp_path):
     assert shaft.stiffness == 2e4
     assert shaft.torques == (500.0, 500.0, 1500.0, 1500.0)
     assert DriveLineChain.of(line.chain) == line
+    assert main(["modal", str(path)]) == 2
+    assert f"cranktrain modal ENGINE --drive-line {path}" in capsys.readouterr().err
     path.write_text(path.read_text().replace("500/1500", ""))
     with pytest.warns(UserWarning, match="without the torques at which they hold; the first, 20000 N m/rad"):
         assert read_drive_line(path).chain.shafts[0].stiffness == 2e4

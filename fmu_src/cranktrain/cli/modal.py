@@ -5,14 +5,18 @@ from __future__ import annotations
 import argparse
 import math
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.bodies import add_block_options, wants_flexible_block
 from cranktrain.cli.console import number, one_of, show, stages
+from cranktrain.core.errors import InputError
 from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.engine.levels import CRANKS, described
+
+if TYPE_CHECKING:
+    from cranktrain.engine.torsional_chain import Chain
 
 RPM = math.pi / 30.0
 
@@ -47,7 +51,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction."""
-    from cranktrain.engine.torsional_chain import is_chain, read_chain
+    from cranktrain.engine.torsional_chain import is_chain
     from cranktrain.results.tables import Table, block_tables, frequency_tables
     from cranktrain.studies import modal as study
     from cranktrain.studies.added_modes import additions_table
@@ -58,7 +62,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.torsion.line_modes import line_table
 
     if is_chain(options.engine):
-        report = chain_report(read_chain(options.engine))
+        report = chain_report(_whole_chain(options.engine))
         if not options.json:
             show(chain_table(report))
         return report
@@ -103,6 +107,25 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if rows:
         show(Table("Calibrated values", ("value", "", "to which number"), rows))
     return report
+
+
+def _whole_chain(path: str) -> Chain:
+    """Table that is a system by itself; a drive line is refused with the option that takes it, ``InputError``."""
+    from cranktrain.engine.torsional_chain import read_chain
+
+    try:
+        return read_chain(path)
+    except InputError:
+        try:
+            read_drive_line(path)
+        except InputError:
+            pass
+        else:
+            raise InputError(
+                f"{path}: is a drive line that begins at the flywheel of an engine; give cranktrain modal ENGINE "
+                f"--drive-line {path}"
+            ) from None
+        raise
 
 
 def _say_quality(what: str, quality: dict[str, Any]) -> None:
