@@ -11,21 +11,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import Interrupted, bar, number, say, show_rows, word
+from cranktrain.cli.run_options import add_source_options, engine_of, option_of, pressures_text
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.coupling.master import SCHEMES
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS, VALVETRAIN
+from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 
 if TYPE_CHECKING:
     from cranktrain.coupling.run import Coupled
     from cranktrain.coupling.supervised import System
+    from cranktrain.coupling.trace_unit import MeasuredPressures
     from cranktrain.coupling.virtual_engine import VirtualEngine
+    from cranktrain.engine.model import Engine
 
 DESCRIPTION = """Couple cranktrain, combustion and valve train as FMUs, and run cycles at constant speed.
 
 FMUs that are not named are built first; a cranktrain built this way has no film table and no flexible block. With
 --scheme jacobi all units step at once, with gauss-seidel one after the other, with iterative repeatedly until they
 agree. With --reconstruction own the cranktrain itself interpolates pressures between communication points, because it
-knows the crank angle of each; with hold, linear and quadratic the master does. --json prints {"pulley", "imep_pa",
+knows the crank angle of each; with hold, linear and quadratic the master does. With --pressure, measured pressures take
+the place of the combustion. --json prints {"pulley", "imep_pa",
 "indicated_torque_nm", "coupling_residual_w", "real_time_factor", "seconds", "result", "valvetrain"}."""
 
 
@@ -36,12 +41,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
     add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
-    add("--speed", dest="speed_rpm", type=number(100.0, 1e4, "rev/min"), required=True, metavar="RPM", help="rev/min")
+    add(
+        "--speed",
+        dest="speed_rpm",
+        type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"),
+        required=True,
+        metavar="RPM",
+        help="rev/min",
+    )
     add("--cycles", type=number(1, 10000, "cycles", int), default=10, metavar="N", help="of 720 degrees (10)")
     add("--scheme", type=word(SCHEMES), default="gauss-seidel", metavar="NAME", help=", ".join(SCHEMES))
     add("--reconstruction", type=word(RECONSTRUCTIONS), default="own", metavar="NAME", help=", ".join(RECONSTRUCTIONS))
     add("--step-deg", type=number(1e-3, 90.0, "degrees"), default=1.0, metavar="ANGLE", help="communication step (1)")
     add("--error", type=number(1e-9, 0.5, "of an output's range"), metavar="SHARE", help="adapt the step to this error")
+    add_source_options(parser)
     add("--cranktrain", metavar="FILE.fmu", help="use this FMU instead of building one")
     add("--combustion", metavar="FILE.fmu", help="use this FMU instead of building one")
     valves = parser.add_mutually_exclusive_group()
@@ -83,19 +96,25 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return result
 
 
-def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path, Path | None]:
-    """Cranktrain, combustion and valve train: FMUs that are named, and those that are not, built into a folder."""
+def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path | MeasuredPressures, Path | None]:
+    """Cranktrain, combustion and valve train: FMUs that are named, and those that are not, built into a folder.
+
+    Measured pressures take the place of the combustion.
+    """
     from cranktrain.coupling.fmu_unit import described
-    from cranktrain.engine.file import load_engine
     from cranktrain.fmu.build import build_fmu
     from cranktrain.modules.register import module_of_engine
 
-    engine = load_engine(options.engine)
+    engine = engine_of(options)
+    if options.drive_line is not None and options.cranktrain:
+        raise InputError("--drive-line goes into a cranktrain that is built; leave out --cranktrain, or --drive-line")
+    measured = _measured(options, engine)
     # What cannot be had is told before a crankshaft is meshed.
     for given in filter(None, (options.cranktrain, options.combustion, options.valvetrain)):
         described(Path(given))
     named = {COMBUSTION: options.combustion, VALVETRAIN: options.valvetrain}
-    wanted = [name for name in named if name == COMBUSTION or not options.no_valvetrain]
+    left_out = {COMBUSTION: measured is not None, VALVETRAIN: options.no_valvetrain}
+    wanted = [name for name in named if not left_out[name]]
     try:
         own = {name: module_of_engine(name, engine.name) for name in wanted if not named[name]}
     except InputError as error:
@@ -105,7 +124,26 @@ def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path, Path | 
         cranktrain = Path(options.cranktrain)
     else:
         cranktrain = build_fmu(engine, folder, film_table=False, block=False, say=say)
-    return cranktrain, modules[COMBUSTION], modules.get(VALVETRAIN)
+    return cranktrain, measured or modules[COMBUSTION], modules.get(VALVETRAIN)
+
+
+def _measured(options: argparse.Namespace, engine: Engine) -> MeasuredPressures | None:
+    """Measured pressures at the speed of the run, told of; None for a combustion. ``InputError``."""
+    from cranktrain.coupling.trace_unit import MeasuredPressures
+    from cranktrain.studies.constant_speed import Request
+
+    choices = {key: getattr(options, key) for key in ("speed_rpm", "pressure", "pressure_unit", "pressure_tdc_deg")}
+    request = Request(**choices)
+    gas = request.gas(engine, option_of)
+    if gas is None:
+        return None
+    if options.combustion:
+        raise InputError("--pressure takes the place of the combustion; leave out --combustion")
+    if options.export_ssp is not None:
+        raise InputError("--export-ssp writes FMUs, which measured pressures are not; leave out --pressure")
+    trace = gas.at(request.speed, request.load)
+    say(f"{trace.source}; {pressures_text(trace)}")
+    return MeasuredPressures(engine, trace)
 
 
 def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
@@ -154,8 +192,9 @@ def _run_into(output: Path, make: Callable[[], System], speed: float, options: a
 def _export(path: Path, engine: VirtualEngine, speed: float, options: argparse.Namespace) -> dict[str, Any]:
     """Write the system as an SSP in place of running it."""
     from cranktrain.coupling.ssp import write_ssp
+    from cranktrain.coupling.trace_unit import TraceUnit
 
-    units = {name: (unit, unit.path) for name, unit in engine.units.items()}
+    units = {name: (unit, unit.path) for name, unit in engine.units.items() if not isinstance(unit, TraceUnit)}
     stop = options.cycles * 4.0 * math.pi / speed
     write_ssp(path, path.stem, units, engine.connections, engine.values, engine.outputs, stop)
     if not options.json:

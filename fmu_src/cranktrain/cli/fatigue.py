@@ -11,8 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import labelled_bar, one_of, say, show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
-from cranktrain.cli.run_options import add_level_options, add_settle_option, option_of, request_of
-from cranktrain.engine.file import load_engine
+from cranktrain.cli.run_options import (
+    add_level_options,
+    add_settle_option,
+    add_source_options,
+    engine_of,
+    option_of,
+    request_of,
+)
 
 if TYPE_CHECKING:
     from cranktrain.studies.fatigue import FatigueReport
@@ -34,7 +40,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add(
         "--speed", dest="speeds_rpm", type=float, nargs="+", metavar="RPM",
-        help="speeds, rev/min (default: the engine's combustion.best_speed)",
+        help="speeds, rev/min (default: the engine's best_speed)",
     )  # fmt: skip
     add(
         "--criterion", default="haigh", metavar="NAME",
@@ -42,6 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_level_options(parser, without="--pistons")
     add_settle_option(parser)
+    add_source_options(parser)
     add_fillet_option(parser, "stresses of fillets and oil bores")
     add("--plots", metavar="FOLDER", help="folder for pictures of safety factors and, for haigh, its diagram")
 
@@ -54,10 +61,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.fatigue import crank_strength, fatigue
     from cranktrain.studies.stressed_run import check_stressed
 
-    engine = load_engine(options.engine)
+    engine = engine_of(options)
     crank_strength(engine)
     one_of("--criterion", options.criterion, CRITERIA)
-    speeds = options.speeds_rpm or [round(engine.combustion.best_speed * 30.0 / math.pi, 6)]
+    speeds = options.speeds_rpm or [round(engine.rated_speed * 30.0 / math.pi, 6)]
     request = request_of(options, speeds[0])
     for speed in speeds:
         replace(request, speed_rpm=speed).settings(engine, option_of)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import say, stages
+from cranktrain.cli.run_options import add_source_options, engine_of, option_of
 from cranktrain.store.whole_file import check_place, whole_file
 
 if TYPE_CHECKING:
@@ -26,6 +27,9 @@ its data says which commands make them; --make FOLDER runs these.
 """
 FOLDERS = tuple(Path(place) for place in ("out/tradeoff", "out/stability", "docs/tradeoff", "docs/stability"))
 """Where pictures of ``tradeoff`` and ``stability`` are, if nothing else is said."""
+SOURCES = ("drive_line", "pressure", "pressure_unit", "pressure_tdc_deg")
+RUNNING = ("runup", "simulate", "stress", "fatigue")
+"""Verbs of the commands of ``--make`` that take a measured pressure and a drive line."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -48,17 +52,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--measured", metavar="FILE.csv",
         help="measured orders, drawn over the computed ones: columns speed_rpm, order, amplitude, unit, zero to peak",
     )  # fmt: skip
+    add_source_options(parser)
     add("--quick", action="store_true", help="torsion in seconds: fewer speeds, linear, without inherited damping")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Compute, read and write; say what is missing."""
-    from cranktrain.engine.file import load_engine
     from cranktrain.results.figures import check_folder
+    from cranktrain.studies.constant_speed import RPM, Request
     from cranktrain.studies.report.findings import files_of_verbs, findings
     from cranktrain.studies.report.page import REPORT, missing, page
 
-    engine = load_engine(options.engine)
+    engine = engine_of(options)
+    choices = {key: getattr(options, key) for key in ("pressure", "pressure_unit", "pressure_tdc_deg")}
+    gas = Request(speed_rpm=engine.rated_speed / RPM, **choices).gas(engine, option_of)
     path = Path(options.output or f"{engine.name}_report.html")
     check_place(path, REPORT)
     folders = [Path(folder) for folder in options.pictures]
@@ -67,9 +74,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         folders.append(Path(options.make))
     folders += [folder for folder in FOLDERS if folder.is_dir()]
     with stages(engine.name) as tell:
-        found = findings(options.engine, options.run_up, folders, options.quick, tell, options.measured)
+        found = findings(options.engine, options.run_up, folders, options.quick, tell, options.measured, engine, gas)
     if options.make is not None:
-        seconds = _make(found, options.engine, options.make)
+        seconds = _make(found, options)
         found = replace(found, seconds=found.seconds | seconds, **files_of_verbs(engine, options.run_up, folders))
     lacking = missing(found)
     with whole_file(path, REPORT) as temporary:
@@ -81,7 +88,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return {"report": str(path), "missing": lacking, "seconds": found.seconds}
 
 
-def _make(found: Findings, name: str, folder: str) -> dict[str, float]:
+def _make(found: Findings, options: argparse.Namespace) -> dict[str, float]:
     """Run what makes the sections that lack their data, each command once, as processes; their seconds.
 
     One that fails costs its section, not the report.
@@ -89,11 +96,16 @@ def _make(found: Findings, name: str, folder: str) -> dict[str, float]:
     from cranktrain.studies.report.sections import SECTIONS
 
     lacking = [section for section in SECTIONS if not section.make(found)]
-    commands = dict.fromkeys(text for section in lacking for text in section.making(name, folder, found.engine.name))
+    commands = dict.fromkeys(
+        text for section in lacking for text in section.making(options.engine, options.make, found.engine)
+    )
+    sources = {option_of(key): getattr(options, key) for key in SOURCES if getattr(options, key) is not None}
+    given = [str(word) for pair in sources.items() for word in pair]
     seconds = {}
     for k, command in enumerate(commands, 1):
         say(f"{k} of {len(commands)}: {command}")
         words, began = shlex.split(command)[1:], time.perf_counter()
+        words += given if words[0] in RUNNING else []
         done = subprocess.run([sys.executable, "-m", "cranktrain.cli.main", *words], stdout=subprocess.DEVNULL)
         if done.returncode:
             say(f"cranktrain: warning: ended with code {done.returncode}, so its results are missing: {command}")

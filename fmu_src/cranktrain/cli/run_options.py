@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -18,7 +19,7 @@ from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearin
 
 if TYPE_CHECKING:
     from cranktrain.dynamics.model.settings import Settings
-    from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.loads.gas_pressure import Gas, GasTrace
     from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
 
@@ -28,12 +29,12 @@ _SOURCES = "engine (default), by its speed; or heat-balance"
 
 
 class Asked(NamedTuple):
-    """What a verb is asked to run: an engine, its (first) run, settings with nothing left open, a measured trace."""
+    """What a verb is asked to run: an engine, its (first) run, settings with nothing left open, measured pressures."""
 
     engine: Engine
     request: Request
     settings: Settings
-    gas: GasTrace | None
+    gas: Gas | None
 
 
 def _laws(*kinds: str) -> str:
@@ -84,7 +85,7 @@ def balances(options: argparse.Namespace, engine: Engine) -> bool:
     return options.load == BALANCED or (options.load is None and engine.load is not None and not given)
 
 
-def loaded(options: argparse.Namespace, made: Assembly, gas: GasTrace | None, speed: float) -> Assembly:
+def loaded(options: argparse.Namespace, made: Assembly, gas: Gas | None, speed: float) -> Assembly:
     """The assembly with the burn that balances the engine's load at a speed (rad/s), if that is asked; InputError."""
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.loads.mean_load import balancing_load
@@ -111,10 +112,7 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
         "--no-inherit", action="store_true",
         help="torsional crank with its structural damping alone, without damping inherited from the level above",
     )  # fmt: skip
-    add(
-        "--drive-line", metavar="TABLE",
-        help="discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft",
-    )  # fmt: skip
+    add_source_options(parser)
     add(
         "--axial-force-n", type=float, metavar="N",
         help="steady axial force on the flywheel, positive away from the pulley (default: the engine file's)",
@@ -136,9 +134,25 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
         help="while a run settles, elastic films take their deformation from the cycle before: faster, see "
         "theory/settling",
     )  # fmt: skip
-    add("--pressure", metavar="FILE.csv", help="measured pressure trace: crank angle in degrees; pressure")
+
+
+def add_source_options(parser: argparse.ArgumentParser) -> None:
+    """Add what drives and loads the crank in place of the engine file's gas and drive line."""
+    add = parser.add_argument
+    add(
+        "--drive-line", metavar="TABLE",
+        help="discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft",
+    )  # fmt: skip
+    add(
+        "--pressure", metavar="FILE",
+        help="measured pressures: a .csv file of crank angle in degrees and pressure, one column or one for each "
+        "cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file",
+    )  # fmt: skip
     add("--pressure-unit", metavar="UNIT", help="Pa, kPa, bar or MPa (default: from header or size of the peak)")
-    add("--pressure-tdc-deg", type=float, metavar="DEG", help="angle of the firing dead centre in the pressure file")
+    add(
+        "--pressure-tdc-deg", type=float, metavar="DEG",
+        help="angle of the firing dead centre in the pressure file (of cylinder 1)",
+    )  # fmt: skip
 
 
 def _integrators() -> str:
@@ -147,10 +161,13 @@ def _integrators() -> str:
     return f"{', '.join(INTEGRATORS)}; default esdirk4, at level ehd sdirk2"
 
 
-def asked_of(options: argparse.Namespace, speed_rpm: float) -> Asked:
-    """What the options ask for, at a speed, refused before the minute that a crankshaft may take; ``InputError``."""
-    engine, request = engine_of(options), request_of(options, speed_rpm)
-    return Asked(engine, request, request.settings(engine, option_of), gas_of(request, engine))
+def asked_of(options: argparse.Namespace, *speeds_rpm: float) -> Asked:
+    """What the options ask for, at a speed, refused before the minute that a crankshaft may take; ``InputError``.
+
+    ``speeds_rpm`` are all speeds that will run, or the ends of their range.
+    """
+    engine, request = engine_of(options), request_of(options, speeds_rpm[0])
+    return Asked(engine, request, request.settings(engine, option_of), gas_of(request, engine, speeds_rpm))
 
 
 def request_of(options: argparse.Namespace, speed_rpm: float) -> Request:
@@ -181,11 +198,12 @@ def engine_of(options: argparse.Namespace) -> Engine:
     return engine
 
 
-def gas_of(request: Request, engine: Engine) -> GasTrace | None:
-    """Measured pressure trace, told of, or None for the built-in one."""
-    gas = request.gas(engine, option_of)
+def gas_of(request: Request, engine: Engine, speeds_rpm: Sequence[float] = ()) -> Gas | None:
+    """Measured pressures, told of at the request's speed, or None for the built-in trace."""
+    gas = request.gas(engine, option_of, speeds_rpm)
     if gas is not None:
-        say(f"{gas.source}; {pressures_text(gas)}")
+        trace = gas.at(request.speed, request.load)
+        say(f"{trace.source}; {pressures_text(trace)}")
     return gas
 
 

@@ -27,7 +27,7 @@ from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
-    from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.loads.gas_pressure import Gas
     from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.run_up.run_up import Outcome
@@ -48,7 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
     add = parser.add_argument
     rpm = number(-20000.0, 20000.0, "rev/min")
-    add("--from", dest="from_rpm", type=rpm, required=True, metavar="RPM", help="first speed, rev/min, at least 100")
+    add("--from", dest="from_rpm", type=rpm, required=True, metavar="RPM", help="first speed, rev/min, at least 20")
     add("--to", dest="to_rpm", type=rpm, required=True, metavar="RPM", help="last speed, rev/min")
     add("--step", dest="step_rpm", type=number(0.01, 10000.0, "rev/min"), default=20.0, metavar="RPM",
         help="distance between speeds, rev/min (default 20)")  # fmt: skip
@@ -77,13 +77,12 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.results.run_up.run_up import check_run_up_target
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses, stress_table
     from cranktrain.studies.run_up.modes_in_motion import in_motion
-    from cranktrain.studies.run_up.plan import LEAST_RPM, LEAST_STEADY_RPM, job_of, run_up_speeds
+    from cranktrain.studies.run_up.plan import job_of, run_up_speeds
     from cranktrain.studies.run_up.report import closing_text, report, run_up_tables, torsional_peaks
     from cranktrain.studies.run_up.workers import runs_here
 
-    slowest = LEAST_RPM if options.steady is None else LEAST_STEADY_RPM
-    speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm, slowest)
-    asked = engine, request, _, gas = asked_of(options, max(options.from_rpm, LEAST_RPM))
+    speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
+    asked = engine, request, _, gas = asked_of(options, options.from_rpm, options.to_rpm)
     _check(options)
     path = Path(options.output or f"{engine.name}_runup.h5")
     check_run_up_target(path)
@@ -101,7 +100,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         peaks = in_motion(peaks, runs_here(job), outcome.starts)
     said = report(found, peaks, engine.published)
     said |= {
-        "firing": firing_summary(engine.crankshaft, engine.cylinders),
+        "firing": firing_summary(engine),
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
@@ -113,7 +112,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         for table in (*run_up_tables(said), *([stress_table(said["shaft_stress"])] if "shaft_stress" in said else [])):
             show(table)
-        print(firing_text(engine.crankshaft, engine.cylinders))
+        print(firing_text(engine))
         print(closing_text(found))
         resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
         print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")
@@ -137,7 +136,7 @@ def _outcome(
     options: argparse.Namespace,
     request: Request,
     made: Assembly,
-    gas: GasTrace | None,
+    gas: Gas | None,
     job: Job | None,
     speeds: list[float],
     path: Path,

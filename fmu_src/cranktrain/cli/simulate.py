@@ -25,7 +25,7 @@ from cranktrain.film.laws.register import bearing_law
 if TYPE_CHECKING:
     from cranktrain.dynamics.model.settings import Settings
     from cranktrain.engine.model import Engine
-    from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.loads.gas_pressure import Gas
     from cranktrain.results.run import Run
     from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
@@ -36,7 +36,7 @@ DESCRIPTION = "Run at constant speed until cycles repeat; write an HDF5 result a
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs have."""
     add = parser.add_argument
-    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
+    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 20")
     add(
         "--cycles", type=int, metavar="N",
         help=f"exactly this many cycles of 720 degrees (default: until the outputs repeat, at most {MOST_CYCLES}; "
@@ -81,13 +81,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return summary
 
 
-def _run_into(output: Path, request: Request, made: Assembly, gas: GasTrace | None) -> Run:
+def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -> Run:
     """Run with the samples going to a file, which keeps what there is of them however the run ends."""
     from cranktrain.loads.gas_pressure import GasTrace
     from cranktrain.results.files import result_file
     from cranktrain.results.run import file_attributes
 
-    used = gas or GasTrace.from_engine(made.engine)
+    used = (gas or GasTrace.from_engine(made.engine)).at(request.speed, request.load)
     ended: BaseException | None = None
     with result_file(output) as file:
         try:
@@ -143,7 +143,7 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     """Print the summary for people."""
     from cranktrain.results.tables import closing_text, online_text, resolution_text, run_tables
 
-    print(firing_text(run.engine.crankshaft, run.engine.cylinders))
+    print(firing_text(run.engine))
     print(f"Gas trace at full load: {run.gas.source}; {pressures_text(run.gas)}")
     for table in run_tables(summary):
         show(table)

@@ -10,8 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
-from cranktrain.cli.run_options import add_level_options, add_settle_option, option_of, request_of
-from cranktrain.engine.file import load_engine
+from cranktrain.cli.run_options import (
+    add_level_options,
+    add_settle_option,
+    add_source_options,
+    engine_of,
+    option_of,
+    request_of,
+)
 
 if TYPE_CHECKING:
     from cranktrain.results.strength.fillet_histories import FilletPeak
@@ -35,9 +41,10 @@ _SPOTS = 12
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
     add = parser.add_argument
-    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
+    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 20")
     add_level_options(parser, without="--crank")
     add_settle_option(parser)
+    add_source_options(parser)
     add_fillet_option(parser, "also the peaks in fillets and at oil bores")
     add("--no-check", action="store_true", help="no comparison with direct solutions, which takes half a minute")
     add("--plots", metavar="FOLDER", help="folder for pictures: surface at 0, 90 … 630 degrees, envelope")
@@ -55,7 +62,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.structure.stress.stress_modes import ShapedCrank
     from cranktrain.studies.stressed_run import check_stressed, stressed_run
 
-    engine = load_engine(options.engine)
+    engine = engine_of(options)
     request = request_of(options, options.speed_rpm)
     settings = request.settings(engine, option_of)
     check_stressed(request, settings)

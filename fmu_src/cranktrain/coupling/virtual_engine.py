@@ -22,6 +22,7 @@ from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS, VALVETRAIN
 from cranktrain.coupling.run import Bond, Coupled
+from cranktrain.coupling.trace_unit import MeasuredPressures, TraceUnit
 from cranktrain.results.summary import vibration
 
 ANGLE, SPEED = "crank.angle", "crank.speed"
@@ -37,10 +38,13 @@ GAS = Bond("gas", given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))
 
 @dataclass(frozen=True)
 class Partners:
-    """FMUs of the virtual engine, with a valve train or without, and the start values of their parameters."""
+    """FMUs of the virtual engine, with a valve train or without, and the start values of their parameters.
+
+    In place of a combustion there may be measured pressures.
+    """
 
     cranktrain: Path
-    combustion: Path
+    combustion: Path | MeasuredPressures
     values: Mapping[str, Mapping[str, Any]]
     valvetrain: Path | None = None
 
@@ -52,7 +56,7 @@ class VirtualEngine(NamedTuple):
     are the powers that units exchange.
     """
 
-    units: dict[str, FmuUnit]
+    units: dict[str, FmuUnit | TraceUnit]
     connections: list[Connection]
     exchange: Exchange
     values: dict[str, dict[str, Any]]
@@ -84,22 +88,31 @@ def virtual_engine(partners: Partners, speed: float, scheme: str, reconstruction
     given[CRANKTRAIN] = {
         "speed": speed, "gas.source": "input", "input.reconstruction": "polytropic" if own else "hold",
     } | given[CRANKTRAIN]  # fmt: skip
-    lifted = partners.valvetrain is not None and valve_drive.takes_lifts(partners.combustion)
-    given[COMBUSTION] = {SPEED: speed} | (valve_drive.LIFTS if lifted else {}) | given[COMBUSTION]
-    combustion = FmuUnit(partners.combustion, COMBUSTION, given[COMBUSTION])
+    lifted = False
+    combustion: FmuUnit | TraceUnit
+    if isinstance(partners.combustion, MeasuredPressures):
+        if given[COMBUSTION]:
+            raise InputError("start values are given for a combustion, which measured pressures replace; remove them")
+        combustion = TraceUnit(COMBUSTION, partners.combustion)
+    else:
+        lifted = partners.valvetrain is not None and valve_drive.takes_lifts(partners.combustion)
+        given[COMBUSTION] = {SPEED: speed} | (valve_drive.LIFTS if lifted else {}) | given[COMBUSTION]
+        combustion = FmuUnit(partners.combustion, COMBUSTION, given[COMBUSTION])
     cranktrain = FmuUnit(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN])
     cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
     if not cylinders or cylinders != taken:
+        where = "--pressure" if isinstance(combustion, TraceUnit) else combustion.path
         raise InputError(
-            f"{partners.combustion}: pressures of {cylinders} cylinders, {partners.cranktrain} takes those of {taken}; "
+            f"{where}: pressures of {cylinders} cylinders, {partners.cranktrain} takes those of {taken}; "
             "take FMUs of one engine"
         )
     connections, exchange = gas_connections(cylinders, own), gas_exchange(scheme, reconstruction)
-    units, bonds = {unit.name: unit for unit in (combustion, cranktrain)}, [GAS]
+    units: dict[str, FmuUnit | TraceUnit] = {COMBUSTION: combustion, CRANKTRAIN: cranktrain}
+    bonds = [GAS]
     if partners.valvetrain is not None:
         given[VALVETRAIN] = {SPEED: speed} | given[VALVETRAIN]
         valvetrain = FmuUnit(partners.valvetrain, VALVETRAIN, given[VALVETRAIN])
-        units = {VALVETRAIN: valvetrain} | units
+        units = {VALVETRAIN: valvetrain, **units}
         connections += valve_drive.connections(valvetrain, cylinders, lifted, own)
         bonds = [GAS, valve_drive.BOND]
     outputs = {name: [output for output in READ[name] if output in unit.outputs] for name, unit in units.items()}

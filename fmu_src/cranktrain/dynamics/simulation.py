@@ -55,16 +55,17 @@ from cranktrain.dynamics.warm_films import (
 )
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import SLOWEST_RPM
 from cranktrain.engine.torsional_chain import DYNAMOMETER
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import Gas, GasTrace, gas_tables
 
 __all__ = ["Parts", "Settings", "Simulation", "simulate"]
 
-SLOWEST = 100.0 * math.pi / 30.0
+SLOWEST = SLOWEST_RPM * math.pi / 30.0
 """Lowest speed of a simulation over cycles, rad/s."""
 _RPM = 30.0 / math.pi
 BEHIND_PRESSURES = {
@@ -125,7 +126,7 @@ class Simulation(SteppedModel):
         engine: Engine,
         body: ReducedBody,
         settings: Settings | None = None,
-        gas: GasTrace | None = None,
+        gas: Gas | None = None,
         parts: Parts | None = None,
         temperatures: Array | None = None,
     ) -> None:
@@ -135,7 +136,7 @@ class Simulation(SteppedModel):
         self.body = self._fitting(body)
         self.parts = parts or Parts()
         self._temperatures = temperatures
-        self.gas = gas or GasTrace.from_engine(engine)
+        self._gas: Gas = gas or GasTrace.from_engine(engine)
         if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
             raise InputError(f"internal step must be a positive angle, got {math.degrees(self.settings.step):g} deg")
         self.counts = output_counts(engine, self.parts.topology)
@@ -205,6 +206,15 @@ class Simulation(SteppedModel):
         if self.on_demand:
             self._observed.families[:, WANTED] = 0
             self._watched.clear()
+
+    @property
+    def gas(self) -> GasTrace:
+        """Pressure trace at the present speed and load."""
+        return self._gas.at(float(self.inputs[0]), self.settings.gas_load)
+
+    def follow_gas(self) -> None:
+        """Take the pressure trace of the present speed in a run whose speed has changed."""
+        self.model.gas[:] = gas_tables(self.gas)
 
     @property
     def limited(self) -> bool:
@@ -298,12 +308,12 @@ class Simulation(SteppedModel):
         """Film temperatures (b,), K, of a run until its outputs repeat, at the present speed and on the gas trace."""
         if not self.inputs[0] >= SLOWEST * (1.0 - 1.0e-9):
             raise InputError(
-                f"the heat balance of films needs a start at 100 rev/min or more, got {self.inputs[0] * _RPM:g}; set "
-                "the speed before the initialization, or take film temperature 'engine'"
+                f"the heat balance of films needs a start at {SLOWEST_RPM:g} rev/min or more, got "
+                f"{self.inputs[0] * _RPM:g}; set the speed before the initialization, or take film temperature 'engine'"
             )
         settings = replace(self.settings, boundary="speed", gas_source="builtin")
         return simulate(
-            self.engine, self.body, settings, float(self.inputs[0]), gas=self.gas, parts=self.parts
+            self.engine, self.body, settings, float(self.inputs[0]), gas=self._gas, parts=self.parts
         ).film_temperatures
 
     def steady_torque(self) -> float:
@@ -450,7 +460,7 @@ def simulate(
     settings: Settings,
     speed: float,
     cycles: int | None = None,
-    gas: GasTrace | None = None,
+    gas: Gas | None = None,
     progress: Callable[[float], None] | None = None,
     parts: Parts | None = None,
     damper_balance: bool = False,
@@ -475,13 +485,15 @@ def simulate(
     Raises
     ------
     InputError
-        speed below 100 rev/min, no cycle, a heat balance of bearings without oil or of no damper, a load torque at
+        speed below 20 rev/min, no cycle, a heat balance of bearings without oil or of no damper, a load torque at
         boundary ``speed``
     SolverError
         a step that fails
     """
     if not (math.isfinite(speed) and speed >= SLOWEST * (1.0 - 1.0e-9)):
-        raise InputError(f"cycles need at least 100 rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0")
+        raise InputError(
+            f"cycles need at least {SLOWEST_RPM:g} rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0"
+        )
     if cycles is not None and cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
     if not 0.0 < settle < 1.0:

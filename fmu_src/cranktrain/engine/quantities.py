@@ -14,6 +14,8 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hi
 from cranktrain.core.errors import InputError, nearest, shown
 
 ZERO_CELSIUS = 273.15
+SLOWEST_RPM, FASTEST_RPM = 20.0, 20000.0
+"""Speeds of runs over cycles, rev/min: from slow marine engines to small racing engines. The FMU takes any from 0."""
 
 # dimension: its units and their factors to SI, the unit of SI first; frequencies stay in Hz
 UNITS: dict[str, dict[str, float]] = {
@@ -99,6 +101,7 @@ CompressionRatio = Annotated[float, Quantity("1", 1.5, 60.0, hint="piston engine
 DampingRatio = Annotated[float, Quantity("1", 0.0, 0.99, hint="a larger ratio is overcritical")]
 Friction = Annotated[float, Quantity("1", 0.0, 0.99, hint="lubricated surfaces have 0.08 to 0.15")]
 LossFactor = Annotated[float, Quantity("1", 1e-3, 10.0, hint="rubbers have 0.1 to 0.5")]
+Polytropic = Annotated[float, Quantity("1", 1.0, 1.7, hint="air has 1.4 without cooling, 1.0 at one temperature")]
 WiebeFactor = Annotated[float, Quantity("1", 0.1, 50.0, hint="6.908 burns 99.9 %")]
 WiebeExponent = Annotated[float, Quantity("1", 0.0, 20.0)]
 Falloff = Annotated[float, Quantity("1", 0.0, 10.0)]
@@ -108,6 +111,9 @@ AsperityRatio = Annotated[float, Quantity("1", 1e-6, 0.99, hint="usual surfaces 
 FlowExponent = Annotated[float, Quantity("1", 0.01, 0.99, hint="silicone oils of high viscosity have 0.2 to 0.5")]
 RollerProfile = Annotated[float, Quantity("1", 0.0, 0.01, hint="usual: 0 (straight) or 0.00035")]
 ReliefExponent = Annotated[float, Quantity("1", 1.0, 10.0, hint="2 is a parabola")]
+RODS_ON_PIN = ("side-by-side", "fork-and-blade")
+RodsOnPin = Annotated[str, OneOf("arrangement of rods", RODS_ON_PIN)]
+Pins = Annotated[int, Quantity("1", 1, 20)]
 Pads = Annotated[int, Quantity("1", 1, 100)]
 Rollers = Annotated[int, Quantity("1", 1, 500)]
 Modes = Annotated[int, Quantity("1", 1, 2000)]
@@ -116,6 +122,7 @@ Size = Annotated[float, Quantity("length", 1.0, 5000.0, "mm")]
 Length = Annotated[float, Quantity("length", 0.01, 10000.0, "mm")]
 AddedLength = Annotated[float, Quantity("length", 0.0, 10000.0, "mm")]
 ShaftStrength = Annotated[float, Quantity("pressure", 0.0, 3000.0, "MPa", "it is the tensile strength")]
+Web = Annotated[float, Quantity("length", 0.0, 5000.0, "mm")]
 Clearance = Annotated[float, Quantity("length", 0.0, 10.0, "mm")]
 Gap = Annotated[float, Quantity("length", 1e-3, 100.0, "mm")]
 RadialClearance = Annotated[
@@ -144,6 +151,7 @@ ContactPressure = Annotated[float, Quantity("pressure", 0.1, 1e5, "MPa")]
 ContactShear = Annotated[float, Quantity("pressure", 0.0, 1e4, "MPa")]
 Stress = Annotated[float, Quantity("pressure", 1.0, 1e9)]
 GasPressure = Annotated[float, Quantity("pressure", 0.01, 50.0, "bar", "it is absolute; check its unit")]
+CompressedGas = Annotated[float, Quantity("pressure", 0.01, 5000.0, "bar", "it is absolute; check its unit")]
 TracePressure = Annotated[float, Quantity("pressure", 0.0, 1000.0, "bar", "it is absolute; check its unit")]
 GaugePressure = Annotated[float, Quantity("pressure", 0.0, 1000.0, "bar")]
 

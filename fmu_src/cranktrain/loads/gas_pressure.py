@@ -19,8 +19,10 @@ SAE 982424 (γ of lean diesel gas).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +31,13 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import four
 from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Compressor
 from cranktrain.loads.built_in_trace import (
     CYCLE,
     SAMPLES,
+    TRACE_BORE,
+    TRACE_COMPRESSION,
+    TRACE_CONSTANTS,
     fill_spline,
     fill_trace,
 )
@@ -39,6 +45,21 @@ from cranktrain.loads.built_in_trace import (
 Array = NDArray[np.float64]
 
 BUILT_IN_SOURCE = "built-in Wiebe cycle"
+COMPRESSOR_SOURCE = "polytropic cycle of the compressor"
+
+
+class Gas(Protocol):
+    """Pressures of a run: a trace, or traces over speed and load (:mod:`cranktrain.loads.pressure_map`)."""
+
+    def at(self, speed: float, load: float) -> GasTrace:
+        """Trace at ``speed`` (rad/s) and ``load``, the fraction of the full-load burn."""
+
+    def tell_ends(self, speeds: Sequence[float], load: float) -> None:
+        """Warn of speeds (rad/s) and a load for which the trace is one of other speeds or another load."""
+
+    @property
+    def values(self) -> list[Any]:
+        """All that a run takes from the pressures, for digests."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +73,7 @@ class GasTrace:
     best_speed : rad/s, speed of the full-load trace
     falloff : fraction of the burn's effect that is lost at twice that speed; 0 for a measured trace
     source : origin of the trace, for reports
+    own : trace of each cylinder where they differ, else empty; ``motored``, ``fired`` and ``imep`` are then their means
     """
 
     motored: Array
@@ -60,6 +82,7 @@ class GasTrace:
     best_speed: float
     falloff: float
     source: str
+    own: tuple[GasTrace, ...] = ()
 
     @property
     def angles(self) -> Array:
@@ -68,12 +91,14 @@ class GasTrace:
 
     @property
     def peak(self) -> float:
-        """Largest fired pressure, Pa."""
-        return float(self.fired.max())
+        """Largest fired pressure of any cylinder, Pa."""
+        return max((trace.peak for trace in self.own), default=float(self.fired.max()))
 
     @property
     def peak_angle(self) -> float:
-        """Crank angle of the largest fired pressure, rad in (−2π, 2π]."""
+        """Crank angle of the largest fired pressure after the firing dead centre of its cylinder, rad in (−2π, 2π]."""
+        if self.own:
+            return max(self.own, key=lambda trace: trace.peak).peak_angle
         angle = float(self.angles[self.fired.argmax()])
         return angle if angle <= 2.0 * math.pi else angle - CYCLE
 
@@ -82,18 +107,62 @@ class GasTrace:
         """Whether it is the trace of the engine's own combustion table."""
         return self.source == BUILT_IN_SOURCE
 
+    def at(self, speed: float, load: float) -> GasTrace:
+        """The trace of a run at ``speed`` (rad/s) and ``load``: this one, whose burn a model scales by itself."""
+        return self
+
+    def tell_ends(self, speeds: Sequence[float], load: float) -> None:
+        """Nothing: one trace is meant for all speeds and loads."""
+
+    @property
+    def values(self) -> list[Any]:
+        """All that a run takes from the trace, for digests."""
+        own = [trace.values for trace in self.own]
+        return [self.motored.tolist(), self.fired.tolist(), self.best_speed, self.falloff, *([own] if own else [])]
+
+    @classmethod
+    def mean(cls, traces: Sequence[GasTrace], weights: Sequence[float], source: str) -> GasTrace:
+        """Weighted mean of traces that all have one trace, or one for each of the same cylinders."""
+        first = traces[0]
+
+        def mixed(values: Iterable[Array | float]) -> Any:
+            return sum(weight * value for weight, value in zip(weights, values, strict=True))
+
+        return cls(
+            motored=mixed(trace.motored for trace in traces),
+            fired=mixed(trace.fired for trace in traces),
+            imep=mixed(trace.imep for trace in traces),
+            best_speed=first.best_speed,
+            falloff=first.falloff,
+            source=source,
+            own=tuple(cls.mean(own, weights, source) for own in zip(*(trace.own for trace in traces), strict=True)),
+        )
+
     @classmethod
     def from_engine(cls, engine: Engine) -> GasTrace:
-        """Built-in trace of the engine's combustion table."""
-        fired = _trace(engine, engine.combustion.heat)
+        """Built-in trace of the engine's table of combustion, or of a compressor."""
+        if engine.compressor is not None:
+            return cls._of_compressor(engine, engine.compressor)
+        fired = _trace(engine, engine.burn.heat)
         return cls(
             motored=_trace(engine, 0.0),
             fired=fired,
             imep=mean_effective_pressure(engine, fired),
-            best_speed=engine.combustion.best_speed,
-            falloff=engine.combustion.falloff,
+            best_speed=engine.burn.best_speed,
+            falloff=engine.burn.falloff,
             source=BUILT_IN_SOURCE,
         )
+
+    @classmethod
+    def _of_compressor(cls, engine: Engine, gas: Compressor) -> GasTrace:
+        """Polytropic compression and re-expansion between suction and discharge; suction alone without load."""
+        angle = np.arange(SAMPLES, dtype=np.float64) * (CYCLE / SAMPLES)
+        volume, rising = cylinder_volume(engine, angle)
+        expanded = np.maximum(gas.discharge * (volume.min() / volume) ** gas.exponent, gas.suction)
+        compressed = np.minimum(gas.suction * (volume.max() / volume) ** gas.exponent, gas.discharge)
+        loaded = np.where(rising > 0.0, expanded, compressed)
+        work = mean_effective_pressure(engine, loaded)
+        return cls(np.full(SAMPLES, gas.suction), loaded, work, gas.best_speed, 0.0, COMPRESSOR_SOURCE)
 
     @classmethod
     def from_csv(
@@ -103,28 +172,35 @@ class GasTrace:
 
         Parameters
         ----------
-        path : text file of two columns, with or without header
-        engine : gives the volumes for the mean effective pressure and the motored trace
+        path : text file with a column of angles and one of pressures, or one of pressures for each cylinder
+        engine : gives cycle, firing angles and volumes for dead centres, mean effective pressure and motored trace
         unit : of the pressures; None takes it from the header or, failing that, from the size of the peak
-        dead_centre_deg : angle of the file that is firing dead centre; None finds it from the peak
+        dead_centre_deg : angle of the file that is firing dead centre (of cylinder 1); None finds it from the peak
 
         Raises
         ------
         InputError
             one line that names the file and the row
+
+        Warns, one line each, of a trace that is hardly one of this engine, see :mod:`cranktrain.loads.trace_doubts`.
         """
         from cranktrain.loads.pressure_file import read_pressure  # needs SciPy, which the running model does not
 
-        fired, source = read_pressure(path, unit, dead_centre_deg, SAMPLES)
-        return cls(
-            # the file gives the pressure at the end of the intake stroke, the start of the motored compression
-            motored=_trace(engine, 0.0, intake_pressure=float(fired[SAMPLES * 3 // 4])),
-            fired=fired,
-            imep=mean_effective_pressure(engine, fired),
-            best_speed=engine.combustion.best_speed,
-            falloff=0.0,
-            source=source,
-        )
+        rows, source = read_pressure(path, unit, dead_centre_deg, SAMPLES, engine)
+        traces = [
+            cls(
+                motored=_motored(engine, fired),
+                fired=fired,
+                imep=mean_effective_pressure(engine, fired),
+                best_speed=engine.rated_speed,
+                falloff=0.0,
+                source=source,
+            )
+            for fired in rows
+        ]
+        if len(traces) == 1:
+            return traces[0]
+        return replace(cls.mean(traces, [1.0 / len(traces)] * len(traces), source), own=tuple(traces))
 
 
 def cylinder_volume(engine: Engine, angle: Array) -> tuple[Array, Array]:
@@ -138,7 +214,7 @@ def cylinder_volume(engine: Engine, angle: Array) -> tuple[Array, Array]:
     -------
     volume (n,) m³, derivative (n,) m³/rad
     """
-    r, length, offset = engine.crankshaft.throw, engine.rod.length, engine.cylinders.pin_offset
+    r, length, offset = engine.crankshaft.throw, engine.rod.length, engine.offsets[0]
     area = 0.25 * math.pi * engine.cylinders.bore**2
     top = math.sqrt((length + r) ** 2 - offset**2)
     stroke = top - math.sqrt((length - r) ** 2 - offset**2)
@@ -178,21 +254,44 @@ def spline_coefficients(samples: Array) -> Array:
     return table
 
 
+def _motored(engine: Engine, fired: Array) -> Array:
+    """What is left of a measured trace (SAMPLES,) without load, Pa."""
+    # The file gives the pressure at the end of the intake stroke, the start of the motored compression.
+    intake = float(fired[SAMPLES * 3 // 4])
+    return np.full(SAMPLES, intake) if engine.compressor is not None else _trace(engine, 0.0, intake_pressure=intake)
+
+
+def gas_tables(gas: GasTrace) -> Array:
+    """Splines (2, n, 4) of the motored pressure and its rise by combustion; (2c, n, 4), by cylinder, where they differ.
+
+    For :func:`gas_pressures`.
+    """
+    traces = gas.own or (gas,)
+    return np.array(
+        [spline_coefficients(part) for trace in traces for part in (trace.motored, trace.fired - trace.motored)]
+    )
+
+
 def _trace(engine: Engine, heat: float, intake_pressure: float | None = None) -> Array:
     """Pressure over one cycle, (SAMPLES,) Pa: closed cycle, blow-down, exhaust, intake."""
     samples = np.zeros(SAMPLES)
-    intake = engine.combustion.intake_pressure if intake_pressure is None else intake_pressure
+    intake = engine.burn.intake_pressure if intake_pressure is None else intake_pressure
     fill_trace(trace_constants(engine), heat, intake, samples)
     return samples
 
 
 def trace_constants(engine: Engine, built_in: bool = True) -> Array:
     """Constants of an engine's cycle, (TRACE_CONSTANTS,), see :mod:`cranktrain.loads.built_in_trace`."""
-    cylinders, burn = engine.cylinders, engine.combustion
+    cylinders = engine.cylinders
+    if engine.compressor is not None:
+        none = np.zeros(TRACE_CONSTANTS)
+        none[[TRACE_BORE, TRACE_COMPRESSION]] = cylinders.bore, cylinders.compression_ratio
+        return none
+    burn = engine.burn
     return np.array(
         [
             cylinders.bore, cylinders.compression_ratio, engine.crankshaft.throw, engine.rod.length,
-            cylinders.pin_offset, burn.heat, burn.intake_pressure, burn.intake_temperature, burn.exhaust_pressure,
+            engine.offsets[0], burn.heat, burn.intake_pressure, burn.intake_temperature, burn.exhaust_pressure,
             burn.intake_closes, burn.exhaust_opens, burn.start, burn.duration, burn.wiebe_a, burn.wiebe_m,
             burn.wall_temperature, burn.best_speed, built_in, cylinders.cycle,
         ],
@@ -220,10 +319,11 @@ def gas_pressure(theta: float, table: Array) -> float:
 
 
 @kernel
-def gas_pressures(theta, tables):
-    """Both of two tables (2, n, 4) at an angle, as :func:`gas_pressure` gives each."""
+def gas_pressures(theta, tables, cylinder):
+    """Motored pressure and rise of a cylinder at an angle, from :func:`gas_tables`, as :func:`gas_pressure` gives."""
     i, t = _cell(theta, tables.shape[1])
-    a, b, c, d = four(tables[0, i], 0)
+    row = 2 * cylinder if tables.shape[0] > 2 else 0
+    a, b, c, d = four(tables[row, i], 0)
     first = a + t * (b + t * (c + t * d))
-    a, b, c, d = four(tables[1, i], 0)
+    a, b, c, d = four(tables[row + 1, i], 0)
     return first, a + t * (b + t * (c + t * d))

@@ -16,11 +16,12 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
-from cranktrain.loads.gas_pressure import GasTrace, cylinder_volume
+from cranktrain.loads.gas_pressure import Gas, GasTrace, cylinder_volume
 
 RPM = 30.0 / math.pi
 MOST = 2.0
 """Largest fraction of the full-load burn."""
+_SETTLED, _ROUNDS = 1e-6, 50
 
 
 def mean_torques(engine: Engine, gas: GasTrace) -> tuple[float, float]:
@@ -30,7 +31,7 @@ def mean_torques(engine: Engine, gas: GasTrace) -> tuple[float, float]:
     return float(np.mean(gas.motored * arm)), float(np.mean(gas.fired * arm))
 
 
-def balancing_load(engine: Engine, gas: GasTrace, speed: float) -> float:
+def balancing_load(engine: Engine, gas: Gas, speed: float) -> float:
     """Fraction of the full-load burn that balances the engine's load at a ``speed``, rad/s.
 
     Raises
@@ -42,12 +43,22 @@ def balancing_load(engine: Engine, gas: GasTrace, speed: float) -> float:
         raise InputError(
             f"engine '{engine.name}' has no [load]; add that table (kind, speed, torque or power), or give a fraction"
         )
-    wanted, (motored, full) = engine.load.torque_at(speed), mean_torques(engine, gas)
-    burn = max(1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2, 0.0)
-    most = motored + MOST * burn * (full - motored)
-    if not motored <= wanted <= most:
+    wanted, load = engine.load.torque_at(speed), 1.0
+    for _ in range(_ROUNDS):  # traces over the load differ with it
+        before, load = load, _balance(engine, gas.at(speed, load), speed, wanted)
+        if abs(load - before) <= _SETTLED * load:
+            break
+    return load
+
+
+def _balance(engine: Engine, gas: GasTrace, speed: float, wanted: float) -> float:
+    """Fraction of the burn at which one trace gives a mean torque ``wanted``, N m."""
+    motored, full = mean_torques(engine, gas)
+    gain = max(1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2, 0.0) * (full - motored)
+    most = motored + MOST * gain
+    if not motored < wanted <= most:
         raise InputError(
             f"[load] asks for {wanted:.4g} N m at {speed * RPM:.4g} rev/min, where the engine gives "
             f"{max(motored, 0.0):.4g} to {most:.4g} N m; change load.torque or load.power, or the speed"
         )
-    return (wanted - motored) / (burn * (full - motored))
+    return (wanted - motored) / gain

@@ -1,4 +1,9 @@
-"""Measured cylinder pressure from a text file: two columns, crank angle in degrees and pressure in a stated unit.
+"""Measured cylinder pressure from a text file: crank angle in degrees, and pressure in a stated unit.
+
+One column of pressures is that of all cylinders. As many columns as there are cylinders are one for each, in the order
+of the cylinders' numbers or as numbers in the header say. Their angles count from each cylinder's own firing dead
+centre, or all from that of cylinder 1; the places of the peaks tell which. The angles of a two-stroke are folded into
+its cycle of 360 degrees, which is laid twice over 720.
 
 Points may be irregular, noisy, unordered, doubled, or from several cycles. They are shifted so that 0 is firing dead
 centre, joined by a monotone interpolant (Fritsch–Carlson; no overshoot between sparse points), and smoothed by a
@@ -22,6 +27,7 @@ from scipy.interpolate import PchipInterpolator
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.user_file import read_text
+from cranktrain.engine.model import Engine
 from cranktrain.loads.pressure_units import (
     HIGHEST_PEAK,
     LOWEST_PEAK,
@@ -30,10 +36,13 @@ from cranktrain.loads.pressure_units import (
     named_unit,
     unit_of_size,
 )
+from cranktrain.loads.trace_doubts import trace_doubts
 
 Array = NDArray[np.float64]
 
 WIDEST_GAP = 40.0
+FARTHEST_PEAK = 60.0
+"""Distance (deg) of the peak from firing dead centre within which dead centre is found by the peak."""
 HEADER_LINES = 3
 LARGEST = 1e12
 """Beyond which a number is no angle or pressure in any unit."""
@@ -50,20 +59,29 @@ GAP_AT_PEAK, NEAR_PEAK = 10.0, 15.0
 """Gap (deg) within so many degrees of the peak in which the true peak may hide."""
 PERIOD = 720.0
 _FINE = 2880
+_INDEX = re.compile(r"(?<=\w)\[\s*(\d+)\s*\]")
+_BRACKETS = re.compile(r"\[[^\]]*\]|\([^)]*\)")
 
 
 def read_pressure(
-    path: str | Path, unit: str | None, dead_centre_deg: float | None, n: int
-) -> tuple[NDArray[np.float64], str]:
-    """Absolute pressure at ``n`` uniform crank angles after firing dead centre, Pa, and a line on its origin.
+    path: str | Path,
+    unit: str | None,
+    dead_centre_deg: float | None,
+    n: int,
+    engine: Engine,
+) -> tuple[list[NDArray[np.float64]], str]:
+    """Absolute pressures (Pa) at ``n`` uniform crank angles after firing dead centre, and a line on their origin.
+
+    One array for all cylinders, or one for each.
 
     Parameters
     ----------
     path : file with one point per line; ``;``, ``,``, tab or blanks between; a header may name the pressure's unit
     unit : see :mod:`cranktrain.loads.pressure_units`; None takes it from the header or the size of the peak
-    dead_centre_deg : angle of the file that is firing dead centre; None takes 0 or 360, whichever is within 60 degrees
-        of the peak
+    dead_centre_deg : angle of the file that is firing dead centre, of cylinder 1 where all angles count from there;
+        None takes 0 or 360, whichever is within 60 degrees of the peak
     n : number of samples; divides 2880
+    engine : gives number, firing angles and cycle of its cylinders
 
     Raises
     ------
@@ -71,30 +89,36 @@ def read_pressure(
         one line with file and row: not readable, empty, NaN, negative, too short, wrong unit, dead centre not found
 
     Warns, one line each, of an unlikely cylinder pressure: constant, noisy, with two peaks, contradictory points, or a
-    gap at the peak.
+    gap at the peak; else of one that is hardly of this engine (:mod:`cranktrain.loads.trace_doubts`).
     """
-    name = Path(path).name
-    angle, pressure, found = _points(path, name, unit)
-    pressure = _absolute(pressure, found, name)
+    name, period, phases = Path(path).name, math.degrees(engine.cylinders.cycle), np.degrees(engine.firing_angles)
+    angle, pressures, found = _points(path, name, unit, len(phases))
+    pressures = _absolute(pressures, found, name)
     if dead_centre_deg is not None and not math.isfinite(dead_centre_deg):
         raise InputError(f"{name}: dead centre at {dead_centre_deg} deg is not an angle")
-    centre = _dead_centre(angle, pressure, name) if dead_centre_deg is None else dead_centre_deg
-    angle, pressure, conflict = _one_cycle(angle - centre, pressure, name)
-    noise = _noise(angle, pressure)
-    smooth = _smooth(angle, pressure, noise)
-    for doubt in _doubts(angle, pressure, noise, smooth, conflict):
-        warnings.warn(f"{name}: {doubt}", stacklevel=3)
-    if smooth.min() <= 0.0:
-        raise InputError(f"{name}: smoothing gives a pressure below zero; the points scatter by {noise:.3g} Pa")
+    peaks = angle[pressures.argmax(axis=0)]
+    first = _dead_centre(float(peaks[0]), name) if dead_centre_deg is None else dead_centre_deg
+    centres, base = _centres(peaks, first, phases, period, name)
+    rows, noises = [], []
+    for k, (centre, pressure) in enumerate(zip(centres, pressures.T, strict=True), 1):
+        own = name if len(centres) == 1 else f"{name}, cylinder {k}"
+        x, y, conflict = _one_cycle(angle - centre, pressure, own, period)
+        noises.append(_noise(x, y))
+        rows.append(_smooth(x, y, noises[-1]))
+        doubts = list(_doubts(x, y, noises[-1], rows[-1], conflict, period))
+        for doubt in doubts or trace_doubts(engine, rows[-1]):
+            warnings.warn(f"{own}: {doubt}", stacklevel=3)
+        if rows[-1].min() <= 0.0:
+            raise InputError(f"{own}: smoothing gives a pressure below zero; the points scatter by {noises[-1]:.3g} Pa")
     source = (
-        f"{name}: {angle.size} points in {found.how}, firing dead centre at {centre:g} deg of the file, "
-        f"noise {1e-5 * noise:.2g} bar"
+        f"{name}: {x.size * period / PERIOD:.0f} points in {found.how}, firing dead centre at {first:g} deg of the "
+        f"file{base}, noise {1e-5 * max(noises):.2g} bar"
     )
-    return np.ascontiguousarray(smooth[:: _FINE // n]), source
+    return [np.ascontiguousarray(row[:: _FINE // n]) for row in rows], source
 
 
-def _points(path: str | Path, name: str, unit: str | None) -> tuple[Array, Array, PressureUnit]:
-    """Angles (deg), pressures as written, and their unit."""
+def _points(path: str | Path, name: str, unit: str | None, cylinders: int) -> tuple[Array, Array, PressureUnit]:
+    """Angles (N,) deg, pressures as written (N, 1) or (N, cylinders), and their unit."""
     lines = read_text(path, "pressure file", "give a text file of angle in degrees and pressure").splitlines()
     rows: list[list[float]] = []
     header: list[list[str]] = []
@@ -113,43 +137,68 @@ def _points(path: str | Path, name: str, unit: str | None) -> tuple[Array, Array
                 raise InputError(f"{name}: line {number}: {shown(text)} is not two numbers") from None
             header.append(cells)
             continue
-        if len(values) != 2:
-            raise InputError(f"{name}: line {number}: {len(values)} columns; give two, angle in degrees and pressure")
+        if len(values) not in (2, 1 + cylinders) or (rows and len(values) != len(rows[0]) - 1):
+            each = f", or a pressure for each of the {cylinders} cylinders" if cylinders > 1 else ""
+            raise InputError(
+                f"{name}: line {number}: {len(values)} columns; give two, angle in degrees and pressure{each}"
+            )
         if not all(abs(value) <= LARGEST for value in values):
             raise InputError(f"{name}: line {number}: {shown(text)} holds a value that is not finite; remove the line")
         rows.append([*values, number])
     if not rows:
         raise InputError(f"{name}: no points; give lines of angle in degrees and pressure")
-    found = _stated(header, unit, name)
+    header = [[_INDEX.sub(r"\1", cell) for cell in cells] for cells in header]
     data = np.array(rows)
+    found = _stated(header, unit, name, data.shape[1] - 2)
+    angle, pressures = data[:, 0], data[:, 1:-1][:, _columns(header, data.shape[1] - 2)]
     if found is None or found.zero == 0.0:
-        for _, value, number in data[data[:, 1] < 0.0][:1]:
+        for value, number in zip(pressures.min(axis=1), data[:, -1], strict=True):
+            if value >= 0.0:
+                continue
             raise InputError(
                 f"{name}: line {number:.0f}: pressure {value:g} is negative; absolute pressure is wanted, or a gauge "
                 "unit such as barg"
             )
     if len(rows) < 20:
         raise InputError(f"{name}: {len(rows)} points are too few for a cycle; give at least 20")
-    return data[:, 0], data[:, 1], found or unit_of_size(float(data[:, 1].max()), name)
+    return angle, pressures, found or unit_of_size(float(pressures.max()), name)
 
 
-def _stated(header: list[list[str]], unit: str | None, name: str) -> PressureUnit | None:
-    """The unit that option or header state, if they do."""
+def _columns(header: list[list[str]], count: int) -> list[int]:
+    """Columns of pressure by cylinder: as the numbers of a header with all of 1..count say, else as they stand."""
+    for cells in header:
+        found = [re.findall(r"\d+", _BRACKETS.sub(" ", cell)) for cell in cells[1:]]
+        numbers = [int(one[0]) for one in found if len(one) == 1 and len(one[0]) < 4]
+        if sorted(numbers) == list(range(1, count + 1)) and len(cells) == count + 1:
+            return [numbers.index(k) for k in range(1, count + 1)]
+    return list(range(count))
+
+
+def _stated(header: list[list[str]], unit: str | None, name: str, count: int = 1) -> PressureUnit | None:
+    """The unit that option or header state, if they do; all ``count`` columns of pressure have it."""
     if any("rad" in re.findall(r"[a-z]+", cell.lower()) for cells in header for cell in cells):
         raise InputError(f"{name}: the header says rad; angles are wanted in degrees")
     if unit is not None:
         return named_unit(unit)
-    units = [found for cells in header if (found := header_unit(cells, name)) is not None]
+    units: list[PressureUnit] = []
+    for cells in header:
+        own = [[cells[0], cell] for cell in cells[1:]] if len(cells) == count + 1 > 2 else [cells]
+        stated = {found for one in own if (found := header_unit(one, name)) is not None}
+        if len(stated) > 1:
+            names = ", ".join(sorted(found.name for found in stated))
+            raise InputError(f"{name}: the header states several pressure units, {names}; give all columns in one")
+        units += stated
     return units[-1]._replace(how=f"{units[-1].how} by the header") if units else None
 
 
 def _absolute(pressure: Array, unit: PressureUnit, name: str) -> Array:
-    """Pressures in Pa; refuses values that no engine has."""
+    """Pressures (N, k) in Pa; refuses values that no engine has."""
     absolute = pressure * unit.scale + unit.zero
-    peak = float(absolute.max())
-    if not 0.1 * LOWEST_PEAK <= peak <= 2.0 * HIGHEST_PEAK:
+    for own, peak in zip(pressure.max(axis=0), absolute.max(axis=0), strict=True):
+        if 0.1 * LOWEST_PEAK <= peak <= 2.0 * HIGHEST_PEAK:
+            continue
         raise InputError(
-            f"{name}: a peak of {pressure.max():g} {unit.name} is no cylinder pressure of an engine (0.3 to 60 MPa); "
+            f"{name}: a peak of {own:g} {unit.name} is no cylinder pressure of an engine (0.3 to 60 MPa); "
             "state another unit"
         )
     if absolute.min() < 0.0:
@@ -157,23 +206,49 @@ def _absolute(pressure: Array, unit: PressureUnit, name: str) -> Array:
     return np.asarray(absolute)
 
 
-def _dead_centre(angle: Array, pressure: Array, name: str) -> float:
-    """Angle of the file that is firing dead centre: the multiple of 360 degrees next to the peak."""
-    peak = float(angle[pressure.argmax()])
+def _dead_centre(peak: float, name: str) -> float:
+    """Angle of the file that is firing dead centre: the multiple of 360 degrees next to the peak, all in degrees."""
     centre = 360.0 * round(peak / 360.0)
-    if abs(peak - centre) > 60.0:
+    if abs(peak - centre) > FARTHEST_PEAK:
         raise InputError(
-            f"{name}: the peak lies at {peak:g} deg, not within 60 deg of 0 or 360; say where firing dead centre is"
+            f"{name}: the peak lies at {peak:g} deg, not within {FARTHEST_PEAK:g} deg of 0 or 360; say where firing "
+            "dead centre is"
         )
     return centre
 
 
-def _one_cycle(angle: Array, pressure: Array, name: str) -> tuple[Array, Array, tuple[float, float]]:
+def _centres(peaks: Array, first: float, phases: Array, period: float, name: str) -> tuple[Array, str]:
+    """Firing dead centre of each column of pressures by the places of the ``peaks`` (k,), deg; and what tells of it."""
+    if len(peaks) == 1:
+        return np.array([first]), ""
+
+    def fits(centres: Array) -> bool:
+        away = (peaks - centres + 0.5 * period) % period - 0.5 * period
+        return bool(np.abs(away).max() <= FARTHEST_PEAK)
+
+    own, common = np.full(len(peaks), first), first + phases
+    if fits(own):
+        return own, ", of each cylinder its own"
+    if fits(common):
+        return common, ", of cylinder 1, from which all angles count"
+    where = "; ".join(f"{k} at {p:g}, fires at {f:g}" for k, (p, f) in enumerate(zip(peaks, phases, strict=True), 1))
+    raise InputError(
+        f"{name}: the cylinders' peaks are neither within {FARTHEST_PEAK:g} deg of dead centre, {first:g} deg, nor of "
+        f"their firing angles after it ({where}); check the order of the columns and dead centre"
+    )
+
+
+def _one_cycle(angle: Array, pressure: Array, name: str, period: float) -> tuple[Array, Array, tuple[float, float]]:
     """Points folded into [0, 720), ordered, those within a quarter degree averaged; refuse what leaves a cycle open.
 
-    Also the largest range (Pa) of points that were averaged, and its angle.
+    Of a two-stroke they are folded into 360 and repeated. Also the largest range (Pa) of points that were averaged, and
+    its angle.
     """
-    folded = angle % PERIOD
+    turns = round(PERIOD / period)
+    once = angle % period
+    once[once >= period] = 0.0  # a remainder that rounding made a whole period
+    folded = np.concatenate([once + k * period for k in range(turns)])
+    pressure = np.tile(pressure, turns)
     cell = np.floor(folded * (_FINE / PERIOD)).astype(int) % _FINE
     order = np.argsort(cell, kind="stable")
     _, start, count = np.unique(cell[order], return_index=True, return_counts=True)
@@ -183,15 +258,18 @@ def _one_cycle(angle: Array, pressure: Array, name: str) -> tuple[Array, Array, 
     gaps = np.diff(np.append(x, x[0] + PERIOD))
     if gaps.max() > WIDEST_GAP:
         at = int(gaps.argmax())
+        two_stroke = "; of a two-stroke state cylinders.cycle = 360 deg" if 320.0 < gaps[at] < period else ""
         raise InputError(
             f"{name}: no points over {gaps[at]:.0f} deg after {x[at]:.0f} deg past firing dead centre; "
-            f"a whole cycle of 720 deg is wanted, with gaps of {WIDEST_GAP:.0f} deg at most"
+            f"a whole cycle of {period:g} deg is wanted, with gaps of {WIDEST_GAP:.0f} deg at most{two_stroke}"
         )
     widest = int(spread.argmax())
     return x, y, (float(spread[widest]), float(x[widest]))
 
 
-def _doubts(x: Array, y: Array, noise: float, smooth: Array, conflict: tuple[float, float]) -> Iterator[str]:
+def _doubts(
+    x: Array, y: Array, noise: float, smooth: Array, conflict: tuple[float, float], period: float
+) -> Iterator[str]:
     """Warnings of an unlikely cylinder pressure; angles in messages are those after firing dead centre."""
     peak, at = float(smooth.max()), float(smooth.argmax()) * PERIOD / _FINE
     if peak < LEAST_RATIO * smooth.min():
@@ -204,7 +282,7 @@ def _doubts(x: Array, y: Array, noise: float, smooth: Array, conflict: tuple[flo
             "their mean is taken"
         )
     grid = np.arange(_FINE) * PERIOD / _FINE
-    far = np.abs((grid - at + 0.5 * PERIOD) % PERIOD - 0.5 * PERIOD) > APART
+    far = np.abs((grid - at + 0.5 * period) % period - 0.5 * period) > APART
     if smooth[far].max() > SECOND_PEAK * peak and peak >= LEAST_RATIO * smooth.min():
         second = grid[far][smooth[far].argmax()]
         yield (
@@ -214,6 +292,8 @@ def _doubts(x: Array, y: Array, noise: float, smooth: Array, conflict: tuple[flo
     ends, starts = np.append(x[1:], x[0] + PERIOD), x
     highest = x[y.argmax()]
     for first, last in zip(starts, ends, strict=True):
+        if first >= period:
+            break
         middle = (0.5 * (first + last) - highest + 0.5 * PERIOD) % PERIOD - 0.5 * PERIOD
         if last - first > GAP_AT_PEAK and abs(middle) - 0.5 * (last - first) < NEAR_PEAK:
             yield (

@@ -37,15 +37,22 @@ from cranktrain.loads.damper import STIFFNESS, damper_parameters, damper_tempera
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.torsional_line import TorsionalLine, torsional_line
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, at_largest, energy_shares
+from cranktrain.structure.crank.modal import (
+    KINDS,
+    at_largest,
+    cranktrain_modes,
+    energy_shares,
+    listed_to,
+    named_mode,
+    torsional_frequencies,
+)
+from cranktrain.structure.in_motion.eigenproblem import slowest_hz
 from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes, with_ring
 from cranktrain.studies.torsion.line_modes import LINE, named_with_line, with_line
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 HIGHEST_ORDER = 4.0
 """Orders that the samples resolve from which the means over a cycle are taken."""
-SLOWEST_HZ = 60.0
-"""Below are followed the drive line's and torsional modes only, not those of the crank as a whole in its bearings."""
 _SPARE_HZ = 1.5
 """Modes up to this fraction above the wanted range are followed too, because their frequencies may decrease."""
 
@@ -55,7 +62,7 @@ def campbell(
     body: ReducedBody,
     speeds: Array,
     level: str = "torsional",
-    highest_hz: float = LISTED_HZ,
+    highest_hz: float | None = None,
     damper: bool = False,
 ) -> ModesOverSpeed:
     """Modes over the speed.
@@ -65,7 +72,7 @@ def campbell(
     engine, body : the engine and its running body, with all parts attached
     speeds : (s,) rad/s, increasing and near enough to one another that shapes change little
     level : crank level of the body: ``torsional`` keeps its journals on their axis
-    highest_hz : modes up to this frequency at the first speed
+    highest_hz : modes up to this frequency at the first speed; 1000 Hz, or the first torsional one, where it is None
     damper : with the ring of the engine's damper, whose housing the body has
 
     Raises
@@ -88,10 +95,12 @@ def campbell(
     plain = found[0].shapes[:size].copy()
     plain[n:] /= rotors[:, None]
     whole = named_with_line(engine, body, line, cranks[0].mass, DampedModes(found[0].values, plain))
-    low = np.array([name.startswith(LINE) or name == "torsional" for name in whole])
-    wanted = (low | (found[0].hz > SLOWEST_HZ)) & (found[0].hz <= _SPARE_HZ * highest_hz)
+    of_line = np.array([name.startswith(LINE) for name in whole])
+    at_rest = torsional_frequencies(*cranktrain_modes(engine, body), engine.reduction.running_cutoff_hz)[0]
+    highest_hz = listed_to([at_rest]) if highest_hz is None else highest_hz
+    wanted = (of_line | (found[0].hz > slowest_hz(at_rest))) & (found[0].hz <= _SPARE_HZ * highest_hz)
     place = np.flatnonzero(wanted)
-    of_line = [whole[k] if whole[k].startswith(LINE) else "" for k in place]
+    lines = [whole[k] if of_line[k] else "" for k in place]
     hz, agreement = [found[0].hz[place]], []
     shapes = found[0].shapes[:, place]
     first = shapes
@@ -103,12 +112,16 @@ def campbell(
         hz.append(modes.hz[place])
     shown = hz[0] <= highest_hz
     shares = energy_shares(engine, body, at_largest(first[:n, shown]), rods=True)
-    own = [name for name, kept in zip(of_line, shown, strict=True) if kept]
-    kinds = tuple(LINE if name else KINDS[int(np.argmax(share))] for name, share in zip(own, shares, strict=True))
+    own = [name for name, kept in zip(lines, shown, strict=True) if kept]
+    kinds = [LINE if name else KINDS[int(np.argmax(share))] for name, share in zip(own, shares, strict=True)]
+    # A mode of the line is none of the crank's, which is named among the others.
+    crank = [k for k, name in enumerate(own) if not name]
+    if (first_named := named_mode(hz[0][shown][crank], shares[crank], "torsional")) is not None:
+        kinds[crank[first_named]] = "torsional"  # also where it bends more than it twists
     names = tuple(
         name or f"{kind} {kinds[: k + 1].count(kind)}" for k, (name, kind) in enumerate(zip(own, kinds, strict=True))
     )
-    return ModesOverSpeed(speeds, np.array(hz)[:, shown], names, kinds, np.array(agreement)[:, shown])
+    return ModesOverSpeed(speeds, np.array(hz)[:, shown], names, tuple(kinds), np.array(agreement)[:, shown])
 
 
 def assurance(ones: NDArray[Any], others: NDArray[Any]) -> Array:

@@ -7,7 +7,8 @@ everything that can be refused is refused before the minute that a crankshaft ma
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -22,8 +23,11 @@ from cranktrain.dynamics.warm_films import check_level
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, PISTONS
 from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import Gas, GasTrace
+from cranktrain.loads.pressure_map import read_gas
+from cranktrain.loads.trace_doubts import run_doubts
 from cranktrain.results.run import Run
 from cranktrain.structure.assembly import Assembly, assemble, checked
 from cranktrain.structure.fem.own_mesh import MeshFile
@@ -31,7 +35,7 @@ from cranktrain.structure.fem.own_mesh import MeshFile
 RPM = math.pi / 30.0
 
 _BOUNDS = {
-    "speed_rpm": (100.0, 20000.0, "rev/min; for less use the FMU, which takes any speed from 0"),
+    "speed_rpm": (SLOWEST_RPM, FASTEST_RPM, "rev/min; for less use the FMU, which takes any speed from 0"),
     "cycles": (1, 10000, "cycles"),
     "settle": (1e-8, 0.5, "of the outputs' alternating part"),
     "load": (0.0, 2.0, "of the full-load burn"),
@@ -73,7 +77,8 @@ class Request:
     tolerance : adaptive steps: fractions of ``step_deg`` as short as this error per step requires
     follow_films : whether elastic films follow those of the cycle before in a run that settles, which is faster
     load : fraction of the full-load burn
-    pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, its unit, the angle of firing dead centre
+    pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, or folder or index file of traces over speed
+        (:mod:`cranktrain.loads.pressure_map`); their unit, the angle of firing dead centre
     mesh, block_mesh : the user's own meshes of crankshaft and block
     mesh_unit : of their coordinates: m, mm or in
     """
@@ -180,10 +185,15 @@ class Request:
             choices |= {"control": "adaptive", "tolerance": self.tolerance}
         return replace(levels, **choices)
 
-    def gas(self, engine: Engine, label: Callable[[str], str] = str) -> GasTrace | None:
-        """Measured pressure trace, or None for the built-in one; ``InputError``."""
+    def gas(self, engine: Engine, label: Callable[[str], str] = str, speeds_rpm: Sequence[float] = ()) -> Gas | None:
+        """Measured pressures, or None for the built-in trace; ``InputError``.
+
+        Warns of ``speeds_rpm``, the request's own where empty, and of a load that the pressures do not reach to.
+        """
         if self.pressure is not None:
-            return GasTrace.from_csv(str(self.pressure), engine, self.pressure_unit, self.pressure_tdc_deg)
+            gas = read_gas(self.pressure, engine, self.pressure_unit, self.pressure_tdc_deg)
+            gas.tell_ends([rpm * RPM for rpm in speeds_rpm or (self.speed_rpm,)], self.load)
+            return gas
         if self.pressure_unit or self.pressure_tdc_deg is not None:
             raise InputError(
                 f"{label('pressure_unit')} and {label('pressure_tdc_deg')} need {label('pressure')} FILE.csv"
@@ -193,7 +203,7 @@ class Request:
     def run(
         self,
         made: Assembly,
-        gas: GasTrace | None = None,
+        gas: Gas | None = None,
         progress: Callable[[float], None] | None = None,
         say: Callable[[str], None] | None = None,
         sink: Sink | None = None,
@@ -202,12 +212,14 @@ class Request:
 
         With a ``sink`` the samples go there, and the run holds its last cycles. Raises ``InputError``, ``SolverError``.
         """
+        used = (gas or GasTrace.from_engine(made.engine)).at(self.speed, self.load)
+        for text in run_doubts(made.engine, used, self.speed, self.load, self.load_torque_nm):
+            warnings.warn(f"{made.engine.name}: {text}", stacklevel=2)
         result = simulation.simulate(
             made.engine, made.body, made.settings, self.speed, self.cycles, gas, progress, made.parts,
             damper_balance=self.damper_temperature == "heat-balance",
             load_torque=self.load_torque_nm, settle=self.settle, say=say, sink=sink,
         )  # fmt: skip
-        used = gas or GasTrace.from_engine(made.engine)
         attributes = self.attributes(made) | result.settling.attributes
         return Run(**vars(result), engine=made.engine, gas=used, attributes=attributes)
 

@@ -194,7 +194,7 @@ def fatigue(
         raise InputError("fatigue needs cycles at a given speed; leave the load torque out")
     if fillets:
         check_stressed(request, settings)
-    gas = request.gas(engine)
+    gas = request.gas(engine, speeds_rpm=speeds_rpm)
     made = assemble(engine, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
     report = FatigueReport(engine, strength, criterion)
     for k, run in enumerate(runs):

@@ -14,6 +14,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import required_damper
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.structure.assembly import assemble, check_mesh, checked
 from cranktrain.structure.block.modal import block_report
 from cranktrain.structure.block.reduction import reduced_block
@@ -41,6 +42,7 @@ def modal(
     mesh_unit: str = "m",
     bearings: str = "auto",
     speed: float | None = None,
+    gas: Gas | None = None,
     say: Callable[[str], None] = lambda stage: None,
 ) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, at rest and in motion, critical speeds, quality.
@@ -58,6 +60,7 @@ def modal(
     mesh_unit : of their coordinates: m, mm or in
     bearings, speed : level of the mains and speed (rad/s) of the modes in motion; the usual level and the speed of the
         largest heat per cycle where none is given
+    gas : measured pressures of that run in place of the built-in trace
     say : told each stage of long work
 
     Raises
@@ -101,7 +104,7 @@ def modal(
             # A line that ends freely has no given speed; the connecting shaft stands for it in motion.
             driven = replace(found, drive_line_chain=None) if line["far_end"] == "free" else found
             running = assemble(driven, settings, say=say, crank_mesh=mesh, block_mesh=own_block)
-            report["in_motion"] = motion_report(running, speed)
+            report["in_motion"] = motion_report(running, speed, gas)
             if found.main_bearing is not None:
                 report["stand_in_springs"] = springs_report(assemble(found, SPRING_LEVELS, say=say, crank_mesh=mesh))
     seconds = {"reduction": made - start, "modal": time.perf_counter() - made}

@@ -41,8 +41,9 @@ def stressed_run(
     """
     check_stressed(request, settings)
     surface = stress_modes(engine, request.mesh, say, shaped)
+    gas = request.gas(engine)
     made = assemble(engine, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
-    simulation = Simulation(engine, made.body, made.settings, parts=made.parts)
+    simulation = Simulation(engine, made.body, made.settings, gas, made.parts)
     simulation.inputs[0] = request.speed
     say("cycles until they repeat")
     cycle = recorded_cycle(simulation, fitted_engine(engine, made.settings), request.settle)

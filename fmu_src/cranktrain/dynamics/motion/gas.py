@@ -31,8 +31,8 @@ def gas_force(rod, scalars, pressure):
 
 @inlined_kernel
 def trace_pressure(model, cylinder, theta, speed):
-    """Cylinder pressure (Pa, absolute) of the built-in trace: motored, plus the burn's rise scaled with speed."""
-    motored, rise = gas_pressures(trace_angle(model, cylinder, theta), model.gas)
+    """Cylinder pressure (Pa, absolute) of the gas trace: motored, plus the burn's rise scaled with speed."""
+    motored, rise = gas_pressures(trace_angle(model, cylinder, theta), model.gas, cylinder)
     return motored + burn_share(model, speed) * rise
 
 
@@ -79,7 +79,7 @@ def trace_pressures(model, frame, rotation, pressures):
     """Pressures (c,) of the built-in trace with the crank turned by ``rotation`` (rad) against its frame."""
     share = burn_share(model, frame[at.OMEGA] - frame[at.LEAD_RATE])
     for c in range(model.cylinders.shape[0]):
-        motored, rise = gas_pressures(trace_angle(model, c, frame[at.FIRING] + rotation), model.gas)
+        motored, rise = gas_pressures(trace_angle(model, c, frame[at.FIRING] + rotation), model.gas, c)
         pressures[c] = motored + share * rise
 
 

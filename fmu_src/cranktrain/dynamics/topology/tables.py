@@ -74,10 +74,10 @@ def _frame(engine: Engine, table: FrameTable) -> Frame:
         return Frame(table.name, table.ratio, table.angle, axis)
     pin, length, bank, offset = (*table.pin,), table.length, table.bank, table.offset
     if table.cylinder:
-        k, throw = table.cylinder - 1, engine.crankshaft.throw
+        k, throw = table.cylinder - 1, engine.throws[table.cylinder - 1]
         angle = engine.crankshaft.throw_angles[engine.cylinders.pins[k] - 1]
         pin = -throw * math.sin(angle), throw * math.cos(angle)
-        length, offset, bank = engine.rod.length, engine.cylinders.pin_offset, engine.cylinders.bank_angles[k]
+        length, offset, bank = engine.rod.length, engine.offsets[k], engine.cylinders.bank_angles[k]
     slider = Slider((pin[0], pin[1]), length, bank, offset, table.motion == "piston", table.cylinder)
     return Frame(table.name, table.ratio, 0.0, axis, slider)
 

@@ -55,7 +55,7 @@ def save_run_up_pictures(
         figures["axial_orders"] = order_figure(run_up, ALONG, beside, title)
         if all(output in run_up.amplitudes for output in PARTS.values()):
             figures["axial_parts"] = parts_figure(run_up, title)
-    figures["waterfall"] = waterfall_figure(run_up, TORSIONAL, title)
+    figures["waterfall"] = waterfall_figure(run_up, TORSIONAL, title, beside.highest_hz(run_up))
     if beside.modes is not None:
         figures["campbell"] = campbell_figure(run_up, beside, title)
     for quantity, name in ((TORSIONAL, "torsion"), (ALONG, "axial")):
@@ -125,14 +125,14 @@ def damper_figure(run_up: RunUp, damped: RunUp, beside: Beside, title: str) -> A
     return figure
 
 
-def waterfall_figure(run_up: RunUp, quantity: Quantity, title: str) -> Any:
-    """Spectra over the frequency, one above the other by their speed."""
+def waterfall_figure(run_up: RunUp, quantity: Quantity, title: str, highest_hz: float) -> Any:
+    """Spectra over the frequency up to ``highest_hz``, one above the other by their speed."""
     figure = figure_of(10.0, 8.0)
     every = max(1, math.ceil(run_up.speeds.size / 60))
     sizes = quantity.scale * np.abs(run_up.amplitudes[quantity.output][::every])
     plots.plot_waterfall(
         figure.subplots(), run_up.speeds_rpm[::every], run_up.orders, sizes, quantity.unit,
-        shown_orders(run_up, quantity, Beside()), 500.0,
+        shown_orders(run_up, quantity, Beside()), highest_hz,
     )  # fmt: skip
     figure.suptitle(f"Waterfall of the {quantity.name}: {title}", fontsize=12, parse_math=False)
     return figure
@@ -145,8 +145,8 @@ def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
     orders = shown_orders(run_up, TORSIONAL, beside)
     sizes = {order: (run_up.speeds_rpm, TORSIONAL.scale * np.abs(run_up.order(order))) for order in orders}
     published = beside.published(TORSIONAL)
-    ax = figure.subplots()
-    plots.plot_campbell(ax, beside.modes, sorted({*orders, *published}), 500.0, sizes, published)
+    ax, rays = figure.subplots(), sorted({*orders, *published})
+    plots.plot_campbell(ax, beside.modes, rays, beside.highest_hz(run_up), sizes, published)
     motion = [(peak.speed * RPM, peak.motion_hz) for peak in beside.motion if math.isfinite(peak.motion_hz)]
     if motion:
         plots.plot_modes_in_motion(ax, motion)

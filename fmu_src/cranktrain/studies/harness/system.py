@@ -108,7 +108,8 @@ def _of_virtual_engine(
     assert harness.speed is not None
     partners = Partners(**fmus, values=starts)
     made = virtual_engine(partners, harness.speed, scenario.way.scheme, scenario.way.reconstruction)
-    return made.units, list(made.connections), made.exchange, made.outputs, list(made.bonds)
+    units = {name: unit for name, unit in made.units.items() if isinstance(unit, FmuUnit)}
+    return units, list(made.connections), made.exchange, made.outputs, list(made.bonds)
 
 
 def _connected(harness: Harness, units: Mapping[str, Unit]) -> list[Connection]:

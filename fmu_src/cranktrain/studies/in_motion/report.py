@@ -13,9 +13,10 @@ from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.tables import Table
 from cranktrain.structure.assembly import Assembly
-from cranktrain.structure.crank.modal import LISTED_HZ
+from cranktrain.structure.crank.modal import listed_to
 from cranktrain.structure.in_motion.cycle_means import main_tangents, tangents_over_cycle
 from cranktrain.structure.in_motion.eigenproblem import PARTS, ModesInMotion, modes_in_motion
 
@@ -29,9 +30,9 @@ MOSTLY_BLOCK = 0.5
 """A mode counts as one of the block if the block has this fraction of the kinetic energy."""
 
 
-def settled_simulation(made: Assembly, speed: float) -> Simulation:
+def settled_simulation(made: Assembly, speed: float, gas: Gas | None = None) -> Simulation:
     """A simulation at the start of its settled cycle at ``speed`` (rad/s); ``SolverError`` for a step that fails."""
-    simulation = Simulation(made.engine, made.body, made.settings, parts=made.parts)
+    simulation = Simulation(made.engine, made.body, made.settings, gas, made.parts)
     simulation.inputs[0] = speed
     simulation.keep_cycles()
     simulation.initialize()
@@ -41,11 +42,14 @@ def settled_simulation(made: Assembly, speed: float) -> Simulation:
 
 def reference_speed(engine: Engine) -> float:
     """Default speed (rad/s) of modes in motion: the speed of the largest heat per cycle."""
-    return float(engine.combustion.best_speed)
+    return engine.rated_speed
 
 
-def motion_report(made: Assembly, speed: float | None = None) -> dict[str, Any]:
-    """Modes about the settled cycle at full load and a speed (rad/s); where the run fails the reason, ``failed``."""
+def motion_report(made: Assembly, speed: float | None = None, gas: Gas | None = None) -> dict[str, Any]:
+    """Modes about the settled cycle at full load and a speed (rad/s); where the run fails the reason, ``failed``.
+
+    ``gas`` are measured pressures in place of the engine's own.
+    """
     speed = reference_speed(made.engine) if speed is None else speed
     settings = made.settings
     state = {
@@ -53,10 +57,11 @@ def motion_report(made: Assembly, speed: float | None = None) -> dict[str, Any]:
         "rpm": speed / RPM, "load": settings.gas_load,
     }  # fmt: skip
     try:
-        found = modes_in_motion(settled_simulation(made, speed))
+        found = modes_in_motion(settled_simulation(made, speed, gas))
     except SolverError as error:
         return {"state": state, "modes": [], "first_torsional_hz": None, "failed": str(error)}
-    return {"state": state, "modes": listed(found), "first_torsional_hz": found.torsional_hz, "definition": DEFINITION}
+    first = found.torsional_hz if found.torsional >= 0 else None
+    return {"state": state, "modes": listed(found), "first_torsional_hz": first, "definition": DEFINITION}
 
 
 DEFINITION = (
@@ -66,7 +71,8 @@ DEFINITION = (
 
 
 def listed(found: ModesInMotion) -> list[dict[str, Any]]:
-    """Modes up to 1000 Hz that are the crank's: Hz, damping ratio, shape and shares."""
+    """The crank's modes up to 1000 Hz, or to the first torsional one: Hz, damping ratio, shape and shares."""
+    highest = listed_to([found.torsional_hz if found.torsional >= 0 else None])
     rows = zip(found.hz.tolist(), found.damping_ratios.tolist(), found.shares, strict=True)
     return [
         {
@@ -76,7 +82,7 @@ def listed(found: ModesInMotion) -> list[dict[str, Any]]:
             "shares": dict(zip(PARTS, shares.tolist(), strict=True)),
         }
         for hz, ratio, shares in rows
-        if hz <= LISTED_HZ and shares[-1] < MOSTLY_BLOCK
+        if hz <= highest and shares[-1] < MOSTLY_BLOCK
     ]
 
 

@@ -16,7 +16,8 @@ from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import Gas
+from cranktrain.loads.pressure_map import read_gas
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.scene import Scene
 
@@ -91,12 +92,14 @@ class SceneModel:
         return assemble(self.scene.engine, self.settings(case), say=self.say, cutoff_hz=case.cutoff)
 
     @cached_property
-    def gas(self) -> GasTrace | None:
-        """Measured trace of the scene, or None for the built-in one."""
+    def gas(self) -> Gas | None:
+        """Measured pressures of the scene, or None for the built-in one."""
         given = self.scene.pressure
         if given is None:
             return None
-        return GasTrace.from_csv(str(given.file), self.scene.engine, given.unit, given.tdc_deg)
+        gas = read_gas(given.file, self.scene.engine, given.unit, given.tdc_deg)
+        gas.tell_ends(self.scene.speeds, self.scene.load)
+        return gas
 
     @property
     def settle(self) -> float:

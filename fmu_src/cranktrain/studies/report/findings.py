@@ -14,6 +14,8 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import SLOWEST_RPM
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.orders.measured import Measured, read_measured_orders
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import RunUp
@@ -25,8 +27,10 @@ from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHES
 
 RPM = math.pi / 30.0
 ORDERS = tuple(np.arange(0.5, HIGHEST_ORDER + 0.25, 0.5).tolist())
-SPEEDS = {False: (1000.0, 2800.0, 10.0), True: (1000.0, 2800.0, 20.0)}
-"""First and last speed and step of the torsional run-up, rev/min, by whether it is to be quick."""
+BEYOND = 7.0 / 6.0
+"""Last speed of the torsional run-up over the engine's highest."""
+STEPS, QUICK_STEPS = 200, 100
+"""Number of steps of the torsional run-up, about, and of a quick one."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,8 @@ def findings(
     quick: bool = False,
     say: Callable[[str], None] = lambda stage: None,
     measured: str | Path | None = None,
+    engine: Engine | None = None,
+    gas: Gas | None = None,
 ) -> Findings:
     """Compute and read the contents of a report.
 
@@ -89,18 +95,22 @@ def findings(
         on ground alone
     say : told each stage
     measured : file of measured orders (:mod:`cranktrain.results.orders.measured`)
+    engine : the engine of that name with another drive line; None: as its file has it
+    gas : measured pressures in place of the built-in trace
     """
-    engine = load_engine(name)
+    engine = engine or load_engine(name)
+    if gas is not None:
+        gas.tell_ends([rpm * RPM for rpm in speed_range(engine, QUICK_STEPS if quick else STEPS)[:2]], 1.0)
     orders = {} if measured is None else read_measured_orders(measured)
     read = files_of_verbs(engine, run_up, folders)
     seconds = {}
     start = time.perf_counter()
-    modes = modal(engine, block="ground" if quick or engine.block is None else "flexible", say=say)
+    modes = modal(engine, block="ground" if quick or engine.block is None else "flexible", gas=gas, say=say)
     seconds["frequencies"] = time.perf_counter() - start
     start = time.perf_counter()
     say("torsion over the speed range")
-    torsion = _torsion(engine, False, quick, say)
-    damped = None if engine.damper is None else _torsion(engine, True, quick, say)
+    torsion = _torsion(engine, False, quick, say, gas)
+    damped = None if engine.damper is None else _torsion(engine, True, quick, say, gas)
     seconds["torsional run-ups"] = time.perf_counter() - start
     return Findings(engine, engine_provenance(name), modes, torsion, damped, seconds=seconds, measured=orders, **read)
 
@@ -116,14 +126,24 @@ def files_of_verbs(engine: Engine, run_up: str | Path | None, folders: Sequence[
     return {**run_ups, "pictures": _files(folders, "*.png")}
 
 
-def _torsion(engine: Engine, damper: bool, quick: bool, say: Callable[[str], None]) -> Torsion:
+def speed_range(engine: Engine, steps: int) -> tuple[float, float, float]:
+    """First and last speed and round step, rev/min, of a run-up through the engine's speeds, in about ``steps``."""
+    low, high = (speed / RPM for speed in engine.speeds)
+    wanted = (BEYOND * high - low) / steps
+    decade = 10.0 ** math.floor(math.log10(wanted))
+    step = min((k * decade for k in (1.0, 2.0, 5.0, 10.0)), key=lambda size: abs(math.log(size / wanted)))
+    first = max(math.ceil(round(low / step, 9)) * step, SLOWEST_RPM)
+    return first, max(math.floor(round(BEYOND * high / step, 9)) * step, first + step), step
+
+
+def _torsion(engine: Engine, damper: bool, quick: bool, say: Callable[[str], None], gas: Gas | None) -> Torsion:
     """Run-up of the torsional crank, its journals locked on their axis."""
-    request = Request(speed_rpm=1000.0, crank="torsional", bearings="held", damper=damper)
+    first, last, step = speed_range(engine, QUICK_STEPS if quick else STEPS)
+    request = Request(speed_rpm=first, crank="torsional", bearings="held", damper=damper)
     made = assemble(engine, request.settings(engine), say=say, inherit=not quick)
-    first, last, step = SPEEDS[quick]
     speeds = np.arange(first, last + 0.5 * step, step) * RPM
     rule = LINEAR if quick else HARMONIC_BALANCE
-    found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, rule)
+    found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, rule, gas)
     return Torsion(found, torsional_peaks(found, made))
 
 

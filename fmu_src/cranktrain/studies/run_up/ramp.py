@@ -1,7 +1,7 @@
 """A true run-up: the speed rises evenly while the model runs, and orders are tracked through it.
 
 It starts from the steady cycle at a speed below the first, so that fits have room on both sides. Oil and damper keep
-the temperature of this start.
+the temperature of this start. Measured pressures over speed follow the speed in steps of 1 %.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from scipy.ndimage import uniform_filter1d
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.simulation import SLOWEST
+from cranktrain.engine.quantities import SLOWEST_RPM
 from cranktrain.results.orders.harmonics import CYCLE
 from cranktrain.results.orders.tracking import CYCLES, tracked_orders
 from cranktrain.results.run_up.run_up import RunUp
@@ -25,6 +26,8 @@ ROOM = CYCLES
 LONGEST = 90.0
 """Phase (deg) of the highest order from sample to sample: a spline through four samples per wave has an error of 1
 %."""
+FOLLOWED = 1.01
+"""Ratio of speeds over which the pressure trace is constant, where it depends on speed."""
 STRETCH = 1.05
 """Ratio of speeds over which the step is constant, because each new step needs new factors."""
 
@@ -45,7 +48,8 @@ def ramp(
     if not rate > 0.0 or below < SLOWEST**2:
         raise InputError(
             f"--ramp {rate * 30.0 / math.pi:g} rev/min per second takes {ROOM} cycles before --from "
-            f"{speeds[0] * 30.0 / math.pi:g} rev/min, from 100 rev/min or more; begin higher, or take a slower ramp"
+            f"{speeds[0] * 30.0 / math.pi:g} rev/min, from {SLOWEST_RPM:g} rev/min or more; "
+            "begin higher, or take a slower ramp"
         )
     step = math.degrees(job.made.settings.step)
     if job.highest_order * step > LONGEST:
@@ -87,7 +91,11 @@ def _run_through(
     columns = [simulation.output_names.index(name) for name in ("crank.angle", *job.outputs)]
     times, rows = [0.0], [simulation.outputs[columns]]
     time, speed, step, until = 0.0, first, 0.0, 0.0
+    simulation.inputs[0] = followed = first
     while speed < last:
+        if speed >= FOLLOWED * followed and job.gas is not None:
+            followed = simulation.inputs[0] = speed
+            simulation.follow_gas()
         if speed >= until:
             until = STRETCH * speed
             step = simulation.settings.step / until

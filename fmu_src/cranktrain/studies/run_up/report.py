@@ -20,7 +20,14 @@ from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.tables import NOTHING, Table
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.block.modal import block_modes
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, cranktrain_modes, energy_shares
+from cranktrain.structure.crank.modal import (
+    KINDS,
+    cranktrain_matrices,
+    cranktrain_modes,
+    energy_shares,
+    listed_to,
+    torsional_frequencies,
+)
 from cranktrain.studies.torsion.line_modes import LINE, line_modes
 from cranktrain.studies.torsion.peak_modes import modes_at_peak
 
@@ -106,8 +113,7 @@ def torsional_peaks(run_up: RunUp, made: Assembly) -> list[Peak]:
     if not damped:
         torsional = torsional_at_rest(fitted, made.body, block)
         if block is None and fitted.drive_line_chain is not None:
-            listed = (np.array(line.names) == "torsional") & (line.hz <= LISTED_HZ)
-            torsional = line.hz[listed]
+            torsional = line.hz[np.array(line.names) == "torsional"]
     result = []
     for peak in found:
         own = modes_at_peak(fitted, made.body, peak) if damped and block is None else torsional
@@ -124,8 +130,9 @@ def torsional_at_rest(engine: Engine, body: ReducedBody, block: ReducedBody | No
         _, mass = cranktrain_matrices(engine, body)
         part = np.einsum("ik,ij,jk->k", crank, mass, crank)
         shares = np.column_stack((part[:, None] * energy_shares(engine, body, crank, rods=True), 1.0 - part))
-    listed = (hz > 1.0) & (hz <= LISTED_HZ)
-    return np.asarray(hz[listed & (np.argmax(shares, axis=1) == KINDS.index("torsional"))])
+    first = torsional_frequencies(hz[hz > 1.0], shares[hz > 1.0], engine.reduction.running_cutoff_hz)[0]
+    listed = (hz > 1.0) & (hz <= listed_to([first]))
+    return np.asarray(hz[listed & ((np.argmax(shares, axis=1) == KINDS.index("torsional")) | (hz == first))])
 
 
 def run_up_tables(said: Mapping[str, Any]) -> list[Table]:

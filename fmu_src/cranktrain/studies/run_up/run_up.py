@@ -127,8 +127,7 @@ def run_up(
 
 def digests(job: Job) -> dict[str, str]:
     """Digests of all input of the result at a speed: of the request, and of the code."""
-    made, gas = job.made, job.gas or GasTrace.from_engine(job.made.engine)
-    trace = [gas.motored.tolist(), gas.fired.tolist(), gas.best_speed, gas.falloff]
+    made, trace = job.made, (job.gas or GasTrace.from_engine(job.made.engine)).values
     bodies = [made.body.digest, made.parts.block.digest if made.parts.block is not None else ""]
     choices = [job.settle, job.highest_order, job.outputs, job.film_balance, job.damper_balance]
     asked = repr((made.engine, sorted(asdict(made.settings).items()), bodies, trace, choices))

@@ -25,7 +25,7 @@ from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.cycles import Expected
 from cranktrain.dynamics.settled.motion import Motion, motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.loads.mean_load import balancing_load
 from cranktrain.results.orders.harmonics import ComplexArray, order_amplitudes
 from cranktrain.structure.assembly import Assembly
@@ -44,7 +44,7 @@ class Job:
     Attributes
     ----------
     made : engine, body, settings and parts
-    gas : pressure trace; None for the engine's
+    gas : pressure trace, or traces over speed; None for the engine's
     settle : largest settling error
     highest_order : of the amplitudes
     outputs : whose orders are wanted
@@ -53,7 +53,7 @@ class Job:
     """
 
     made: Assembly
-    gas: GasTrace | None
+    gas: Gas | None
     settle: float
     highest_order: float
     outputs: tuple[str, ...]
@@ -171,7 +171,7 @@ class SteadyRuns:
         """Bring the simulation to the start of a cycle at a speed; what is expected of it."""
         simulation = self.simulation
         if self._job.balanced:
-            load = balancing_load(simulation.engine, simulation.gas, speed)
+            load = balancing_load(simulation.engine, self._job.gas or simulation.gas, speed)
             simulation.settings = replace(simulation.settings, gas_load=load)
         known = useful(near, speed)
         if not known:

@@ -23,8 +23,8 @@ about a steady turn, and gas pressure goes by its angle.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,9 +35,11 @@ from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import SLOWEST
 from cranktrain.engine.model import Engine
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
-from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.gas_pressure import Gas, GasTrace
+from cranktrain.loads.mean_load import balancing_load
 from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION, RunUp
 from cranktrain.studies.run_up.sequence import Failed
 from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
@@ -50,8 +52,6 @@ LINEAR, HARMONIC_BALANCE = RULES = ("linear", "harmonic-balance")
 HIGHEST_ORDER = 24.0
 BALANCED_ORDER = 60.0
 """Highest order of the balance at one speed."""
-SLOWEST = math.pi / 30.0
-"""Lowest speed, rad/s."""
 _AT_ONCE = 20
 """Speeds whose factors are kept at once."""
 _SETTLED, _ROUNDS = 1e-8, 40
@@ -65,7 +65,7 @@ def frequency_run_up(
     speeds: Array,
     orders: Sequence[float],
     rule: str = LINEAR,
-    gas: GasTrace | None = None,
+    gas: Gas | None = None,
     balanced: bool = False,
     failed: list[Failed] | None = None,
 ) -> RunUp:
@@ -78,7 +78,7 @@ def frequency_run_up(
     speeds : (s,) rad/s
     orders : (o,) multiples of a half
     rule : ``linear`` or ``harmonic-balance``, see this module; the balance has the orders up to 24 at least
-    gas : pressure trace in place of the built-in one
+    gas : pressure trace, or traces over speed, in place of the built-in one
     balanced : whether the burn balances the engine's ``[load]`` at each speed, in place of the settings' load
     failed : list to which speeds are added whose orders do not settle; their amplitudes are not a number
 
@@ -104,12 +104,19 @@ def frequency_run_up(
     if np.any(np.abs(0.5 * places - orders) > 1e-9) or np.any(places < 1):
         raise InputError("orders of a run-up are multiples of a half, from 0.5 on")
     highest = max(0.5 * float(places.max(initial=1)), HIGHEST_ORDER)
-    structure = ShaftOrders(engine, body, settings, gas or GasTrace.from_engine(engine), highest, balanced)
-    damper = (engine, settings) if settings.damper == "fitted" else None
-    solve = _linear if rule == LINEAR else _balanced
-    parts = [speeds] if rule == LINEAR else np.array_split(speeds, -(-speeds.size // _AT_ONCE))
-    lost = [] if failed is None else failed
-    found = np.concatenate([_each(lambda own: solve(structure, damper, own), part, lost) for part in parts])
+    damper, used = (engine, settings) if settings.damper == "fitted" else None, gas or GasTrace.from_engine(engine)
+    one = isinstance(used, GasTrace)  # at all speeds
+    solve, lost = _linear if rule == LINEAR else _balanced, [] if failed is None else failed
+    found_parts = []
+    for some in (speeds,) if one else np.split(speeds, speeds.size):
+        first = float(some[0])
+        own_load = balancing_load(engine, used, first) if balanced and not one else settings.gas_load
+        trace = used.at(first, own_load)
+        structure = ShaftOrders(engine, body, settings, trace, highest, balanced)
+        parts = [some] if rule == LINEAR else np.array_split(some, -(-some.size // _AT_ONCE))
+        found_parts += [_each(partial(solve, structure, damper), part, lost) for part in parts]
+    shape = max(part.shape[1:] for part in found_parts)
+    found = np.concatenate([np.broadcast_to(part, (part.shape[0], *shape)) for part in found_parts])
     if lost and (failed is None or len(lost) == speeds.size):
         raise SolverError(lost[0].reason)
     motion = structure.signal(found, 1)

@@ -46,7 +46,7 @@ class Rods(NamedTuple):
     ----------
     radius, start, bank : (c,) of the pins' circles, their angles at crank angle 0 in axes of their cylinders, and the
         banks' angles
-    length, offset : L and e
+    length, offset : L, and e (c,)
     big_end, oscillating, remainder : m_b, m_o, kg, and ΔJ, kg m²
     gravity : m/s²
     """
@@ -55,7 +55,7 @@ class Rods(NamedTuple):
     start: Array
     bank: Array
     length: float
-    offset: float
+    offset: Array
     big_end: float
     oscillating: float
     remainder: float
@@ -71,7 +71,7 @@ class Rods(NamedTuple):
             np.arctan2(pins[:, 1], pins[:, 0]) - bank,
             bank,
             engine.rod.length,
-            engine.cylinders.pin_offset,
+            np.array(engine.offsets),
             engine.rod.big_end_mass,
             engine.rod.small_end_mass + engine.cylinders.piston_mass,
             remainder_inertia(engine.rod),
@@ -100,10 +100,14 @@ class Rods(NamedTuple):
 
 
 def gas_push(tables: Array, area: float, angle: Array) -> list[Array]:
-    """Pressures of periodic splines ``tables`` (k, n, 4) times piston ``area``, N, at angles after firing, any shape.
+    """Pressures of periodic splines ``tables`` (k, n, 4) times piston ``area``, N, at angles (…, c) after firing.
 
-    As :func:`cranktrain.loads.gas_pressure.gas_pressure`, many at once.
+    ``tables`` are those of :func:`cranktrain.loads.gas_pressure.gas_tables`. As
+    :func:`cranktrain.loads.gas_pressure.gas_pressure`, many at once.
     """
+    if len(tables) > 2:
+        columns = [gas_push(tables[2 * c : 2 * c + 2], area, angle[..., c]) for c in range(angle.shape[-1])]
+        return [np.stack(parts, axis=-1) for parts in zip(*columns, strict=True)]
     count = tables.shape[1]
     place = angle * (count / (4.0 * math.pi))
     whole = np.floor(place)

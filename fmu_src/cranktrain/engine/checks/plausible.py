@@ -1,0 +1,331 @@
+"""Values of an engine file that are possible one by one and unlikely together: one warning each.
+
+A study may need an unlikely engine, so these values are warned of and not refused. Limits are proportions: masses over
+a steel cube as wide as the bore, lengths over bore, throw or journal, heat over the trapped air. They leave room for a
+model aircraft's single, a motorcycle at 15000 rev/min, a low-speed marine engine with crossheads and a compressor.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+from cranktrain.engine.checks.oil import thickness
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import LumpedInertia, PistonGuidance, PlainBearing
+from cranktrain.engine.quantities import ZERO_CELSIUS, mm
+
+STEEL = 7850.0
+MASSES = {
+    "cylinders.piston_mass": (0.02, 5.0),
+    "rod.big_end_mass": (0.005, 5.0),
+    "rod.small_end_mass": (0.002, 5.0),
+    "flywheel.mass": (0.01, 300.0),
+    "pulley.mass": (0.005, 100.0),
+    "clutch.mass": (0.005, 300.0),
+    "damper.mass": (0.005, 100.0),
+    "block.head_mass": (0.01, 100.0),
+}
+"""Least and largest mass of a part, over that of a steel cube as wide as the bore."""
+SOLID_PISTON = 0.6
+"""A cylinder of solid steel, three quarters of its bore tall, over that cube: no trunk piston is heavier."""
+CROSSHEAD = 3.0
+"""Largest mass of piston, piston rod and crosshead over that of the connecting rod."""
+GYRATIONS = {"flywheel": (0.1, 10.0), "pulley": (0.05, 10.0), "clutch": (0.05, 10.0)}
+"""Least and largest radius of gyration about the crank's axis, over the bore."""
+ROD_GYRATION = (0.1, 1.5)
+"""Of the rod about its centre of mass, over its length."""
+LONG_STROKE = 2.5
+"""Stroke over bore from which on an engine has crossheads: its rod may be shorter, as it swings beside no skirt."""
+AIR = 287.0
+"""Gas constant of air, J/(kg K)."""
+MOST_HEAT = 5.0e6
+"""Heat that the air at intake can burn, J/kg: 3.5 MJ/kg with hydrogen, and more air than the swept volume's."""
+COMPRESSOR = 3.0e4
+"""Heat (J per kg of air) below which nothing burns; a hundredth of what the air can burn."""
+UNIT = "check its unit"
+RADIANS = "it looks like radians; give deg, or state the unit rad"
+
+
+def warn_of_doubts(engine: Engine) -> None:
+    """Warn of values that are hardly of this engine, one line each: ``table.key``, value, limits, what to check."""
+    for text in doubts(engine):
+        warnings.warn(f"{engine.name}: {text}", stacklevel=2)
+
+
+def doubts(engine: Engine) -> Iterator[str]:
+    """What :func:`warn_of_doubts` says."""
+    yield from _masses(engine)
+    yield from _piston(engine)
+    yield from _crank(engine)
+    yield from _cylinders(engine)
+    yield from _lumped(engine)
+    yield from _bearings(engine)
+    yield from _oil(engine)
+    yield from _combustion(engine)
+    yield from _stiffnesses(engine)
+    if engine.piston_guidance is not None:
+        yield from _guidance(engine, engine.piston_guidance)
+
+
+def heat_of_air(engine: Engine) -> float:
+    """Heat of a cycle over the mass of air that fills the swept volume at intake pressure and temperature, J/kg.
+
+    Nothing burns in a compressor.
+    """
+    burn, swept = engine.combustion, engine.displacement / engine.n_cylinders
+    if burn is None:
+        return 0.0
+    return burn.heat * AIR * burn.intake_temperature / (burn.intake_pressure * swept)
+
+
+def _outside(
+    key: str, what: str, value: float, limits: tuple[float, float], hint: str = UNIT, unit: str = ""
+) -> Iterator[str]:
+    """The line of a value outside its usual limits."""
+    low, high = limits
+    if not low <= value <= high:
+        yield f"{key}: {f'{what} {value:.4g}'.lstrip()}{unit}, usual {low:g} to {high:g}{unit}; {hint}"
+
+
+def _masses(engine: Engine) -> Iterator[str]:
+    bore, rod = engine.cylinders.bore, engine.rod
+    cube = STEEL * bore**3
+    for name, (low, high) in MASSES.items():
+        table, key = name.split(".")
+        if (part := getattr(engine, table)) is not None and not low * cube <= getattr(part, key) <= high * cube:
+            own = getattr(part, key)
+            yield (
+                f"{name}: {own:.4g} kg with a bore of {mm(bore)}, usual {low * cube:.3g} to {high * cube:.3g} kg; "
+                f"{UNIT}"
+            )
+    for table, (low, high) in GYRATIONS.items():
+        if (part := getattr(engine, table)) is not None:
+            radius = (part.polar_inertia / part.mass) ** 0.5
+            if not low * bore <= radius <= high * bore:
+                yield (
+                    f"{table}.polar_inertia: a radius of gyration of {mm(radius)} with a bore of {mm(bore)}, "
+                    f"usual {mm(low * bore)} to {mm(high * bore)}; {UNIT}"
+                )
+    (low, high), radius = ROD_GYRATION, (rod.inertia / (rod.big_end_mass + rod.small_end_mass)) ** 0.5
+    if not low * rod.length <= radius <= high * rod.length:
+        yield (
+            f"rod.inertia: a radius of gyration of {mm(radius)} in a rod of {mm(rod.length)}, "
+            f"usual {mm(low * rod.length)} to {mm(high * rod.length)}; {UNIT}"
+        )
+
+
+def _piston(engine: Engine) -> Iterator[str]:
+    """A piston heavier than solid steel whose rod is too light for that of a crosshead."""
+    cube, mass = STEEL * engine.cylinders.bore**3, engine.cylinders.piston_mass
+    most = max(SOLID_PISTON * cube, CROSSHEAD * (engine.rod.big_end_mass + engine.rod.small_end_mass))
+    if most < mass <= MASSES["cylinders.piston_mass"][1] * cube:
+        yield (
+            f"cylinders.piston_mass: {mass:.4g} kg with a bore of {mm(engine.cylinders.bore)} is heavier than solid "
+            f"steel and than {CROSSHEAD:g} rods, usual at most {most:.3g} kg; {UNIT}"
+        )
+
+
+def _crank(engine: Engine) -> Iterator[str]:
+    crank, rod, bore = engine.crankshaft, engine.rod.length, engine.cylinders.bore
+    stroke, pin = 2.0 * crank.throw, crank.pin_diameter
+    half = "the throw is half the stroke; check both"
+    shortest = 1.9 if stroke > LONG_STROKE * bore else 2.5
+    yield from _outside(
+        "crankshaft.throw", "the rod's length over the throw is", rod / crank.throw, (shortest, 8), half
+    )
+    yield from _outside("crankshaft.throw", "stroke over bore is", stroke / bore, (0.15, 6.0), half)
+    yield from _outside("crankshaft.pin_diameter", "pin over throw is", pin / crank.throw, (0.2, 5.0))
+    pitch = min(b - a for a, b in pairwise(crank.main_positions))
+    yield from _outside("crankshaft.pin_diameter", "pin over main bearing pitch is", pin / pitch, (0.1, 1.5))
+    yield from _outside("crankshaft.main_diameter", "journal over pin is", crank.main_diameter / pin, (0.5, 3.0))
+    yield from _outside("crankshaft.web_thickness", "web over pin is", crank.web_thickness / pin, (0.12, 2.0))
+    yield from _outside(
+        "crankshaft.pin_width", "width of the pin over its diameter is", crank.pin_width / pin, (0.15, 4)
+    )
+    for width in sorted({min(crank.main_widths), max(crank.main_widths)}):
+        what = "width of a journal over its diameter is"
+        yield from _outside("crankshaft.main_widths", what, width / crank.main_diameter, (0.1, 4.0))
+    # Below its pin a piston has at least its bosses.
+    room, under = rod - crank.throw - 0.2 * bore, crank.pin_width < bore
+    if any(crank.counterweights) and under and crank.counterweight_radius > room:
+        yield (
+            f"crankshaft.counterweight_radius: {mm(crank.counterweight_radius)} strikes the piston, whose pin comes "
+            f"within {mm(rod - crank.throw)} of the crank's axis; give at most {mm(max(room, 0.0))}"
+        )
+    if (weights := engine.balance_weights) is not None:
+        for k, (radius, mass) in enumerate(zip(weights.radii, weights.masses, strict=True), 1):
+            yield from _outside(f"balance_weights.radii[{k}]", "radius over throw is", radius / crank.throw, (0.0, 5.0))
+            cubes, what = mass / (STEEL * bore**3), "over a steel cube of the bore it is"
+            yield from _outside(f"balance_weights.masses[{k}]", what, cubes, (0.0, 10.0))
+    yield from _radians("crankshaft.throw_angles", crank.throw_angles)
+
+
+def _radians(key: str, angles: Sequence[float]) -> Iterator[str]:
+    """Angles that all lie within 6.3 deg and differ by more than rounding."""
+    if len(angles) > 1 and 0.02 < math.degrees(max(angles) - min(angles)) < 6.3:
+        yield f"{key}: they differ by {math.degrees(max(angles) - min(angles)):.3g} deg at most; {RADIANS}"
+
+
+def _cylinders(engine: Engine) -> Iterator[str]:
+    cylinders, places = engine.cylinders, engine.cylinder_positions
+    bore, banks = cylinders.bore, sorted(set(cylinders.bank_angles))
+    yield from _radians("cylinders.bank_angles", cylinders.bank_angles)
+    yield from _radians("cylinders.firing_angles", cylinders.firing_angles)
+    shortest = max(cylinders.firing_intervals, default=math.pi)
+    if shortest < math.radians(13.0):
+        yield f"cylinders.firing_intervals: the longest is {math.degrees(shortest):.3g} deg; {RADIANS}"
+    between = math.degrees(banks[-1] - banks[0])
+    if len(set(cylinders.pins)) == engine.n_cylinders > 2 and len(banks) == 2 and 30.0 < between < 150.0:
+        yield (
+            f"cylinders.bank_angles: two banks {between:.4g} deg apart and a throw for each cylinder; in line all "
+            "bank angles are equal, and a V engine has two rods on a pin (cylinders.pins)"
+        )
+    ratio = "piston engines have 8 to 24"
+    yield from _outside("cylinders.compression_ratio", "", cylinders.compression_ratio, (2.0, 30.0), ratio)
+    yield from _outside("cylinders.pin_offset", "offset over bore is", cylinders.pin_offset / bore, (-0.25, 0.25))
+    for bank in banks:
+        row = sorted(z for z, own in zip(places, cylinders.bank_angles, strict=True) if own == bank)
+        nearest = min((b - a for a, b in pairwise(row)), default=math.inf)
+        if nearest < 0.9 * bore:
+            yield (
+                f"cylinders.bore: {mm(bore)}, but the cylinders of a bank are {mm(nearest)} apart; check bore, pins "
+                "and the widths of crankshaft"
+            )
+
+
+def _lumped(engine: Engine) -> Iterator[str]:
+    """Bodies on the crank's ends far from them, or long and thin."""
+    crank, bore = engine.crankshaft, engine.cylinders.bore
+    ends = {"pulley": crank.nose_length, "flywheel": crank.flange_length, "clutch": crank.flange_length}
+    for table, length in ends.items():
+        part: LumpedInertia | None = getattr(engine, table)
+        if part is None:
+            continue
+        farthest = 3.0 * bore + length
+        if abs(part.offset) > farthest:
+            yield (
+                f"{table}.offset: its centre of mass {mm(abs(part.offset))} from the crank's end, usual at most "
+                f"{mm(farthest)}; {UNIT}"
+            )
+        slender, body = part.diametral_inertia / part.polar_inertia, "a disc has 0.5, a roller as long as wide 0.8"
+        yield from _outside(f"{table}.diametral_inertia", "over polar_inertia it is", slender, (0.49, 6.0), body)
+
+
+def _bearings(engine: Engine) -> Iterator[str]:
+    crank, thrust = engine.crankshaft, engine.thrust
+    for table in ("main_bearing", "big_end_bearing"):
+        film: PlainBearing | None = getattr(engine, table)
+        if film is None:
+            continue
+        play = "diametral clearance (twice the value) over diameter is"
+        yield from _outside(f"{table}.clearance", play, 2.0 * film.clearance / film.diameter, (3e-4, 5e-3))
+        yield from _outside(f"{table}.width", "width over diameter is", film.width / film.diameter, (0.1, 2.0))
+        if not film.supply_pressure <= 3e6:
+            yield f"{table}.supply_pressure: {1e-5 * film.supply_pressure:.4g} bar, usual at most 30 bar; {UNIT}"
+    if thrust.taper > thrust.clearance:
+        yield (
+            f"thrust.taper: {mm(thrust.taper)} is deeper than the axial play, {mm(thrust.clearance)}; usual 0.01 to "
+            f"0.1 mm; {UNIT}"
+        )
+    size = thrust.clearance / thrust.outer_diameter
+    yield from _outside("thrust.clearance", "axial play over outer_diameter is", size, (1e-5, 0.05))
+    outer = thrust.outer_diameter / crank.main_diameter
+    yield from _outside("thrust.outer_diameter", "over the journal it is", outer, (1.0, 3.0))
+
+
+def _oil(engine: Engine) -> Iterator[str]:
+    oil = engine.oil
+    warmth = [temperature - ZERO_CELSIUS for temperature in oil.temperatures]
+    for (before, after), speed in zip(pairwise(warmth), oil.temperature_speeds[1:], strict=True):
+        if after < before - 1.0:
+            yield (
+                f"oil.temperatures: they fall from {before:.4g} to {after:.4g} degC up to "
+                f"{speed * 30.0 / math.pi:.4g} rev/min; oil warms with speed, check the order of the values"
+            )
+            break
+    for temperature in sorted({min(oil.temperatures), max(oil.temperatures)}):
+        thick = 1e3 * thickness(oil, temperature)
+        if not 2.0 <= thick <= 300.0:
+            yield (
+                f"oil.law: {oil.law} gives {thick:.3g} mPa s at {temperature - ZERO_CELSIUS:.4g} degC, usual 2 to 300 "
+                "mPa s; check oil.temperatures and the constants of the law"
+            )
+    yield from _outside("oil.density", "", oil.density, (700.0, 1200.0), "mineral oil has 850", " kg/m^3")
+    heat = "mineral oil has 2000 J/(kg K)"
+    yield from _outside("oil.heat_capacity", "", oil.heat_capacity, (1200.0, 4500.0), heat, " J/(kg K)")
+    if not oil.supply_pressure <= 3e6:
+        yield f"oil.supply_pressure: {1e-5 * oil.supply_pressure:.4g} bar, usual at most 30 bar; {UNIT}"
+
+
+def _combustion(engine: Engine) -> Iterator[str]:
+    burn, throw, oil = engine.combustion, engine.crankshaft.throw, engine.oil
+    if burn is None:
+        return
+    if (heat := heat_of_air(engine)) > MOST_HEAT:
+        yield (
+            f"combustion.heat: {1e-3 * burn.heat:.4g} kJ a cycle and cylinder is {1e-6 * heat:.3g} MJ per kg of air, "
+            f"which can burn 3 MJ/kg; usual at most {1e-3 * burn.heat * MOST_HEAT / heat:.3g} kJ; {UNIT}"
+        )
+    speed = 2.0 * throw * burn.best_speed / math.pi
+    yield from _outside("combustion.best_speed", "mean piston speed of", speed, (0.3, 30.0), UNIT, " m/s")
+    span = burn.best_speed / oil.temperature_speeds[-1], burn.best_speed / oil.temperature_speeds[0]
+    if span[0] > 2.0 or span[1] < 0.2:
+        rpm = [30.0 / math.pi * one for one in (burn.best_speed, oil.temperature_speeds[0], oil.temperature_speeds[-1])]
+        yield (
+            f"combustion.best_speed: {rpm[0]:.4g} rev/min lies far outside oil.temperature_speeds, {rpm[1]:.4g} to "
+            f"{rpm[2]:.4g} rev/min; check both"
+        )
+    lost = "it is the fraction of heat lost at twice best_speed"
+    yield from _outside("combustion.falloff", "", burn.falloff, (0.0, 1.0), lost)
+    degrees = {
+        "start": (-60.0, 40.0), "duration": (5.0, 200.0), "intake_closes": (-250.0, -40.0),
+        "exhaust_opens": (60.0, 260.0),
+    }  # fmt: skip
+    for key, limits in degrees.items():
+        hint = "angles count from firing dead centre; check deg against rad"
+        yield from _outside(f"combustion.{key}", "", math.degrees(getattr(burn, key)), limits, hint, " deg")
+    kelvin = {"intake_temperature": (200.0, 450.0), "wall_temperature": (230.0, 700.0)}
+    for key, limits in kelvin.items():
+        yield from _outside(f"combustion.{key}", "", getattr(burn, key), limits, "check K against degC", " K")
+    back = burn.exhaust_pressure / burn.intake_pressure
+    both = "both are absolute; check their units"
+    yield from _outside("combustion.exhaust_pressure", "over intake_pressure it is", back, (0.1, 10.0), both)
+
+
+def _stiffnesses(engine: Engine) -> Iterator[str]:
+    """Speed of sound of the castings, which metals have in common; damping beyond any structure's."""
+    for table, part in (("material", engine.material), ("block", engine.block)):
+        if part is not None:
+            sound = (part.youngs_modulus / part.density) ** 0.5
+            yield from _outside(
+                f"{table}.youngs_modulus", "a speed of sound (root of modulus over density) of", sound,
+                (2500.0, 7500.0), "steel has 5170, cast iron 4000; check both units", " m/s",
+            )  # fmt: skip
+    share = "metal structures have 0.002 to 0.05; check % against 1"
+    if engine.damping.kind == "modal":
+        yield from _outside("damping.ratio", "", engine.damping.ratio, (0.0, 0.2), share)
+    if engine.block is not None:
+        yield from _outside("block.damping_ratio", "", engine.block.damping_ratio, (0.0, 0.2), share)
+    if engine.mounts is not None:
+        reach = engine.crankshaft.main_positions[-1] + 15.0 * engine.cylinders.bore
+        for k, place in enumerate(engine.mounts.positions, 1):
+            if max(map(abs, place)) > reach:
+                yield f"mounts: mount {k} lies {mm(max(map(abs, place)))} away, usual at most {mm(reach)}; {UNIT}"
+                break
+
+
+def _guidance(engine: Engine, skirt: PistonGuidance) -> Iterator[str]:
+    bore = engine.cylinders.bore
+    if skirt.upper_height <= skirt.lower_height:
+        yield (
+            f"piston_guidance.upper_height: {mm(skirt.upper_height)} is not above lower_height, "
+            f"{mm(skirt.lower_height)}; both count upwards from the pin"
+        )
+    for key in ("upper_height", "lower_height", "mass_height"):
+        yield from _outside(f"piston_guidance.{key}", "over the bore it is", getattr(skirt, key) / bore, (-1.5, 1.5))
+    yield from _outside("piston_guidance.clearance", "radial play over bore is", skirt.clearance / bore, (0.0, 0.01))
+    radius = (skirt.tilt_inertia / engine.cylinders.piston_mass) ** 0.5 / bore
+    yield from _outside("piston_guidance.tilt_inertia", "radius of gyration over bore is", radius, (0.1, 1.0))

@@ -1,0 +1,209 @@
+"""Measured pressures over speed and load: traces of several files, interpolated linearly at the cylinder's own angle.
+
+A map is a folder whose files are named by speed in rev/min, or an index file that names speed, load and file of each
+trace. At each load a trace is interpolated between the two nearest speeds, then between the two nearest loads. Beyond
+its ends the map keeps the trace of the end.
+
+    1000.csv  1500rpm.csv  2000_full.csv  2000_50%.csv            names in a folder; without a load: full load
+
+    speed_rpm, load, file                                         an index file (.csv); load may be left out
+    1000, 1.0, idle/full_1000.csv
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.user_file import read_text
+from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import Gas, GasTrace
+
+RPM = math.pi / 30.0
+SUFFIXES = (".csv", ".txt", ".dat")
+COLUMNS = ("speed_rpm", "load", "file")
+_NAME = re.compile(r"(\d+(?:\.\d+)?)(?:rpm)?(?:_(full|\d+(?:\.\d+)?%))?", re.IGNORECASE)
+FULL = 1.0
+HIGHEST_RPM, HIGHEST_LOAD = 30000.0, 2.0
+
+
+class Point(NamedTuple):
+    """A trace of a map with its speed (rad/s) and its fraction of full load."""
+
+    speed: float
+    load: float
+    trace: GasTrace
+
+
+@dataclass(frozen=True, eq=False)
+class PressureMap:
+    """Traces over speed and load, ordered by load and then by speed."""
+
+    name: str
+    points: tuple[Point, ...]
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Lowest and highest speed, rad/s."""
+        speeds = [point.speed for point in self.points]
+        return min(speeds), max(speeds)
+
+    @property
+    def loads(self) -> tuple[float, ...]:
+        """Loads, rising."""
+        return tuple(sorted({point.load for point in self.points}))
+
+    @property
+    def values(self) -> list[Any]:
+        """All that a run takes from the map, for digests."""
+        return [[point.speed, point.load, point.trace.values] for point in self.points]
+
+    def at(self, speed: float, load: float) -> GasTrace:
+        """Trace at ``speed`` (rad/s) and ``load``.
+
+        With several loads the map has gone to the load already: the trace has no rise by combustion that a model would
+        scale once more.
+        """
+        parts = []
+        for level, weight in _between(self.loads, load):
+            row = [point for point in self.points if point.load == level]
+            for at, share in _between([point.speed for point in row], speed):
+                (trace,) = (point.trace for point in row if point.speed == at)
+                parts.append((trace, weight * share))
+        traces, weights = zip(*parts, strict=True)
+        if len(parts) == 1:
+            found: GasTrace = replace(traces[0], source=f"{self.name}: {traces[0].source}")
+        else:
+            found = GasTrace.mean(traces, weights, f"{self.name}: between {len(parts)} of {len(self.points)} traces")
+        return _without_rise(found) if len(self.loads) > 1 else found
+
+    def tell_ends(self, speeds: Sequence[float], load: float) -> None:
+        """Warn, one line each, of speeds (rad/s) and a load beyond the ends of the map."""
+        low, high = self.speeds
+        beyond = [speed for speed in speeds if not low * (1.0 - 1e-9) <= speed <= high * (1.0 + 1e-9)]
+        if beyond:
+            far = max(beyond, key=lambda speed: max(low - speed, speed - high))
+            warnings.warn(
+                f"{self.name}: {far / RPM:.5g} rev/min lies beyond its speeds, {low / RPM:.5g} to {high / RPM:.5g} "
+                "rev/min; the trace of the nearest one is kept, give one measured there",
+                stacklevel=2,
+            )
+        loads = self.loads
+        if len(loads) > 1 and not loads[0] <= load <= loads[-1]:
+            warnings.warn(
+                f"{self.name}: load {load:g} lies beyond its loads, {loads[0]:g} to {loads[-1]:g}; the trace of the "
+                "nearest one is kept",
+                stacklevel=2,
+            )
+
+
+def read_gas(path: str | Path, engine: Engine, unit: str | None = None, dead_centre_deg: float | None = None) -> Gas:
+    """Measured pressures from a file of a trace, an index file or a folder of traces.
+
+    Arguments as of :meth:`GasTrace.from_csv`. Raises ``InputError``: one line that names file and row.
+    """
+    place = Path(path)
+    rows = _folder(place) if place.is_dir() else _index(place)
+    if rows is None:
+        return GasTrace.from_csv(place, engine, unit, dead_centre_deg)
+    seen: dict[tuple[float, float], Path] = {}
+    for rpm, load, file in rows:
+        if (rpm, load) in seen:
+            raise InputError(
+                f"{place.name}: {seen[rpm, load].name} and {file.name} are both of {rpm:g} rev/min at load {load:g}; "
+                "leave one of them out"
+            )
+        seen[rpm, load] = file
+    points = [
+        Point(rpm * RPM, load, GasTrace.from_csv(file, engine, unit, dead_centre_deg))
+        for rpm, load, file in sorted(rows)
+    ]
+    kinds = {len(point.trace.own) for point in points}
+    if len(kinds) > 1:
+        raise InputError(f"{place.name}: some files have one trace and others one for each cylinder; give one kind")
+    return PressureMap(place.name, tuple(sorted(points, key=lambda point: point[:2][::-1])))
+
+
+def _folder(place: Path) -> list[tuple[float, float, Path]]:
+    """Speed (rev/min), load and file of each trace in a folder."""
+    rows = []
+    for file in sorted(place.iterdir()):
+        if file.suffix.lower() not in SUFFIXES or file.name.startswith("."):
+            continue
+        found = _NAME.fullmatch(file.stem)
+        if found is None:
+            raise InputError(
+                f"{place.name}/{file.name}: the name is no speed; name traces by rev/min and load, as 1500.csv, "
+                "1500rpm.csv, 1500_full.csv or 1500_50%.csv, or give an index file"
+            )
+        load = found[2] or "full"
+        rows.append(
+            _checked(file.name, found[1], "1" if load.lower() == "full" else f"{float(load[:-1]) / 100.0}", file)
+        )
+    if not rows:
+        raise InputError(f"{place}: no trace in this folder; name traces by rev/min, as 1500.csv")
+    return rows
+
+
+def _index(place: Path) -> list[tuple[float, float, Path]] | None:
+    """Rows of an index file; None where the file is none."""
+    lines = read_text(place, "pressure file", "give a text file of angle in degrees and pressure").splitlines()
+    cells = [[cell.strip() for cell in re.split(r"[;,\t]", line)] for line in lines]
+    kept = [(number, row) for number, row in enumerate(cells, 1) if any(row) and not row[0].startswith("#")]
+    if not kept or "file" not in kept[0][1]:
+        return None
+    names = kept[0][1]
+    for name in names:
+        if name not in COLUMNS:
+            raise InputError(f"{place.name}: unknown column {shown(name)}; {nearest(name, COLUMNS)}")
+    if "speed_rpm" not in names or len(set(names)) != len(names):
+        raise InputError(f"{place.name}: columns are {', '.join(names)}; give speed_rpm, load (or none) and file, once")
+    rows = []
+    for number, row in kept[1:]:
+        where = f"{place.name}: line {number}"
+        if len(row) != len(names):
+            raise InputError(f"{where}: {len(row)} values for {len(names)} columns; give one for each")
+        own = dict(zip(names, row, strict=True))
+        rows.append(_checked(where, own["speed_rpm"], own.get("load", "1"), place.parent / own["file"]))
+    if not rows:
+        raise InputError(f"{place.name}: names no trace; give a line of speed_rpm, load and file for each")
+    return rows
+
+
+def _checked(where: str, speed: str, load: str, file: Path) -> tuple[float, float, Path]:
+    """A row of a map as numbers; ``InputError`` where they are none, or no speed or load of an engine."""
+    for text, what, most in (
+        (speed, "a speed in rev/min", HIGHEST_RPM),
+        (load, "a fraction of full load", HIGHEST_LOAD),
+    ):
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not 0.0 <= value <= most:
+            raise InputError(f"{where}: {shown(text)} is not {what}, 0 to {most:g}")
+    if not file.is_file():
+        raise InputError(f"{where}: {shown(str(file))} does not exist; paths start at the index file's folder")
+    return float(speed), float(load), file
+
+
+def _between(places: Sequence[float], value: float) -> list[tuple[float, float]]:
+    """The one or two of rising ``places`` next to a value, with their weights."""
+    k = int(np.searchsorted(places, value))
+    if k == 0 or k == len(places) or places[k] == value:
+        return [(places[min(k, len(places) - 1)], 1.0)]
+    share = (value - places[k - 1]) / (places[k] - places[k - 1])
+    return [(places[k - 1], 1.0 - share), (places[k], share)]
+
+
+def _without_rise(trace: GasTrace) -> GasTrace:
+    """The trace with its fired pressure as that of the motored engine, so that no load scales it."""
+    return replace(trace, motored=trace.fired, own=tuple(_without_rise(own) for own in trace.own))
