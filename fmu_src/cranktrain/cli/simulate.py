@@ -13,6 +13,7 @@ from cranktrain.cli.run_options import (
     add_settle_option,
     asked_of,
     assembled,
+    loaded,
     note_axial_path,
     pressures_text,
 )
@@ -63,7 +64,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     _check(options, engine, settings)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
     check_target(output)
-    made = assembled(asked, not options.no_inherit)
+    made = loaded(options, assembled(asked, not options.no_inherit), gas, request.speed)
     found = _run_into(output, request, made, gas)
     summary = found.summary(output)
     if options.steady:
@@ -119,7 +120,6 @@ def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> N
         )
     if options.steady:
         engine.refuse_additions("steady states in the frequency domain")
-        engine.connecting_shaft  # noqa: B018  raises where there is none
     if options.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
     if options.plots is not None:

@@ -95,8 +95,8 @@ def _masses(engine: Engine) -> Iterator[str]:
     cube = STEEL * bore**3
     for name, (low, high) in MASSES.items():
         table, key = name.split(".")
-        if (part := getattr(engine, table)) is not None and not low * cube <= getattr(part, key) <= high * cube:
-            own = getattr(part, key)
+        own = getattr(getattr(engine, table), key, 0.0)
+        if own and not low * cube <= own <= high * cube:  # a linear damper may state no mass
             yield (
                 f"{name}: {own:.4g} kg with a bore of {mm(bore)}, usual {low * cube:.3g} to {high * cube:.3g} kg; "
                 f"{UNIT}"

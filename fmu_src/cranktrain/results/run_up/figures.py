@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,7 @@ from cranktrain.results.run_up.shown import (
     unsteady,
     worthy,
 )
+from cranktrain.results.strength.iacs_m68 import plot_stress
 
 STILL = 1e-12
 """Motion, m, below which there is none."""
@@ -39,7 +40,7 @@ PART_NAMES = {
 def file_names() -> list[str]:
     """Names of all pictures that there may be."""
     motions = [f"{name}_{kind}.png" for name in ("torsion", "axial") for kind in ("orders", "histories", "harmonics")]
-    return [*motions, "axial_parts.png", "waterfall.png", "campbell.png", "damper.png"]
+    return [*motions, "axial_parts.png", "waterfall.png", "campbell.png", "damper.png", "shaft_stress.png"]
 
 
 def save_run_up_pictures(
@@ -61,6 +62,8 @@ def save_run_up_pictures(
         if quantity.output in run_up.amplitudes:
             figures[f"{name}_histories"] = history_figure(run_up, quantity, title)
             figures[f"{name}_harmonics"] = harmonic_figure(run_up, quantity, beside, title)
+    if beside.stresses:
+        figures["shaft_stress"] = stress_figure(run_up, beside.stresses, title)
     if damped is not None:
         figures["damper"] = damper_figure(run_up, damped, beside, title)
     return [save_figure(figure, folder / f"{name}.png") for name, figure in figures.items()]
@@ -72,6 +75,18 @@ def order_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) 
     _draw_orders(figure.subplots(), run_up, quantity, beside, shown_orders(run_up, quantity, beside))
     figure.suptitle(f"Orders over the speed: {title}", fontsize=12, parse_math=False)
     figure.text(0.01, 0.008, _legend(run_up, beside, quantity), fontsize=8, color=plots.INK)
+    return figure
+
+
+def stress_figure(run_up: RunUp, stresses: Sequence[Mapping[str, Any]], title: str) -> Any:
+    """Stress of each shaft of the drive line over the speed, with the limits of IACS UR M68."""
+    figure = figure_of(9.5, 1.5 + 3.0 * len(stresses))
+    axes = figure.subplots(len(stresses), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, entry in zip(axes, stresses, strict=True):
+        plot_stress(ax, run_up.speeds_rpm, entry)
+    axes[0].legend(frameon=False, fontsize=8.5)
+    axes[-1].set_xlabel("engine speed / rev/min")
+    figure.suptitle(f"Torsional vibration stress, IACS UR M68: {title}", fontsize=12, parse_math=False)
     return figure
 
 
