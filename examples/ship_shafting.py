@@ -10,7 +10,6 @@ exceed the limit for continuous operation: the range around it is barred.
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -26,14 +25,14 @@ from cranktrain.studies.torsion.line_modes import line_report
 
 matplotlib.use("Agg")
 
-ENGINE = Path(__file__).with_name("two_stroke_six.toml")
+ENGINE = "two_stroke_six"
 SPEEDS = np.arange(25.0, 111.0)
 ORDERS = tuple(float(order) for order in range(1, 25))
 
 
 def main(picture: str | None = None, speeds: np.ndarray = SPEEDS) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Compute, print and draw: the first mode of the shafting, and each shaft's stress over speeds (n,) rev/min."""
-    engine = ct.load_engine(str(ENGINE))
+    engine = ct.load_engine(ENGINE)
     body = crank_body(engine, "torsional")
     mode = line_report(engine, body)["modes"][0]
     print(f"{mode['shape']}: {mode['hz']:.2f} Hz, order 6 meets it at {mode['critical_rpm']['6']:.1f} rev/min")

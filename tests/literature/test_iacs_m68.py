@@ -8,7 +8,6 @@ Intermediate shaft, d = 360 mm, σ_B = 600 N/mm²: c_D = 0.35 + 0.93 · 360^−0
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +20,7 @@ from cranktrain.results.strength.iacs_m68 import permissible_stress, section_mod
 
 STRAIGHT = Shaft(("a", "b"), 1e7, diameter=0.36, strength=6e8)
 PROPELLER = Shaft(("a", "b"), 1e7, diameter=0.43, strength=7e8, section="propeller")
-SHIP = load_engine(str(Path(__file__).parents[2] / "examples" / "two_stroke_six.toml"))
+SHIP = load_engine("two_stroke_six")
 
 
 def test_limits_by_hand():

@@ -25,8 +25,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         for one in listed:
             order = "-".join(map(str, one["firing_order"]))
+            cylinders = f"{one['cylinders']} cylinder{'s' if one['cylinders'] > 1 else ''}"
             print(
-                f"{one['name']}: {one['title']}; {one['layout']}, {one['cylinders']} cylinders, "
+                f"{one['name']}: {one['title']}; {one['layout']}, {cylinders}, "
                 f"{one['displacement_l']:.3g} l, fires {order}"
             )
     return {"engines": listed}
@@ -36,7 +37,7 @@ def _entry(engine: Engine) -> dict[str, Any]:
     return {
         "name": engine.name, "title": engine.title, "layout": _layout(engine), "cylinders": engine.n_cylinders,
         "displacement_l": 1e3 * engine.displacement,
-        "firing_order": firing_summary(engine.crankshaft, engine.cylinders)["order"],
+        "firing_order": firing_summary(engine)["order"],
     }  # fmt: skip
 
 

@@ -178,7 +178,8 @@ def _cylinders(engine: Engine) -> Iterator[str]:
     if shortest < math.radians(13.0):
         yield f"cylinders.firing_intervals: the longest is {math.degrees(shortest):.3g} deg; {RADIANS}"
     between = math.degrees(banks[-1] - banks[0])
-    if len(set(cylinders.pins)) == engine.n_cylinders > 2 and len(banks) == 2 and 30.0 < between < 150.0:
+    own = len(set(cylinders.pins)) == engine.n_cylinders > 2 and not engine.crankshaft.pins_between_mains
+    if own and len(banks) == 2 and 30.0 < between < 150.0:
         yield (
             f"cylinders.bank_angles: two banks {between:.4g} deg apart and a throw for each cylinder; in line all "
             "bank angles are equal, and a V engine has two rods on a pin (cylinders.pins)"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace, cylinder_volume
-from cranktrain.structure.crank.sections import crank_moments, web_moments
+from cranktrain.structure.crank.sections import bare_outline, crank_moments, web_moments
 from cranktrain.studies.design.balance import free_forces
 from cranktrain.studies.design.layouts import BOXER
 from cranktrain.studies.design.sizes import SKIRT, WEB_ABOUT_MAIN, Sizes
@@ -65,14 +64,16 @@ def oscillating(s: Sizes) -> float:
 
 def counterweight(s: Sizes, engine: Engine) -> tuple[float, float]:
     """Radius, m, of half discs that balance a throw, and the part of the masses that they balance."""
-    crank, rods = engine.crankshaft, s.rods_on_pin
-    pin = 0.25 * math.pi * crank.pin_diameter**2 * crank.pin_width * STEEL
+    # Both webs of a throw, or of a pair of split pins, taken as one throw.
+    crank, pins = engine.crankshaft, 2 if s.layout.split else 1
+    rods = pins * s.rods_on_pin
+    pin = pins * 0.25 * math.pi * crank.pin_diameter**2 * crank.pin_width * STEEL
     moving = rods * (s.big_end_mass + oscillating(s) * (s.small_end_mass + s.piston_mass))
 
     def moment(radius: float) -> float:
         """Of both webs, along the throw, kg m."""
-        own = replace(crank, counterweight_radius=radius, counterweight_half_width=radius)
-        return 2.0 * STEEL * s.web * float(web_moments(own, radius > 0.0)[0, 2])
+        own = bare_outline(crank)._replace(weight_radius=radius, weight_half_width=radius)
+        return 2.0 * STEEL * s.web * float(web_moments(own)[0, 2])
 
     wanted = (pin + moving) * s.throw + moment(0.0)
     low, high = (WEB_ABOUT_MAIN + 0.005) * s.bore, s.rod_length - s.throw - SKIRT * s.bore

@@ -3,12 +3,13 @@
 A row states the crank angle at which each cylinder fires. Throws follow from it: a throw at angle α points along the
 bank at β when the crank has turned by θ = β − α, so α = β − φ for a cylinder that fires at φ. Cylinders are numbered
 along the crank: in line 1 to n; in a V the first bank, then the second, cylinders k and k + n/2 on pin k; in a boxer
-engine alternately to the left and to the right, each on its own pin.
+engine alternately to the left and to the right, each on its own pin. On split pins the cylinders of a pair lie beside
+each other between two mains.
 
 In-line engines with an even number of cylinders from six on have a crank that is its own mirror image, and fire
 alternately in its front and rear half, so that their free moments vanish. Firing orders are the usual ones, as listed
 by Köhler and Flierl, *Verbrennungsmotoren*, and Heisler, *Advanced Engine Technology* (1995); from nine cylinders in
-line on they go on in the same scheme. A layout with split pins would be a further form of row.
+line on they go on in the same scheme.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ class Layout(NamedTuple):
     firing_deg : crank angle at which each cylinder fires, in the order of their numbers, at the usual bank angle
     bank_deg : usual angle between the banks, deg; 0 in line
     note : what is said of the choice
+    split : whether each cylinder of a V has a pin of its own, turned so that all fire evenly
     """
 
     name: str
@@ -42,6 +44,7 @@ class Layout(NamedTuple):
     firing_deg: tuple[float, ...]
     bank_deg: float = 0.0
     note: str = ""
+    split: bool = False
 
     @property
     def cylinders(self) -> int:
@@ -60,6 +63,8 @@ class Layout(NamedTuple):
                 f"--bank-angle-deg {bank_deg:g} is not within {LEAST_BANK_DEG:g} to {LARGEST_BANK_DEG:g} deg; "
                 f"layout {self.name} usually has {self.bank_deg:g}"
             )
+        if self.split:  # the pins follow
+            return self._replace(bank_deg=bank_deg)
         half, later = self.cylinders // 2, bank_deg - self.bank_deg
         moved = tuple((angle + later) % CYCLE_DEG for angle in self.firing_deg[half:])
         return self._replace(bank_deg=bank_deg, firing_deg=(*self.firing_deg[:half], *moved))
@@ -67,8 +72,10 @@ class Layout(NamedTuple):
     @property
     def pins(self) -> tuple[int, ...]:
         """Pin of each cylinder, counted from 1."""
+        half = self.cylinders // 2
+        if self.split:
+            return tuple(2 * (k % half) + 1 + k // half for k in range(self.cylinders))
         if self.form == VEE:
-            half = self.cylinders // 2
             return tuple(k % half + 1 for k in range(self.cylinders))
         return tuple(range(1, self.cylinders + 1))
 
@@ -160,7 +167,13 @@ LAYOUTS = _table(
         "throws half a turn apart, two rods on a pin: the first order vanishes but for a couple",
     ),
     vee((1, 4, 2, 5, 3, 6), 120.0, "V-six")._replace(
-        note="two rods on a pin: fires evenly at 120 deg only; at 60 or 90 deg it would need split pins",
+        note="two rods on a pin: fires evenly at 120 deg only; at 60 or 90 deg split pins do, layouts v6_60 and v6_90",
+    ),
+    *(
+        vee((1, 4, 2, 5, 3, 6), bank, f"V-six, {bank:g} deg, split pins")._replace(
+            name=f"v6_{bank:g}", split=True, note="a pin for each cylinder, with a flying web between those of a pair"
+        )
+        for bank in (60.0, 90.0)
     ),
     vee((1, 5, 4, 8, 6, 3, 7, 2), 90.0, "V-eight, cross-plane"),
     vee((1, 6, 2, 7, 4, 9, 5, 10, 3, 8), 72.0, "V-ten"),

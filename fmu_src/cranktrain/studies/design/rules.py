@@ -27,6 +27,7 @@ from cranktrain.studies.design.fitting import (
 from cranktrain.studies.design.layouts import IN_LINE, VEE
 from cranktrain.studies.design.sizes import (
     FILLET,
+    FLYING_WEB,
     LAMBDA,
     MAIN_DIAMETER,
     MECHANICAL_EFFICIENCY,
@@ -85,7 +86,8 @@ def _document(name: str, s: Sizes, fitted: Fitted) -> Document:
         *([f"Layout: {layout.note}."] if layout.note else []),
     )
     makers: tuple[Callable[[Sizes], Block], ...] = (_pulley, _rod, _cylinders, _mains, _big_ends, _thrust, _oil)
-    blocks = [_material(), _crankshaft(s, fitted), _flywheel(s, fitted.flywheel), *(make(s) for make in makers),
+    blocks = [_material(), _crankshaft(s, fitted), _strength(s), _flywheel(s, fitted.flywheel),
+              *(make(s) for make in makers),
               _drive_line(s, fitted.flywheel), _damping(), _combustion(s, fitted.heat), _reduction(s)]  # fmt: skip
     return Document(name, title, head, tuple(blocks))
 
@@ -111,6 +113,7 @@ def _of_bore(s: Sizes, key: str, share: float, source: str) -> Entry:
 # In one piece: one table, value by value.
 def _crankshaft(s: Sizes, fitted: Fitted) -> Block:
     throws, b = len(s.layout.throws_deg), s.bore
+    bays = throws // 2 if s.layout.split else throws
     source = HEISLER if s.rods_on_pin == 1 else "two rods on a pin"
     pin = f"{s.pin_width / b:.3g} B, {HEISLER}" if s.rods_on_pin == 1 else "two big ends of 0.26 B and their fillets"
     main = "distance of cylinders 1.20 B less pin and webs, " + HEISLER if s.rods_on_pin == 1 else f"0.3 B, {source}"
@@ -119,7 +122,7 @@ def _crankshaft(s: Sizes, fitted: Fitted) -> Block:
         _mm("throw", s.throw, "half the stroke"),
         derived("throw_angles", s.layout.throws_deg, "deg", "bank angle less firing angle of each cylinder"),
         _of_bore(s, "main_diameter", MAIN_DIAMETER, HEISLER),
-        derived("main_widths", (throws + 1) * [1e3 * s.main_width], "mm", f"between webs: {main}"),
+        derived("main_widths", (bays + 1) * [1e3 * s.main_width], "mm", f"between webs: {main}"),
         _of_bore(s, "pin_diameter", PIN_DIAMETER, HEISLER),
         _mm("pin_width", s.pin_width, f"between webs: {pin}"),
         _of_bore(s, "web_thickness", s.web / b, source),
@@ -127,7 +130,7 @@ def _crankshaft(s: Sizes, fitted: Fitted) -> Block:
         _of_bore(s, "web_pin_radius", WEB_ABOUT_PIN, "a shoulder around pin and fillet"),
         _mm("counterweight_radius", fitted.radius, note),
         _mm("counterweight_half_width", fitted.radius, "half disc"),
-        chosen("counterweights", 2 * throws * [True], "", "at every web"),
+        *_counterweights(s, bays),
         _of_bore(s, "nose_diameter", 0.45, "fits the usual pulley hubs"),
         _of_bore(s, "nose_length", 0.55, "pulley and timing drive"),
         _of_bore(s, "flange_diameter", 1.05, "wider than journal and fillets"),
@@ -137,6 +140,18 @@ def _crankshaft(s: Sizes, fitted: Fitted) -> Block:
         chosen("oil_holes", False, "", "they change frequencies little and cost elements"),
         _of_bore(s, "mesh_size", 0.17, "largest element edge; the solid crank takes seconds a throw"),
     ))  # fmt: skip
+
+
+def _counterweights(s: Sizes, bays: int) -> tuple[Entry, ...]:
+    """Which webs have counterweights, and where pins are split."""
+    if not s.layout.split:
+        return (chosen("counterweights", 2 * bays * [True], "", "at every web"),)
+    note = f"{FLYING_WEB:g} B, between the pins of a pair"
+    return (
+        chosen("counterweights", bays * [True, False, True], "", "at every web beside a main journal"),
+        chosen("pins_between_mains", bays * [2], "", "split pins, a pair between two mains"),
+        _mm("flying_web_thickness", s.flying_web, note, chosen),
+    )
 
 
 def _flywheel(s: Sizes, polar: float) -> Block:
@@ -182,7 +197,7 @@ def _cylinders(s: Sizes) -> Block:
     order = {IN_LINE: "usual in line", VEE: "first bank 1 to n/2, second bank from n/2 + 1 on"}.get(
         layout.form, "odd numbers to one side, even ones to the other"
     )
-    rods = {VEE: "two rods on each pin"}.get(layout.form, "one rod on each pin")
+    rods = "two rods on each pin" if s.rods_on_pin == 2 else "one rod on each pin"
     entries = [
         _mm("bore", s.bore, "given", chosen),
         chosen("firing_order", layout.order, "", order),
@@ -251,7 +266,7 @@ def _big_ends(s: Sizes) -> Block:
 
 
 def _thrust(s: Sizes) -> Block:
-    throws = len(s.layout.throws_deg)
+    throws = len(s.layout.throws_deg) // (2 if s.layout.split else 1)
     inner, outer = (MAIN_DIAMETER + 2.0 * FILLET) * s.bore, (MAIN_DIAMETER + 2.0 * FILLET + 0.24) * s.bore
     area = 0.25 * math.pi * (outer**2 - inner**2)
     return Block("thrust", "Axial bearing at one main; clearance is the whole axial play.", (
@@ -328,11 +343,24 @@ def _combustion(s: Sizes, heat: float) -> Block:
     ))  # fmt: skip
 
 
+def _strength(s: Sizes) -> Block:
+    petrol = s.fuel_name == "petrol"
+    note = "least; microalloyed steel 38MnVS6" if petrol else "least; 42CrMo4, quenched and tempered"
+    return Block("crank_strength", "For the fatigue of the fillets.", (
+        chosen("tensile_strength", 800.0 if petrol else 900.0, "MPa", note),
+        chosen("forming", "grain-flow", "", "drop-forged"),
+        chosen("roughness", 4.0, "um", "depth Rz of ground fillets"),
+    ))  # fmt: skip
+
+
 def _reduction(s: Sizes) -> Block:
     cutoff = float(f"{min(max(CUTOFF_SPEED / s.bore, 100.0), 20000.0):.2g}")
     return Block("reduction", "How the crankshaft is reduced to modes.", (
         chosen("fixed_modes", 60, "", "fixed-interface modes kept"),
         derived("running_cutoff_hz", cutoff, "Hz", "270 m/s over B; elastic modes of the running model"),
         chosen("consistent_mass", True, "", "usual"),
-        chosen("torsional_source", "ker-wilson", "", "crank level torsional by formula, without finite elements"),
+        chosen("torsional_source", *(
+            ("solid", "", "crank level torsional by finite elements: no formula has split pins") if s.layout.split else
+            ("ker-wilson", "", "crank level torsional by formula, without finite elements")
+        )),
     ))  # fmt: skip

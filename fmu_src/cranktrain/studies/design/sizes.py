@@ -14,7 +14,6 @@ import math
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.engine.firing import CYCLE
 from cranktrain.studies.design.layouts import VEE, Layout
 
 RPM = math.pi / 30.0
@@ -26,6 +25,8 @@ MAIN_DIAMETER, PIN_DIAMETER, PIN_WIDTH, WEB, FILLET, PITCH = 0.75, 0.65, 0.35, 0
 """Of an in-line engine, over the bore."""
 VEE_BIG_END, VEE_WEB, VEE_MAIN = 0.26, 0.20, 0.30
 """Width of one of two big ends on a pin, thickness of a web and width of a main journal, over the bore."""
+FLYING_WEB = 0.12
+"""Thickness of the web between split pins, over the bore; chosen."""
 WEB_ABOUT_MAIN, WEB_ABOUT_PIN = 0.47, 0.40
 """Radii of the web's outline about the main and the pin axis, over the bore: journal and fillet with a shoulder."""
 SKIRT = 0.37
@@ -108,7 +109,7 @@ class Sizes(NamedTuple):
     @property
     def indicated_power(self) -> float:
         """Of the rated speed, W."""
-        return self.imep * self.displacement * self.rated / (2.0 * math.pi * CYCLE)
+        return self.imep * self.displacement * self.rated / (4.0 * math.pi)
 
     @property
     def brake_power(self) -> float:
@@ -118,7 +119,12 @@ class Sizes(NamedTuple):
     @property
     def rods_on_pin(self) -> int:
         """Number of rods on a pin."""
-        return 2 if self.layout.form == VEE else 1
+        return 2 if self.vee and not self.layout.split else 1
+
+    @property
+    def vee(self) -> bool:
+        """Whether two banks share the length of one."""
+        return self.layout.form == VEE
 
     @property
     def lowest(self) -> float:
@@ -148,18 +154,23 @@ class Sizes(NamedTuple):
     @property
     def pin_width(self) -> float:
         """Width of a pin between its webs, m."""
-        share = PIN_WIDTH if self.rods_on_pin == 1 else 2.0 * (VEE_BIG_END + FILLET)
+        share = self.rods_on_pin * VEE_BIG_END + 2.0 * FILLET if self.vee else PIN_WIDTH
         return share * self.bore
 
     @property
     def web(self) -> float:
         """Thickness of a web, m."""
-        return (WEB if self.rods_on_pin == 1 else VEE_WEB) * self.bore
+        return (VEE_WEB if self.vee else WEB) * self.bore
+
+    @property
+    def flying_web(self) -> float:
+        """Thickness of the web between split pins, m."""
+        return FLYING_WEB * self.bore
 
     @property
     def main_width(self) -> float:
         """Width of a main journal between its webs, m."""
-        share = PITCH - PIN_WIDTH - 2.0 * WEB if self.rods_on_pin == 1 else VEE_MAIN
+        share = VEE_MAIN if self.vee else PITCH - PIN_WIDTH - 2.0 * WEB
         return share * self.bore
 
     @property
