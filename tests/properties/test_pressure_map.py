@@ -14,9 +14,10 @@ from cranktrain.coupling.trace_unit import MeasuredPressures, TraceUnit
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
-from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressures, gas_tables, mean_effective_pressure
+from cranktrain.loads.cylinder_volume import mean_effective_pressure
+from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressures, gas_tables
 from cranktrain.loads.pressure_map import PressureMap, read_gas
-from cranktrain.loads.trace_doubts import run_doubts
+from cranktrain.loads.run_doubts import run_doubts
 from cranktrain.structure.in_motion.periodic_forces import gas_forces
 from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up

@@ -81,7 +81,7 @@ def test_run_ups_take_the_pressure_of_each_speed(place, capsys):
 @pytest.mark.parametrize("way", [("--ramp", "400"), ("--workers", "1")])
 def test_run_ups_in_time_take_maps(place, capsys, way):
     given = ("runup", "diesel_i6", "--from", "1200", "--to", "1500", "--step", "100", *TORSIONAL, "--anew")
-    found, told = ran(capsys, *given, *way, "--highest-order", "12", "--pressure", "map", "--output", f"{way[0]}.h5")
+    found, told = ran(capsys, *given, *way, "--highest-order", "12", "--pressure", "map", "--output", f"{way[0][2:]}.h5")
     assert found["failed"] == [] and "map: between 2 of 2 traces" in told
 
 
