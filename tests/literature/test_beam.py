@@ -18,7 +18,8 @@ from cranktrain.engine.parts import Material
 from cranktrain.structure.crank.beam import beam_body, crank_frame
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.structure.crank.sections import crank_moments
-from cranktrain.structure.crank.web_member import rectangle_shear_factor, web_flexibility
+from cranktrain.structure.crank.shape import Outline
+from cranktrain.structure.crank.web_member import Arm, rectangle_shear_factor, web_flexibility
 from cranktrain.structure.fem.frame import Frame, Section, circular
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "rotor.json").read_text())}
@@ -306,10 +307,9 @@ def test_a_throw_bends_and_twists_nearly_as_the_solid_one(name, throw):
 def test_a_slender_web_is_a_plain_beam_between_its_journals():
     """Small journals far apart: 0.1 m more of throw is 0.1 m more of a rectangular beam under moments at its end."""
     c, steel = load_engine("diesel_i6").crankshaft, Material(210e9, 0.3, 7850.0)
-    slender = replace(c, main_diameter=0.01, pin_diameter=0.01, throw=0.2, web_main_radius=0.03, web_pin_radius=0.03)
-    flexibility = web_flexibility(slender, steel, False, 0.0)
-    stubby = replace(slender, throw=0.1)
-    longer = flexibility - web_flexibility(stubby, steel, False, 0.0)
+    slender = Arm(Outline(0.03, 0.03, 0.2, 0.0), c.web_thickness, 0.01, 0.0, 0.01, c.pin_width)
+    flexibility = web_flexibility(slender, steel)
+    longer = flexibility - web_flexibility(slender._replace(outline=Outline(0.03, 0.03, 0.1, 0.0)), steel)
     # What the journals do is the same; 60 by 24 mm of plain web make the difference.
     width, height = 0.06, c.web_thickness
     torsion = (width * height) ** 4 / (40.0 * (width * height**3 + height * width**3) / 12.0)

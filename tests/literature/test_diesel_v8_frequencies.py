@@ -15,8 +15,7 @@ from cranktrain.structure.block.modal import block_report
 from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.crank.modal import cranktrain_modes, modal_report
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, running_body, running_loads
-from cranktrain.structure.crank.shape import pin_centre, stations
-from cranktrain.structure.fem.mesh import interface_names
+from cranktrain.structure.crank.shape import interface_names, pin_centre, stations
 from cranktrain.studies.roller_stand_ins import running_rollers
 from cranktrain.studies.run_up.run_up import Means, run_up
 from cranktrain.studies.run_up.steady import Job
@@ -83,7 +82,7 @@ def test_throws_of_equal_pieces_stand_at_0_90_270_180(engine, body):
 
 
 def test_interfaces_stand_where_the_engine_file_says(engine, body):
-    assert body.interfaces == interface_names(4)
+    assert body.interfaces == interface_names(5, 4)
     for pin in range(1, 5):
         assert body.positions[body.index(f"pin[{pin}]")] == pytest.approx(pin_centre(engine.crankshaft, pin), abs=1e-12)
     mains = [sum(span) / 2 for span in stations(engine.crankshaft).mains]

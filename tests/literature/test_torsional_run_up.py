@@ -150,7 +150,7 @@ def test_run_up_holds_what_was_asked():
     ("change", "message"),
     [
         ({"rule": "linaer"}, "did you mean 'linear'"),
-        ({"speeds": np.array([5.0])}, "at least 100 rev/min"),
+        ({"speeds": np.array([1.0])}, "at least 20 rev/min"),
         ({"orders": [0.7]}, "multiples of a half"),
         ({"settings": Settings(crank="torsional", bearings="linear")}, "only twists"),
         ({"settings": Settings(crank="torsional", boundary="torque")}, "boundary speed"),

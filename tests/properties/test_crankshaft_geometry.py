@@ -13,13 +13,12 @@ from solids import STEEL, block, frequencies, round_bar
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import Crankshaft
-from cranktrain.structure.crank.shape import pin_centre, stations
+from cranktrain.structure.crank.shape import interface_names, pin_centre, stations
 from cranktrain.structure.fem import mesh as mesh_module
 from cranktrain.structure.fem.elasticity import finite_elements
 from cranktrain.structure.fem.mesh import (
     VTK_EDGES,
     crankshaft_mesh,
-    interface_names,
     quadratic_mesh,
     read_mesh,
     relative_jacobian,
@@ -114,7 +113,7 @@ def test_volume_is_that_of_the_pieces(single):
 
 def test_surfaces_have_their_area_and_place(single):
     c, at = SINGLE, stations(SINGLE)
-    assert set(single.boundaries) == set(interface_names(1))
+    assert set(single.boundaries) == set(interface_names(2, 1))
     x, y, z = pin_centre(c, 1)
     assert (x, y) == pytest.approx((-c.throw * sin(radians(30)), c.throw * cos(radians(30))))
     running = pi * c.main_diameter
@@ -165,7 +164,7 @@ def test_oil_holes_take_away_their_bore(single):
 
 def test_cross_plane_crankshaft_with_five_mains():
     mesh = crankshaft_mesh(CROSS_PLANE)
-    assert set(mesh.boundaries) == set(interface_names(4))
+    assert set(mesh.boundaries) == set(interface_names(5, 4))
     for pin in (1, 2, 3, 4):
         assert surface_area(mesh, f"pin[{pin}]")[1] == pytest.approx(pin_centre(CROSS_PLANE, pin), abs=5e-4)
 
@@ -287,7 +286,7 @@ def test_a_mesh_of_the_user(tmp_path, suffix, named, quadratic):
     path = tmp_path / f"bar{suffix}"
     bar, chosen = shaft_file(path, quadratic, named)
     mesh = read_mesh(path)
-    assert set(interface_names(1)) <= set(mesh.boundaries)
+    assert set(interface_names(2, 1)) <= set(mesh.boundaries)
     reference = bar if quadratic else bar.from_mesh(bar)
     volume = finite_elements(mesh, STEEL).basis.dx.sum()
     assert volume == pytest.approx(finite_elements(bar, STEEL).basis.dx.sum(), rel=1e-9 if quadratic else 0.2)

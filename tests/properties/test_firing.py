@@ -36,11 +36,11 @@ def engine(throws, order, banks=None, pins=None, **stated):
 
 
 def fired(found):
-    return firing_summary(found.crankshaft, found.cylinders)
+    return firing_summary(found)
 
 
 def said(found):
-    return list(uneven(found.crankshaft, found.cylinders))
+    return list(uneven(found))
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def said(found):
 )
 def test_an_order_has_the_intervals_of_such_engines(made, intervals):
     assert fired(made)["intervals_deg"] == pytest.approx(intervals)
-    for dead, angle in zip(dead_centres(made.crankshaft, made.cylinders), made.firing_angles, strict=True):
+    for dead, angle in zip(dead_centres(made.crankshaft, made.cylinders, made.rod), made.firing_angles, strict=True):
         assert math.remainder(angle - dead, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-12)
 
 
@@ -126,7 +126,7 @@ def test_an_order_beyond_a_cycle_is_refused_with_an_even_one():
     with pytest.raises(InputError, match=r"within 720 deg; (\d-\d-\d-\d-\d) would do") as refused:
         mirrored.firing_angles  # noqa: B018
     order = [int(k) for k in re.search(r"; ([\d-]+) would do", str(refused.value)).group(1).split("-")]
-    assert order == list(even_order(dead_centres(mirrored.crankshaft, mirrored.cylinders), 4.0 * math.pi))
+    assert order == list(even_order(dead_centres(mirrored.crankshaft, mirrored.cylinders, mirrored.rod), 4.0 * math.pi))
     assert fired(engine([0, 72, 144, 216, 288], order))["intervals_deg"] == pytest.approx([144] * 5)
 
 
@@ -148,7 +148,7 @@ def test_a_twin_is_the_same_whichever_cylinder_its_order_names_first(tmp_path, o
     with pytest.warns(UserWarning, match=r"firing_order: fires at uneven intervals, 405, 315 deg"):
         twin = load_engine(tmp_path / "own.toml")
     assert [math.degrees(angle) for angle in twin.firing_angles] == pytest.approx([0.0, 405.0])
-    assert firing_text(twin.crankshaft, twin.cylinders) == "Fires 1-2, at intervals of 405, 315 deg"
+    assert firing_text(twin) == "Fires 1-2, at intervals of 405, 315 deg"
 
 
 def test_a_statement_in_the_file_silences_the_warning(tmp_path):
@@ -162,4 +162,4 @@ def test_a_statement_in_the_file_silences_the_warning(tmp_path):
 
 
 def test_summaries_tell_when_cylinders_fire():
-    assert firing_text(SIX.crankshaft, SIX.cylinders) == "Fires 1-5-3-6-2-4, every 120 deg"
+    assert firing_text(SIX) == "Fires 1-5-3-6-2-4, every 120 deg"

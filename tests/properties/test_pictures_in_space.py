@@ -183,7 +183,7 @@ SHARES = np.array([[1, 0, 0], [0.2, 0.8, 0], [0.1, 0, 0.9], [0.4, 0.6, 0], [0, 1
 def test_modes_by_number_and_kind():
     found = [chosen_mode(mode, HZ, SHARES) for mode in ("bending", "torsional", "axial", "1", "4")]
     assert found == [0, 1, 2, 0, 3]
-    for mode, words in (("5", "1 to 4"), ("0", "1 to 4"), ("torsion", "did you mean 'torsional'")):
+    for mode, words in (("6", "1 to 5"), ("0", "1 to 5"), ("torsion", "did you mean 'torsional'")):
         with pytest.raises(InputError, match=words):
             chosen_mode(mode, HZ, SHARES)
 

@@ -221,7 +221,7 @@ def test_what_is_missing_says_which_command_makes_it(found):
     assert {"Axial vibration of the pulley", "Stress of the crankshaft", "With the torsional damper"} <= set(lacking)
     assert all(command for command in lacking.values())
     assert text.count('class="missing"') == len(lacking)
-    assert "cranktrain stress diesel_i6 --speed 2200" in text
+    assert "cranktrain stress diesel_i6 --speed 2400" in text
     assert set(missing(found)) == set(lacking) - {
         "Axial vibration of the pulley", "Stress of the crankshaft", "With the torsional damper",
         "Torsional vibration with films",

@@ -15,6 +15,7 @@ from cranktrain.cli.run_options import add_source_options, engine_of, option_of,
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.coupling.master import SCHEMES
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS, VALVETRAIN
+from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 
 if TYPE_CHECKING:
     from cranktrain.coupling.run import Coupled
@@ -40,7 +41,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
     add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
-    add("--speed", dest="speed_rpm", type=number(100.0, 1e4, "rev/min"), required=True, metavar="RPM", help="rev/min")
+    add(
+        "--speed",
+        dest="speed_rpm",
+        type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"),
+        required=True,
+        metavar="RPM",
+        help="rev/min",
+    )
     add("--cycles", type=number(1, 10000, "cycles", int), default=10, metavar="N", help="of 720 degrees (10)")
     add("--scheme", type=word(SCHEMES), default="gauss-seidel", metavar="NAME", help=", ".join(SCHEMES))
     add("--reconstruction", type=word(RECONSTRUCTIONS), default="own", metavar="NAME", help=", ".join(RECONSTRUCTIONS))

@@ -41,7 +41,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add(
         "--speed", dest="speeds_rpm", type=float, nargs="+", metavar="RPM",
-        help="speeds, rev/min (default: the engine's combustion.best_speed)",
+        help="speeds, rev/min (default: the engine's best_speed)",
     )  # fmt: skip
     add(
         "--criterion", default="haigh", metavar="NAME",
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     engine = engine_of(options)
     crank_strength(engine)
     one_of("--criterion", options.criterion, CRITERIA)
-    speeds = options.speeds_rpm or [round(engine.combustion.best_speed * 30.0 / math.pi, 6)]
+    speeds = options.speeds_rpm or [round(engine.rated_speed * 30.0 / math.pi, 6)]
     request = request_of(options, speeds[0])
     for speed in speeds:
         replace(request, speed_rpm=speed).settings(engine, option_of)

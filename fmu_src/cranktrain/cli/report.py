@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     engine = engine_of(options)
     choices = {key: getattr(options, key) for key in ("pressure", "pressure_unit", "pressure_tdc_deg")}
-    gas = Request(speed_rpm=engine.combustion.best_speed / RPM, **choices).gas(engine, option_of)
+    gas = Request(speed_rpm=engine.rated_speed / RPM, **choices).gas(engine, option_of)
     path = Path(options.output or f"{engine.name}_report.html")
     check_place(path, REPORT)
     folders = [Path(folder) for folder in options.pictures]
@@ -97,7 +97,7 @@ def _make(found: Findings, options: argparse.Namespace) -> dict[str, float]:
 
     lacking = [section for section in SECTIONS if not section.make(found)]
     commands = dict.fromkeys(
-        text for section in lacking for text in section.making(options.engine, options.make, found.engine.name)
+        text for section in lacking for text in section.making(options.engine, options.make, found.engine)
     )
     sources = {option_of(key): getattr(options, key) for key in SOURCES if getattr(options, key) is not None}
     given = [str(word) for pair in sources.items() for word in pair]

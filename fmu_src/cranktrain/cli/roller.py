@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import finite, number, say, show_rows, word
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.engine.roller_bearing import (
     CONTACT_LAWS,
     RATED_PRESSURE,
@@ -79,7 +80,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--clearance-um", type=finite, metavar="UM", help="diametral radial clearance (default 0)")
     add("--engine", metavar="ENGINE", help="bearings of this engine's [main_roller] instead of the options above")
     add("--load", type=load, metavar="N", help="radial load, N")
-    rpm = number(100.0, 20000.0, "rev/min")
+    rpm = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")
     add("--speed", type=rpm, metavar="RPM", help="with --engine instead of --load: speed of a run, rev/min")
     add("--out", metavar="FILE", help="with --speed: new engine file with the stand-ins; nothing is overwritten")
     add("--moment-nm", type=finite, default=0.0, metavar="NM", help="moment in the plane of the load (default 0)")

@@ -13,7 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show
 from cranktrain.cli.plot_runup import draw, pictures_folder
-from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, note_axial_path
+from cranktrain.cli.run_options import (
+    BALANCED,
+    add_run_options,
+    add_settle_option,
+    asked_of,
+    assembled,
+    balances,
+    note_axial_path,
+)
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.film.laws.register import bearing_law
@@ -40,7 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
     add = parser.add_argument
     rpm = number(-20000.0, 20000.0, "rev/min")
-    add("--from", dest="from_rpm", type=rpm, required=True, metavar="RPM", help="first speed, rev/min, at least 100")
+    add("--from", dest="from_rpm", type=rpm, required=True, metavar="RPM", help="first speed, rev/min, at least 20")
     add("--to", dest="to_rpm", type=rpm, required=True, metavar="RPM", help="last speed, rev/min")
     add("--step", dest="step_rpm", type=number(0.01, 10000.0, "rev/min"), default=20.0, metavar="RPM",
         help="distance between speeds, rev/min (default 20)")  # fmt: skip
@@ -67,6 +75,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
     from cranktrain.results.run_up.run_up import check_run_up_target
+    from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses, stress_table
     from cranktrain.studies.run_up.modes_in_motion import in_motion
     from cranktrain.studies.run_up.plan import job_of, run_up_speeds
     from cranktrain.studies.run_up.report import closing_text, report, run_up_tables, torsional_peaks
@@ -84,6 +93,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     job = None
     if options.steady is None:
         job = job_of(request, made, gas, _outputs(options.outputs, made), options.highest_order)
+        job = replace(job, balanced=balances(options, engine))
     outcome = _outcome(options, request, made, gas, job, speeds, path)
     found = outcome.run_up
     assert found is not None
@@ -92,17 +102,19 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         peaks = in_motion(peaks, runs_here(job), outcome.starts)
     said = report(found, peaks, engine.published)
     said |= {
-        "firing": firing_summary(engine.crankshaft, engine.cylinders),
+        "firing": firing_summary(engine),
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
+    if options.steady is not None and has_sections(engine):
+        said["shaft_stress"] = shaft_stresses(engine, found)
     if folder is not None:
         said["plots"] = draw(folder, found, engine, motion=peaks)
     note_axial_path(engine, bool((found.repeats == 1).all()))
     if not options.json:
-        for table in run_up_tables(said):
+        for table in (*run_up_tables(said), *([stress_table(said["shaft_stress"])] if "shaft_stress" in said else [])):
             show(table)
-        print(firing_text(engine.crankshaft, engine.cylinders))
+        print(firing_text(engine))
         print(closing_text(found))
         resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
         print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")
@@ -139,6 +151,8 @@ def _outcome(
 
     chosen = {key: value for key, value in request.attributes(made).items() if key != "speed"}
     attributes = {"engine": made.engine.name, **chosen, "settle": request.settle}
+    if balances(options, made.engine):
+        attributes["load"] = BALANCED
     outcome, began = Outcome(workers=1), time.perf_counter()
     if (options.steady or options.ramp) and not options.anew:
         check_replaced(path)
@@ -147,8 +161,11 @@ def _outcome(
 
         orders = [0.5 * k for k in range(1, int(2.0 * options.highest_order + 1e-9) + 1)]
         outcome.run_up = frequency_run_up(
-            made.engine, made.body, made.settings, np.array(speeds), orders, options.steady, gas
-        )
+            made.engine, made.body, made.settings, np.array(speeds), orders, options.steady, gas,
+            balanced=balances(options, made.engine), failed=outcome.failed,
+        )  # fmt: skip
+        for failed in outcome.failed:
+            say(f"cranktrain: warning: no result at {failed.speed * PER_RPM:g} rev/min: {failed.reason}")
     elif options.ramp is None:
         means = Means(options.workers, options.scheduler, options.refine, options.anew)
         _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))

@@ -13,6 +13,7 @@ from cranktrain.cli.run_options import (
     add_settle_option,
     asked_of,
     assembled,
+    loaded,
     note_axial_path,
     pressures_text,
 )
@@ -35,7 +36,7 @@ DESCRIPTION = "Run at constant speed until cycles repeat; write an HDF5 result a
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs have."""
     add = parser.add_argument
-    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
+    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 20")
     add(
         "--cycles", type=int, metavar="N",
         help=f"exactly this many cycles of 720 degrees (default: until the outputs repeat, at most {MOST_CYCLES}; "
@@ -63,7 +64,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     _check(options, engine, settings)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
     check_target(output)
-    made = assembled(asked, not options.no_inherit)
+    made = loaded(options, assembled(asked, not options.no_inherit), gas, request.speed)
     found = _run_into(output, request, made, gas)
     summary = found.summary(output)
     if options.steady:
@@ -119,7 +120,6 @@ def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> N
         )
     if options.steady:
         engine.refuse_additions("steady states in the frequency domain")
-        engine.connecting_shaft  # noqa: B018  raises where there is none
     if options.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
     if options.plots is not None:
@@ -143,7 +143,7 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     """Print the summary for people."""
     from cranktrain.results.tables import closing_text, online_text, resolution_text, run_tables
 
-    print(firing_text(run.engine.crankshaft, run.engine.cylinders))
+    print(firing_text(run.engine))
     print(f"Gas trace at full load: {run.gas.source}; {pressures_text(run.gas)}")
     for table in run_tables(summary):
         show(table)

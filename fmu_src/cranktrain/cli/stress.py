@@ -42,7 +42,7 @@ _SPOTS = 12
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
     add = parser.add_argument
-    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 100")
+    add("--speed", dest="speed_rpm", type=float, required=True, metavar="RPM", help="rev/min, at least 20")
     add_level_options(parser, without="--crank")
     add_settle_option(parser)
     add_source_options(parser)

@@ -55,6 +55,8 @@ from cranktrain.dynamics.warm_films import (
 )
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import SLOWEST_RPM
+from cranktrain.engine.torsional_chain import DYNAMOMETER
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
@@ -63,7 +65,7 @@ from cranktrain.loads.gas_pressure import Gas, GasTrace, gas_tables
 
 __all__ = ["Parts", "Settings", "Simulation", "simulate"]
 
-SLOWEST = 100.0 * math.pi / 30.0
+SLOWEST = SLOWEST_RPM * math.pi / 30.0
 """Lowest speed of a simulation over cycles, rad/s."""
 _RPM = 30.0 / math.pi
 BEHIND_PRESSURES = {
@@ -73,6 +75,16 @@ BEHIND_PRESSURES = {
     "pressure.angle": "rad",
 }
 """Inputs behind the pressures, with their units."""
+
+
+def _check_far_end(engine: Engine) -> None:
+    """Refuse a drive line whose far end is free: nothing would give or load the engine's speed; ``InputError``."""
+    line = engine.drive_line_chain
+    if line is not None and DYNAMOMETER not in (*line.starts, *line.ends):
+        raise InputError(
+            f"drive line of engine '{engine.name}' ends freely; a run in time needs a shaft to '{DYNAMOMETER}', which "
+            "holds its speed or carries its load; add a soft one, or take --steady harmonic-balance"
+        )
 
 
 def input_names(engine: Engine) -> tuple[str, ...]:
@@ -118,6 +130,7 @@ class Simulation(SteppedModel):
         parts: Parts | None = None,
         temperatures: Array | None = None,
     ) -> None:
+        _check_far_end(engine)
         self.engine = engine
         self.settings = resolved(settings or Settings(), engine)
         self.body = self._fitting(body)
@@ -295,8 +308,8 @@ class Simulation(SteppedModel):
         """Film temperatures (b,), K, of a run until its outputs repeat, at the present speed and on the gas trace."""
         if not self.inputs[0] >= SLOWEST * (1.0 - 1.0e-9):
             raise InputError(
-                f"the heat balance of films needs a start at 100 rev/min or more, got {self.inputs[0] * _RPM:g}; set "
-                "the speed before the initialization, or take film temperature 'engine'"
+                f"the heat balance of films needs a start at {SLOWEST_RPM:g} rev/min or more, got "
+                f"{self.inputs[0] * _RPM:g}; set the speed before the initialization, or take film temperature 'engine'"
             )
         settings = replace(self.settings, boundary="speed", gas_source="builtin")
         return simulate(
@@ -472,13 +485,15 @@ def simulate(
     Raises
     ------
     InputError
-        speed below 100 rev/min, no cycle, a heat balance of bearings without oil or of no damper, a load torque at
+        speed below 20 rev/min, no cycle, a heat balance of bearings without oil or of no damper, a load torque at
         boundary ``speed``
     SolverError
         a step that fails
     """
     if not (math.isfinite(speed) and speed >= SLOWEST * (1.0 - 1.0e-9)):
-        raise InputError(f"cycles need at least 100 rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0")
+        raise InputError(
+            f"cycles need at least {SLOWEST_RPM:g} rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0"
+        )
     if cycles is not None and cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
     if not 0.0 < settle < 1.0:

@@ -89,7 +89,7 @@ def load_engine(name_or_path: str | Path) -> Engine:
         name: tuple(_added(name, found, path)) for name in TABLES if (found := getattr(read, name))
     }
     tables = {name: part_of(engine_parts()[name], found, f"{path.name}: {name}") for name, found in given.items()}
-    turned = from_first_cylinder(tables["crankshaft"], tables["cylinders"])
+    turned = from_first_cylinder(tables["crankshaft"], tables["cylinders"], tables["rod"])
     tables["crankshaft"] = replace(tables["crankshaft"], throw_angles=turned)
     engine = Engine(read.name, read.title, **tables, **added)
     try:

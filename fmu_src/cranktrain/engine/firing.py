@@ -12,10 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
 from cranktrain.core.errors import InputError
-from cranktrain.engine.parts import Crankshaft, Cylinders
+from cranktrain.engine.parts import Compressor, Crankshaft, Cylinders, Rod
 
 REVOLUTION = 2.0 * math.pi
 SAME = 1.0e-6
@@ -28,25 +28,49 @@ EVEN = math.radians(1.0)
 """Intervals (rad) that differ by less are even."""
 
 
-def revolutions(cylinders: Cylinders) -> int:
-    """Revolutions of a cycle: two of a four-stroke, one of a two-stroke."""
-    return round(cylinders.cycle / REVOLUTION)
+class Engine(Protocol):
+    """What the firing of an engine depends on."""
+
+    @property
+    def crankshaft(self) -> Crankshaft: ...  # noqa: D102
+    @property
+    def cylinders(self) -> Cylinders: ...  # noqa: D102
+    @property
+    def rod(self) -> Rod: ...  # noqa: D102
+    @property
+    def compressor(self) -> Compressor | None: ...  # noqa: D102
 
 
-def dead_centres(crank: Crankshaft, cylinders: Cylinders) -> list[float]:
-    """Crank angle at which each cylinder's throw points along its bank, rad; that of cylinder 1 in [0, 2π)."""
-    throws = [crank.throw_angles[pin - 1] for pin in cylinders.pins]
-    found = [bank - throw for throw, bank in zip(throws, cylinders.bank_angles, strict=True)]
+def dead_centres(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> list[float]:
+    """Crank angle at which each cylinder's throw points along its bank, rad; that of cylinder 1 in [0, 2π).
+
+    Of a cylinder beside the crank's axis it is where throw and rod are in line.
+    """
+    found = _centres(crank, cylinders, rod)
     return [(found[0] + LATER) % REVOLUTION - LATER, *found[1:]]
 
 
-def firing_angles(crank: Crankshaft, cylinders: Cylinders) -> tuple[float, ...]:
+def _centres(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> list[float]:
+    """The same, that of cylinder 1 as it comes."""
+    throws = [crank.throw_angles[pin - 1] for pin in cylinders.pins]
+    found = [bank - throw for throw, bank in zip(throws, cylinders.bank_angles, strict=True)]
+    if cylinders.axis_offsets:
+        reach = [rod.length + crank.throws[pin - 1] for pin in cylinders.pins]
+        leads = [math.asin(offset / r) for offset, r in zip(cylinders.axis_offsets, reach, strict=True)]
+        found = [angle - lead for angle, lead in zip(found, leads, strict=True)]
+    return found
+
+
+def firing_angles(engine: Engine) -> tuple[float, ...]:
     """Crank angle of each cylinder's firing dead centre, in the order of their numbers, rad.
 
     Cylinder 1 fires in the first revolution. ``InputError`` where the throws cannot fire in the order or at the angles
     that are stated.
     """
-    dead, order, cycle = dead_centres(crank, cylinders), cylinders.firing_order, cylinders.cycle
+    cylinders = engine.cylinders
+    dead, order, cycle = dead_centres(engine.crankshaft, cylinders, engine.rod), cylinders.firing_order, cylinders.cycle
+    if engine.compressor is not None:  # every cylinder compresses whenever it reaches dead centre
+        return tuple((angle + LATER) % cycle - LATER for angle in dead)
     if cylinders.firing_angles:
         return _as_stated(dead, cylinders.firing_angles, cycle, "firing_angles")
     if cylinders.firing_intervals:
@@ -111,15 +135,15 @@ def even_order(dead: Sequence[float], cycle: float) -> tuple[int, ...]:
     return tuple(found)
 
 
-def uneven(crank: Crankshaft, cylinders: Cylinders) -> Iterator[str]:
+def uneven(engine: Engine) -> Iterator[str]:
     """One line where an order leads to uneven intervals that nobody stated, with what would make them even."""
-    if cylinders.firing_angles or cylinders.firing_intervals:
+    cylinders, cycle = engine.cylinders, engine.cylinders.cycle
+    if cylinders.firing_angles or cylinders.firing_intervals or engine.compressor is not None:
         return
-    cycle = cylinders.cycle
-    gaps = intervals(firing_angles(crank, cylinders), cycle)
+    gaps = intervals(firing_angles(engine), cycle)
     if is_even(gaps):
         return
-    dead = dead_centres(crank, cylinders)
+    dead = dead_centres(engine.crankshaft, cylinders, engine.rod)
     mirrored = [-angle % REVOLUTION for angle in dead]
     other_way, order = intervals_of(mirrored, cylinders.firing_order, cycle), even_order(dead, cycle)
     if other_way is not None and is_even(other_way):
@@ -132,22 +156,23 @@ def uneven(crank: Crankshaft, cylinders: Cylinders) -> Iterator[str]:
     )
 
 
-def firing_summary(crank: Crankshaft, cylinders: Cylinders) -> dict[str, Any]:
+def firing_summary(engine: Engine) -> dict[str, Any]:
     """``order`` of the cylinders as they fire, from cylinder 1 on, and ``intervals_deg`` from each to the next."""
-    angles = firing_angles(crank, cylinders)
-    after = [(angle - angles[0] + SAME) % cylinders.cycle - SAME for angle in angles]
+    angles, cycle = firing_angles(engine), engine.cylinders.cycle
+    after = [(angle - angles[0] + SAME) % cycle - SAME for angle in angles]
     order = sorted(range(len(after)), key=after.__getitem__)
-    gaps = intervals(after, cylinders.cycle)
+    gaps = intervals(after, cycle)
     return {"order": [k + 1 for k in order], "intervals_deg": [round(math.degrees(gap), 6) for gap in gaps]}
 
 
-def firing_text(crank: Crankshaft, cylinders: Cylinders) -> str:
+def firing_text(engine: Engine) -> str:
     """The same in a sentence."""
-    found = firing_summary(crank, cylinders)
+    found = firing_summary(engine)
     gaps = found["intervals_deg"]
     even = max(gaps) - min(gaps) < math.degrees(EVEN)
     every = f"every {gaps[0]:g} deg" if even else f"at intervals of {', '.join(f'{gap:g}' for gap in gaps)} deg"
-    return f"Fires {'-'.join(map(str, found['order']))}, {every}"
+    fires = "Fires" if engine.compressor is None else "Compresses"
+    return f"{fires} {'-'.join(map(str, found['order']))}, {every}"
 
 
 def degrees(angles: Sequence[float]) -> str:
@@ -155,12 +180,16 @@ def degrees(angles: Sequence[float]) -> str:
     return ", ".join(f"{math.degrees(angle):.4g}" for angle in angles)
 
 
-def from_first_cylinder(crank: Crankshaft, cylinders: Cylinders) -> tuple[float, ...]:
+def from_first_cylinder(crank: Crankshaft, cylinders: Cylinders, rod: Rod) -> tuple[float, ...]:
     """Throw angles that let cylinder 1 fire at crank angle 0, rad; as they are where it does."""
     pin = cylinders.pins[0] if cylinders.pins else 0
     if not 1 <= pin <= len(crank.throw_angles) or not cylinders.bank_angles:
         return crank.throw_angles  # the checks say what is wrong
-    turn = cylinders.bank_angles[0] - crank.throw_angles[pin - 1]
+    n = len(cylinders.pins)
+    given = len(cylinders.axis_offsets) in (0, n) and len(cylinders.bank_angles) == n
+    if not given or not all(1 <= own <= len(crank.throw_angles) for own in cylinders.pins):
+        return crank.throw_angles  # likewise
+    turn = _centres(crank, cylinders, rod)[0]
     off = (turn + math.pi) % REVOLUTION - math.pi
     return crank.throw_angles if abs(off) < SAME else tuple(angle + off for angle in crank.throw_angles)
 

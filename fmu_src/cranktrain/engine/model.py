@@ -18,8 +18,11 @@ from cranktrain.engine import parts
 from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.drive_line_chain import DriveLineChain, line_connections
 from cranktrain.engine.firing import firing_angles, intervals
-from cranktrain.engine.torsional_chain import DriveLineChain
+
+IDLE_SHARE = 0.25
+"""Lowest over highest speed of an engine whose oil has one temperature."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +46,11 @@ class Engine:
     thrust: parts.ThrustBearing
     oil: parts.Oil
     drive_line: parts.DriveLine
-    damping: parts.StructuralDamping
-    combustion: parts.Combustion
-    reduction: parts.Reduction
-    published: parts.Published
+    combustion: parts.Combustion | None = None
+    compressor: parts.Compressor | None = None
+    damping: parts.StructuralDamping = parts.USUAL_DAMPING
+    reduction: parts.Reduction = parts.USUAL_REDUCTION
+    published: parts.Published = parts.NOTHING_PUBLISHED
     big_end_bearing: parts.PlainBearing | None = None
     main_bearing: parts.JournalBearing | None = None
     main_roller: parts.RollerBearings | None = None
@@ -60,6 +64,7 @@ class Engine:
     block: parts.Block | None = None
     mounts: parts.Mounts | None = None
     crank_strength: CrankStrength | None = None
+    load: parts.MeanLoad | None = None
     frame: tuple[FrameTable, ...] = ()
     body: tuple[BodyTable, ...] = ()
     connection: tuple[ConnectionTable, ...] = ()
@@ -70,9 +75,42 @@ class Engine:
         return len(self.cylinders.firing_order)
 
     @property
+    def speeds(self) -> tuple[float, float]:
+        """Lowest and highest speed of the engine, rad/s: the ends of its table of oil temperatures."""
+        low, high = self.oil.temperature_speeds[0], self.oil.temperature_speeds[-1]
+        return (low, high) if low < high else (IDLE_SHARE * high, high)
+
+    @property
     def displacement(self) -> float:
         """Swept volume of all cylinders, m³, with a stroke of twice the throw."""
-        return self.n_cylinders * 0.5 * math.pi * self.cylinders.bore**2 * self.crankshaft.throw
+        if not self.crankshaft.pin_throws:
+            return self.n_cylinders * 0.5 * math.pi * self.cylinders.bore**2 * self.crankshaft.throw
+        return 0.5 * math.pi * self.cylinders.bore**2 * math.fsum(self.throws)
+
+    @property
+    def burn(self) -> parts.Combustion:
+        """Combustion, for what needs it; ``InputError`` where the cylinders are those of a compressor."""
+        if self.combustion is None:
+            raise InputError(f"engine '{self.name}' has no [combustion], which this needs; give pressures of your own")
+        return self.combustion
+
+    @property
+    def rated_speed(self) -> float:
+        """Speed of the full-load trace, rad/s."""
+        gas = self.combustion or self.compressor
+        assert gas is not None  # an engine is checked to have one
+        return gas.best_speed
+
+    @property
+    def throws(self) -> tuple[float, ...]:
+        """Throw of each cylinder's pin, m."""
+        return tuple(self.crankshaft.throws[pin - 1] for pin in self.cylinders.pins)
+
+    @property
+    def offsets(self) -> tuple[float, ...]:
+        """Offset of each cylinder: that of its piston's path from the crank's axis, across its bank, m."""
+        own, pin = self.cylinders.axis_offsets or self.n_cylinders * (0.0,), self.cylinders.pin_offset
+        return tuple(pin + offset for offset in own)
 
     @property
     def cylinder_positions(self) -> tuple[float, ...]:
@@ -120,14 +158,10 @@ class Engine:
         return self.main_bearing
 
     @property
-    def connecting_shaft(self) -> parts.DriveLine:
-        """The drive line where it is one shaft; ``InputError`` where it is a chain of discs."""
-        if self.drive_line_chain is not None:
-            raise InputError(
-                f"engine '{self.name}' has a drive line of discs, which a steady state in the frequency domain and "
-                "the equations for other solvers cannot include; leave [drive_line_chain] or --drive-line out"
-            )
-        return self.drive_line
+    def connections(self) -> tuple[ConnectionTable, ...]:
+        """Added connections, and those of the drive line's shafts that are not linear."""
+        line = self.drive_line_chain
+        return self.connection if line is None else (*self.connection, *line_connections(line))
 
     @property
     def without_additions(self) -> Engine:
@@ -140,6 +174,14 @@ class Engine:
             raise InputError(
                 f"engine '{self.name}' has added bodies and connections, which {what} cannot include; "
                 "leave [[body]] and [[connection]] out"
+            )
+
+    def refuse_two_strokes(self, what: str) -> None:
+        """Refuse a two-stroke, whose cycle ``what`` does not have; ``InputError``."""
+        if self.cylinders.cycle < 3.0 * math.pi:
+            raise InputError(
+                f"engine '{self.name}' is a two-stroke (cylinders.cycle = 360 deg), which {what} cannot include; give "
+                "its cylinder pressure by a trace or as inputs"
             )
 
     @property
@@ -155,7 +197,12 @@ class Engine:
         revolution of the others.
         Raises ``InputError``: if the throws cannot fire in the stated order within one cycle.
         """
-        return firing_angles(self.crankshaft, self.cylinders)
+        return firing_angles(self)
+
+    @property
+    def firings(self) -> float:
+        """Firings in a revolution, the order of excitation of cylinders that fire evenly."""
+        return self.n_cylinders / round(self.cylinders.cycle / (2.0 * math.pi))
 
     @property
     def firing_intervals(self) -> tuple[float, ...]:

@@ -24,6 +24,12 @@ RING_SHARE = 0.5
 """Thickness of a roller bearing's outer ring over the diameter of its rollers; chosen."""
 
 
+COLDEST, ROOM, HOTTEST = 173.15, 298.15, 1273.15
+"""Temperatures, K, that a linear damper may have, and the one it has; its law does not depend on them."""
+ANY_FREQUENCY = 100.0
+"""Frequency, Hz, at which a linear damper of constant stiffness and damping is said to be linearised."""
+
+
 @dataclass(frozen=True)
 class Material:
     """Linear isotropic material (Pa, 1, kg/m³)."""
@@ -35,7 +41,13 @@ class Material:
 
 @dataclass(frozen=True)
 class Crankshaft:
-    """Parametric crankshaft geometry, m and rad; one main journal more than there are throws."""
+    """Parametric crankshaft geometry, m and rad.
+
+    A throw is a pin with its angle. Between two main journals lies one pin, or as many as ``pins_between_mains`` says,
+    joined by flying webs of ``flying_web_thickness``; where that is 0 they meet at their faces. ``counterweights`` has
+    an entry for each web, flying ones (which carry none) included. ``pin_throws`` are the throws of the pins where they
+    differ; ``throw`` is then that of the first.
+    """
 
     throw: q.Size
     throw_angles: tuple[q.Angle, ...]
@@ -57,19 +69,43 @@ class Crankshaft:
     oil_hole_diameter: q.Length
     oil_holes: bool
     mesh_size: q.Length
+    pins_between_mains: tuple[q.Pins, ...] = ()
+    flying_web_thickness: q.Web = 0.0
+    pin_throws: tuple[q.Size, ...] = ()
+
+    @property
+    def bays(self) -> tuple[int, ...]:
+        """Number of pins from each main journal to the next."""
+        return self.pins_between_mains or (1,) * len(self.throw_angles)
+
+    @property
+    def main_before(self) -> tuple[int, ...]:
+        """Main journal (from 1) in front of each pin."""
+        return tuple(main for main, pins in enumerate(self.bays, 1) for _ in range(pins))
+
+    @property
+    def throws(self) -> tuple[float, ...]:
+        """Throw of each pin, m."""
+        return self.pin_throws or (self.throw,) * len(self.throw_angles)
+
+    @property
+    def pin_pitch(self) -> float:
+        """From pin to pin between two mains along z, m."""
+        return self.pin_width + self.flying_web_thickness
 
     @property
     def main_positions(self) -> tuple[float, ...]:
         """Middle of each main journal along z, m; 0 for the first."""
-        throw = 2.0 * self.web_thickness + self.pin_width
-        pitches = (0.5 * (a + b) + throw for a, b in zip(self.main_widths, self.main_widths[1:], strict=False))
-        return tuple(accumulate(pitches, initial=0.0))
+        one, ends = 2.0 * self.web_thickness + self.pin_width, zip(self.main_widths, self.main_widths[1:], strict=False)
+        bays = (one + (pins - 1) * self.pin_pitch for pins in self.bays)
+        return tuple(accumulate((0.5 * (a + b) + bay for (a, b), bay in zip(ends, bays, strict=True)), initial=0.0))
 
     @property
     def pin_positions(self) -> tuple[float, ...]:
         """Middle of each pin along z, m."""
         ends = (z + 0.5 * width for z, width in zip(self.main_positions, self.main_widths, strict=True))
-        return tuple(end + self.web_thickness + 0.5 * self.pin_width for end in ends)[: len(self.throw_angles)]
+        first = (end + self.web_thickness + 0.5 * self.pin_width for end in ends)
+        return tuple(z + k * self.pin_pitch for z, pins in zip(first, self.bays, strict=False) for k in range(pins))
 
 
 @dataclass(frozen=True)
@@ -115,7 +151,11 @@ class Cylinders:
     middles from the middles of their pins; all 0 where the tuple is empty. ``firing_order`` chooses the revolution in
     which each cylinder fires (:mod:`cranktrain.engine.firing`); ``firing_angles``, one for each cylinder from that of
     cylinder 1, or ``firing_intervals``, one for each cylinder of the order, state it where that is not meant.
-    ``cycle`` is 720 degrees of a four-stroke, 360 degrees of a two-stroke.
+    ``cycle`` is 720 degrees of a four-stroke, 360 degrees of a two-stroke. ``axis_offsets`` are the distances of the
+    cylinders' axes from the crank's, across, where banks are offset; the pin's offset in its piston adds to them.
+    ``rods_on_pin`` says how rods share a pin: ``side-by-side``, or ``fork-and-blade`` in one plane. With a
+    ``crosshead`` the side force is that of a guide at the height of the rod's small end, and ``piston_mass`` includes
+    piston rod and crosshead.
     """
 
     bore: q.Size
@@ -129,6 +169,9 @@ class Cylinders:
     firing_angles: tuple[q.Angle, ...] = ()
     firing_intervals: tuple[q.Angle, ...] = ()
     cycle: q.Cycle = 4.0 * math.pi
+    axis_offsets: tuple[q.Offset, ...] = ()
+    rods_on_pin: q.RodsOnPin = "side-by-side"
+    crosshead: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -334,6 +377,28 @@ class DriveLine:
 
 
 @dataclass(frozen=True, kw_only=True)
+class MeanLoad:
+    """Mean torque that the engine gives at its flywheel over its speed, balanced by the burn (SI).
+
+    ``propeller`` needs ``torque`` at ``speed`` and grows by the ``exponent``, T (Ω/Ω_n)²; ``power`` is a generator's
+    constant power P/Ω; ``torque`` is the same at all speeds. ``speed`` is the engine's rated speed: limits of shafts
+    count from it.
+    """
+
+    kind: q.LoadLaw
+    speed: q.LoadSpeed
+    torque: q.FrictionTorque = 0.0
+    power: q.Power = 0.0
+    exponent: q.LoadExponent = 2.0
+
+    def torque_at(self, speed: float) -> float:
+        """Mean torque, N m, at a speed of the crank, rad/s."""
+        if self.kind == "power":
+            return self.power / speed
+        return self.torque * (speed / self.speed) ** (self.exponent if self.kind == "propeller" else 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
 class AxialPath:
     """Axial path: support of the crank along its axis by the drive line (SI).
 
@@ -357,31 +422,35 @@ class AxialPath:
 
 @dataclass(frozen=True, kw_only=True)
 class Damper:
-    """Torsional damper on the pulley: a ring that a fluid or rubber couples to its housing (SI).
+    """Torsional damper on the pulley: a ring that a fluid, rubber or springs couple to its housing (SI).
 
-    ``kind`` is ``viscous`` or ``rubber``. ``mass`` is that of housing and ring, which the pulley carries;
-    ``housing_inertia`` turns with the pulley. A silicone fluid of ``viscosity`` at 25 °C fills the gaps at the ring's
-    two faces (``axial_gap``) and at its outer and inner cylinder; its ``law`` is ``newtonian``, ``shear-thinning`` or
-    ``complex-modulus``, see :mod:`cranktrain.loads.damper`, with ln η falling by ``viscosity_slope`` over 1/T. Complex
-    modulus and rubber are linearised at ``frequency``. A law holds between ``lowest_temperature`` and
-    ``highest_temperature``; the damper is as warm as ``temperatures`` say over ``temperature_speeds``, or as its heat
-    balance with ``heat_transfer`` from ``cooling_area`` to ``ambient_temperature`` makes it. It should not dissipate
-    more than ``power_limit`` per cooling area.
+    ``kind`` is ``viscous``, ``rubber`` or ``linear``. A ``linear`` damper needs ``ring_inertia`` and ``damping`` or
+    ``stiffness`` alone, or ``stiffnesses`` and ``dampings`` over ``frequencies``, as makers of steel-spring dampers
+    state them: in time it has those at ``frequency``. The other kinds need all of the following.
+
+    ``mass`` is that of housing and ring, which the pulley carries; ``housing_inertia`` turns with the pulley. A
+    silicone fluid of ``viscosity`` at 25 °C fills the gaps at the ring's two faces (``axial_gap``) and at its outer and
+    inner cylinder; its ``law`` is ``newtonian``, ``shear-thinning`` or ``complex-modulus``, see
+    :mod:`cranktrain.loads.damper`, with ln η falling by ``viscosity_slope`` over 1/T. Complex modulus and rubber are
+    linearised at ``frequency``. A law holds between ``lowest_temperature`` and ``highest_temperature``; the damper is
+    as warm as ``temperatures`` say over ``temperature_speeds``, or as its heat balance with ``heat_transfer`` from
+    ``cooling_area`` to ``ambient_temperature`` makes it. It should not dissipate more than ``power_limit`` per cooling
+    area.
     """
 
     kind: q.DamperKind
     ring_inertia: q.Inertia
-    housing_inertia: q.AddedInertia
-    mass: q.Mass
-    frequency: q.WorkingFrequency
-    lowest_temperature: q.Temperature
-    highest_temperature: q.Temperature
-    temperature_speeds: tuple[q.Speed, ...]
-    temperatures: tuple[q.Temperature, ...]
-    ambient_temperature: q.Temperature
-    heat_transfer: q.HeatTransfer
-    cooling_area: q.Area
-    power_limit: q.HeatFlux
+    housing_inertia: q.AddedInertia = 0.0
+    mass: q.Mass = 0.0
+    frequency: q.WorkingFrequency = 0.0
+    lowest_temperature: q.Temperature = 0.0
+    highest_temperature: q.Temperature = 0.0
+    temperature_speeds: tuple[q.Speed, ...] = ()
+    temperatures: tuple[q.Temperature, ...] = ()
+    ambient_temperature: q.Temperature = 0.0
+    heat_transfer: q.HeatTransfer = 0.0
+    cooling_area: q.Area = 0.0
+    power_limit: q.HeatFlux = 0.0
     law: q.DamperLaw = "shear-thinning"
     viscosity: q.FluidViscosity = 0.0
     viscosity_slope: q.TemperatureDifference = 0.0
@@ -395,16 +464,32 @@ class Damper:
     inner_gap: q.Gap = 0.0
     stiffness: q.TorsionalStiffness = 0.0
     loss_factor: q.LossFactor = 0.0
+    damping: q.TorsionalDamping = 0.0
+    frequencies: tuple[q.Frequency, ...] = ()
+    stiffnesses: tuple[q.SupportTorsionalStiffness, ...] = ()
+    dampings: tuple[q.TorsionalDamping, ...] = ()
+
+    def __post_init__(self) -> None:
+        """A linear damper is the same at all temperatures, and at all frequencies unless it states them."""
+        if self.kind != "linear":
+            return
+        warm = {
+            "lowest_temperature": COLDEST, "highest_temperature": HOTTEST, "temperature_speeds": (0.0,),
+            "temperatures": (ROOM,), "ambient_temperature": ROOM,
+        }  # fmt: skip
+        for key, value in (warm if self.frequencies else warm | {"frequency": ANY_FREQUENCY}).items():
+            if not getattr(self, key):
+                object.__setattr__(self, key, value)
 
 
 @dataclass(frozen=True)
 class StructuralDamping:
     """Damping of the elastic modes: one ratio for all (``modal``) or D = α M + β K (``rayleigh``; 1/s, s)."""
 
-    kind: q.DampingKind
-    ratio: q.DampingRatio
-    alpha: q.Rate
-    beta: q.Time
+    kind: q.DampingKind = "modal"
+    ratio: q.DampingRatio = 0.01
+    alpha: q.Rate = 0.0
+    beta: q.Time = 0.0
 
 
 @dataclass(frozen=True)
@@ -424,6 +509,21 @@ class Combustion:
     wall_temperature: q.Temperature
     best_speed: q.RatedSpeed
     falloff: q.Falloff
+
+
+@dataclass(frozen=True)
+class Compressor:
+    """Gas in the cylinders of a reciprocating compressor, in place of combustion: pressures Pa, absolute; rad/s.
+
+    Compression and re-expansion are polytropic with ``exponent``; the clearance is that of
+    ``cylinders.compression_ratio``. Valves open at the pressures of ``suction`` and ``discharge``. Without load they
+    are held open.
+    """
+
+    suction: q.CompressedGas
+    discharge: q.CompressedGas
+    exponent: q.Polytropic
+    best_speed: q.RatedSpeed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -519,9 +619,9 @@ class Reduction:
     :mod:`cranktrain.structure.crank.torsional`.
     """
 
-    fixed_modes: q.Modes
-    running_cutoff_hz: q.Frequency
-    consistent_mass: bool
+    fixed_modes: q.Modes = 60
+    running_cutoff_hz: q.Frequency = 3000.0
+    consistent_mass: bool = True
     torsional_source: q.TorsionalSource = "solid"
 
 
@@ -529,14 +629,18 @@ class Reduction:
 class Published:
     """The reference's results for this engine, shown beside ours; Hz and rad/s, 0 where nothing was measured.
 
-    Nothing is computed from them.
+    Nothing is computed from them. An engine without a reference has none.
     """
 
-    free_torsional_hz: tuple[q.Frequency, ...]
-    cranktrain_hz: tuple[q.Frequency, ...]
-    cranktrain_shapes: tuple[str, ...]
-    measured_hz: tuple[q.Frequency, ...]
-    second_torsional_hz: q.Frequency
-    critical_orders: tuple[q.Order, ...]
-    critical_speeds: tuple[q.Speed, ...]
-    measured_critical_speeds: tuple[q.Speed, ...]
+    free_torsional_hz: tuple[q.Frequency, ...] = ()
+    cranktrain_hz: tuple[q.Frequency, ...] = ()
+    cranktrain_shapes: tuple[str, ...] = ()
+    measured_hz: tuple[q.Frequency, ...] = ()
+    second_torsional_hz: q.Frequency = 0.0
+    critical_orders: tuple[q.Order, ...] = ()
+    critical_speeds: tuple[q.Speed, ...] = ()
+    measured_critical_speeds: tuple[q.Speed, ...] = ()
+
+
+USUAL_DAMPING, USUAL_REDUCTION, NOTHING_PUBLISHED = StructuralDamping(), Reduction(), Published()
+"""Of an engine file without the table."""

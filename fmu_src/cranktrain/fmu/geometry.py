@@ -17,6 +17,8 @@ from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
 from cranktrain.engine.model import Engine
 
 SETTABLE = ("bore", "compression_ratio")
+START_SPEED = 2000.0 * math.pi / 30.0
+"""Start value of the speed, rad/s, where the engine runs at it; otherwise the nearest of the engine's speeds."""
 CLOSE = 1.0e-9
 """Relative difference that a value may have from being written as text."""
 
@@ -35,8 +37,10 @@ def geometry(engine: Engine) -> dict[str, Any]:
 
 
 def start_values(engine: Engine) -> dict[str, Any]:
-    """Values of an engine from which variables of the interface start: its dimensions, the axial force (N)."""
-    return geometry(engine) | {"axial_force": axial_force(Settings(), engine)}
+    """Values of an engine from which variables of the interface start: dimensions, axial force (N), speed (rad/s)."""
+    low, high = engine.speeds
+    speed = min(max(START_SPEED, low), high)
+    return geometry(engine) | {"axial_force": axial_force(Settings(), engine), "speed": speed}
 
 
 def with_geometry(engine: Engine, chosen: Mapping[str, Any], names: Mapping[str, str]) -> tuple[Engine, dict[str, Any]]:

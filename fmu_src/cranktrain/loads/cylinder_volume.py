@@ -22,7 +22,7 @@ def cylinder_volume(engine: Engine, angle: Array) -> tuple[Array, Array]:
     -------
     volume (n,) m³, derivative (n,) m³/rad
     """
-    r, length, offset = engine.crankshaft.throw, engine.rod.length, engine.cylinders.pin_offset
+    r, length, offset = engine.crankshaft.throw, engine.rod.length, engine.offsets[0]
     area = 0.25 * math.pi * engine.cylinders.bore**2
     top = math.sqrt((length + r) ** 2 - offset**2)
     stroke = top - math.sqrt((length - r) ** 2 - offset**2)

@@ -31,17 +31,22 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import four
 from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Compressor
 from cranktrain.loads.built_in_trace import (
     CYCLE,
     SAMPLES,
+    TRACE_BORE,
+    TRACE_COMPRESSION,
+    TRACE_CONSTANTS,
     fill_spline,
     fill_trace,
 )
-from cranktrain.loads.cylinder_volume import mean_effective_pressure
+from cranktrain.loads.cylinder_volume import cylinder_volume, mean_effective_pressure
 
 Array = NDArray[np.float64]
 
 BUILT_IN_SOURCE = "built-in Wiebe cycle"
+COMPRESSOR_SOURCE = "polytropic cycle of the compressor"
 
 
 class Gas(Protocol):
@@ -136,16 +141,29 @@ class GasTrace:
 
     @classmethod
     def from_engine(cls, engine: Engine) -> GasTrace:
-        """Built-in trace of the engine's combustion table."""
-        fired = _trace(engine, engine.combustion.heat)
+        """Built-in trace of the engine's table of combustion, or of a compressor."""
+        if engine.compressor is not None:
+            return cls._of_compressor(engine, engine.compressor)
+        fired = _trace(engine, engine.burn.heat)
         return cls(
             motored=_trace(engine, 0.0),
             fired=fired,
             imep=mean_effective_pressure(engine, fired),
-            best_speed=engine.combustion.best_speed,
-            falloff=engine.combustion.falloff,
+            best_speed=engine.burn.best_speed,
+            falloff=engine.burn.falloff,
             source=BUILT_IN_SOURCE,
         )
+
+    @classmethod
+    def _of_compressor(cls, engine: Engine, gas: Compressor) -> GasTrace:
+        """Polytropic compression and re-expansion between suction and discharge; suction alone without load."""
+        angle = np.arange(SAMPLES, dtype=np.float64) * (CYCLE / SAMPLES)
+        volume, rising = cylinder_volume(engine, angle)
+        expanded = np.maximum(gas.discharge * (volume.min() / volume) ** gas.exponent, gas.suction)
+        compressed = np.minimum(gas.suction * (volume.max() / volume) ** gas.exponent, gas.discharge)
+        loaded = np.where(rising > 0.0, expanded, compressed)
+        work = mean_effective_pressure(engine, loaded)
+        return cls(np.full(SAMPLES, gas.suction), loaded, work, gas.best_speed, 0.0, COMPRESSOR_SOURCE)
 
     @classmethod
     def from_csv(
@@ -172,11 +190,10 @@ class GasTrace:
         rows, source = read_pressure(path, unit, dead_centre_deg, SAMPLES, engine)
         traces = [
             cls(
-                # the file gives the pressure at the end of the intake stroke, the start of the motored compression
-                motored=_trace(engine, 0.0, intake_pressure=float(fired[SAMPLES * 3 // 4])),
+                motored=_motored(engine, fired),
                 fired=fired,
                 imep=mean_effective_pressure(engine, fired),
-                best_speed=engine.combustion.best_speed,
+                best_speed=engine.rated_speed,
                 falloff=0.0,
                 source=source,
             )
@@ -207,6 +224,13 @@ def spline_coefficients(samples: Array) -> Array:
     return table
 
 
+def _motored(engine: Engine, fired: Array) -> Array:
+    """What is left of a measured trace (SAMPLES,) without load, Pa."""
+    # The file gives the pressure at the end of the intake stroke, the start of the motored compression.
+    intake = float(fired[SAMPLES * 3 // 4])
+    return np.full(SAMPLES, intake) if engine.compressor is not None else _trace(engine, 0.0, intake_pressure=intake)
+
+
 def gas_tables(gas: GasTrace) -> Array:
     """Splines (2, n, 4) of the motored pressure and its rise by combustion; (2c, n, 4), by cylinder, where they differ.
 
@@ -221,18 +245,23 @@ def gas_tables(gas: GasTrace) -> Array:
 def _trace(engine: Engine, heat: float, intake_pressure: float | None = None) -> Array:
     """Pressure over one cycle, (SAMPLES,) Pa: closed cycle, blow-down, exhaust, intake."""
     samples = np.zeros(SAMPLES)
-    intake = engine.combustion.intake_pressure if intake_pressure is None else intake_pressure
+    intake = engine.burn.intake_pressure if intake_pressure is None else intake_pressure
     fill_trace(trace_constants(engine), heat, intake, samples)
     return samples
 
 
 def trace_constants(engine: Engine, built_in: bool = True) -> Array:
     """Constants of an engine's cycle, (TRACE_CONSTANTS,), see :mod:`cranktrain.loads.built_in_trace`."""
-    cylinders, burn = engine.cylinders, engine.combustion
+    cylinders = engine.cylinders
+    if engine.compressor is not None:
+        none = np.zeros(TRACE_CONSTANTS)
+        none[[TRACE_BORE, TRACE_COMPRESSION]] = cylinders.bore, cylinders.compression_ratio
+        return none
+    burn = engine.burn
     return np.array(
         [
             cylinders.bore, cylinders.compression_ratio, engine.crankshaft.throw, engine.rod.length,
-            cylinders.pin_offset, burn.heat, burn.intake_pressure, burn.intake_temperature, burn.exhaust_pressure,
+            engine.offsets[0], burn.heat, burn.intake_pressure, burn.intake_temperature, burn.exhaust_pressure,
             burn.intake_closes, burn.exhaust_opens, burn.start, burn.duration, burn.wiebe_a, burn.wiebe_m,
             burn.wall_temperature, burn.best_speed, built_in, cylinders.cycle,
         ],

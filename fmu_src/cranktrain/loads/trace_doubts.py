@@ -41,7 +41,8 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
     peak = (float(at[pressure.argmax()]) + 0.5 * cycle) % cycle - 0.5 * cycle
     work = mean_effective_pressure(engine, pressure)
     intake = float(pressure[3 * n // 4])
-    ratio = intake / engine.combustion.intake_pressure
+    stated = engine.compressor.suction if engine.compressor else engine.burn.intake_pressure
+    ratio = intake / stated
     inside = (at - 720.0 >= COMPRESSION[0]) & (at - 720.0 <= COMPRESSION[1])
     volume, _ = cylinder_volume(engine, at[inside] * (CYCLE / 720.0))
     exponent = -float(np.polyfit(np.log(volume), np.log(pressure[inside]), 1)[0])
@@ -58,8 +59,8 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
         )
     elif not INTAKE[0] <= ratio <= INTAKE[1]:
         yield (
-            f"{1e-5 * intake:.3g} bar at the start of the compression, {ratio:.3g} times combustion.intake_pressure, "
-            f"usual {INTAKE[0]:g} to {INTAKE[1]:g} times; check the unit (1 psi is 0.069 bar) and intake_pressure"
+            f"{1e-5 * intake:.3g} bar at the start of the compression, {ratio:.3g} times the engine file's intake "
+            f"pressure, usual {INTAKE[0]:g} to {INTAKE[1]:g} times; check the unit (1 psi is 0.069 bar) and this one"
         )
     elif burns and not EXPONENTS[0] <= exponent <= EXPONENTS[1]:
         yield (

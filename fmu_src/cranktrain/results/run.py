@@ -89,7 +89,7 @@ class Run(Result):
         """The last cycle in a few numbers; keys carry their unit. ``path`` is that of the result file."""
         found = run_summary(self, str(path or ""))
         found["film_temperature"] = {"source": self.attributes["film_temperature"], "passes": self.passes}
-        found["firing"] = firing_summary(self.engine.crankshaft, self.engine.cylinders)
+        found["firing"] = firing_summary(self.engine)
         found["gas"] = {
             "source": self.gas.source,
             "peak_mpa": 1e-6 * self.gas.peak,

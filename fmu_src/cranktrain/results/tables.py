@@ -51,6 +51,17 @@ def cranktrain_table(engine: Engine, part: Mapping[str, Any]) -> Table:
     return Table(title, _HEADER, tuple(_beside(part["modes"], _published(engine, part), 7)))
 
 
+def named_text(part: Mapping[str, Any], sought_to: float) -> str:
+    """One line on the first and second torsional and the first axial mode of a cranktrain at rest."""
+    names = {"first torsional": "first_torsional_hz", "second torsional": "second_torsional_hz",
+             "first axial": "first_axial_hz"}  # fmt: skip
+    found = (
+        f"{name} {f'none up to {sought_to:g} Hz' if part[key] is None else f'{part[key]:.1f} Hz'}"
+        for name, key in names.items()
+    )
+    return f"Modes by name: {', '.join(found)}."
+
+
 def housed_table(engine: Engine, part: Mapping[str, Any]) -> Table:
     """Likewise of the cranktrain in its flexible block; a mode is called by the crank's largest share.
 

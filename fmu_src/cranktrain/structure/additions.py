@@ -39,7 +39,7 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
     Interfaces of a user's ``own_crank`` and ``own_block`` are known when these are read.
     """
     from cranktrain.structure.block.mesh import block_interface_names
-    from cranktrain.structure.fem.mesh import interface_names
+    from cranktrain.structure.crank.shape import crank_interfaces
 
     if not engine.connection:
         return
@@ -49,11 +49,12 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
         elastic = table.film is not None and "bore" in film_parts(table.film)
         if table.film is not None and elastic and (table.place or not at_main(ends)):
             raise InputError(f"connection '{table.name}': {no_bore(table.film)}")
-    throws, mounts = len(engine.crankshaft.throw_angles), len(engine.mounts.x) if engine.mounts is not None else 0
-    block = block_interface_names(throws + 1, engine.n_cylinders, mounts)
+    mounts = len(engine.mounts.x) if engine.mounts is not None else 0
+    block = block_interface_names(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
     line = torsional_line(engine, 1.0)
     turning = tuple(name for name, speed in zip(line.interfaces, line.speeds.tolist(), strict=True) if speed == 1.0)
-    known = {"crank": () if own_crank else (*interface_names(throws), *turning), "block": () if own_block else block}
+    crank = (*crank_interfaces(engine.crankshaft), *turning)
+    known = {"crank": () if own_crank else crank, "block": () if own_block else block}
     for table in engine.connection:
         for body, interface in map(split_end, table.ends):
             names = known.get(body, ())

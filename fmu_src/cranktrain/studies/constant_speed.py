@@ -23,6 +23,7 @@ from cranktrain.dynamics.warm_films import check_level
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, PISTONS
 from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels
 from cranktrain.loads.gas_pressure import Gas, GasTrace
 from cranktrain.loads.pressure_map import read_gas
@@ -34,7 +35,7 @@ from cranktrain.structure.fem.own_mesh import MeshFile
 RPM = math.pi / 30.0
 
 _BOUNDS = {
-    "speed_rpm": (100.0, 20000.0, "rev/min; for less use the FMU, which takes any speed from 0"),
+    "speed_rpm": (SLOWEST_RPM, FASTEST_RPM, "rev/min; for less use the FMU, which takes any speed from 0"),
     "cycles": (1, 10000, "cycles"),
     "settle": (1e-8, 0.5, "of the outputs' alternating part"),
     "load": (0.0, 2.0, "of the full-load burn"),

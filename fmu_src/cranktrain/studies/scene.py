@@ -43,10 +43,10 @@ from cranktrain.core.user_file import read_toml
 from cranktrain.engine.file import check_title, load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, Levels
 from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_beyond
 
 RPM = math.pi / 30.0
-SLOWEST_RPM, FASTEST_RPM = 100.0, 20000.0
 FINEST_ACCURACY = 1.0e-6
 """Unreachable accuracy: a run at the finest step differs from a run with half this step by about as much."""
 COARSEST_ACCURACY = 0.5

@@ -283,10 +283,9 @@ def structure(
     flywheel, pulley = shapes[turning.index("flywheel")], shapes[turning.index("pulley")]
     tilted = [turning.index(f"main[{i + 1}]") for i in range(len(mains))]
     pins = [turning.index(f"pin[{pin}]") for pin in engine.cylinders.pins]
-    top, bottom = pin_positions(engine)
     ports.layout[at.WHIRLS] = whirls(turning) or any(whirls(body.reduced) for body in topology.bodies)
     ports.layout[at.ADDED] = len(topology.connections) + len(topology.bodies) > 0
-    constants, damper = basis(engine, settings, gas, top - bottom), np.zeros(PARAMETERS)
+    constants, damper = basis(engine, settings, gas), np.zeros(PARAMETERS)
     thrust = thrust_bearing(engine.thrust, REFERENCE_VISCOSITY, law.clearance, journals.collar)
     laws = laws_of(ports, main_films, floating, thrust, path, damper)
     trace = gas_tables(gas)
@@ -441,14 +440,17 @@ def supply_temperature(engine: Engine, settings: Settings, speed: float) -> floa
     return settings.oil_temperature or oil_temperature(engine.oil, speed)
 
 
-def pin_positions(engine: Engine) -> tuple[float, float]:
-    """Highest and lowest position of a piston's pin above the crank axis, m: rod and throw in line."""
-    rod, throw, e = engine.rod.length, engine.crankshaft.throw, engine.cylinders.pin_offset
+def pin_positions(engine: Engine, cylinder: int) -> tuple[float, float]:
+    """Highest and lowest position of a piston's pin above the crank axis, m: rod and throw in line.
+
+    ``cylinder`` counts from 0.
+    """
+    rod, throw, e = engine.rod.length, engine.throws[cylinder], engine.offsets[cylinder]
     return math.sqrt((rod + throw) ** 2 - e * e), math.sqrt((rod - throw) ** 2 - e * e)
 
 
 def cylinder_parameters(engine: Engine, free_big_ends: bool, added: Collection[int] = ()) -> Array:
-    """Pack rods, pistons and phases, (c, 14), but for piston area and clearance volume.
+    """Pack rods, pistons and phases, (c, 15), but for piston area and clearance volume.
 
     The mass of a free big end is a body of its own. Of ``added`` cylinders rod and piston are other bodies;
     ``InputError`` for one that the engine lacks, or where big ends float.
@@ -458,7 +460,7 @@ def cylinder_parameters(engine: Engine, free_big_ends: bool, added: Collection[i
             reason = "big ends that float" if free_big_ends else f"the engine has {engine.n_cylinders} cylinders"
             raise InputError(f"rod of cylinder {number} is an added body: {reason}; take another level or cylinder")
     cylinders, rod = engine.cylinders, engine.rod
-    top, _ = pin_positions(engine)
+    offsets, ends = engine.offsets, [pin_positions(engine, k) for k in range(engine.n_cylinders)]
     rows = [
         [
             rod.small_end_mass,
@@ -469,12 +471,13 @@ def cylinder_parameters(engine: Engine, free_big_ends: bool, added: Collection[i
             0.0 if free_big_ends else rod.big_end_mass,
             rod.small_end_mass + cylinders.piston_mass,
             remainder_inertia(rod),
-            cylinders.pin_offset,
+            offsets[k],
             0.0,
-            top,
+            ends[k][0],
             math.cos(cylinders.bank_angles[k]),
             math.sin(cylinders.bank_angles[k]),
             1.0,
+            ends[k][0] - ends[k][1],
         ]
         for k in range(engine.n_cylinders)
     ]

@@ -43,7 +43,7 @@ class Basis(NamedTuple):
     tables: Array  # (methods, rows, WIDTH) their coefficients, filled up with zeros
 
 
-def basis(engine: Engine, settings: Settings, gas: GasTrace, piston_stroke: float) -> Basis:
+def basis(engine: Engine, settings: Settings, gas: GasTrace) -> Basis:
     """Gather the constants; ``settings`` have nothing left open."""
     fitted = settings.damper == "fitted"
     damper = required_damper(engine) if fitted else None
@@ -58,9 +58,7 @@ def basis(engine: Engine, settings: Settings, gas: GasTrace, piston_stroke: floa
         np.zeros(DAMPER_CONSTANTS) if damper is None else damper_constants(damper),
         np.zeros(1) if damper is None else np.array(damper.temperature_speeds, dtype=float),
         np.zeros(1) if damper is None else np.array(damper.temperatures, dtype=float),
-        np.array(
-            [cylinders.bore, cylinders.compression_ratio, piston_stroke, settings.block == "flexible"], dtype=float
-        ),
+        np.array([cylinders.bore, cylinders.compression_ratio, settings.block == "flexible"], dtype=float),
         trace_constants(engine, gas.built_in),
         np.zeros((TRACE_ROWS, SAMPLES)),
         methods.copy(),

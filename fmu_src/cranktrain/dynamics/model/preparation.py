@@ -196,7 +196,7 @@ def size_cylinders(model, numbers):
     area = 0.25 * math.pi * bore**2
     for k in range(model.cylinders.shape[0]):
         model.cylinders[k, at.AREA] = area
-        model.cylinders[k, at.CLEARANCE_VOLUME] = area * made[at.PISTON_STROKE] / (ratio - 1.0)
+        model.cylinders[k, at.CLEARANCE_VOLUME] = area * model.cylinders[k, at.STROKE] / (ratio - 1.0)
     trace = model.basis.trace
     if trace[TRACE_BORE] != bore or trace[TRACE_COMPRESSION] != ratio:
         trace[TRACE_BORE] = bore

@@ -179,6 +179,11 @@ def check_levels(settings: Settings, engine: Engine) -> None:
     check_mains(engine, settings.bearings)
     if settings.big_ends != "rigid" and engine.big_end_bearing is None:
         raise InputError(f"engine '{engine.name}' has no [big_end_bearing]; add it, or leave big ends rigid")
+    if engine.cylinders.rods_on_pin == "fork-and-blade" and settings.big_ends != "rigid":
+        raise InputError(
+            f"big-end level '{settings.big_ends}' has a film between each rod and its pin, and a blade runs on its "
+            "fork; leave big ends rigid"
+        )
     if settings.pistons == "guided" and engine.piston_guidance is None:
         raise InputError(f"engine '{engine.name}' has no [piston_guidance]; add it, or leave pistons rigid")
     if settings.block == "flexible" and (engine.block is None or engine.mounts is None):

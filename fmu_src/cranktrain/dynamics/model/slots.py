@@ -7,14 +7,14 @@ from __future__ import annotations
 
 # Columns of ``ModelArrays.cylinders``: masses (kg), angles (rad), lengths (m), piston area (m²), remainder inertia of
 # the rod (kg m²), clearance volume (m³), highest position of the piston pin (m), cosine and sine of the bank's angle;
-# 1, or 0 where rod and piston are added bodies and a connection is the gas.
+# 1, or 0 where rod and piston are added bodies and a connection is the gas; stroke of the piston (m).
 M_SMALL, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
-COS_BANK, SIN_BANK, OWN_ROD = 11, 12, 13
+COS_BANK, SIN_BANK, OWN_ROD, STROKE = 11, 12, 13, 14
 # Ports of the cylinder, −1 where there is none: displacement of the pin under its rod (x, then y) and the pin's
 # rotation; displacement of a free big end (x, then y); of a guided piston its displacement across the cylinder, then
 # its rotation; the first of three of its liner. Then the rows of ``connections`` between pin and rod, and of a free
 # big end. A pin of a crank whose journals are locked has its rotation alone.
-PIN_PORT, PIN_TURN, END_PORT, PISTON_PORT, LINER_PORT, PIN_ROW, END_ROW, CYLINDER = range(14, 22)
+PIN_PORT, PIN_TURN, END_PORT, PISTON_PORT, LINER_PORT, PIN_ROW, END_ROW, CYLINDER = range(15, 23)
 # ``ModelArrays.scalars``; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it; ``SHAFT_K`` and
 # ``SHAFT_C`` are those of the whole drive line at the flywheel, as it winds up slowly; ``LINE_INERTIA`` is that of its
 # rotors and the dynamometer as the crank feels it when all turn as one.
@@ -88,9 +88,9 @@ STEP_KERNEL, DIFFERENCE_KERNEL = range(2)
 # method (0: none), order that tolerances follow, how much larger
 # than a stage's own error its share in the step may be, and the mark that states bear.
 EMBEDDED, METHOD_ORDER, AMPLIFICATION, MARK, METHOD_COLUMNS = range(5)
-# ``Basis.cylinders``: bore (m) and compression ratio that the model was made for, stroke of the pistons (m), and 1
-# where a flexible block was made round the bore.
-BORE, COMPRESSION, PISTON_STROKE, BORE_FITTED, CYLINDER_CONSTANTS = range(5)
+# ``Basis.cylinders``: bore (m) and compression ratio that the model was made for, and 1 where a flexible block was made
+# round the bore.
+BORE, COMPRESSION, BORE_FITTED, CYLINDER_CONSTANTS = range(4)
 # ``Basis.films``: 1 where mains, and where big ends, have oil.
 MAINS_OIL, BIG_ENDS_OIL, FILM_KINDS = range(3)
 # ``Work.start.mean``, what is known of the motion to come: mean wind-up of the shaft (rad) and torque (N m), the

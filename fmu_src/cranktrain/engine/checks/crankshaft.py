@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import BalanceWeights, Crankshaft, Cylinders, Damper
@@ -16,6 +16,7 @@ from cranktrain.engine.quantities import (
     NEWTONIAN,
     ZERO_CELSIUS,
     check_values,
+    kinds,
     mm,
     need,
     need_equal_lengths,
@@ -24,6 +25,10 @@ from cranktrain.engine.quantities import (
 
 # Lightest and heaviest metal a ring may be made of, kg/m³: light alloy to tungsten.
 RING_DENSITIES = (2500.0, 19500.0)
+MOST_APART = 0.7
+"""Distance of two pins that meet without a web, over their diameter: their section in common is then a quarter."""
+LEAST_APART = 1e-3
+"""Distance of two pins that are one, over their diameter."""
 _LENGTHS = ("ring_outer_radius", "ring_inner_radius", "ring_width")
 _GAPS = ("axial_gap", "outer_gap", "inner_gap")
 _cylinders = partial(need, "cylinders")
@@ -34,17 +39,14 @@ def check_crankshaft(c: Crankshaft) -> None:
 
     Raises ``InputError``: one line that starts with the key, e.g. ``crankshaft.web_pin_radius``.
     """
-    of, throws, widths, webs = (
-        partial(need, "crankshaft"),
-        len(c.throw_angles),
-        len(c.main_widths),
-        len(c.counterweights),
-    )
-    of("throw_angles", throws >= 1, "is empty; give the angle of each throw")
-    of("main_widths", widths == throws + 1, f"{widths} widths for {throws} throws; give one more than there are throws")
-    text = f"{webs} entries for {throws} throws; give one for each of the two webs of a throw"
-    of("counterweights", webs == 2 * throws, text)
+    of = partial(need, "crankshaft")
+    _check_layout(c)
     check_values(c, "crankshaft")
+    for k, (count, first) in enumerate(zip(c.bays, accumulate(c.bays, initial=0), strict=False)):
+        for number in range(first + 1, first + count):
+            _check_neighbours(c, number)
+        flying = c.counterweights[first + k + 1 : first + k + count]
+        of("counterweights", not any(flying), "a flying web, between two pins, carries none; give false for it")
     main, pin = 0.5 * c.main_diameter + c.fillet, 0.5 * c.pin_diameter + c.fillet
     least = min((c.pin_width, *c.main_widths))
     text = f"the pin lies outside its web: {mm(c.web_pin_radius)} is less than its radius and fillet, {mm(pin)}"
@@ -71,6 +73,48 @@ def check_crankshaft(c: Crankshaft) -> None:
     of("mesh_size", c.mesh_size >= finest, text)
 
 
+def _check_layout(c: Crankshaft) -> None:
+    """Refuse lists of pins, mains and webs that do not fit each other; ``InputError``."""
+    of, throws, widths, webs = (
+        partial(need, "crankshaft"),
+        len(c.throw_angles),
+        len(c.main_widths),
+        len(c.counterweights),
+    )
+    of("throw_angles", throws >= 1, "is empty; give the angle of each throw")
+    text = f"{len(c.pin_throws)} values for {throws} throws; give one for each, or none"
+    of("pin_throws", len(c.pin_throws) in (0, throws), text)
+    if c.pin_throws:
+        of("pin_throws", c.pin_throws[0] == c.throw, f"begins with {mm(c.pin_throws[0])}, throw is {mm(c.throw)}")
+    bays, pins = c.pins_between_mains, sum(c.pins_between_mains)
+    text = f"{pins} pins between mains, but throw_angles has {throws}; give the number of pins from main to main"
+    of("pins_between_mains", not bays or (pins == throws and min(bays) > 0), text)
+    if not bays:
+        text = (
+            f"{widths} widths for {throws} throws; give one more than there are throws, or say by pins_between_mains "
+            "where mains are"
+        )
+        of("main_widths", widths == throws + 1, text)
+    text = f"{widths} widths for {len(bays)} entries of pins_between_mains; give one more than these"
+    of("main_widths", not bays or widths == len(bays) + 1, text)
+    wanted = throws + len(c.bays)
+    text = f"{webs} entries for {throws} throws; give one for each of the two webs of a throw"
+    if bays:
+        text = f"{webs} entries for {wanted} webs; give one for each in their order, flying ones (false) included"
+    of("counterweights", webs == wanted, text)
+
+
+def _check_neighbours(c: Crankshaft, pin: int) -> None:
+    """Refuse pins that meet without a web and hardly overlap; ``pin`` is the first of them."""
+    (first, second), (low, high) = c.throws[pin - 1 : pin + 1], c.throw_angles[pin - 1 : pin + 1]
+    apart = math.sqrt(first**2 + second**2 - 2.0 * first * second * math.cos(high - low))
+    text = f"pins {pin} and {pin + 1} lie in line; make them one pin, which cylinders.pins may name more than once"
+    need("crankshaft", "throw_angles", apart > LEAST_APART * c.pin_diameter, text)
+    most = MOST_APART * c.pin_diameter
+    text = f"pins {pin} and {pin + 1} lie {mm(apart)} apart and overlap too little to meet without a web; give one"
+    need("crankshaft", "flying_web_thickness", c.flying_web_thickness > 0.0 or apart <= most, text)
+
+
 def check_balance_weights(weights: BalanceWeights, mains: int) -> None:
     """Refuse balance weights that are incomplete or at no journal; the error starts with ``balance_weights.key``."""
     need_equal_lengths(weights, "balance_weights")
@@ -83,7 +127,9 @@ def check_cylinders(engine: Engine) -> None:
     """Refuse rods, firing orders, pins and banks that do not fit: ``InputError`` that starts with ``table.key``."""
     crank, length, cylinders = engine.crankshaft, engine.rod.length, engine.cylinders
     pins, n, throws = cylinders.pins, len(cylinders.firing_order), len(crank.throw_angles)
-    reach = crank.throw + abs(cylinders.pin_offset)
+    given = len(cylinders.axis_offsets)
+    _cylinders("axis_offsets", given in (0, n), f"{given} values for {n} cylinders; give one for each, or none")
+    reach = max(crank.throws) + max(map(abs, engine.offsets))
     need("rod", "length", length > reach, f"{mm(length)} is shorter than throw and pin offset, {mm(reach)}")
     # At bottom dead centre, where the webs lie under the piston.
     lowest, under = length - crank.throw, any(crank.counterweights) and crank.pin_width < cylinders.bore
@@ -142,6 +188,11 @@ def _check_rods(engine: Engine) -> None:
         rods = sorted((engine.rod_offsets[k], k + 1) for k in range(n) if cylinders.pins[k] == pin)
         if rods == [(0.0, rods[0][1])]:
             continue  # the width of a single big end belongs to the rules of its bearing
+        if cylinders.rods_on_pin == "fork-and-blade":
+            text = f"rods of a fork and its blade on pin {pin} lie in one plane; leave rod_offsets out"
+            _cylinders("rod_offsets", all(offset == rods[0][0] for offset, _ in rods), text)
+            _cylinders("rods_on_pin", len(rods) <= 2, f"{len(rods)} rods on pin {pin}; a fork has one blade")
+            continue
         names = " and ".join(str(k) for _, k in rods)
         together = len(rods) * width
         text = (
@@ -167,6 +218,15 @@ def _check_rods(engine: Engine) -> None:
 def check_damper(d: Damper) -> None:
     """Refuse values that describe no damper: ``InputError`` that starts with ``damper.key``."""
     of, lowest, highest = partial(need, "damper"), d.lowest_temperature, d.highest_temperature
+    if d.kind == "linear":
+        _check_linear_damper(d)
+        return
+    needed = ("mass", "frequency", "lowest_temperature", "highest_temperature", "temperatures", "ambient_temperature",
+              "heat_transfer", "cooling_area", "power_limit")  # fmt: skip
+    for key in needed:
+        many, rule = kinds(Damper)[key][1:]
+        text = "is missing" if many else rule.wrong(getattr(d, key))
+        of(key, bool(getattr(d, key)), f"{text}; a damper of kind {d.kind} needs it")
     need_table("damper", d)
     coldest, hottest = (temperature - ZERO_CELSIUS for temperature in (min(d.temperatures), max(d.temperatures)))
     valid = f"{lowest - ZERO_CELSIUS:.4g} to {highest - ZERO_CELSIUS:.4g} degC"
@@ -198,3 +258,17 @@ def check_damper(d: Damper) -> None:
         f"width has {7850.0 * section:.4g} kg m^2"
     )
     of("ring_inertia", RING_DENSITIES[0] <= density <= RING_DENSITIES[1], text)
+
+
+def _check_linear_damper(d: Damper) -> None:
+    """Refuse a damper of kind ``linear`` without stiffness and damping, or with columns that do not fit."""
+    of = partial(need, "damper")
+    if not d.frequencies:
+        of("damping", d.damping > 0.0 or d.stiffness > 0.0, "is missing; a linear damper needs damping or stiffness")
+        return
+    for key in ("stiffnesses", "dampings"):
+        count = len(getattr(d, key))
+        of(key, count == len(d.frequencies), f"{count} values for {len(d.frequencies)} frequencies; give one for each")
+    of("frequencies", all(a < b for a, b in pairwise(d.frequencies)), "must increase")
+    text = "is missing; give the frequency whose stiffness and damping runs in time take"
+    of("frequency", d.frequency > 0.0, text)

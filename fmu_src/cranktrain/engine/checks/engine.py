@@ -16,12 +16,13 @@ from cranktrain.engine.checks.block import check_block, check_mounts
 from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft, check_cylinders, check_damper
 from cranktrain.engine.checks.oil import check_oil
 from cranktrain.engine.checks.plausible import warn_of_doubts
+from cranktrain.engine.drive_line_chain import FURTHER, DriveLineChain
 from cranktrain.engine.firing import uneven
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath, Combustion
 from cranktrain.engine.quantities import check_values, need, need_equal_lengths
 from cranktrain.engine.roller_bearing import check_rollers
-from cranktrain.engine.torsional_chain import LINE_ENDS, DriveLineChain, check_chain, gear_speeds
+from cranktrain.engine.torsional_chain import LINE_ENDS, check_chain, gear_speeds
 
 LEAST_EXCHANGE = math.radians(20.0)
 """Least angle from the opening of the exhaust to the closing of the intake, of the fastest two-strokes."""
@@ -50,7 +51,7 @@ def check_engine(engine: Engine) -> None:
             plausible = part.polar_inertia <= 2.0 * part.diametral_inertia * (1.0 + 1e-9)
             need(name, "polar_inertia", plausible, "is more than twice diametral_inertia, which no body has")
     check_oil(engine.oil)
-    _check_combustion(engine.combustion, engine.cylinders.cycle)
+    _check_gas(engine)
     warn_of_doubts(engine)
     need_equal_lengths(engine.published, "published", "cranktrain_hz", "cranktrain_shapes", "measured_hz")
     orders = ("critical_orders", "critical_speeds", "measured_critical_speeds")
@@ -61,10 +62,13 @@ def check_engine(engine: Engine) -> None:
         check_rollers(engine.main_roller, engine.crankshaft)
     if engine.drive_line_chain is not None:
         check_drive_line(engine.drive_line_chain)
+    if engine.load is not None:
+        key = "power" if engine.load.kind == "power" else "torque"
+        need("load", key, getattr(engine.load, key) > 0.0, f"is missing; a load of kind {engine.load.kind} needs it")
     check_additions(engine.frame, engine.body, engine.connection, engine.n_cylinders)
     if engine.axial_path is not None:
         _check_axial_path(engine.axial_path)
-    for text in uneven(engine.crankshaft, engine.cylinders):  # raises where the throws cannot fire in the order
+    for text in uneven(engine):  # raises where the throws cannot fire in the order
         warnings.warn(f"{engine.name}: {text}", stacklevel=2)
     if engine.mounts is not None:
         check_mounts(engine.mounts)
@@ -75,14 +79,37 @@ def check_engine(engine: Engine) -> None:
 def check_drive_line(line: DriveLineChain) -> None:
     """Refuse lists of unequal length, and what is no drive line from flywheel to dynamometer; ``InputError``."""
     table = "drive_line_chain"
-    given = [key for key in ("ends", "stiffnesses", "dampings", "loss_factors", "ratios") if getattr(line, key)]
+    columns = ("ends", "stiffnesses", "dampings", "loss_factors", "ratios", *FURTHER.values())
+    given = [key for key in columns if getattr(line, key)]
     need_equal_lengths(line, table, "starts", *given)
     need_equal_lengths(line, table, "discs", "inertias", *(["disc_dampings"] if line.disc_dampings else []))
+    _check_points(line, table)
     chain = line.chain
     zero = next((k for k, ratio in enumerate(line.ratios, 1) if ratio == 0.0), 0)
     need(table, f"ratios[{zero}]", not zero, "turns nothing; give the speed of the second end over that of the first")
     check_chain(table, chain, LINE_ENDS)
     gear_speeds(chain, table)
+
+
+def _check_points(line: DriveLineChain, table: str) -> None:
+    """Refuse points of shafts that do not rise, belong to no shaft, or whose columns differ in length."""
+    keys = ("point_torques", "point_frequencies", "point_stiffnesses", "point_dampings")
+    need_equal_lengths(line, table, "point_shafts", *(key for key in keys if getattr(line, key)))
+    text = "is missing; give the stiffness of each point"
+    need(table, "point_stiffnesses", len(line.point_stiffnesses) == len(line.point_shafts), text)
+    for number in line.point_shafts:
+        text = f"no shaft {number}; the drive line has 1 to {len(line.starts)}"
+        need(table, "point_shafts", number <= len(line.starts), text)
+        own = [k for k, one in enumerate(line.point_shafts) if one == number]
+        over = [
+            key
+            for key in ("point_torques", "point_frequencies")
+            if any(column[k] for column in [getattr(line, key)] if column for k in own)
+        ]
+        text = f"shaft {number} needs points over either torque or frequency; give one of the two columns"
+        need(table, "point_torques", len(over) == 1, text)
+        values = [getattr(line, over[0])[k] for k in own]
+        need(table, over[0], values == sorted(values), f"must increase from point to point of shaft {number}")
 
 
 def _check_axial_path(path: AxialPath) -> None:
@@ -92,6 +119,28 @@ def _check_axial_path(path: AxialPath) -> None:
         text = "is missing; a spline slides by friction x torque / spline_radius"
         for key in ("spline_radius", "friction"):
             of(key, getattr(path, key) > 0.0, f"{text}; give it, or take joint bolted")
+
+
+def _check_gas(engine: Engine) -> None:
+    """Refuse an engine without gas, or with both kinds of it."""
+    burn, gas = engine.combustion, engine.compressor
+    both = "stands beside [combustion]; keep one of the two"
+    need("compressor", "discharge", burn is None or gas is None, both)
+    text = "is missing; give [combustion], or [compressor] of cylinders that compress gas"
+    need("combustion", "heat", burn is not None or gas is not None, text)
+    if burn is not None:
+        _check_combustion(burn, engine.cylinders.cycle)
+    if gas is not None:
+        text = "must be 360 deg: a compressor's cylinder compresses once a revolution"
+        need("cylinders", "cycle", engine.cylinders.cycle < 3.0 * math.pi, text)
+        text = f"{1e-5 * gas.discharge:.4g} bar is not above suction, {1e-5 * gas.suction:.4g} bar"
+        need("compressor", "discharge", gas.discharge > gas.suction, text)
+        reach = engine.cylinders.compression_ratio**gas.exponent
+        text = (
+            f"{1e-5 * gas.discharge:.4g} bar is not reached with cylinders.compression_ratio "
+            f"{engine.cylinders.compression_ratio:.4g}: at most {1e-5 * gas.suction * reach:.4g} bar"
+        )
+        need("compressor", "discharge", gas.discharge < gas.suction * reach, text)
 
 
 def _check_combustion(burn: Combustion, cycle: float) -> None:

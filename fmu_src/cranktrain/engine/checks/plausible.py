@@ -71,8 +71,13 @@ def doubts(engine: Engine) -> Iterator[str]:
 
 
 def heat_of_air(engine: Engine) -> float:
-    """Heat of a cycle over the mass of air that fills the swept volume at intake pressure and temperature, J/kg."""
+    """Heat of a cycle over the mass of air that fills the swept volume at intake pressure and temperature, J/kg.
+
+    Nothing burns in a compressor.
+    """
     burn, swept = engine.combustion, engine.displacement / engine.n_cylinders
+    if burn is None:
+        return 0.0
     return burn.heat * AIR * burn.intake_temperature / (burn.intake_pressure * swept)
 
 
@@ -90,8 +95,8 @@ def _masses(engine: Engine) -> Iterator[str]:
     cube = STEEL * bore**3
     for name, (low, high) in MASSES.items():
         table, key = name.split(".")
-        if (part := getattr(engine, table)) is not None and not low * cube <= getattr(part, key) <= high * cube:
-            own = getattr(part, key)
+        own = getattr(getattr(engine, table), key, 0.0)
+        if own and not low * cube <= own <= high * cube:  # a linear damper may state no mass
             yield (
                 f"{name}: {own:.4g} kg with a bore of {mm(bore)}, usual {low * cube:.3g} to {high * cube:.3g} kg; "
                 f"{UNIT}"
@@ -255,6 +260,8 @@ def _oil(engine: Engine) -> Iterator[str]:
 
 def _combustion(engine: Engine) -> Iterator[str]:
     burn, throw, oil = engine.combustion, engine.crankshaft.throw, engine.oil
+    if burn is None:
+        return
     if (heat := heat_of_air(engine)) > MOST_HEAT:
         yield (
             f"combustion.heat: {1e-3 * burn.heat:.4g} kJ a cycle and cylinder is {1e-6 * heat:.3g} MJ per kg of air, "

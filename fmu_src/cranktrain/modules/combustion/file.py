@@ -17,7 +17,8 @@ from cranktrain.modules.module_file import ModuleFile
 
 def cycle_settings(values: dict[str, Any], engine: Engine, name: str, title: str) -> CycleSettings:
     """Settings from a module file's values and an engine; ``InputError`` for contradictory values."""
-    burn, cylinders = engine.combustion, engine.cylinders
+    engine.refuse_two_strokes("the combustion module")
+    burn, cylinders = engine.burn, engine.cylinders
     for pressure in ("intake_pressure", "exhaust_pressure"):
         values[pressure] = values[pressure] or getattr(burn, pressure)
     settings = CycleSettings(

@@ -18,12 +18,13 @@ from cranktrain.modules.valve_train.settings import TrainSettings, check_setting
 
 def train_settings(values: dict[str, Any], engine: Engine, name: str, title: str) -> TrainSettings:
     """Settings from a module file's values and an engine; ``InputError`` for contradictory values."""
+    engine.refuse_two_strokes("the valve-train module")
     settings = TrainSettings(
         name=name,
         title=title,
         firing_angles=engine.firing_angles,
-        intake_closes=engine.combustion.intake_closes,
-        exhaust_opens=engine.combustion.exhaust_opens,
+        intake_closes=engine.burn.intake_closes,
+        exhaust_opens=engine.burn.exhaust_opens,
         spring_preload=values["spring_rate"] * values.pop("spring.preset"),
         **values,
     )

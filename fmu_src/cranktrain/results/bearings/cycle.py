@@ -170,10 +170,10 @@ def rod_lean(engine: Engine, cylinder: int, angle: Array) -> tuple[Array, Array]
 
     ``angle`` (n,) is the crank's, rad.
     """
-    cylinders, throw, length = engine.cylinders, engine.crankshaft.throw, engine.rod.length
+    cylinders, throw, length = engine.cylinders, engine.throws[cylinder], engine.rod.length
     bank = cylinders.bank_angles[cylinder]
     psi = angle + engine.crankshaft.throw_angles[cylinders.pins[cylinder] - 1] - bank
-    sine = (-throw * np.sin(psi) - cylinders.pin_offset) / length
+    sine = (-throw * np.sin(psi) - engine.offsets[cylinder]) / length
     return bank + np.arcsin(sine), -throw * np.cos(psi) / (length * np.sqrt(1.0 - sine**2))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +16,12 @@ from cranktrain.results.pictures.moving_surface import SHOWN_MOTION, MovingSurfa
 from cranktrain.results.pictures.skin import Skin
 from cranktrain.structure.crank.modal import (
     KINDS,
-    LISTED_HZ,
     cranktrain_matrices,
     cranktrain_modes,
+    first_torsional,
     free_modes,
-    torsional_frequencies,
+    listed_to,
+    named_frequencies,
 )
 from cranktrain.structure.crank.reduction import complete_crankshaft, crank_surface
 
@@ -43,7 +45,7 @@ def mode_picture(
     """
     complete = complete_crankshaft(engine, bare)
     hz, shares, vectors = _modes(engine, complete, free)
-    number = chosen_mode(mode, hz, shares)
+    number = chosen_mode(mode, hz, shares, engine.reduction.running_cutoff_hz)
     skin = Skin.of(*crank_surface(engine, mesh_file))
     basis = np.eye(bare.n_modes) if complete.basis is None else complete.basis
     weights = (basis @ vectors[:, number])[: len(skin.modes)]
@@ -69,20 +71,24 @@ def mode_picture(
     )
 
 
-def chosen_mode(mode: str, hz: Array, shares: Array) -> int:
-    """Index of a mode that is named by its number or kind, among modes (k,) Hz with shares (k, 3); ``InputError``."""
-    listed = int(np.count_nonzero(hz <= LISTED_HZ))
+def chosen_mode(mode: str, hz: Array, shares: Array, sought_to: float = math.inf) -> int:
+    """Index of a mode that is named by its number or kind, among modes (k,) Hz with shares (k, 3); ``InputError``.
+
+    The first torsional mode is sought up to ``sought_to`` Hz.
+    """
+    highest = listed_to(named_frequencies(hz, shares, sought_to).values())
+    listed = int(np.count_nonzero(hz <= highest))
     if mode.isdigit():
         if not 1 <= int(mode) <= listed:
-            raise InputError(f"--mode {mode} is not within 1 to {listed}, the elastic modes up to {LISTED_HZ:g} Hz")
+            raise InputError(f"--mode {mode} is not within 1 to {listed}, the elastic modes up to {highest:g} Hz")
         return int(mode) - 1
     if mode not in KINDS:
         raise InputError(f"--mode '{mode}' is neither a number nor a kind of mode; {nearest(mode, KINDS)}")
     if mode == "torsional":
-        return int(np.argmin(np.abs(hz - torsional_frequencies(hz, shares)[0])))
+        return int(np.argmin(np.abs(hz - first_torsional(hz, shares, sought_to))))
     own = np.flatnonzero(np.argmax(shares[:listed], axis=1) == KINDS.index(mode))
     if not own.size:
-        raise InputError(f"--mode {mode}: no mode up to {LISTED_HZ:g} Hz is mostly {mode}; name one by its number")
+        raise InputError(f"--mode {mode}: no mode up to {highest:g} Hz is mostly {mode}; name one by its number")
     return int(own[0])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,7 @@ from cranktrain.results.run_up.shown import (
     unsteady,
     worthy,
 )
+from cranktrain.results.strength.iacs_m68 import plot_stress
 
 STILL = 1e-12
 """Motion, m, below which there is none."""
@@ -39,7 +40,7 @@ PART_NAMES = {
 def file_names() -> list[str]:
     """Names of all pictures that there may be."""
     motions = [f"{name}_{kind}.png" for name in ("torsion", "axial") for kind in ("orders", "histories", "harmonics")]
-    return [*motions, "axial_parts.png", "waterfall.png", "campbell.png", "damper.png"]
+    return [*motions, "axial_parts.png", "waterfall.png", "campbell.png", "damper.png", "shaft_stress.png"]
 
 
 def save_run_up_pictures(
@@ -54,13 +55,15 @@ def save_run_up_pictures(
         figures["axial_orders"] = order_figure(run_up, ALONG, beside, title)
         if all(output in run_up.amplitudes for output in PARTS.values()):
             figures["axial_parts"] = parts_figure(run_up, title)
-    figures["waterfall"] = waterfall_figure(run_up, TORSIONAL, title)
+    figures["waterfall"] = waterfall_figure(run_up, TORSIONAL, title, beside.highest_hz(run_up))
     if beside.modes is not None:
         figures["campbell"] = campbell_figure(run_up, beside, title)
     for quantity, name in ((TORSIONAL, "torsion"), (ALONG, "axial")):
         if quantity.output in run_up.amplitudes:
             figures[f"{name}_histories"] = history_figure(run_up, quantity, title)
             figures[f"{name}_harmonics"] = harmonic_figure(run_up, quantity, beside, title)
+    if beside.stresses:
+        figures["shaft_stress"] = stress_figure(run_up, beside.stresses, title)
     if damped is not None:
         figures["damper"] = damper_figure(run_up, damped, beside, title)
     return [save_figure(figure, folder / f"{name}.png") for name, figure in figures.items()]
@@ -72,6 +75,18 @@ def order_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) 
     _draw_orders(figure.subplots(), run_up, quantity, beside, shown_orders(run_up, quantity, beside))
     figure.suptitle(f"Orders over the speed: {title}", fontsize=12, parse_math=False)
     figure.text(0.01, 0.008, _legend(run_up, beside, quantity), fontsize=8, color=plots.INK)
+    return figure
+
+
+def stress_figure(run_up: RunUp, stresses: Sequence[Mapping[str, Any]], title: str) -> Any:
+    """Stress of each shaft of the drive line over the speed, with the limits of IACS UR M68."""
+    figure = figure_of(9.5, 1.5 + 3.0 * len(stresses))
+    axes = figure.subplots(len(stresses), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, entry in zip(axes, stresses, strict=True):
+        plot_stress(ax, run_up.speeds_rpm, entry)
+    axes[0].legend(frameon=False, fontsize=8.5)
+    axes[-1].set_xlabel("engine speed / rev/min")
+    figure.suptitle(f"Torsional vibration stress, IACS UR M68: {title}", fontsize=12, parse_math=False)
     return figure
 
 
@@ -110,14 +125,14 @@ def damper_figure(run_up: RunUp, damped: RunUp, beside: Beside, title: str) -> A
     return figure
 
 
-def waterfall_figure(run_up: RunUp, quantity: Quantity, title: str) -> Any:
-    """Spectra over the frequency, one above the other by their speed."""
+def waterfall_figure(run_up: RunUp, quantity: Quantity, title: str, highest_hz: float) -> Any:
+    """Spectra over the frequency up to ``highest_hz``, one above the other by their speed."""
     figure = figure_of(10.0, 8.0)
     every = max(1, math.ceil(run_up.speeds.size / 60))
     sizes = quantity.scale * np.abs(run_up.amplitudes[quantity.output][::every])
     plots.plot_waterfall(
         figure.subplots(), run_up.speeds_rpm[::every], run_up.orders, sizes, quantity.unit,
-        shown_orders(run_up, quantity, Beside()), 500.0,
+        shown_orders(run_up, quantity, Beside()), highest_hz,
     )  # fmt: skip
     figure.suptitle(f"Waterfall of the {quantity.name}: {title}", fontsize=12, parse_math=False)
     return figure
@@ -130,8 +145,8 @@ def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
     orders = shown_orders(run_up, TORSIONAL, beside)
     sizes = {order: (run_up.speeds_rpm, TORSIONAL.scale * np.abs(run_up.order(order))) for order in orders}
     published = beside.published(TORSIONAL)
-    ax = figure.subplots()
-    plots.plot_campbell(ax, beside.modes, sorted({*orders, *published}), 500.0, sizes, published)
+    ax, rays = figure.subplots(), sorted({*orders, *published})
+    plots.plot_campbell(ax, beside.modes, rays, beside.highest_hz(run_up), sizes, published)
     motion = [(peak.speed * RPM, peak.motion_hz) for peak in beside.motion if math.isfinite(peak.motion_hz)]
     if motion:
         plots.plot_modes_in_motion(ax, motion)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,17 +43,23 @@ TORSIONAL = Quantity(TORSION, "torsion of the pulley, zero to peak", "deg", 180.
 ALONG = Quantity(AXIAL, "axial motion of the pulley, zero to peak", "µm", 1e6, "axial")
 
 
+LEAST_AXIS_HZ, AXIS_SHARE, ROUND_HZ = 500.0, 1.5, 100.0
+"""End of a frequency axis, Hz, and least ratio of it to the first torsional frequency; step in which it grows, Hz."""
+
+
 class Beside(NamedTuple):
     """Further contents of a run-up's pictures: published speeds of its engine, modes over speed, measured orders.
 
     ``modes`` are at rest, on the stand-in springs of the bearings. ``motion`` are peaks of the pulley's torsion with
-    the torsional mode in motion of the run's own levels, where these are known.
+    the torsional mode in motion of the run's own levels, where these are known. ``stresses`` are those of shafts of the
+    drive line (:func:`cranktrain.results.strength.iacs_m68.shaft_stresses`).
     """
 
     engine: Engine | None = None
     modes: ModesOverSpeed | None = None
     measured: Measured | None = None
     motion: Sequence[Peak] = ()
+    stresses: Sequence[Mapping[str, Any]] = ()
 
     def published(self, quantity: Quantity) -> dict[float, float]:
         """Published critical speeds, rev/min, by order; they are of the first torsional mode."""
@@ -61,6 +67,13 @@ class Beside(NamedTuple):
             return {}
         p = self.engine.published
         return {order: speed * RPM for order, speed in zip(p.critical_orders, p.critical_speeds, strict=True)}
+
+    def highest_hz(self, run_up: RunUp) -> float:
+        """End of a frequency axis, Hz: beyond the first torsional mode, and not beyond what the run-up excites."""
+        found = [] if self.modes is None else [k for k, kind in enumerate(self.modes.kinds) if kind == "torsional"]
+        first = 0.0 if not found or self.modes is None else float(self.modes.hz[:, found[0]].max())
+        excited = float(run_up.orders[-1] * run_up.speeds[-1]) / (2.0 * math.pi)
+        return min(max(LEAST_AXIS_HZ, ROUND_HZ * math.ceil(AXIS_SHARE * first / ROUND_HZ)), excited)
 
     def motion_hz(self, peak: Peak, quantity: Quantity) -> float:
         """Torsional frequency in motion that a peak lies at, Hz; not a number where it is not known."""

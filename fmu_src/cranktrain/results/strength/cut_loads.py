@@ -21,9 +21,11 @@ from numpy.typing import NDArray
 from cranktrain.core.reduced_body import Array, rigid_coordinates, turning_stiffness
 from cranktrain.core.rigid_slices import second_moments, skew
 from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Crankshaft
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
 from cranktrain.structure.crank.reduction import attached_parts
 from cranktrain.structure.crank.sections import Piece, crank_pieces, interface_places, piece_moments
+from cranktrain.structure.crank.shape import stations
 
 AXIS = np.array([0.0, 0.0, 1.0])
 
@@ -86,7 +88,7 @@ def crank_masses(engine: Engine) -> list[Mass]:
             half = piece_moments(Piece(piece.kind, piece.number, span, piece.axis, piece.angle, piece.moments))
             mass, centre = float(half[0, 0]), half[0, 1:] / half[0, 0]
             second = half[1:, 1:] - mass * np.outer(centre, centre)
-            found.append(Mass(mass, centre, second, _beside(piece, places), centre[2]))
+            found.append(Mass(mass, centre, second, _beside(engine.crankshaft, piece, places), centre[2]))
     for interface, part in attached_parts(engine):
         inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
         centre = np.array(places[interface]) + part.offset * AXIS
@@ -99,15 +101,15 @@ def crank_masses(engine: Engine) -> list[Mass]:
     return found
 
 
-def _beside(piece: Piece, places: dict[str, tuple[float, float, float]]) -> tuple[str, ...]:
+def _beside(c: Crankshaft, piece: Piece, places: dict[str, tuple[float, float, float]]) -> tuple[str, ...]:
     """Interfaces that a piece of the crankshaft moves with."""
     if piece.kind in ("main", "pin"):
         return (f"{piece.kind}[{piece.number}]",)
     if piece.kind in ("nose", "flange"):
         return ({"nose": "pulley", "flange": "flywheel"}[piece.kind],)
     if piece.kind == "web":
-        pin = (piece.number + 1) // 2
-        return f"main[{pin + (piece.number + 1) % 2}]", f"pin[{pin}]"
+        web = stations(c).joins[piece.number - 1]
+        return (*([f"main[{web.main}]"] if web.main else []), *(f"pin[{pin}]" for pin in web.pins))
     on_axis = np.hypot(*piece.axis) == 0.0
     near = {name: z for name, (_, _, z) in places.items() if name.startswith("main" if on_axis else "pin")}
     return (min(near, key=lambda name: abs(near[name] - piece.middle)),)

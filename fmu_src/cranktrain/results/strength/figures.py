@@ -30,7 +30,7 @@ def save_pictures(
     from matplotlib.figure import Figure
 
     c, at = engine.crankshaft, stations(engine.crankshaft)
-    height = c.throw + c.web_pin_radius + max(c.web_main_radius, c.counterweight_radius) + 0.11
+    height = max(c.throws) + c.web_pin_radius + max(c.web_main_radius, c.counterweight_radius) + 0.11
     side = Figure(figsize=(12.0, 10.4 * height / (at.flange[1] - at.nose[0]) + 1.1), dpi=120, layout="constrained")
     ax = side.subplots()
     plot_safety(ax, c, places)
@@ -54,13 +54,12 @@ def place_of(c: Crankshaft, name: str) -> tuple[float, float]:
     """Where a place is drawn: along the crank and across it, m, its throw turned upwards."""
     number, at, kind = int(name.partition("[")[2].partition("]")[0]), stations(c), kind_of(name)
     if kind == "oil_bore":
-        return c.pin_positions[number - 1], c.throw + 0.5 * c.pin_diameter
-    front = bool(number % 2)
-    web = at.webs[number - 1]
+        return c.pin_positions[number - 1], c.throws[number - 1] + 0.5 * c.pin_diameter
+    web = at.joins[number - 1]
     if kind == "pin":
         # In the fillet on the side of the crank's axis, where bending acts.
-        return web[1 if front else 0], c.throw - 0.5 * c.pin_diameter
-    return web[0 if front else 1], 0.5 * c.main_diameter
+        return web.span[1 if web.front else 0], c.throws[web.pins[0] - 1] - 0.5 * c.pin_diameter
+    return web.span[0 if web.front else 1], 0.5 * c.main_diameter
 
 
 def plot_safety(ax: Any, c: Crankshaft, places: Sequence[Judgement]) -> None:
@@ -77,7 +76,7 @@ def plot_safety(ax: Any, c: Crankshaft, places: Sequence[Judgement]) -> None:
     )  # fmt: skip
     least = int(values.argmin())
     # Numbers stand in rows above and below the crank: marks lie close together.
-    top, bottom = 1e3 * (c.throw + c.web_pin_radius), -1e3 * max(c.web_main_radius, c.counterweight_radius)
+    top, bottom = 1e3 * (max(c.throws) + c.web_pin_radius), -1e3 * max(c.web_main_radius, c.counterweight_radius)
     for k, (x, y) in enumerate(spots):
         kind = kind_of(places[k].name)
         level = {"pin": top + 6.0, "oil_bore": top + 30.0, "main": bottom - 6.0}[kind]
@@ -108,11 +107,12 @@ def _draw_crank(ax: Any, c: Crankshaft) -> None:
     at = stations(c)
     parts = [(at.nose, 0.0, 0.5 * c.nose_diameter), (at.flange, 0.0, 0.5 * c.flange_diameter)]
     parts += [(span, 0.0, 0.5 * c.main_diameter) for span in at.mains]
-    parts += [(span, c.throw, 0.5 * c.pin_diameter) for span in at.pins]
+    parts += [(span, throw, 0.5 * c.pin_diameter) for span, throw in zip(at.pins, c.throws, strict=True)]
     boxes = [(span, middle - half, middle + half) for span, middle, half in parts]
-    for span, heavy in zip(at.webs, c.counterweights, strict=True):
+    for web, heavy in zip(at.joins, c.counterweights, strict=True):
         low = c.counterweight_radius if heavy else c.web_main_radius
-        boxes.append((span, -low, c.throw + c.web_pin_radius))
+        throw = max(c.throws[pin - 1] for pin in web.pins)
+        boxes.append((web.span, -low if web.main else throw - c.web_pin_radius, throw + c.web_pin_radius))
     for (start, end), low, high in boxes:
         corner, size = (1e3 * start, 1e3 * low), (1e3 * (end - start), 1e3 * (high - low))
         ax.add_patch(Rectangle(corner, *size, facecolor=_STEEL, edgecolor=_EDGE, lw=0.8, zorder=1))

@@ -25,7 +25,7 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.parts import Crankshaft
-from cranktrain.structure.crank.sections import web_width
+from cranktrain.structure.crank.sections import bare_outline, web_width
 
 Load = TypeVar("Load", float, Array)
 ACCEPTABLE = 1.15
@@ -98,7 +98,7 @@ def throw_shape(c: Crankshaft) -> ThrowShape:
         journal_diameter=c.main_diameter,
         throw=c.throw,
         web_thickness=c.web_thickness,
-        web_width=float(web_width(c, np.array([middle]), False)[0]),
+        web_width=float(web_width(bare_outline(c), np.array([middle]))[0]),
         pin_fillet=c.fillet,
         journal_fillet=c.fillet,
         oil_bore=c.oil_hole_diameter,

@@ -2,8 +2,8 @@
 
 There are two ways to compute the bending of a throw: the bending of the whole crank on all its bearings in the run; or,
 as in the rule of the classification societies, each throw by itself, simply supported in the middles of its journals.
-In both the torque about the crank's axis comes from the run: gas and inertia forces of all throws in front, with the
-vibration.
+Webs are those beside a main journal; the rule has no flying webs. In both the torque about the crank's axis comes from
+the run: gas and inertia forces of all throws in front, with the vibration.
 
 Radial is from the crank's axis to the pin, bending is positive where it presses the throw together (the rod pushes the
 pin towards the axis), which puts the pin's fillets in tension and the journal's in compression.
@@ -18,7 +18,7 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.results.strength.cut_loads import AXIS, PointLoads
-from cranktrain.structure.crank.shape import stations
+from cranktrain.structure.crank.shape import stations, webs_of
 
 
 class WebLoads(NamedTuple):
@@ -45,17 +45,17 @@ class PinLoads(NamedTuple):
 
 def whole_crank(c: Crankshaft, loads: PointLoads) -> tuple[list[WebLoads], list[PinLoads]]:
     """Loads of all webs and pins with the bending that the crank as a whole has."""
-    throws = range(1, len(c.throw_angles) + 1)
-    webs = [_web(c, number, loads, loads) for number in range(1, 2 * len(throws) + 1)]
-    return webs, [_pin(c, number, loads, loads) for number in throws]
+    webs = [_web(c, number, loads, loads) for number, web in enumerate(stations(c).joins, 1) if web.main]
+    return webs, [_pin(c, number, loads, loads) for number in range(1, len(c.throw_angles) + 1)]
 
 
 def single_throws(c: Crankshaft, loads: PointLoads) -> tuple[list[WebLoads], list[PinLoads]]:
     """Loads of all webs and pins with the bending of each throw alone."""
     webs, pins = [], []
-    for pin in range(1, len(c.throw_angles) + 1):
-        alone = supported(loads, c.main_positions[pin - 1], c.main_positions[pin])
-        webs += [_web(c, number, alone, loads) for number in (2 * pin - 1, 2 * pin)]
+    joins = stations(c).joins
+    for pin, main in enumerate(c.main_before, 1):
+        alone = supported(loads, c.main_positions[main - 1], c.main_positions[main])
+        webs += [_web(c, number, alone, loads) for number in webs_of(c, pin) if joins[number - 1].main]
         pins.append(_pin(c, pin, alone, loads))
     return webs, pins
 
@@ -87,22 +87,23 @@ def throw_axes(c: Crankshaft, pin: int) -> tuple[Array, Array]:
 
 def _web(c: Crankshaft, number: int, bending: PointLoads, torque: PointLoads) -> WebLoads:
     """Loads in the middle of a web, bending and torque each from its own loads."""
-    pin = (number + 1) // 2
+    web = stations(c).joins[number - 1]
+    pin, throw = web.pins[0], c.throws[web.pins[0] - 1]
     radial, across = throw_axes(c, pin)
-    z = 0.5 * sum(stations(c).webs[number - 1])
-    force, moment = bending.cut(z, z * AXIS + 0.5 * c.throw * radial)
+    z = 0.5 * sum(web.span)
+    force, moment = bending.cut(z, z * AXIS + 0.5 * throw * radial)
     _, about_axis = torque.cut(z, z * AXIS)
     # The part behind a cut in front of the pin carries the front reaction; behind the pin, minus the rear reaction.
-    side = 1.0 if number % 2 else -1.0
+    side = 1.0 if web.front else -1.0
     journal = about_axis @ AXIS
-    pin_torque = journal - c.throw * (force @ across)
+    pin_torque = journal - throw * (force @ across)
     return WebLoads(number, -(moment @ across), side * (force @ radial), pin_torque, journal)
 
 
 def _pin(c: Crankshaft, pin: int, bending: PointLoads, torque: PointLoads) -> PinLoads:
     """Loads in the middle of a pin."""
     radial, across = throw_axes(c, pin)
-    z = c.pin_positions[pin - 1]
-    force, moment = bending.cut(z, z * AXIS + c.throw * radial)
+    z, throw = c.pin_positions[pin - 1], c.throws[pin - 1]
+    force, moment = bending.cut(z, z * AXIS + throw * radial)
     _, about_axis = torque.cut(z, z * AXIS)
-    return PinLoads(pin, -(moment @ across), moment @ radial, about_axis @ AXIS - c.throw * (force @ across))
+    return PinLoads(pin, -(moment @ across), moment @ radial, about_axis @ AXIS - throw * (force @ across))

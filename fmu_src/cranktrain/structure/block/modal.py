@@ -116,7 +116,7 @@ def block_report(engine: Engine, body: ReducedBody, block: ReducedBody) -> dict[
     kinds = energy_shares(engine, crankshaft, ground, rods=True)
     whole = np.column_stack((in_crank[:, None] * shares, 1.0 - in_crank))
     elastic = hz > RIGID_HZ
-    first, second = crank_modal.torsional_frequencies(hz[elastic], whole[elastic])
+    named = crank_modal.named_frequencies(hz[elastic], whole[elastic], engine.reduction.running_cutoff_hz)
     pairs = [
         {
             "ground_hz": float(ground_hz[k]),
@@ -131,12 +131,10 @@ def block_report(engine: Engine, body: ReducedBody, block: ReducedBody) -> dict[
         for k, ((partner, mac), (stiff_partner, stiff_mac)) in enumerate(zip(partners, stiff_partners, strict=True))
     ]
     return {
-        "modes": crank_modal.listed_modes(hz, whole, PARTS, RIGID_HZ),
+        "modes": crank_modal.listed_modes(hz, whole, PARTS, RIGID_HZ, crank_modal.listed_to(named.values())),
         "mounts_hz": hz[hz <= RIGID_HZ].tolist(),
         "ground": pairs,
-        "first_torsional_hz": first,
-        "second_torsional_hz": second,
-        "first_axial_hz": crank_modal.first_axial(hz[elastic], whole[elastic]),
+        **named,
         "mass_kg": complete.mass,
         "free_hz": complete.frequencies_hz[6:][complete.frequencies_hz[6:] <= LISTED_HZ].tolist(),
         "reduction": crank_modal.reduction_quality(block),

@@ -26,9 +26,9 @@ from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.sections import fillet_rise, interface_places, web_strips
-from cranktrain.structure.crank.shape import pin_centre, stations
+from cranktrain.structure.crank.shape import pin_centre, shaping, stations, webs_of
 from cranktrain.structure.crank.torsional import sections
-from cranktrain.structure.crank.web_member import web_flexibility
+from cranktrain.structure.crank.web_member import web_arm, web_flexibility
 from cranktrain.structure.fem.frame import Frame, Section, circular
 
 _STRIPS = 16
@@ -46,7 +46,7 @@ def beam_body(engine: Engine, progress: Callable[[str], None] | None = None) -> 
     progress : told each stage before it starts
     """
     frame, nodes = crank_frame(engine)
-    content = [asdict(engine.material), asdict(engine.crankshaft), engine.thrust.main, engine.reduction.fixed_modes]
+    content = [asdict(engine.material), shaping(engine.crankshaft), engine.thrust.main, engine.reduction.fixed_modes]
     digest = sha256(json.dumps(["beam", *content], sort_keys=True).encode()).hexdigest()
     say = progress or (lambda stage: None)
     body = frame.reduced(f"{engine.name} crankshaft, beams", digest, nodes, engine.reduction.fixed_modes, say)
@@ -69,9 +69,16 @@ def crank_frame(engine: Engine) -> tuple[Frame, dict[str, int]]:
     places = interface_places(c, engine.thrust.main)
     planes = [0.5 * sum(span) for span in at.webs]
     found: dict[str, int] = {}
-    # Nodes of the webs' middle planes, on the main axis and on their pins'.
-    on_main = [frame.node((0.0, 0.0, z)) for z in planes]
-    on_pin = [frame.node((*pin_centre(c, j // 2 + 1)[:2], z)) for j, z in enumerate(planes)]
+    # Nodes of the webs' middle planes, on the axes that they join.
+    low, high = [], []
+    for web, z in zip(at.joins, planes, strict=True):
+        first = (0.0, 0.0) if web.main else pin_centre(c, web.pins[0])[:2]
+        low.append(frame.node((*first, z)))
+    for web, z in zip(at.joins, planes, strict=True):
+        high.append(frame.node((*pin_centre(c, web.pins[-1])[:2], z)))
+    # Webs (from 0) in front of each main journal and behind it.
+    before = {web.main: j for j, web in enumerate(at.joins) if web.main and not web.front}
+    behind = {web.main: j for j, web in enumerate(at.joins) if web.main and web.front}
 
     for i in range(1, len(at.mains) + 1):
         pieces = [(*at.mains[i - 1], c.main_diameter)]
@@ -80,13 +87,13 @@ def crank_frame(engine: Engine) -> tuple[Frame, dict[str, int]]:
             pieces.insert(0, (*at.nose, c.nose_diameter))
             stops += [*at.nose, places["pulley"][2]]
         else:
-            pieces.insert(0, (planes[2 * i - 3], at.mains[i - 1][0], 0.0))
+            pieces.insert(0, (planes[before[i]], at.mains[i - 1][0], 0.0))
         if i == len(at.mains):
             pieces.append((*at.flange, c.flange_diameter))
             stops += list(at.flange)
         else:
-            pieces.append((at.mains[i - 1][1], planes[2 * i - 2], 0.0))
-        ends = (on_main[2 * i - 3] if i > 1 else None, on_main[2 * i - 2] if i < len(at.mains) else None)
+            pieces.append((at.mains[i - 1][1], planes[behind[i]], 0.0))
+        ends = (low[before[i]] if i > 1 else None, low[behind[i]] if i < len(at.mains) else None)
         line = _line(engine, frame, (0.0, 0.0), pieces, stops, ends)
         found[f"main[{i}]"] = line[places[f"main[{i}]"][2]]
         if i == 1:
@@ -94,14 +101,16 @@ def crank_frame(engine: Engine) -> tuple[Frame, dict[str, int]]:
         if i == len(at.mains):
             found["flywheel"] = line[at.flange[1]]
     for i, span in enumerate(at.pins, 1):
-        front, rear = planes[2 * i - 2], planes[2 * i - 1]
-        pieces = [(front, span[0], 0.0), (*span, c.pin_diameter), (span[1], rear, 0.0)]
+        front, rear = (number - 1 for number in webs_of(c, i))
+        # Of a web without thickness nothing lies between its plane and the pin.
+        pieces = [(planes[front], span[0], 0.0), (*span, c.pin_diameter), (span[1], planes[rear], 0.0)]
+        pieces = [piece for piece in pieces if piece[1] > piece[0]]
         middle = places[f"pin[{i}]"][2]
-        ends = (on_pin[2 * i - 2], on_pin[2 * i - 1])
+        ends = (high[front], low[rear] if at.joins[rear].main == 0 else high[rear])
         line = _line(engine, frame, pin_centre(c, i)[:2], pieces, [middle, *span], ends)
         found[f"pin[{i}]"] = line[middle]
     for j in range(len(at.webs)):
-        _add_web(engine, frame, j, on_main[j], on_pin[j])
+        _add_web(engine, frame, j + 1, low[j], high[j])
     return frame, {name: found[name] for name in places if name != "thrust"}
 
 
@@ -181,22 +190,22 @@ def _mean_section(engine: Engine, stiff: Array, heavy: Array) -> Section:
     )
 
 
-def _add_web(engine: Engine, frame: Frame, j: int, main: int, pin: int) -> None:
-    """Web j (from 0) between its nodes on the main axis and on the pin's."""
-    c, material = engine.crankshaft, engine.material
-    angle = c.throw_angles[j // 2]
+def _add_web(engine: Engine, frame: Frame, number: int, first: int, second: int) -> None:
+    """Web (numbered from 1) between its nodes on the axes that it joins."""
+    material, arm = engine.material, web_arm(engine.crankshaft, number)
+    outline, thickness = arm.outline, arm.thickness
+    angle = outline.angle
     turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
     both = np.kron(np.eye(2), turn)
-    flexibility = both @ web_flexibility(c, material, c.counterweights[j], c.main_widths[(j + 1) // 2]) @ both.T
-    eta, areas = web_strips(c, c.counterweights[j], _STRIPS)
+    flexibility = both @ web_flexibility(arm, material) @ both.T
+    eta, areas = web_strips(outline, _STRIPS)
     moments = np.zeros((eta.size, 4, 4))
-    thickness = c.web_thickness
     moments[:, :3, :3] = areas * thickness
     moments[:, 3, 3] = areas[:, 0, 0] * thickness**3 / 12.0
     whole = np.eye(4)
     whole[1:, 1:] = turn
     moments = material.density * whole @ moments @ whole.T
-    places = frame.positions[main] + eta[:, None] * turn[:, 1]
-    share = np.clip(eta / c.throw, 0.0, 1.0)
+    places = frame.positions[first] + eta[:, None] * turn[:, 1]
+    share = np.clip(eta / outline.apart, 0.0, 1.0)
     share = share**2 * (3.0 - 2.0 * share)
-    frame.flexible_link(main, pin, flexibility, Slices(places, moments), share)
+    frame.flexible_link(first, second, flexibility, Slices(places, moments), share)

@@ -6,18 +6,22 @@ the pin (the oscillating mass takes part in the pin's motion by cos² θ, half o
 (rollers resist tilt too). The thrust bearing is closed (collar and block in series).
 
 The kind of a mode is read from its kinetic energy. Each slice of the body around a point of the axis moves as a rigid
-section: translation across and tilt count as bending, rotation about z as torsion, translation along z as axial. A mode
-is named after its largest energy fraction. The first torsional (axial) mode is the first mode with this name, without
-the rotation on the connecting shaft. Bending may distribute the second torsional mode over neighbouring modes. It is
-the mode above the first with the largest fraction of torsion up to 1000 Hz, before the fractions add up to more than
-two whole modes. (The sum of the torsional fractions over all modes is the number of torsional modes. Fractions beyond a
-sum of two belong to the third mode, which bending distributes less on some cranks.)
+section: translation across and tilt count as bending, rotation about z as torsion, translation along z as axial. The
+shape in a list of modes is the kind with the largest fraction.
+
+The first and second torsional mode and the first axial one are named by :func:`named_mode`. A mode of one kind alone
+would have the fraction 1 of it; bending distributes it over neighbouring modes, whose fractions add up to 1. Summed
+from the lowest mode on, the fractions of a kind therefore count its modes: a mode belongs to the n-th one if the sum up
+to half its own fraction is between n − 1 and n. Of these the one with the largest fraction has the name, if it has
+:data:`LEAST_SHARE` or more. Otherwise no mode has it. Names are sought up to a stated frequency, which is the cut-off
+of the engine's running model in reports, and the rotation on the connecting shaft has none.
 """
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import numpy as np
@@ -34,8 +38,15 @@ from cranktrain.structure.fem.reduction import CHECKED_HZ
 
 KINDS = ("bending", "torsional", "axial")
 SHARE_MEASURE = "kinetic energy of slices on the crank axis: across and tilting, turning, along"
-# Modes are listed up to here.
 LISTED_HZ = 1000.0
+"""Modes are listed up to this frequency, Hz, and to the highest named mode above it."""
+LEAST_SHARE = 0.25
+"""Energy fraction of a kind that a mode has at least to be named the first or second of this kind: with less, bending
+has distributed it over more than four modes, and none of them stands for it."""
+
+
+OWN_ORDERS = 4
+"""Number of orders with critical speeds where none are published."""
 
 
 def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
@@ -55,19 +66,17 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     free_hz, free_shares = free_modes(engine, crankshaft)
     attached = time.perf_counter()
     hz, shares = cranktrain_modes(engine, crankshaft)
-    first = torsional_frequencies(hz, shares)
-    named = {
-        "first_torsional_hz": first[0],
-        "second_torsional_hz": first[1],
-        "first_axial_hz": first_axial(hz, shares),
-    }
+    highest = engine.reduction.running_cutoff_hz
+    named = named_frequencies(hz, shares, highest)
+    free = torsional_frequencies(free_hz, free_shares, highest)
     return {
         "crankshaft_free": {
-            "modes": listed_modes(free_hz, free_shares),
-            "torsional_hz": torsional_frequencies(free_hz, free_shares),
+            "modes": listed_modes(free_hz, free_shares, up_to=listed_to(free)),
+            "torsional_hz": free,
         },
-        "cranktrain": {"modes": listed_modes(hz, shares), **named},
-        "critical_speeds": critical_speeds(engine, first[0]),
+        "cranktrain": {"modes": listed_modes(hz, shares, up_to=listed_to(named.values())), **named},
+        "sought_to_hz": highest,
+        "critical_speeds": critical_speeds(engine, named["first_torsional_hz"]),
         "reduction": reduction_quality(body),
         "published": {
             "crankshaft_free_torsional_hz": list(engine.published.free_torsional_hz),
@@ -191,44 +200,82 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
     if rods:
         rod_mass = mean_rod_mass(engine)
         for i in engine.cylinders.pins:
-            axis = 0.5 * (motion[crankshaft.index(f"main[{i}]")] + motion[crankshaft.index(f"main[{i + 1}]")])
+            main = engine.crankshaft.main_before[i - 1]
+            axis = 0.5 * (motion[crankshaft.index(f"main[{main}]")] + motion[crankshaft.index(f"main[{main + 1}]")])
             energy[:, 0] += rod_mass * (axis[0] ** 2 + axis[1] ** 2)
-            energy[:, 1] += rod_mass * (engine.crankshaft.throw * axis[5]) ** 2
+            energy[:, 1] += rod_mass * (engine.crankshaft.throws[i - 1] * axis[5]) ** 2
     return np.asarray(energy / energy.sum(axis=1, keepdims=True))
 
 
-def torsional_frequencies(hz: Array, shares: Array) -> list[float]:
-    """First and second torsional frequency, Hz, as this module defines them; ``InputError`` where there is none."""
-    candidates = np.flatnonzero(hz <= LISTED_HZ)
-    mostly = candidates[np.argmax(shares[candidates], axis=1) == KINDS.index("torsional")]
-    within = candidates[hz[candidates] <= second_reach(hz, shares)]
-    above = within[within > mostly[0]] if mostly.size else mostly
-    if not above.size:
-        raise InputError(f"crankshaft has no two torsional modes below {LISTED_HZ:g} Hz; check its inertias")
-    return [float(hz[mostly[0]]), float(hz[above[np.argmax(shares[above, KINDS.index("torsional")])]])]
+def named_mode(hz: Array, shares: Array, kind: str, number: int = 1, highest: float = math.inf) -> int | None:
+    """Index of the mode named the first (``number`` 1), second, … of a kind; None where no mode has the name.
+
+    Parameters
+    ----------
+    hz, shares : (k,) rising frequencies and (k, kinds) energy fractions, as the kinds of this module come first
+    highest : frequency, Hz, up to which it is sought
+    """
+    own = shares[:, KINDS.index(kind)]
+    count = np.cumsum(own) - 0.5 * own
+    among = np.flatnonzero((count > number - 1) & (count <= number) & (hz <= highest))
+    if not among.size:
+        return None
+    best = int(among[np.argmax(own[among])])
+    return best if own[best] >= LEAST_SHARE else None
+
+
+def torsional_frequencies(hz: Array, shares: Array, highest: float = math.inf) -> list[float | None]:
+    """First and second torsional frequency, Hz, None where no mode up to ``highest`` has the name."""
+    found = (named_mode(hz, shares, "torsional", number, highest) for number in (1, 2))
+    return [None if k is None else float(hz[k]) for k in found]
+
+
+def first_torsional(hz: Array, shares: Array, highest: float = math.inf) -> float:
+    """First torsional frequency, Hz; ``InputError`` where no mode up to ``highest`` has the name."""
+    first = torsional_frequencies(hz, shares, highest)[0]
+    if first is None:
+        raise InputError(
+            f"no mode up to {min(highest, float(hz[-1])):.0f} Hz is a torsional one, with {100.0 * LEAST_SHARE:g} % of "
+            "its kinetic energy in torsion; check crankshaft and inertias, or raise reduction.running_cutoff_hz"
+        )
+    return first
+
+
+def named_frequencies(hz: Array, shares: Array, highest: float) -> dict[str, float | None]:
+    """Frequencies, Hz, of the modes with a name, None where no mode up to ``highest`` has it."""
+    axial = named_mode(hz, shares, "axial", 1, highest)
+    first, second = torsional_frequencies(hz, shares, highest)
+    return {
+        "first_torsional_hz": first,
+        "second_torsional_hz": second,
+        "first_axial_hz": None if axial is None else float(hz[axial]),
+    }
+
+
+def listed_to(named: Iterable[float | None]) -> float:
+    """Frequency, Hz, to which modes are listed: :data:`LISTED_HZ`, or the highest named mode."""
+    return max([LISTED_HZ, *(value for value in named if value is not None)])
 
 
 def second_reach(hz: Array, shares: Array) -> float:
-    """Frequency, Hz, up to which modes belong to the first two torsional ones; ``hz`` (k,), ``shares`` (k, kinds).
-
-    A mode belongs to them if the sum of fractions up to half of its own lies within two whole modes.
-    """
+    """Frequency, Hz, up to which modes belong to the first two torsional ones; ``hz`` (k,), ``shares`` (k, kinds)."""
     torsion = shares[:, KINDS.index("torsional")]
     within = np.cumsum(torsion) - 0.5 * torsion <= 2.0
     return float(hz[np.flatnonzero(within)[-1]])
 
 
-def first_axial(hz: Array, shares: Array) -> float:
-    """First frequency, Hz, of a mode that is mostly axial; ``InputError`` where there is none."""
-    axial = np.flatnonzero(np.argmax(shares, axis=1) == KINDS.index("axial"))
-    if not axial.size:
-        raise InputError("cranktrain has no axial mode; check thrust.closed_stiffness and thrust.block_stiffness")
-    return float(hz[axial[0]])
+def critical_speeds(engine: Engine, torsional_hz: float | None) -> list[dict[str, float]]:
+    """Speed, rev/min, at which each published order meets the first torsional frequency; none without one.
 
-
-def critical_speeds(engine: Engine, torsional_hz: float) -> list[dict[str, float]]:
-    """Speed, rev/min, at which each published order meets the first torsional frequency."""
-    return [{"order": order, "rpm": 60.0 * torsional_hz / order} for order in engine.published.critical_orders]
+    Where no orders are published: multiples of the firings per revolution, from the lowest on that meets it within
+    the engine's speeds.
+    """
+    if torsional_hz is None:
+        return []
+    firing = engine.firings
+    lowest = math.ceil(2.0 * math.pi * torsional_hz / (firing * engine.speeds[1]))
+    own = tuple(k * firing for k in range(lowest, lowest + OWN_ORDERS))
+    return [{"order": order, "rpm": 60.0 * torsional_hz / order} for order in engine.published.critical_orders or own]
 
 
 def _section_energy(motion: Array, mass: Array, polar: Array, diametral: Array) -> Array:
@@ -247,12 +294,14 @@ def _attached(engine: Engine) -> str:
     return ", ".join(names[:-1]) + " and " + names[-1]
 
 
-def listed_modes(hz: Array, shares: Array, kinds: tuple[str, ...] = KINDS, above: float = 1.0) -> list[dict[str, Any]]:
-    """Modes of a report, ``above`` so many Hz: each with its frequency, shape, and shares (k, kinds) by kind."""
+def listed_modes(
+    hz: Array, shares: Array, kinds: tuple[str, ...] = KINDS, above: float = 1.0, up_to: float = LISTED_HZ
+) -> list[dict[str, Any]]:
+    """Modes of a report, ``above`` and ``up_to`` so many Hz, each with frequency, shape, and shares (k, kinds)."""
     return [
         {"hz": float(f), "shape": kinds[int(np.argmax(share))], "shares": dict(zip(kinds, share.tolist(), strict=True))}
         for f, share in zip(hz, shares, strict=True)
-        if above < f <= LISTED_HZ
+        if above < f <= up_to
     ]
 
 

@@ -23,12 +23,12 @@ from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft, LumpedInertia
 from cranktrain.store.hdf5 import load_body, load_extras
-from cranktrain.structure.crank.shape import pin_centre, stations
+from cranktrain.structure.crank.shape import crank_interfaces, pin_centre, shaping, stations
 from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, eigenmodes, rigid_motions
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces, tied_surfaces
-from cranktrain.structure.fem.mesh import crankshaft_mesh, interface_names, surface_area
+from cranktrain.structure.fem.mesh import crankshaft_mesh, surface_area
 from cranktrain.structure.fem.own_body import is_body, read_body, with_interface
 from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
 from cranktrain.structure.fem.reduction import Comparison, Progress, ReductionTask, content_digest, reduced_structure
@@ -65,7 +65,7 @@ def own_crankshaft(engine: Engine, path: str | Path) -> ReducedBody:
     body = read_body(path)
     if "thrust" not in body.interfaces and (own := f"main[{engine.thrust.main}]") in body.interfaces:
         body = with_interface(body, "thrust", own)
-    wanted = interface_names(len(engine.crankshaft.throw_angles))
+    wanted = crank_interfaces(engine.crankshaft)
     _check_names(path, wanted, body.interfaces, "interface", "name the node of each journal, the pulley, the flywheel")
     places = dict(zip(body.interfaces, body.positions, strict=True))
     _check_own(engine, {name: places[name] for name in wanted}, path)
@@ -112,7 +112,7 @@ def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
     content = {
         "recipe": RECIPE,
         "material": asdict(engine.material),
-        "crankshaft": asdict(engine.crankshaft),
+        "crankshaft": shaping(engine.crankshaft),
         "thrust": engine.thrust.main,
         "fixed_modes": engine.reduction.fixed_modes,
         "consistent_mass": engine.reduction.consistent_mass,
@@ -154,7 +154,7 @@ def running_loads(engine: Engine) -> list[tuple[str, int]]:
     middle, and at roller bearings, which resist tilt.
     """
     throws = len(engine.crankshaft.throw_angles)
-    across = [name for name in interface_names(throws) if name.startswith(("main", "pin"))]
+    across = [name for name in crank_interfaces(engine.crankshaft) if name.startswith(("main", "pin"))]
     pins = engine.cylinders.pins
     tilted = [f"main[{i + 1}]" for i in engine.roller_mains]
     tilted += [f"pin[{i}]" for i in range(1, throws + 1) if pins.count(i) > 1]
@@ -175,7 +175,7 @@ def running_body(engine: Engine, body: ReducedBody | None = None, progress: Prog
 
 def crankshaft_interfaces(model: FEModel, crankshaft: Crankshaft) -> InterfaceSet:
     """Averaged interfaces of a crankshaft, each referred to its place on the axis of its journal."""
-    names = interface_names(len(crankshaft.throw_angles))
+    names = crank_interfaces(crankshaft)
     nominal = nominal_places(crankshaft)
 
     def place(name: str, centroid: Array) -> Array:
@@ -210,7 +210,7 @@ def _mesh(engine: Engine, mesh_file: str | Path | None) -> MeshTet2:
     from cranktrain.structure.fem.mesh import read_mesh
 
     mesh = read_mesh(mesh_file, mesh_unit(mesh_file))
-    wanted = interface_names(len(engine.crankshaft.throw_angles))
+    wanted = crank_interfaces(engine.crankshaft)
     remedy = "name the facets of each journal, the pulley, the flywheel and the thrust faces"
     _check_names(mesh_file, wanted, mesh.boundaries or {}, "surface", remedy)
     _check_own(engine, {name: surface_area(mesh, name)[1] for name in wanted}, mesh_file)

@@ -20,7 +20,7 @@ import numpy as np
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
-from cranktrain.structure.crank.shape import pin_centre, stations
+from cranktrain.structure.crank.shape import Outline, pin_centre, pin_fillets, stations, web_outline
 
 _STRIPS, _FINE = 40, 200
 """Strips of a web, and points of the quadrature in each."""
@@ -75,9 +75,10 @@ def crank_pieces(engine: Engine) -> list[Piece]:
         x, y, _ = pin_centre(c, i)
         angle = c.throw_angles[i - 1]
         pieces.append(Piece("pin", i, span, (x, y), angle, _disc(density, c.pin_diameter, (x, y))))
-        for j in (2 * i - 2, 2 * i - 1):
-            moments = _turned(density * web_moments(c, c.counterweights[j]), angle)
-            pieces.append(Piece("web", j + 1, at.webs[j], origin, angle, moments))
+    for j, span in enumerate(at.webs, 1):
+        outline = web_outline(c, j)
+        moments = moved(_turned(density * web_moments(outline), outline.angle), outline.origin)
+        pieces.append(Piece("web", j, span, origin, outline.angle, moments))
     pieces += _fillets(engine)
     pieces.append(Piece("flange", 1, at.flange, origin, 0.0, _disc(density, c.flange_diameter, origin)))
     return sorted(pieces, key=lambda piece: piece.span)
@@ -99,9 +100,11 @@ def _fillets(engine: Engine) -> list[Piece]:
     rear += [(c.main_diameter, origin, span[1]) for span in at.mains]
     front = [(c.main_diameter, origin, span[0]) for span in at.mains[1:]]
     for i, span in enumerate(at.pins, 1):
-        axis = pin_centre(c, i)[:2]
-        rear.append((c.pin_diameter, axis, span[1]))
-        front.append((c.pin_diameter, axis, span[0]))
+        axis, (before, behind) = pin_centre(c, i)[:2], pin_fillets(c, i)
+        if behind > 0.0:
+            rear.append((c.pin_diameter, axis, span[1]))
+        if before > 0.0:
+            front.append((c.pin_diameter, axis, span[0]))
     distance: Array = c.fillet * (np.arange(_FINE, dtype=np.float64) + 0.5) / _FINE
     places = [(d, axis, (z - c.fillet, z)) for d, axis, z in rear]
     places += [(d, axis, (z, z + c.fillet)) for d, axis, z in front]
@@ -113,9 +116,14 @@ def _fillets(engine: Engine) -> list[Piece]:
     return rings
 
 
-def web_width(c: Crankshaft, eta: Array, counterweight: bool) -> Array:
-    """Width of a web across its throw at η (p,) from the main axis towards the pin, m: of the hull or counterweight."""
-    big, small, throw = c.web_main_radius, c.web_pin_radius, c.throw
+def bare_outline(c: Crankshaft) -> Outline:
+    """Outline of a web beside a main journal without counterweight, its pin at +y."""
+    return Outline(c.web_main_radius, c.web_pin_radius, c.throw, 0.0)
+
+
+def web_width(outline: Outline, eta: Array) -> Array:
+    """Width of a web across its throw at η (p,) from its first axis to the second, m: of the hull or counterweight."""
+    big, small, throw = outline.low, outline.high, outline.apart
     width = np.maximum(_chord(eta, big), _chord(eta - throw, small))
     if throw > abs(big - small):
         sine = (big - small) / throw
@@ -123,19 +131,19 @@ def web_width(c: Crankshaft, eta: Array, counterweight: bool) -> Array:
         low, high = big * sine, throw + small * sine
         straight = 2.0 * cosine * (big + (small - big) * (eta - low) / (high - low))
         width = np.maximum(width, np.where((eta >= low) & (eta <= high), straight, 0.0))
-    if counterweight:
-        disc = np.minimum(_chord(eta, c.counterweight_radius), 2.0 * c.counterweight_half_width)
+    if outline.weight_radius > 0.0:
+        disc = np.minimum(_chord(eta, outline.weight_radius), 2.0 * outline.weight_half_width)
         width = np.maximum(width, np.where(eta <= 0.0, disc, 0.0))
     return width
 
 
-def web_strips(c: Crankshaft, counterweight: bool, count: int) -> tuple[Array, Array]:
+def web_strips(outline: Outline, count: int) -> tuple[Array, Array]:
     """Middles η (count,) of strips of a web and their moments ∫[1, ξ, η − η_i][1, ξ, η − η_i]ᵀ dA (count, 3, 3)."""
-    low = -max(c.web_main_radius, c.counterweight_radius if counterweight else 0.0)
-    borders = np.linspace(low, max(c.throw + c.web_pin_radius, c.web_main_radius), count + 1)
+    low = -max(outline.low, outline.weight_radius)
+    borders = np.linspace(low, max(outline.apart + outline.high, outline.low), count + 1)
     middles, step = 0.5 * (borders[1:] + borders[:-1]), (borders[1] - borders[0]) / _FINE
     own: Array = step * (np.arange(_FINE, dtype=np.float64) + 0.5 - 0.5 * _FINE)
-    width = web_width(c, (middles[:, None] + own).ravel(), counterweight).reshape(count, _FINE)
+    width = web_width(outline, (middles[:, None] + own).ravel()).reshape(count, _FINE)
     moments = np.zeros((count, 3, 3))
     moments[:, 0, 0] = step * width.sum(axis=1)
     moments[:, 0, 2] = moments[:, 2, 0] = step * (width * own).sum(axis=1)
@@ -144,9 +152,9 @@ def web_strips(c: Crankshaft, counterweight: bool, count: int) -> tuple[Array, A
     return middles, moments
 
 
-def web_moments(c: Crankshaft, counterweight: bool) -> Array:
-    """Moments ∫[1, ξ, η][1, ξ, η]ᵀ dA (3, 3) of a web whose pin lies along +η, m² to m⁴."""
-    middles, moments = web_strips(c, counterweight, _STRIPS)
+def web_moments(outline: Outline) -> Array:
+    """Moments ∫[1, ξ, η][1, ξ, η]ᵀ dA (3, 3) of a web about its first axis, its second one along +η, m² to m⁴."""
+    middles, moments = web_strips(outline, _STRIPS)
     shift = np.tile(np.eye(3), (_STRIPS, 1, 1))
     shift[:, 2, 0] = middles
     return np.asarray((shift @ moments @ shift.swapaxes(1, 2)).sum(axis=0))
@@ -192,6 +200,13 @@ def _disc(density: float, diameter: float, axis: tuple[float, float]) -> Array:
 def _chord(distance: Array, radius: float) -> Array:
     """Chord of a circle at a distance from its centre."""
     return np.asarray(2.0 * np.sqrt(np.maximum(radius**2 - distance**2, 0.0)))
+
+
+def moved(moments: Array, origin: tuple[float, float]) -> Array:
+    """Moments in x, y of a section whose own origin lies at ``origin``, m."""
+    shift = np.eye(3)
+    shift[1:, 0] = origin
+    return np.asarray(shift @ moments @ shift.T)
 
 
 def _turned(moments: Array, angle: float) -> Array:

@@ -1,8 +1,9 @@
 """The crankshaft as a solid: journals with fillets, webs with counterweights, nose and flange, from a few dimensions.
 
 Along z follow each other: nose, main journal 1, web, pin 1, web, main journal 2 … last main journal, flange; z = 0 is
-the middle of main journal 1. In a web plane (its pin along +η) the outline is the hull of a circle about the main
-axis and one about the pin axis; a counterweight adds the part of a disc with η ≤ 0 and |ξ| ≤ half width. Every round
+the middle of main journal 1. Several pins between two mains are joined by flying webs. In a web plane (its pin along
++η) the outline is the hull of a circle about the main axis and one about the pin axis, for a flying web about both of
+its pins' axes; a counterweight adds the part of a disc with η ≤ 0 and |ξ| ≤ half width. Every round
 piece is a body of revolution that carries its own fillets and touches its neighbours on plane faces only: the booleans
 of the CAD kernel stay simple, and no fillet has to be found afterwards.
 """
@@ -10,10 +11,9 @@ of the CAD kernel stay simple, and no fillet has to be found afterwards.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
-from math import asin, cos, hypot, pi, sin, sqrt
-from typing import Any
+from dataclasses import MISSING, asdict, dataclass, fields
+from math import asin, atan2, cos, hypot, pi, sin, sqrt
+from typing import Any, NamedTuple
 
 from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.parts import Crankshaft
@@ -22,15 +22,33 @@ from cranktrain.engine.parts import Crankshaft
 HOLE_FINENESS = 0.5
 
 
+class Web(NamedTuple):
+    """A web: where it begins and ends along z (m), and what it joins, numbered from 1.
+
+    ``main`` is the main journal at it, 0 for a flying web, which joins two ``pins``; a ``front`` web lies in front of
+    its pin.
+    """
+
+    span: tuple[float, float]
+    main: int
+    pins: tuple[int, ...]
+    front: bool = True
+
+
 @dataclass(frozen=True)
 class Stations:
-    """Where the pieces begin and end along z, m: (start, end) of each."""
+    """Where the pieces begin and end along z, m: (start, end) of each, and what the webs join."""
 
     nose: tuple[float, float]
     mains: tuple[tuple[float, float], ...]
     pins: tuple[tuple[float, float], ...]
-    webs: tuple[tuple[float, float], ...]
+    joins: tuple[Web, ...]
     flange: tuple[float, float]
+
+    @property
+    def webs(self) -> tuple[tuple[float, float], ...]:
+        """Where each web begins and ends."""
+        return tuple(web.span for web in self.joins)
 
 
 def stations(crankshaft: Crankshaft) -> Stations:
@@ -38,30 +56,82 @@ def stations(crankshaft: Crankshaft) -> Stations:
     c = crankshaft
     z = -0.5 * c.main_widths[0]
     nose = (z - c.nose_length, z)
-    mains, pins, webs = [(z, -z)], [], []
+    mains, joins = [(z, -z)], []
+    pins: list[tuple[float, float]] = []
     z = -z
-    for width in c.main_widths[1:]:
-        cuts = [z, z + c.web_thickness, z + c.web_thickness + c.pin_width, z + 2 * c.web_thickness + c.pin_width]
-        front, pin, rear = pairwise(cuts)
-        webs += [front, rear]
-        pins.append(pin)
-        z = cuts[-1]
+    for main, (width, count) in enumerate(zip(c.main_widths[1:], c.bays, strict=True), 1):
+        joins.append(Web((z, z + c.web_thickness), main, (len(pins) + 1,)))
+        for k in range(count):
+            start = z + c.web_thickness + k * c.pin_pitch
+            pins.append((start, start + c.pin_width))
+            if k + 1 < count:
+                joins.append(Web((pins[-1][1], start + c.pin_pitch), 0, (len(pins), len(pins) + 1)))
+        z = z + 2 * c.web_thickness + c.pin_width + (count - 1) * c.pin_pitch
+        joins.append(Web((pins[-1][1], z), main + 1, (len(pins),), front=False))
         mains.append((z, z + width))
         z += width
-    return Stations(nose, tuple(mains), tuple(pins), tuple(webs), (z, z + c.flange_length))
+    return Stations(nose, tuple(mains), tuple(pins), tuple(joins), (z, z + c.flange_length))
+
+
+def webs_of(crankshaft: Crankshaft, pin: int) -> tuple[int, int]:
+    """Numbers (from 1) of the webs in front of a pin and behind it."""
+    return pin + crankshaft.main_before[pin - 1] - 1, pin + crankshaft.main_before[pin - 1]
+
+
+def crank_interfaces(crankshaft: Crankshaft) -> tuple[str, ...]:
+    """Interfaces of a crankshaft by its dimensions."""
+    return interface_names(len(crankshaft.main_widths), len(crankshaft.throw_angles))
+
+
+def interface_names(mains: int, pins: int) -> tuple[str, ...]:
+    """Interfaces of a crankshaft: main[1 … mains], pin[1 … pins], pulley, flywheel, thrust."""
+    journals = [f"main[{i}]" for i in range(1, mains + 1)] + [f"pin[{i}]" for i in range(1, pins + 1)]
+    return (*journals, "pulley", "flywheel", "thrust")
+
+
+class Outline(NamedTuple):
+    """Outline of a web across the axis: radii about two centres ``apart`` along η, from 0, and a counterweight (m).
+
+    ``angle`` (rad) is that of η from +y, ``origin`` the place of η = 0.
+    """
+
+    low: float
+    high: float
+    apart: float
+    angle: float
+    origin: tuple[float, float] = (0.0, 0.0)
+    weight_radius: float = 0.0
+    weight_half_width: float = 0.0
+
+
+def web_outline(crankshaft: Crankshaft, number: int) -> Outline:
+    """Outline of a web (numbered from 1)."""
+    c, web = crankshaft, stations(crankshaft).joins[number - 1]
+    if web.main:
+        pin = web.pins[0] - 1
+        weight = (c.counterweight_radius, c.counterweight_half_width) if c.counterweights[number - 1] else (0.0, 0.0)
+        return Outline(c.web_main_radius, c.web_pin_radius, c.throws[pin], c.throw_angles[pin], (0.0, 0.0), *weight)
+    (x, y, _), (x2, y2, _) = (pin_centre(c, pin) for pin in web.pins)
+    return Outline(c.web_pin_radius, c.web_pin_radius, hypot(x2 - x, y2 - y), atan2(x - x2, y2 - y), (x, y))
+
+
+def shaping(crankshaft: Crankshaft) -> dict[str, Any]:
+    """Dimensions that shape a crankshaft; those with a default where it is not theirs."""
+    usual = {entry.name: entry.default for entry in fields(crankshaft) if entry.default is not MISSING}
+    return {key: value for key, value in asdict(crankshaft).items() if key not in usual or value != usual[key]}
 
 
 def pin_centre(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
     """Middle of a pin (numbered from 1), m; a throw at angle α points along (−sin α, cos α)."""
-    angle = crankshaft.throw_angles[pin - 1]
+    angle, throw = crankshaft.throw_angles[pin - 1], crankshaft.throws[pin - 1]
     start, end = stations(crankshaft).pins[pin - 1]
-    return -crankshaft.throw * sin(angle), crankshaft.throw * cos(angle), 0.5 * (start + end)
+    return -throw * sin(angle), throw * cos(angle), 0.5 * (start + end)
 
 
 def oil_outlet(crankshaft: Crankshaft, pin: int) -> tuple[float, float, float]:
     """Mouth of the oil bore on a pin (numbered from 1), away from the crank's axis, m."""
     x, y, z = pin_centre(crankshaft, pin)
-    out = 1.0 + 0.5 * crankshaft.pin_diameter / crankshaft.throw
+    out = 1.0 + 0.5 * crankshaft.pin_diameter / crankshaft.throws[pin - 1]
     return out * x, out * y, z
 
 
@@ -100,17 +170,17 @@ def crankshaft_shape(crankshaft: Crankshaft, fineness: float = 0.0, fillets: Seq
     ]
     for i, span in enumerate(at.pins):
         x, y, _ = pin_centre(c, i + 1)
-        pieces.append(journal(occ, (x, y), r_pin, span, (c.fillet, c.fillet), f"pin[{i + 1}]"))
-        for j in (2 * i, 2 * i + 1):
-            pieces.append(web(occ, c, c.throw_angles[i], at.webs[j], c.counterweights[j]))
+        pieces.append(journal(occ, (x, y), r_pin, span, pin_fillets(c, i + 1), f"pin[{i + 1}]"))
+    pieces += [web(occ, c, j) for j, span in enumerate(at.webs, 1) if span[1] > span[0]]
     pieces.append(journal(occ, axis, 0.5 * c.flange_diameter, at.flange, (0.0, 0.0), "flange"))
     pieces.sort(key=lambda piece: piece.center.z)
     solid = pieces[0]
     for piece in pieces[1:]:
         solid = solid + piece
     if c.oil_holes:
-        for i in range(len(at.pins)):
-            solid = solid - oil_hole(occ, c, i)
+        for i in range(1, len(at.pins) + 1):
+            if oil_main(c, i):
+                solid = solid - oil_hole(occ, c, i)
     if fineness > 0.0:
         ends = fillet_ends(c)
         refine_fillets(solid, [ends[name] for name in fillets or ends], fineness)
@@ -153,14 +223,28 @@ def journal(
     return solid
 
 
-def web(occ: Any, c: Crankshaft, angle: float, span: tuple[float, float], counterweight: bool) -> Any:
-    """Plate between two planes, its pin turned by ``angle`` from +y about +z."""
+def pin_fillets(c: Crankshaft, pin: int) -> tuple[float, float]:
+    """Radii of a pin's fillets at its front and rear end: none where it meets the next pin without a web, m."""
+    webs = stations(c).webs
+    front, rear = (c.fillet if end > start else 0.0 for start, end in (webs[j - 1] for j in webs_of(c, pin)))
+    return front, rear
+
+
+def web(occ: Any, c: Crankshaft, number: int) -> Any:
+    """Web (numbered from 1) as a plate between two planes."""
+    return plate(occ, web_outline(c, number), stations(c).webs[number - 1])
+
+
+def plate(occ: Any, outline: Outline, span: tuple[float, float]) -> Any:
+    """Plate of an outline between two planes."""
     z = span[0]
-    outline = _web_outline(occ, c.web_main_radius, c.web_pin_radius, c.throw, z)
-    if counterweight:
-        outline = outline + _counterweight_outline(occ, c.counterweight_radius, c.counterweight_half_width, z)
-    plate = outline.Extrude((span[1] - span[0]) * occ.Z)
-    return plate.Rotate(occ.Axis(occ.Pnt(0, 0, 0), occ.Z), angle * 180 / pi)
+    face = _web_outline(occ, outline.low, outline.high, outline.apart, z)
+    if outline.weight_radius > 0.0:
+        face = face + _counterweight_outline(occ, outline.weight_radius, outline.weight_half_width, z)
+    solid = face.Extrude((span[1] - span[0]) * occ.Z)
+    solid = solid.Rotate(occ.Axis(occ.Pnt(0, 0, 0), occ.Z), outline.angle * 180 / pi)
+    x, y = outline.origin
+    return solid.Move(occ.Vec(x, y, 0)) if x or y else solid
 
 
 def _web_outline(occ: Any, r_main: float, r_pin: float, throw: float, z: float) -> Any:
@@ -195,13 +279,20 @@ def _counterweight_outline(occ: Any, radius: float, half_width: float, z: float)
     return occ.Face(occ.Wire([*sides, occ.Segment(corners[3], corners[0])]))
 
 
-def oil_hole(occ: Any, c: Crankshaft, i: int) -> Any:
-    """Straight bore from the far side of main journal i to the outer side of its pin, through middle of both."""
-    x, y, z_pin = pin_centre(c, i + 1)
-    out = (x / c.throw, y / c.throw)
-    start, end = stations(c).mains[i]
+def oil_main(c: Crankshaft, pin: int) -> int:
+    """Main journal whose oil bore leads to a pin (both from 1): at its web, the front one of two; 0 for none."""
+    before = [web.main for web in stations(c).joins if web.main and web.pins == (pin,)]
+    return before[0] if before else 0
+
+
+def oil_hole(occ: Any, c: Crankshaft, pin: int) -> Any:
+    """Straight bore from the far side of a main journal to the outer side of a pin (from 1), through their middles."""
+    x, y, z_pin = pin_centre(c, pin)
+    throw = c.throws[pin - 1]
+    out = (x / throw, y / throw)
+    start, end = stations(c).mains[oil_main(c, pin) - 1]
     z_main = 0.5 * (start + end)
-    rise = c.throw + 0.5 * c.pin_diameter + 0.5 * c.main_diameter
+    rise = throw + 0.5 * c.pin_diameter + 0.5 * c.main_diameter
     run = z_pin - z_main
     length = hypot(rise, run)
     along = (out[0] * rise / length, out[1] * rise / length, run / length)

@@ -54,7 +54,7 @@ from cranktrain.structure.crank.in_motion import torsional_in_motion
 from cranktrain.structure.crank.modal import bearing_stiffness, cranktrain_matrices
 from cranktrain.structure.crank.reduction import complete_crankshaft
 from cranktrain.structure.crank.sections import crank_moments, crank_pieces, interface_places
-from cranktrain.structure.crank.shape import stations
+from cranktrain.structure.crank.shape import shaping, stations
 
 
 def torsional_body(engine: Engine, source: str | None = None, solid: ReducedBody | None = None) -> ReducedBody:
@@ -115,7 +115,7 @@ def rigid_crank(engine: Engine) -> ReducedBody:
     places = interface_places(engine.crankshaft, engine.thrust.main)
     whole = Slices(np.zeros((1, 3)), crank_moments(engine)[None])
     modes = rigid_basis(whole)
-    digest = sha256(repr((engine.crankshaft, engine.material, engine.thrust.main)).encode()).hexdigest()
+    digest = sha256(repr((shaping(engine.crankshaft), engine.material, engine.thrust.main)).encode()).hexdigest()
     shapes = rigid_motion(np.array(list(places.values()))) @ modes
     motion = rigid_motion(np.zeros((1, 3))) @ modes
     name, nothing = f"{engine.name} crankshaft, rigid", np.zeros((6, 6))
@@ -132,9 +132,13 @@ def shaft_stiffnesses(engine: Engine, source: str) -> Array:
     half_main = 0.5 / c.main_diameter**4
     nose = (at.nose[1] - places["pulley"][2]) / c.nose_diameter**4 + c.main_widths[0] * half_main
     flange = c.main_widths[-1] * half_main + c.flange_length / c.flange_diameter**4
-    throws = [
-        throw_compliance(c, 0.5 * (a + b), source) for a, b in zip(c.main_widths, c.main_widths[1:], strict=False)
-    ]
+    if max(c.bays) > 1:
+        raise InputError(
+            f"torsional source '{source}' is a formula for one pin between two mains, and "
+            "crankshaft.pins_between_mains has more; use solid"
+        )
+    ends = zip(c.main_widths, c.main_widths[1:], c.throws, strict=False)
+    throws = [throw_compliance(replace(c, throw=throw), 0.5 * (a + b), source) for a, b, throw in ends]
     return math.pi * shear / 32.0 / np.array([nose, *throws, flange])
 
 

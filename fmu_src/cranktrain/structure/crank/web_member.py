@@ -24,8 +24,11 @@ import numpy as np
 from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft, Material
 from cranktrain.structure.crank.sections import web_width
+from cranktrain.structure.crank.shape import Outline, stations, web_outline
 
 _POINTS = 2000
+THIN = 1.0e-6
+"""Thickness of a web that has none, over the pin's diameter: no link is rigid."""
 
 
 class WebSections(NamedTuple):
@@ -38,22 +41,43 @@ class WebSections(NamedTuple):
     torsion: Array
 
 
-def web_flexibility(c: Crankshaft, material: Material, counterweight: bool, main_width: float) -> Array:
-    """Motion (6, 6) of the pin's end per load there, in axes ξ, η (from main to pin axis) and z, the main end clamped.
+class Arm(NamedTuple):
+    """A web as a member: its outline and thickness, diameter and width of the journals at its two ends, m."""
 
-    ``main_width`` is that of the main journal beside the web, m.
+    outline: Outline
+    thickness: float
+    low_diameter: float
+    low_width: float
+    high_diameter: float
+    high_width: float
+    flying: bool = False
+
+
+def web_arm(c: Crankshaft, number: int) -> Arm:
+    """Web (numbered from 1) of a crankshaft."""
+    web, outline = stations(c).joins[number - 1], web_outline(c, number)
+    if web.main:
+        main = c.main_diameter, c.main_widths[web.main - 1]
+        return Arm(outline, c.web_thickness, *main, c.pin_diameter, c.pin_width)
+    return Arm(outline, c.flying_web_thickness, c.pin_diameter, c.pin_width, c.pin_diameter, c.pin_width, True)
+
+
+def web_flexibility(arm: Arm, material: Material) -> Array:
+    """Motion (6, 6) of the far end per load there, in axes ξ, η (from the first axis to the second) and z.
+
+    The web is clamped at its first axis.
     """
-    at = web_sections(c, counterweight, main_width)
+    at, apart = web_sections(arm), arm.outline.apart
     e = material.youngs_modulus
     g = e / (2.0 * (1.0 + material.poisson_ratio))
     shear = rectangle_shear_factor(material.poisson_ratio) * at.area
     loads = np.eye(6)
     reaction = -loads.copy()
     # Moved to the main axis, a force at (0, R, 0) brings the moment (R F_z, 0, −R F_ξ).
-    reaction[3] -= c.throw * loads[2]
-    reaction[5] += c.throw * loads[0]
-    inner = _resultants(at.eta, c.throw, 0.5 * c.pin_diameter) @ loads
-    inner += _resultants(at.eta, 0.0, 0.5 * c.main_diameter) @ reaction
+    reaction[3] -= apart * loads[2]
+    reaction[5] += apart * loads[0]
+    inner = _resultants(at.eta, apart, 0.5 * arm.high_diameter) @ loads
+    inner += _resultants(at.eta, 0.0, 0.5 * arm.low_diameter) @ reaction
     softness = np.stack(
         (
             1.0 / (g * shear),
@@ -67,7 +91,50 @@ def web_flexibility(c: Crankshaft, material: Material, counterweight: bool, main
     )
     step = at.eta[1] - at.eta[0]
     result = step * np.einsum("pai,pa,paj->ij", inner, softness, inner)
+    direct = _overlap_flexibility(arm, material)
+    if direct is not None:
+        result = direct if arm.thickness == 0.0 else np.linalg.inv(np.linalg.inv(result) + np.linalg.inv(direct))
     return np.asarray(0.5 * (result + result.T))
+
+
+def _overlap_flexibility(arm: Arm, material: Material) -> Array | None:
+    """The same of the section that two pins at a flying web have in common, straight through the web; None without one.
+
+    Stress spreads from it into either pin at 45°, as at every step of a diameter.
+    """
+    d, r, apart = arm.high_diameter, 0.5 * arm.high_diameter, arm.outline.apart
+    if not arm.flying or apart >= d:
+        return None
+    # Strips of the lens about its middle, across the line of centres.
+    half = r - 0.5 * apart
+    eta = half * (2.0 * (np.arange(_POINTS) + 0.5) / _POINTS - 1.0)
+    chord, step = 2.0 * np.sqrt(r**2 - (np.abs(eta) + 0.5 * apart) ** 2), 2.0 * half / _POINTS
+    area = step * chord.sum()
+    about_xi, about_eta = step * (chord * eta**2).sum(), step * (chord**3).sum() / 12.0
+    # Cones on the circle of the same area, less what the pins have already.
+    small = math.sqrt(4.0 * area / math.pi)
+    cone = 0.5 * (d - small) * (np.arange(_POINTS) + 0.5) / _POINTS
+    width = (small + 2.0 * cone) / small
+    more = {p: (d - small) * float(np.mean(width**-p - (d / small) ** -p)) for p in (2.0, 4.0)}
+    pulled, bent = (arm.thickness + THIN * d + more[p] for p in (2.0, 4.0))
+    e = material.youngs_modulus
+    g = e / (2.0 * (1.0 + material.poisson_ratio))
+    shear = rectangle_shear_factor(material.poisson_ratio) * area
+    torsion = area**4 / (40.0 * (about_xi + about_eta))
+    lens = np.diag(
+        [
+            pulled / (g * shear),
+            pulled / (g * shear),
+            pulled / (e * area),
+            bent / (e * about_xi),
+            bent / (e * about_eta),
+            bent / (g * torsion),
+        ]
+    )
+    # Rigid from the middle of the lens to the far axis.
+    turn = np.eye(6)
+    turn[0, 5], turn[2, 3] = -0.5 * apart, 0.5 * apart
+    return turn @ lens @ turn.T
 
 
 def rectangle_shear_factor(poisson_ratio: float) -> float:
@@ -75,15 +142,16 @@ def rectangle_shear_factor(poisson_ratio: float) -> float:
     return 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)
 
 
-def web_sections(c: Crankshaft, counterweight: bool, main_width: float) -> WebSections:
+def web_sections(arm: Arm) -> WebSections:
     """Sections of a web with the parts of its journals within 45° of their edges."""
-    low, high = -0.5 * c.main_diameter, c.throw + 0.5 * c.pin_diameter
+    apart = arm.outline.apart
+    low, high = -0.5 * arm.low_diameter, apart + 0.5 * arm.high_diameter
     step = (high - low) / _POINTS
     eta: Array = low + step * (np.arange(_POINTS, dtype=np.float64) + 0.5)
-    t = c.web_thickness
-    width = web_width(c, eta, counterweight)
-    main, main_height = _stiffening(eta, 0.5 * c.main_diameter, 0.5 * main_width)
-    pin, pin_height = _stiffening(eta - c.throw, 0.5 * c.pin_diameter, 0.5 * c.pin_width)
+    t = arm.thickness
+    width = web_width(arm.outline, eta)
+    main, main_height = _stiffening(eta, 0.5 * arm.low_diameter, 0.5 * arm.low_width)
+    pin, pin_height = _stiffening(eta - apart, 0.5 * arm.high_diameter, 0.5 * arm.high_width)
     parts = (
         (width, np.full_like(eta, t), np.zeros_like(eta)),
         (main, main_height, -0.5 * (t + main_height)),

@@ -33,7 +33,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.parts import Crankshaft
-from cranktrain.structure.crank.shape import stations
+from cranktrain.structure.crank.shape import crank_interfaces, interface_names, stations
 from cranktrain.structure.fem.own_mesh import UNITS, check_one_piece
 
 Integers = NDArray[np.integer[Any]]
@@ -50,13 +50,6 @@ FLAT_BELOW = 1e-4
 CHILD_SECONDS = 300.0
 GRADING = 0.5
 PR_SET_PDEATHSIG = 1
-
-
-def interface_names(throws: int) -> tuple[str, ...]:
-    """Interfaces of a crankshaft: main[1 … throws + 1], pin[1 … throws], pulley, flywheel, thrust."""
-    mains = [f"main[{i}]" for i in range(1, throws + 2)]
-    pins = [f"pin[{i}]" for i in range(1, throws + 1)]
-    return (*mains, *pins, "pulley", "flywheel", "thrust")
 
 
 def crankshaft_mesh(
@@ -83,17 +76,17 @@ def crankshaft_mesh(
     side of the thrust main journal, out to the radius of the web).
     """
     check_crankshaft(crankshaft)
-    throws = len(crankshaft.throw_angles)
-    main = throws // 2 + 1 if thrust_main is None else thrust_main
-    if not 1 <= main <= throws + 1:
-        raise InputError(f"thrust.main = {main}: the crankshaft has main journals 1 to {throws + 1}")
+    mains, wanted = len(crankshaft.main_widths), crank_interfaces(crankshaft)
+    main = (mains + 1) // 2 if thrust_main is None else thrust_main
+    if not 1 <= main <= mains:
+        raise InputError(f"thrust.main = {main}: the crankshaft has main journals 1 to {mains}")
     nodes, tets, triangles, labels, names = cad_mesh(
         "cranktrain.structure.fem.mesh:_solid",
         {**asdict(crankshaft), "fillet_fineness": fillet_fineness, "fillets": fillets},
         "crankshaft",
         "fillet or mesh_size",
     )
-    surfaces = {name: triangles[labels == k] for k, name in enumerate(names) if name in interface_names(throws)}
+    surfaces = {name: triangles[labels == k] for k, name in enumerate(names) if name in wanted}
     mesh = quadratic_mesh(nodes, tets, surfaces, NETGEN_EDGES)
     at, inner = stations(crankshaft), 0.5 * crankshaft.main_diameter
     faces = {
@@ -101,7 +94,7 @@ def crankshaft_mesh(
         "thrust": np.union1d(*(_plane_ring(mesh, z, inner, crankshaft.web_main_radius) for z in at.mains[main - 1])),
     }
     mesh = mesh.with_boundaries(faces)
-    missing = [name for name in interface_names(throws) if not len(mesh.boundaries.get(name, ()))]
+    missing = [name for name in wanted if not len(mesh.boundaries.get(name, ()))]
     if missing:
         raise InputError(f"crankshaft: the CAD kernel lost the surfaces {', '.join(missing)}: change fillet or radii")
     return mesh
@@ -122,8 +115,10 @@ def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
     """
 
     def wanted(found: Iterable[str]) -> tuple[str, ...]:
-        numbers = [int(name[5:-1]) for name in found if name.startswith("main[")]
-        return interface_names(max(max(numbers, default=2) - 1, 1))
+        numbered = [name[:-1].split("[") for name in found if name.startswith(("main[", "pin["))]
+        mains = max((int(number) for kind, number in numbered if kind == "main"), default=2)
+        pins = max((int(number) for kind, number in numbered if kind == "pin"), default=mains - 1)
+        return interface_names(mains, max(pins, 1))
 
     parts = "every journal, the pulley seat, the flywheel flange and the thrust faces"
     return named_mesh(path, unit, wanted, "main[", "crankshaft", parts)

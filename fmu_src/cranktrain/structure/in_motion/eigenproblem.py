@@ -47,7 +47,15 @@ from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, at_largest, energy_shares, rod_masses
+from cranktrain.structure.crank.modal import (
+    KINDS,
+    at_largest,
+    cranktrain_modes,
+    energy_shares,
+    named_mode,
+    rod_masses,
+    torsional_frequencies,
+)
 from cranktrain.structure.in_motion.cycle_means import (
     ACROSS,
     CycleMeans,
@@ -63,16 +71,17 @@ from cranktrain.structure.in_motion.periodic_forces import rod_forces
 
 ComplexArray = NDArray[np.complex128]
 
-SLOWEST_HZ = 60.0
-"""Below are rotation on the connecting shaft, and the crank and its block as a whole."""
+SLOWEST_HZ, SLOWEST_SHARE = 60.0, 0.25
+"""Lowest frequency of a mode in motion, Hz, and the most that it is over the first torsional frequency at rest. Below
+are rotation on the connecting shaft, and the crank and its block as a whole."""
 OVERDAMPED = 0.5
 """Damping ratio from which a motion does not vibrate."""
 FIRST_HZ, SETTLED, ROUNDS = 250.0, 1.0e-4, 10
 """Frequency (Hz) at which films have their first means, change of it at which iteration ends, and rounds at most."""
 SIDES = 4
 """Largest k of the side frequencies ω ± kΩ/2 at which crank and block respond to the variation over a cycle."""
-LEAST_TWIST = 0.2
-"""Energy fraction of torsion below which a mode is not called torsional."""
+MOSTLY_SHAFT = 0.5
+"""Fraction of its elastic energy in the drive line's shafts from which a mode is one of the drive line."""
 SAMPLES = 360
 """Angles of a cycle at which rods are linearised."""
 PARTS = (*KINDS, "block")
@@ -100,12 +109,16 @@ class ModesInMotion(NamedTuple):
     values : (k,) eigenvalues λ, 1/s
     shapes : (n, k) of the coordinates of :class:`Equations`
     shares : (k, 4) fractions of bending, torsion, axial motion and block in the kinetic energy
+    in_shafts : (k,) elastic energy of the drive line's shafts over the largest kinetic energy
+    highest_hz : frequency up to which modes are named, Hz
     """
 
     speed: float
     values: ComplexArray
     shapes: ComplexArray
     shares: Array
+    in_shafts: Array
+    highest_hz: float
 
     @property
     def hz(self) -> Array:
@@ -117,11 +130,19 @@ class ModesInMotion(NamedTuple):
         """Damping ratios −Re λ/|λ|, (k,)."""
         return np.asarray(-self.values.real / np.abs(self.values))
 
+    def named(self, number: int) -> int:
+        """Index of the first (``number`` 1), second, … torsional mode, −1 if there is none.
+
+        The rule is that of :mod:`cranktrain.structure.crank.modal`. Modes of the drive line do not count.
+        """
+        of_crank = self.shares * (self.in_shafts < MOSTLY_SHAFT)[:, None]
+        found = named_mode(self.hz, of_crank, "torsional", number, self.highest_hz)
+        return -1 if found is None else found
+
     @property
     def torsional(self) -> int:
-        """Index of the first mode with half the largest fraction of torsion or more; −1 if there is none."""
-        twist = np.where(self.hz <= LISTED_HZ, self.shares[:, KINDS.index("torsional")], 0.0)
-        return int(np.argmax(twist >= 0.5 * twist.max())) if np.any(twist > LEAST_TWIST) else -1
+        """Index of the first torsional mode; −1 if there is none."""
+        return self.named(1)
 
     @property
     def torsional_hz(self) -> float:
@@ -185,8 +206,17 @@ def modes_in_means(simulation: Simulation, means: CycleMeans) -> ModesInMotion:
     """Modes of a running model in given means of its force laws."""
     equations = equations_in_motion(simulation, means)
     engine = fitted_engine(simulation.engine, simulation.settings)
-    values, shapes = vibrations(equations)
-    return ModesInMotion(means.speed, values, shapes, _shares(engine, simulation.body, equations, shapes))
+    highest = engine.reduction.running_cutoff_hz
+    at_rest = torsional_frequencies(*cranktrain_modes(engine, simulation.body), highest)[0]
+    values, shapes = vibrations(equations, slowest_hz(at_rest))
+    shares = _shares(engine, simulation.body, equations, shapes)
+    in_shafts = _in_shafts(simulation.model, equations, values, shapes)
+    return ModesInMotion(means.speed, values, shapes, shares, in_shafts, highest)
+
+
+def slowest_hz(torsional_hz: float | None) -> float:
+    """Lowest frequency of a mode in motion, Hz, of a crank with this first torsional frequency at rest."""
+    return SLOWEST_HZ if torsional_hz is None else min(SLOWEST_HZ, SLOWEST_SHARE * torsional_hz)
 
 
 def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
@@ -216,13 +246,13 @@ def equations_in_motion(simulation: Simulation, means: CycleMeans) -> Equations:
     return Equations(mass, damping, stiffness, dimensions(model).crank_modes, t)
 
 
-def vibrations(equations: Equations) -> tuple[ComplexArray, ComplexArray]:
-    """Eigenvalues (k,) with 60 Hz or more that vibrate, by rising frequency, and their shapes (n, k)."""
+def vibrations(equations: Equations, slowest: float = SLOWEST_HZ) -> tuple[ComplexArray, ComplexArray]:
+    """Eigenvalues (k,) above ``slowest`` Hz that vibrate, by rising frequency, and their shapes (n, k)."""
     mass, damping, stiffness = equations[:3]
     n = len(mass)
     factor = np.linalg.inv(mass)
     values, vectors = eig(np.block([[np.zeros((n, n)), np.eye(n)], [-factor @ stiffness, -factor @ damping]]))
-    kept = np.flatnonzero((values.imag > 2.0 * math.pi * SLOWEST_HZ) & (-values.real < OVERDAMPED * np.abs(values)))
+    kept = np.flatnonzero((values.imag > 2.0 * math.pi * slowest) & (-values.real < OVERDAMPED * np.abs(values)))
     kept = kept[np.argsort(values[kept].imag)]
     return values[kept], vectors[:n, kept]
 
@@ -303,6 +333,15 @@ def _add_laws(model: ModelArrays, means: CycleMeans, motion: NDArray[Any], parts
         for part, tangent in zip(parts[1:], tangents[1:], strict=True):
             part -= np.outer(turned, arm @ tangent[k, :count, :count] @ rows)
         parts[2][:, :t] -= np.outer(turned, -(across @ means.forces[ports]) @ model.ports[ports])
+
+
+def _in_shafts(model: ModelArrays, equations: Equations, values: ComplexArray, shapes: ComplexArray) -> Array:
+    """Elastic energy (k,) of the drive line's shafts in modes over their largest kinetic energy."""
+    kinetic = np.abs(values) ** 2 * np.einsum("ik,ij,jk->k", shapes.conj(), equations.mass, shapes).real
+    elastic = np.zeros(values.size)
+    for twist, law in zip(model.shafts, model.shaft_laws, strict=True):
+        elastic += law[STIFFNESS] * np.abs(twist @ shapes[: twist.size]) ** 2
+    return elastic / kinetic
 
 
 def _shares(engine: Engine, body: ReducedBody, equations: Equations, shapes: ComplexArray) -> Array:

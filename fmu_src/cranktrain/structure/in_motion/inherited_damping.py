@@ -6,8 +6,8 @@ level models both. It runs at full load at the speed where a firing order meets 
 spread over a cycle the run is continued twice, once with a small kick in the shape of a torsional mode in motion with
 its films and floating collar (:mod:`cranktrain.studies.in_motion`). The kick's energy is E = η̇² + ω²η², with the
 mode's coordinate η in the difference of both runs. It falls as exp(−2ζωt). This is a free decay about the periodic
-motion; its rate is the mean over the cycle. Both the first and the second torsional mode of the cranktrain are
-measured.
+motion; its rate is the mean over the cycle. The first and the second torsional mode of the cranktrain are measured, as
+far as modes up to the cut-off have these names (:mod:`cranktrain.structure.crank.modal`).
 
 The modal damping c_i (1/s) of the first two elastic modes of the lower level is set so that the modes φ_k of its
 cranktrain have the same decay, Σ_i c_i φ_ki² = 2 ζ_k ω_k. All other modes keep the engine's structural damping, which
@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from hashlib import sha256
+from itertools import takewhile
 from typing import NamedTuple
 
 import numpy as np
@@ -36,7 +37,6 @@ from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.modal import (
-    KINDS,
     at_largest,
     cranktrain_matrices,
     cranktrain_modes,
@@ -56,7 +56,7 @@ STARTS, PERIODS = 8, 5
 
 
 class Decay(NamedTuple):
-    """Torsional modes of a level in motion: (MODES,) Hz and damping ratios, at ``speed`` (rad/s)."""
+    """Torsional modes of a level in motion: (MODES,) or fewer, Hz and damping ratios, at ``speed`` (rad/s)."""
 
     hz: Array
     ratio: Array
@@ -95,10 +95,15 @@ def equivalent_damping(engine: Engine, body: ReducedBody, ratios: Array) -> Arra
     return damping
 
 
-def resonance_speed(engine: Engine, torsional_hz: float) -> float:
-    """Highest speed (rad/s), within that of the oil's table, at which a firing order meets the first torsional mode."""
-    firing = 2.0 * math.pi * engine.n_cylinders / engine.cylinders.cycle
+def resonance_speed(engine: Engine, torsional_hz: float | None) -> float:
+    """Highest speed (rad/s), within that of the oil's table, at which a firing order meets the first torsional mode.
+
+    Without such a mode it is the highest speed of the table.
+    """
+    firing = engine.firings
     highest = 1.05 * engine.oil.temperature_speeds[-1]
+    if torsional_hz is None:
+        return engine.oil.temperature_speeds[-1]
     speed = 2.0 * math.pi * torsional_hz / firing
     return speed / math.ceil(speed / highest)
 
@@ -112,7 +117,8 @@ def measured_decay(simulation: Simulation) -> Decay:
     """Free decay of the first torsional modes in a simulation of the level above, not yet initialised."""
     engine, body = simulation.engine, simulation.body
     _, mass = cranktrain_matrices(engine, body)
-    speed = resonance_speed(engine, torsional_frequencies(*cranktrain_modes(engine, body))[0])
+    highest = engine.reduction.running_cutoff_hz
+    speed = resonance_speed(engine, torsional_frequencies(*cranktrain_modes(engine, body), highest)[0])
     simulation.inputs[0] = speed
     simulation.initialize()
     h = communication_step(speed, STEP)
@@ -120,18 +126,20 @@ def measured_decay(simulation: Simulation) -> Decay:
     rows = np.zeros((SETTLING * cycle, simulation.outputs.size))
     done = simulation.series(h, 1, rows)
     modes = modes_in_motion(simulation)
-    chosen = torsional_frequencies(modes.hz, modes.shares[:, : len(KINDS)])[:MODES]
+    numbers = (modes.named(number) for number in range(1, MODES + 1))
+    chosen = list(takewhile(lambda k: k >= 0, numbers))
     shapes = at_largest(modes.shapes[: body.n_modes])
     rates = np.zeros((STARTS, len(chosen)))
     for start in range(STARTS):
         state = simulation.state
-        for k, frequency in enumerate(chosen):
-            shape = shapes[:, int(np.argmin(np.abs(modes.hz - frequency)))]
+        for k, mode in enumerate(chosen):
+            frequency = float(modes.hz[mode])
             count = math.ceil(PERIODS / frequency / h)
-            rates[start, k] = _rate(simulation, state, mass, shape, frequency, (h, done, count))
+            rates[start, k] = _rate(simulation, state, mass, shapes[:, mode], frequency, (h, done, count))
         simulation.state = state
         done += simulation.series(h, done + 1, rows[: cycle // STARTS])
-    return Decay(np.array(chosen), rates.mean(axis=0) / (4.0 * math.pi * np.array(chosen)), speed)
+    hz = modes.hz[chosen]
+    return Decay(hz, rates.mean(axis=0) / (4.0 * math.pi * hz), speed)
 
 
 def _rate(

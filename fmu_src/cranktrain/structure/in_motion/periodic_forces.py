@@ -45,7 +45,7 @@ def rod_forces(
 
     The last row is the crank's mean rotation, which feels nothing and shifts the gas.
     """
-    rod, cylinders = engine.rod, engine.cylinders
+    rod, cylinders, offsets = engine.rod, engine.cylinders, engine.offsets
     remainder, oscillating = remainder_inertia(rod), rod.small_end_mass + cylinders.piston_mass
     out = np.zeros(16)
     pushes = gas_forces(engine, speed, angle, gas, load)
@@ -67,7 +67,7 @@ def rod_forces(
             x, y = turn @ (x0, y0)
             rod_force(
                 x, y, -speed * y, speed * x, -(speed**2) * x, -(speed**2) * y, pushes[k, c], rod.length,
-                rod.big_end_mass, oscillating, remainder, cylinders.pin_offset, 0.0, 0.0, out,
+                rod.big_end_mass, oscillating, remainder, offsets[c], 0.0, 0.0, out,
             )  # fmt: skip
             forces[k, at] = f_x, f_y = turn.T @ out[:2]
             own = np.zeros((2, 3, 2))  # by place, velocity and acceleration in cylinder axes
@@ -78,7 +78,7 @@ def rod_forces(
             tangents[1, k, at, at] = by_velocity + 2.0 * speed * by_acceleration @ _ACROSS
             tangents[2, k, at, at] = by_acceleration
             tangents[0, k, 3 * c + 2, at] = f_y, -f_x
-            across = (x - cylinders.pin_offset) / math.sqrt(rod.length**2 - (x - cylinders.pin_offset) ** 2)
+            across = (x - offsets[c]) / math.sqrt(rod.length**2 - (x - offsets[c]) ** 2)
             tangents[0, k, at, -1] = rises[k, c] * turn.T @ (across, -1.0)
     mean_rotation = np.zeros((1, body.n_modes))
     mean_rotation[0, slots.ROTATION] = body.shapes[body.index("pulley"), slots.ROTATION, slots.ROTATION]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
 from cranktrain.engine.parts import Crankshaft
-from cranktrain.structure.crank.shape import pin_centre, stations
+from cranktrain.structure.crank.shape import oil_main, pin_centre, stations
 
 NEAR = 0.2
 """Distance from its torus, over the fillet's radius, up to which a point belongs to a fillet."""
@@ -36,7 +36,8 @@ def surface_features(crankshaft: Crankshaft, points: Array) -> tuple[tuple[str, 
     journals += [(f"main[{i}]", (0.0, 0.0), 0.5 * c.main_diameter, span) for i, span in enumerate(at.mains, 1)]
     if c.oil_holes:
         for i in range(1, len(at.pins) + 1):
-            mark(f"oil hole[{i}]", _on_oil_hole(c, i, points))
+            if oil_main(c, i):
+                mark(f"oil hole[{i}]", _on_oil_hole(c, i, points))
     for name, centre, radius, (start, end) in journals:
         along = np.hypot(points[:, 0] - centre[0], points[:, 1] - centre[1])
         for side, z, inward in (("front", start, 1.0), ("rear", end, -1.0)):
@@ -54,12 +55,12 @@ def surface_features(crankshaft: Crankshaft, points: Array) -> tuple[tuple[str, 
 def _on_oil_hole(c: Crankshaft, pin: int, points: Array) -> NDArray[np.bool_]:
     """Points on the bore from the far side of a main journal to the outer side of its pin."""
     x, y, z_pin = pin_centre(c, pin)
-    start, end = stations(c).mains[pin - 1]
-    z_main = 0.5 * (start + end)
-    rise = c.throw + 0.5 * (c.pin_diameter + c.main_diameter)
+    start, end = stations(c).mains[oil_main(c, pin) - 1]
+    z_main, throw = 0.5 * (start + end), c.throws[pin - 1]
+    rise = throw + 0.5 * (c.pin_diameter + c.main_diameter)
     length = hypot(rise, z_pin - z_main)
-    along = np.array([x / c.throw * rise, y / c.throw * rise, z_pin - z_main]) / length
-    foot = np.array([-x / c.throw * 0.5 * c.main_diameter, -y / c.throw * 0.5 * c.main_diameter, z_main])
+    along = np.array([x / throw * rise, y / throw * rise, z_pin - z_main]) / length
+    foot = np.array([-x / throw * 0.5 * c.main_diameter, -y / throw * 0.5 * c.main_diameter, z_main])
     way = points - foot
     beside = np.linalg.norm(way - (way @ along)[:, None] * along, axis=1)
     return np.abs(beside - 0.5 * c.oil_hole_diameter) < 0.5 * NEAR * c.oil_hole_diameter

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
 from cranktrain.engine.parts import Material
-from cranktrain.structure.crank.sections import web_width
+from cranktrain.structure.crank.sections import bare_outline, web_width
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements
 from cranktrain.structure.fem.factor import factorise, one_thread
 from cranktrain.structure.stress.nodal_stress import NodalStress, principal, von_mises
@@ -132,4 +132,4 @@ def _web_width(quarter: QuarterThrow) -> float:
     if quarter.crankshaft is None:
         return quarter.web_width
     between = 0.5 * (0.5 * quarter.main_diameter + quarter.throw - 0.5 * quarter.pin_diameter)
-    return float(web_width(quarter.crankshaft, np.array([between]), False)[0])
+    return float(web_width(bare_outline(quarter.crankshaft), np.array([between]))[0])

@@ -36,6 +36,11 @@ def throw_fillets(engine: Engine, throw: int, shaped: Callable[[], ShapedCrank],
     count = len(engine.crankshaft.throw_angles)
     if not 1 <= throw <= count:
         raise InputError(f"throw {throw} does not exist; engine '{engine.name}' has throws 1 to {count}")
+    if max(engine.crankshaft.bays) > 1:
+        raise InputError(
+            f"engine '{engine.name}': fine sub-models are of one pin between two mains, and "
+            "crankshaft.pins_between_mains has more; leave them out"
+        )
     task = reduction_task(engine)
     found = []
     for place in throw_places(engine.crankshaft, throw):

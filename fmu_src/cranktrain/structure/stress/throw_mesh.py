@@ -13,14 +13,17 @@ from skfem import MeshTet2
 
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import (
+    Outline,
     fillet_ends,
     journal,
     oil_hole,
     pin_centre,
+    plate,
     refine_fillets,
     refine_rim,
     stations,
     web,
+    webs_of,
 )
 from cranktrain.structure.fem.mesh import NETGEN_EDGES, cad_mesh, quadratic_mesh
 
@@ -58,8 +61,8 @@ class QuarterThrow:
         """Quarter with the front web of a throw (numbered from 1) of a parametric crankshaft."""
         c = crankshaft
         return cls(
-            pin_diameter=c.pin_diameter, main_diameter=c.main_diameter, throw=c.throw, web_thickness=c.web_thickness,
-            pin_fillet=c.fillet, main_fillet=c.fillet, half_pin=0.5 * c.pin_width,
+            pin_diameter=c.pin_diameter, main_diameter=c.main_diameter, throw=c.throws[throw - 1],
+            web_thickness=c.web_thickness, pin_fillet=c.fillet, main_fillet=c.fillet, half_pin=0.5 * c.pin_width,
             half_main=0.5 * c.main_widths[throw - 1], fineness=fineness,
             crankshaft=replace(c, counterweights=c.counterweights[2 * throw - 2 :]),
         )  # fmt: skip
@@ -118,12 +121,15 @@ def quarter_solid(values: dict[str, Any]) -> tuple[Any, float, float]:
         journal(occ, at_pin, 0.5 * q.pin_diameter, (rear, middle), (q.pin_fillet, 0.0), "pin"),
     ]
     if crankshaft is not None:
-        plate = web(occ, crankshaft, 0.0, (front, rear), crankshaft.counterweights[0])
+        c = crankshaft
+        weight = (c.counterweight_radius, c.counterweight_half_width) if c.counterweights[0] else (0.0, 0.0)
+        outline = Outline(c.web_main_radius, c.web_pin_radius, q.throw, 0.0, (0.0, 0.0), *weight)
+        arm = plate(occ, outline, (front, rear))
     else:
         half = 0.5 * q.web_width
-        plate = occ.Box(occ.Pnt(-half, -half, front), occ.Pnt(half, q.throw + half, rear))
+        arm = occ.Box(occ.Pnt(-half, -half, front), occ.Pnt(half, q.throw + half, rear))
     far = 10.0 * (q.throw + q.pin_diameter)
-    solid = (pieces[0] + plate + pieces[1]) * occ.Box(occ.Pnt(0.0, -far, -far), occ.Pnt(far, far, far))
+    solid = (pieces[0] + arm + pieces[1]) * occ.Box(occ.Pnt(0.0, -far, -far), occ.Pnt(far, far, far))
     fillets = [(front, -q.main_fillet), (rear, q.pin_fillet)]
     return refine_fillets(solid, fillets, q.fineness), 0.2 * q.pin_diameter, 1.0
 
@@ -134,7 +140,7 @@ def throw_solid(values: dict[str, Any]) -> tuple[Any, float, float, float]:
 
     c, number, place = _crankshaft(values["crankshaft"]), values["throw"], values["place"]
     assert c is not None
-    at, angle = stations(c), c.throw_angles[number - 1]
+    at = stations(c)
     front, rear = at.mains[number - 1 : number + 1]
     x, y, _ = pin_centre(c, number)
     spans = ((0.5 * sum(front), front[1]), at.pins[number - 1], (rear[0], 0.5 * sum(rear)))
@@ -144,13 +150,13 @@ def throw_solid(values: dict[str, Any]) -> tuple[Any, float, float, float]:
         journal(occ, (x, y), radius, spans[1], (c.fillet, c.fillet), f"pin[{number}]"),
         journal(occ, (0.0, 0.0), mains, spans[2], (c.fillet, 0.0), f"main[{number + 1}]"),
     ]
-    plates = [web(occ, c, angle, at.webs[j], c.counterweights[j]) for j in (2 * number - 2, 2 * number - 1)]
+    plates = [web(occ, c, j) for j in webs_of(c, number)]
     solid = pieces[0] + plates[0] + pieces[1] + plates[1] + pieces[2]
     fillets = fillet_ends(c)
     if c.oil_holes or place not in fillets:
-        solid = solid - oil_hole(occ, c, number - 1)
-    if c.oil_holes and number < len(at.pins):
         solid = solid - oil_hole(occ, c, number)
+    if c.oil_holes and number < len(at.pins):
+        solid = solid - oil_hole(occ, c, number + 1)
     if place in fillets:
         refine_fillets(solid, [fillets[place]], values["fineness"])
     else:

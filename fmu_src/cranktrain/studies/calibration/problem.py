@@ -168,7 +168,10 @@ def match(targets: tuple[Target, ...], modes: Mapping[str, Modes]) -> Match:
                 hz[k] = found.hz[0]
                 deviations[k] = (hz[k] / target.hz - 1.0) / target.tolerance
                 continue
-            hz[k] = torsional_frequencies(found.hz, found.shares)[target.number - 1]
+            named = torsional_frequencies(found.hz, found.shares)[target.number - 1]
+            if named is None:
+                raise InputError(f"targets: no mode of the {target.of} is torsional mode {target.number}; leave it out")
+            hz[k] = named
             places[k] = int(np.argmin(np.abs(found.hz - hz[k])))
             seen = hz[k] if target.number == 1 else _mean_torsion(found, target.hz)
             deviations[k] = (seen / target.hz - 1.0) / target.tolerance

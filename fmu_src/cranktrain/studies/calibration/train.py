@@ -22,7 +22,7 @@ from cranktrain.structure.block.reduction import heads
 from cranktrain.structure.crank import modal
 from cranktrain.structure.crank.modal import at_largest
 from cranktrain.structure.crank.reduction import attached_parts, running_loads
-from cranktrain.structure.in_motion.eigenproblem import OVERDAMPED, SLOWEST_HZ
+from cranktrain.structure.in_motion.eigenproblem import OVERDAMPED, slowest_hz
 from cranktrain.studies.calibration.geometry import BLOCK, CRANK, Change
 from cranktrain.studies.torsion.damped_modes import damped_modes
 
@@ -155,10 +155,11 @@ class Train:
         """First torsional frequency of the train in motion, Hz."""
         assert of.damping is not None
         found = damped_modes(of.stiffness, of.damping, of.mass)
-        kept = (found.damping_ratios < OVERDAMPED) & (found.hz > SLOWEST_HZ) & (found.hz <= modal.LISTED_HZ)
+        rest = self.cranktrain_modes(engine, of)
+        at_rest = modal.torsional_frequencies(rest.hz, rest.shares)[0]
+        kept = (found.damping_ratios < OVERDAMPED) & (found.hz > slowest_hz(at_rest))
         hz, shapes = found.hz[kept], at_largest(found.shapes[:, kept])
-        twist = modal.energy_shares(engine, self.crank, shapes, rods=True)[:, modal.KINDS.index("torsional")]
-        return float(hz[np.argmax(twist >= 0.5 * twist.max())])
+        return modal.first_torsional(hz, modal.energy_shares(engine, self.crank, shapes, rods=True))
 
     def crankshaft_modes(self, engine: Engine, of: Matrices) -> Modes:
         """Elastic modes of the free crankshaft."""

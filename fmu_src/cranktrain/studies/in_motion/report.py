@@ -16,7 +16,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.tables import Table
 from cranktrain.structure.assembly import Assembly
-from cranktrain.structure.crank.modal import LISTED_HZ
+from cranktrain.structure.crank.modal import listed_to
 from cranktrain.structure.in_motion.cycle_means import main_tangents, tangents_over_cycle
 from cranktrain.structure.in_motion.eigenproblem import PARTS, ModesInMotion, modes_in_motion
 
@@ -25,7 +25,8 @@ SETTLE = 1.0e-4
 """Largest settling error of the run whose cycle is linearised."""
 SPRING_LEVELS = Settings(bearings="impedance", block="ground")
 SPRING_RPM = 1000.0
-"""Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs."""
+"""Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs; of an engine that does not
+run at it, the nearest of its speeds."""
 MOSTLY_BLOCK = 0.5
 """A mode counts as one of the block if the block has this fraction of the kinetic energy."""
 
@@ -42,7 +43,7 @@ def settled_simulation(made: Assembly, speed: float, gas: Gas | None = None) -> 
 
 def reference_speed(engine: Engine) -> float:
     """Default speed (rad/s) of modes in motion: the speed of the largest heat per cycle."""
-    return float(engine.combustion.best_speed)
+    return engine.rated_speed
 
 
 def motion_report(made: Assembly, speed: float | None = None, gas: Gas | None = None) -> dict[str, Any]:
@@ -60,7 +61,8 @@ def motion_report(made: Assembly, speed: float | None = None, gas: Gas | None = 
         found = modes_in_motion(settled_simulation(made, speed, gas))
     except SolverError as error:
         return {"state": state, "modes": [], "first_torsional_hz": None, "failed": str(error)}
-    return {"state": state, "modes": listed(found), "first_torsional_hz": found.torsional_hz, "definition": DEFINITION}
+    first = found.torsional_hz if found.torsional >= 0 else None
+    return {"state": state, "modes": listed(found), "first_torsional_hz": first, "definition": DEFINITION}
 
 
 DEFINITION = (
@@ -70,7 +72,8 @@ DEFINITION = (
 
 
 def listed(found: ModesInMotion) -> list[dict[str, Any]]:
-    """Modes up to 1000 Hz that are the crank's: Hz, damping ratio, shape and shares."""
+    """The crank's modes up to 1000 Hz, or to the first torsional one: Hz, damping ratio, shape and shares."""
+    highest = listed_to([found.torsional_hz if found.torsional >= 0 else None])
     rows = zip(found.hz.tolist(), found.damping_ratios.tolist(), found.shares, strict=True)
     return [
         {
@@ -80,7 +83,7 @@ def listed(found: ModesInMotion) -> list[dict[str, Any]]:
             "shares": dict(zip(PARTS, shares.tolist(), strict=True)),
         }
         for hz, ratio, shares in rows
-        if hz <= LISTED_HZ and shares[-1] < MOSTLY_BLOCK
+        if hz <= highest and shares[-1] < MOSTLY_BLOCK
     ]
 
 
@@ -105,13 +108,19 @@ def motion_table(report: Mapping[str, Any]) -> Table:
     return Table(f"Cranktrain in motion: {state_text(report['state'])}", header, rows)
 
 
+def spring_rpm(engine: Engine) -> float:
+    """Speed, rev/min, of the run whose films give the stand-in springs."""
+    low, high = (speed / RPM for speed in engine.speeds)
+    return float(f"{min(max(SPRING_RPM, low), high):.9g}")
+
+
 def film_springs(made: Assembly) -> dict[str, float]:
     """Stand-in springs of level ``linear``: ``film_stiffness_x`` and ``film_stiffness_y``, N/m.
 
     Each is the median over the cycle and over all plain mains of ∂F/∂x or ∂F/∂y of the films in axes at rest, at
-    ``SPRING_RPM`` and full load. ``made`` is of ``SPRING_LEVELS``. Raises ``SolverError`` where the run fails.
+    :func:`spring_rpm` and full load. ``made`` is of ``SPRING_LEVELS``. Raises ``SolverError`` where the run fails.
     """
-    simulation = settled_simulation(made, SPRING_RPM * RPM)
+    simulation = settled_simulation(made, spring_rpm(made.engine) * RPM)
     stiffness, _ = main_tangents(simulation.model, tangents_over_cycle(simulation))
     plain = list(made.engine.plain_numbers)
     x, y = (float(np.median(stiffness[:, plain, k, k])) for k in (0, 1))
@@ -120,8 +129,8 @@ def film_springs(made: Assembly) -> dict[str, float]:
 
 def springs_report(made: Assembly) -> dict[str, Any]:
     """The rule's springs beside those of the engine file, N/m; where the run fails the reason, ``failed``."""
-    own = made.engine.plain_mains
-    said = {"engine_x": own.stiffness_x, "engine_y": own.stiffness_y, "rpm": SPRING_RPM, "rule": SPRING_RULE}
+    own, rpm = made.engine.plain_mains, spring_rpm(made.engine)
+    said = {"engine_x": own.stiffness_x, "engine_y": own.stiffness_y, "rpm": rpm, "rule": SPRING_RULE.format(rpm)}
     try:
         return said | film_springs(made)
     except SolverError as error:
@@ -137,4 +146,4 @@ def springs_text(report: Mapping[str, Any]) -> str:
     return f"Stand-in springs, {report['rule']}: {', '.join(parts)}"
 
 
-SPRING_RULE = f"medians of the films' stiffness over a cycle and all mains at {SPRING_RPM:g} rev/min, full load"
+SPRING_RULE = "medians of the films' stiffness over a cycle and all mains at {:g} rev/min, full load"

@@ -14,6 +14,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import SLOWEST_RPM
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.orders.measured import Measured, read_measured_orders
 from cranktrain.results.orders.resonances import Peak
@@ -26,8 +27,10 @@ from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHES
 
 RPM = math.pi / 30.0
 ORDERS = tuple(np.arange(0.5, HIGHEST_ORDER + 0.25, 0.5).tolist())
-SPEEDS = {False: (1000.0, 2800.0, 10.0), True: (1000.0, 2800.0, 20.0)}
-"""First and last speed and step of the torsional run-up, rev/min, by whether it is to be quick."""
+BEYOND = 7.0 / 6.0
+"""Last speed of the torsional run-up over the engine's highest."""
+STEPS, QUICK_STEPS = 200, 100
+"""Number of steps of the torsional run-up, about, and of a quick one."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,7 @@ def findings(
     """
     engine = engine or load_engine(name)
     if gas is not None:
-        gas.tell_ends([rpm * RPM for rpm in SPEEDS[quick][:2]], 1.0)
+        gas.tell_ends([rpm * RPM for rpm in speed_range(engine, QUICK_STEPS if quick else STEPS)[:2]], 1.0)
     orders = {} if measured is None else read_measured_orders(measured)
     read = files_of_verbs(engine, run_up, folders)
     seconds = {}
@@ -123,11 +126,21 @@ def files_of_verbs(engine: Engine, run_up: str | Path | None, folders: Sequence[
     return {**run_ups, "pictures": _files(folders, "*.png")}
 
 
+def speed_range(engine: Engine, steps: int) -> tuple[float, float, float]:
+    """First and last speed and round step, rev/min, of a run-up through the engine's speeds, in about ``steps``."""
+    low, high = (speed / RPM for speed in engine.speeds)
+    wanted = (BEYOND * high - low) / steps
+    decade = 10.0 ** math.floor(math.log10(wanted))
+    step = min((k * decade for k in (1.0, 2.0, 5.0, 10.0)), key=lambda size: abs(math.log(size / wanted)))
+    first = max(math.ceil(round(low / step, 9)) * step, SLOWEST_RPM)
+    return first, max(math.floor(round(BEYOND * high / step, 9)) * step, first + step), step
+
+
 def _torsion(engine: Engine, damper: bool, quick: bool, say: Callable[[str], None], gas: Gas | None) -> Torsion:
     """Run-up of the torsional crank, its journals locked on their axis."""
-    request = Request(speed_rpm=1000.0, crank="torsional", bearings="held", damper=damper)
+    first, last, step = speed_range(engine, QUICK_STEPS if quick else STEPS)
+    request = Request(speed_rpm=first, crank="torsional", bearings="held", damper=damper)
     made = assemble(engine, request.settings(engine), say=say, inherit=not quick)
-    first, last, step = SPEEDS[quick]
     speeds = np.arange(first, last + 0.5 * step, step) * RPM
     rule = LINEAR if quick else HARMONIC_BALANCE
     found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, rule, gas)

@@ -18,8 +18,7 @@ def page(found: Findings) -> str:
     """The page's text."""
     titles = [section.title for section in SECTIONS]
     contents = "".join(f'<li><a href="#s{k}">{html.escape(title)}</a></li>' for k, title in enumerate(titles, 1))
-    crank, cylinders = found.engine.crankshaft, found.engine.cylinders
-    body = f"<p>{html.escape(firing_text(crank, cylinders))}.</p>"
+    body = f"<p>{html.escape(firing_text(found.engine))}.</p>"
     body += "".join(_section(k, section, found) for k, section in enumerate(SECTIONS, 1))
     return whole_page("report", f"{found.engine.title}: cranktrain report", contents, body)
 
@@ -31,13 +30,13 @@ def whole_page(kind: str, title: str, contents: str, body: str) -> str:
 
 def missing(found: Findings) -> dict[str, str]:
     """Sections that lack their data, and what makes them."""
-    return {section.title: section.remedy(found.engine.name) for section in SECTIONS if not section.make(found)}
+    return {section.title: section.remedy(found.engine) for section in SECTIONS if not section.make(found)}
 
 
 def _section(number: int, section: Section, found: Findings) -> str:
     parts = section.make(found)
     if not parts:
-        remedy = html.escape(section.remedy(found.engine.name))
+        remedy = html.escape(section.remedy(found.engine))
         parts = [f'<p class="missing">Not in this report. To include it: <code>{remedy}</code></p>']
     reference = section.reference(found.engine.name)
     beside = f'<p class="reference">Beside the reference: {reference}.</p>' if reference else ""

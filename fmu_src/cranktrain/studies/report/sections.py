@@ -9,11 +9,19 @@ from fnmatch import fnmatch
 from typing import NamedTuple
 
 from cranktrain import __version__
-from cranktrain.results.tables import Table, cranktrain_table, critical_speed_table, free_table, housed_table
+from cranktrain.engine.model import Engine
+from cranktrain.results.tables import (
+    Table,
+    cranktrain_table,
+    critical_speed_table,
+    free_table,
+    housed_table,
+    named_text,
+)
 from cranktrain.structure.crank.modal import critical_speeds as at_orders
 from cranktrain.studies.in_motion.report import motion_table
 from cranktrain.studies.report.elements import paragraph, picture, table
-from cranktrain.studies.report.findings import Findings
+from cranktrain.studies.report.findings import QUICK_STEPS, RPM, Findings, speed_range
 from cranktrain.studies.report.vibration import axial, damper, torsion, torsion_cycles, whole_torsion
 
 
@@ -31,16 +39,18 @@ class Section(NamedTuple):
     eight: str = ""
     """Tables and figures of the reference that it stands beside, of the in-line six and of the V8."""
 
-    def making(self, name: str, folder: str, engine: str) -> list[str]:
+    def making(self, name: str, folder: str, engine: Engine) -> list[str]:
         """Commands that make what the section needs, by the engine as it was named; none where no command does."""
         texts = () if isinstance(self.commands, str) else self.commands
-        return [text.format(shlex.quote(name), shlex.quote(folder), engine) for text in texts]
+        speeds = *speed_range(engine, QUICK_STEPS), engine.speeds[1] / RPM
+        return [text.format(shlex.quote(name), shlex.quote(folder), engine.name, *speeds) for text in texts]
 
-    def remedy(self, engine: str) -> str:
+    def remedy(self, engine: Engine) -> str:
         """Instruction for producing the section, in words."""
         if isinstance(self.commands, str):
             return self.commands
-        return "; ".join([*self.making(engine, "FOLDER", engine), f"cranktrain report {engine} --pictures FOLDER"])
+        name = engine.name
+        return "; ".join([*self.making(name, "FOLDER", engine), f"cranktrain report {name} --pictures FOLDER"])
 
     def reference(self, engine: str) -> str:
         """What of the reference it stands beside; empty for engines that the reference does not have."""
@@ -62,7 +72,8 @@ def frequencies(found: Findings) -> list[str]:
     parts.append(free_table(engine, modes["crankshaft_free"]))
     if modes.get("in_motion", {}).get("modes"):
         parts.insert(0, motion_table(modes["in_motion"]))
-    return [*map(table, parts), paragraph(_STATES), paragraph(quality)]
+    named = named_text(modes["cranktrain"], engine.reduction.running_cutoff_hz)
+    return [*map(table, parts), paragraph(named), paragraph(_STATES), paragraph(quality)]
 
 
 _STATES = (
@@ -119,15 +130,16 @@ def pictures(*shown: tuple[str, str]) -> Callable[[Findings], list[str]]:
 
 
 RUN_UP = (
-    "cranktrain runup {0} --from 1000 --to 2600 --step 20 --big-ends impedance "
+    "cranktrain runup {0} --from {3:g} --to {4:g} --step {5:g} --big-ends impedance "
     "--outputs flywheel.torsion,axial.engine,axial.bearing,axial.crank,bearings --output {1}/{2}_runup.h5"
 )
 DAMPED = (
-    "cranktrain runup {0} --from 1000 --to 2600 --step 20 --damper --outputs flywheel.torsion "
+    "cranktrain runup {0} --from {3:g} --to {4:g} --step {5:g} --damper --outputs flywheel.torsion "
     "--output {1}/{2}_runup_damped.h5"
 )
 PLOTS = "cranktrain plot-runup {1}/{2}_runup.h5 --engine {0} --with-damper {1}/{2}_runup_damped.h5 --plots {1}"
-"""Commands that make what sections show: {0} engine as it was named, {1} folder, {2} the engine's name."""
+"""Commands that make what sections show: {0} engine as it was named, {1} folder, {2} the engine's name, {3} to {5}
+first and last speed of a run-up and its step, {6} the engine's highest speed; rev/min."""
 STABILITY = (
     "oil_whirl", "cold_start", "step_film_stiffness", "variable_inertia", "rotating_damping", "mode_truncation",
     "contact_ringing", "cosimulation",
@@ -164,7 +176,7 @@ SECTIONS = (
             ("stresses.png", "Von Mises stress of the crankshaft's surface every 90 degrees of crank angle"),
             ("stress_envelope.png", "Greatest von Mises stress of each place over the cycle"),
         ),
-        ("cranktrain stress {0} --speed 2200 --plots {1} --output {1}/{2}_stress.h5",), "figure 7.7",
+        ("cranktrain stress {0} --speed {6:.0f} --plots {1} --output {1}/{2}_stress.h5",), "figure 7.7",
     ),
     Section(
         "Fatigue of the crankshaft",
@@ -189,7 +201,7 @@ SECTIONS = (
             ("orbits.png", "Orbits of the journals in their clearance circles over a cycle"),
             ("least_films.png", "Least oil film of each bearing over a cycle"),
         ),
-        ("cranktrain simulate {0} --speed 2000 --big-ends impedance --plots {1} --output {1}/{2}_2000rpm.h5",),
+        ("cranktrain simulate {0} --speed {6:.0f} --big-ends impedance --plots {1} --output {1}/{2}_{6:.0f}rpm.h5",),
     ),
     Section(
         "Accuracy against speed of computation",

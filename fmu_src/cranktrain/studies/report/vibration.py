@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from cranktrain.core.types import Array
+from cranktrain.engine.model import Engine
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
 from cranktrain.results.run_up.shown import PARTS
@@ -39,7 +40,7 @@ def torsion(found: Findings) -> list[str]:
     )
     run = found.torsion.run_up
     parts = [paragraph(note), *_beside(found, run, TORSION, "without damper"), table(_peaks(found.torsion))]
-    return [*parts, paragraph(_UNEVEN), *_twist(run, "without damper")]
+    return [*parts, paragraph(_uneven(found.engine)), *_twist(run, "without damper")]
 
 
 def damper(found: Findings) -> list[str]:
@@ -147,12 +148,17 @@ def _orders(
     return line_chart(title, run.speeds_rpm, curves, labels, colours=colours, points=points)
 
 
-_UNEVEN = (
-    "Torsion is the pulley's rotation against a steady turn, as it is measured there. Low orders at low speeds (3 of a "
-    "six, 4 of an eight) are uneven rotation of the crank as a whole under the gas torque, which falls with the square "
-    "of the speed. The twist from pulley to flywheel, below, is what strains the crank. Orders 1.5 and 4.5 of a six "
-    "twist its front half against its rear half, far below resonance."
-)
+def _uneven(engine: Engine) -> str:
+    """What the pulley's torsion consists of, for an engine with its number of cylinders."""
+    firing = f"{engine.firings:g}"
+    text = (
+        "Torsion is the pulley's rotation against a steady turn, as it is measured there. Low orders at low speeds, "
+        f"above all order {firing} of the firings, are uneven rotation of the crank as a whole under the gas torque, "
+        "which falls with the square of the speed. The twist from pulley to flywheel, below, is what strains the crank."
+    )
+    if engine.n_cylinders == 6 and len(engine.crankshaft.throw_angles) == 6:
+        text += " Orders 1.5 and 4.5 twist the front half of an in-line six against its rear half, below resonance."
+    return text
 
 
 def _twist(run: RunUp, words: str) -> list[str]:

@@ -26,16 +26,17 @@ from cranktrain.dynamics.settled.cycles import Recorder
 from cranktrain.dynamics.settled.free_mode import FreeMode, complex_place
 from cranktrain.dynamics.settled.motion import motion_of
 from cranktrain.dynamics.settled.slow_modes import SlowModes
-from cranktrain.dynamics.simulation import Simulation
-from cranktrain.structure.crank.modal import LISTED_HZ
+from cranktrain.dynamics.simulation import Simulation, fitted_engine
+from cranktrain.structure.crank.modal import LISTED_HZ, cranktrain_modes, torsional_frequencies
+from cranktrain.structure.in_motion.eigenproblem import SLOWEST_HZ, slowest_hz
 
 NONE = complex(math.nan, math.nan)
 PULLEY = 1
 """Row of ``ModelArrays.ends``: the pulley's rotation."""
 PUSH = 1.0e-2
 """Change of the pulley's rate, rad/s: 7e-6 rad at 240 Hz, a thousandth of torsion at a resonance."""
-SLOWEST_HZ = 60.0
-"""Below are rotation on the connecting shaft, and the crank as a whole in its bearings."""
+HIGHEST_SHARE = 1.5
+"""Highest frequency of the mode over the first torsional one at rest, where that is more than 1000 Hz."""
 MOST, NOISE = 24, 1.0e-5
 """Largest number of oscillations in a decay, and their least singular value over the largest."""
 
@@ -59,7 +60,7 @@ def torsional_mode(simulation: Simulation) -> FreeMode | None:
         twists.append(recorder.cycles(1)[:, ends] @ (1.0, -1.0))
         ends_of_cycles.append(motion_of(simulation.state, simulation.model.omega2.size))
     simulation.state = state
-    decay = largest_decay(twists[0] - twists[1], step)
+    decay = largest_decay(twists[0] - twists[1], step, *_sought(simulation))
     if not cmath.isfinite(decay):
         return None
     # After a cycle the difference consists almost only of this mode.
@@ -68,8 +69,8 @@ def torsional_mode(simulation: Simulation) -> FreeMode | None:
     return FreeMode(decay, z / np.linalg.norm(z))
 
 
-def largest_decay(signal: Array, step: float) -> complex:
-    """Exponent (1/s) of the largest oscillation from 60 to 1000 Hz in a free decay (N,) sampled at ``step`` (s).
+def largest_decay(signal: Array, step: float, lowest_hz: float = SLOWEST_HZ, highest_hz: float = LISTED_HZ) -> complex:
+    """Exponent (1/s) of the largest oscillation between two frequencies in a free decay (N,) sampled at ``step`` (s).
 
     Not a number where there is none.
     """
@@ -77,8 +78,16 @@ def largest_decay(signal: Array, step: float) -> complex:
         return NONE
     exponents, energies = decaying_parts(signal, step)
     hz = exponents.imag / (2.0 * math.pi)
-    energies = np.where((hz > SLOWEST_HZ) & (hz < LISTED_HZ) & (exponents.real < 0.0), energies, 0.0)
+    energies = np.where((hz > lowest_hz) & (hz < highest_hz) & (exponents.real < 0.0), energies, 0.0)
     return complex(exponents[np.argmax(energies)]) if energies.any() else NONE
+
+
+def _sought(simulation: Simulation) -> tuple[float, float]:
+    """Frequencies, Hz, between which the torsional mode in motion is sought, from the first torsional one at rest."""
+    engine = fitted_engine(simulation.engine, simulation.settings)
+    highest = engine.reduction.running_cutoff_hz
+    at_rest = torsional_frequencies(*cranktrain_modes(engine, simulation.body), highest)[0]
+    return slowest_hz(at_rest), max(LISTED_HZ, HIGHEST_SHARE * (at_rest or 0.0))
 
 
 def decaying_parts(signal: Array, step: float) -> tuple[NDArray[np.complex128], Array]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.outputs.register import output_counts, output_needs
+from cranktrain.engine.quantities import SLOWEST_RPM
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.run_up.run_up import AXIAL, TORSION
@@ -14,15 +15,15 @@ from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.constant_speed import RPM, Request
 from cranktrain.studies.run_up.steady import Job
 
-LEAST_RPM, MOST_SPEEDS = 100.0, 20_000
+MOST_SPEEDS = 20_000
 
 
 def run_up_speeds(first_rpm: float, last_rpm: float, step_rpm: float) -> list[float]:
     """Speeds (rad/s) from the first to the last, rev/min, rising; ``InputError`` for an invalid run-up range."""
-    if not LEAST_RPM <= first_rpm <= last_rpm:
-        if first_rpm < LEAST_RPM:
+    if not SLOWEST_RPM <= first_rpm <= last_rpm:
+        if first_rpm < SLOWEST_RPM:
             raise InputError(
-                f"--from {first_rpm:g} rev/min: steady cycles need {LEAST_RPM:g} rev/min or more, so a run-up cannot "
+                f"--from {first_rpm:g} rev/min: steady cycles need {SLOWEST_RPM:g} rev/min or more, so a run-up cannot "
                 "start at standstill; begin higher (the FMU takes any speed from 0)"
             )
         raise InputError(f"--to {last_rpm:g} is below --from {first_rpm:g} rev/min; exchange them")

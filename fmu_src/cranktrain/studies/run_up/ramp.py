@@ -15,6 +15,7 @@ from scipy.ndimage import uniform_filter1d
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.simulation import SLOWEST
+from cranktrain.engine.quantities import SLOWEST_RPM
 from cranktrain.results.orders.harmonics import CYCLE
 from cranktrain.results.orders.tracking import CYCLES, tracked_orders
 from cranktrain.results.run_up.run_up import RunUp
@@ -47,7 +48,8 @@ def ramp(
     if not rate > 0.0 or below < SLOWEST**2:
         raise InputError(
             f"--ramp {rate * 30.0 / math.pi:g} rev/min per second takes {ROOM} cycles before --from "
-            f"{speeds[0] * 30.0 / math.pi:g} rev/min, from 100 rev/min or more; begin higher, or take a slower ramp"
+            f"{speeds[0] * 30.0 / math.pi:g} rev/min, from {SLOWEST_RPM:g} rev/min or more; "
+            "begin higher, or take a slower ramp"
         )
     step = math.degrees(job.made.settings.step)
     if job.highest_order * step > LONGEST:

@@ -32,7 +32,7 @@ from cranktrain.loads.damper import (
     required_damper,
 )
 from cranktrain.results.tables import NOTHING, Table
-from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, at_largest, energy_shares
+from cranktrain.structure.crank.modal import KINDS, at_largest, energy_shares, listed_to
 from cranktrain.studies.torsion.housed_crank import SLOWEST_HZ, housed_crank
 
 # The frequency of linearisation is found to this share of itself, or after so many rounds.
@@ -113,11 +113,11 @@ def damper_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
         before, frequency = frequency, float(modes.hz[at])
         if abs(frequency - before) <= _SETTLED * frequency:
             break
-    listed = modes.hz <= LISTED_HZ
+    listed = modes.hz <= listed_to([frequency])
     kinds = energy_shares(crank.engine, crank.crankshaft, at_largest(modes.shapes[:-1, listed]), rods=True)
     return {
         "kind": damper.kind,
-        "law": damper.law if damper.kind == "viscous" else "rubber",
+        "law": damper.law if damper.kind == "viscous" else damper.kind,
         "temperature_c": temperature - 273.15,
         "linearised_at_hz": frequency,
         "stiffness_nm_per_rad": spring,

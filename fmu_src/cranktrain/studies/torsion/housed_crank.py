@@ -3,7 +3,8 @@
 The housing shifts the torsional modes of the cranktrain, past bending modes at times, and mixes them with these. Its
 first and second torsional mode are therefore those that hold the largest share of torsion below and above the geometric
 mean of the first and second torsional frequency without damper, up to where the third one begins, see
-:mod:`cranktrain.structure.crank.modal`. Energy of a ring that moves with it counts for a mode, but not as torsion of
+:mod:`cranktrain.structure.crank.modal`. Where no mode up to the cut-off has the second name, there is the first one
+only, sought up to the cut-off. Energy of a ring that moves with it counts for a mode, but not as torsion of
 the crank: a ring that swings on its spring is no mode of the crank.
 """
 
@@ -22,10 +23,10 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.structure.crank.modal import (
     KINDS,
-    LISTED_HZ,
     at_largest,
     cranktrain_matrices,
     energy_shares,
+    first_torsional,
     second_reach,
     torsional_frequencies,
 )
@@ -45,7 +46,7 @@ class HousedCrank(NamedTuple):
     omega, shapes : (n,) rad/s and (n, n) its undamped modes, of unit modal mass; the first turns it as a whole
     hub : (n,) rotation of the pulley per modal coordinate of the crankshaft
     border_hz : frequency that divides first from second torsional modes, Hz
-    torsional : index of the first and of the second torsional mode
+    torsional : index of the first torsional mode, and of the second where there is one
     """
 
     engine: Engine
@@ -56,7 +57,7 @@ class HousedCrank(NamedTuple):
     shapes: Array
     hub: Array
     border_hz: float
-    torsional: tuple[int, int]
+    torsional: tuple[int, ...]
 
     def most_torsional(
         self, hz: Array, shapes: NDArray[Any], low: float, high: float, ring_energy: Array | float = 0.0
@@ -77,7 +78,7 @@ def housed_crank(engine: Engine, body: ReducedBody) -> HousedCrank:
     Raises
     ------
     InputError
-        an engine without damper, or whose crank has no two torsional modes
+        an engine without damper, or whose crank has no torsional mode
     """
     housed = with_damper_housing(engine)
     crankshaft, plain = complete_crankshaft(housed, body), complete_crankshaft(engine, body)
@@ -88,10 +89,12 @@ def housed_crank(engine: Engine, body: ReducedBody) -> HousedCrank:
     plain_squares, plain_shapes = eigh(*cranktrain_matrices(engine, plain))
     hz = np.sqrt(plain_squares[1:]) / (2.0 * math.pi)
     shares = energy_shares(engine, plain, plain_shapes[:, 1:], rods=True)
-    border = math.sqrt(math.prod(torsional_frequencies(hz, shares)))
+    cutoff = engine.reduction.running_cutoff_hz
+    first, second = first_torsional(hz, shares, cutoff), torsional_frequencies(hz, shares, cutoff)[1]
+    border = cutoff if second is None else math.sqrt(first * second)
     hub = crankshaft.shapes[crankshaft.index("pulley"), 5]
-    crank = HousedCrank(housed, crankshaft, stiffness, mass, omega, shapes, hub, border, (0, 0))
+    crank = HousedCrank(housed, crankshaft, stiffness, mass, omega, shapes, hub, border, ())
     own = omega / (2.0 * math.pi)
-    reach = min(LISTED_HZ, second_reach(own[1:], energy_shares(housed, crankshaft, shapes[:, 1:], rods=True)))
-    pair = [crank.most_torsional(own, shapes, *span) for span in ((SLOWEST_HZ, border), (border, reach))]
-    return crank._replace(torsional=(pair[0], pair[1]))
+    reach = second_reach(own[1:], energy_shares(housed, crankshaft, shapes[:, 1:], rods=True))
+    spans = [(SLOWEST_HZ, border), (border, max(reach, second or 0.0))][: 1 if second is None else 2]
+    return crank._replace(torsional=tuple(crank.most_torsional(own, shapes, *span) for span in spans))

@@ -21,10 +21,10 @@ from cranktrain.results.tables import NOTHING, SAME_SHAPE, Table
 from cranktrain.structure.crank.level import bare_crank
 from cranktrain.structure.crank.modal import (
     KINDS,
-    LISTED_HZ,
     cranktrain_matrices,
     energy_shares,
     free_modes,
+    listed_to,
     torsional_frequencies,
 )
 from cranktrain.structure.crank.reduction import complete_crankshaft
@@ -33,9 +33,10 @@ from cranktrain.structure.crank.reduction import complete_crankshaft
 def level_frequencies(engine: Engine, level: str, solid: ReducedBody) -> dict[str, Any]:
     """Modes of the free complete crankshaft and of the assembled cranktrain, at a level and solid; JSON-able.
 
-    Returns ``level`` and, for ``crankshaft_free`` and ``cranktrain``, the ``modes`` of the solid to 1000 Hz
-    (``solid_hz``, ``shape``, and ``hz``, ``deviation_percent``, ``mac`` where the level has it) and ``first_torsional``
-    likewise. ``solid`` is the bare solid body.
+    Returns ``level`` and, for ``crankshaft_free`` and ``cranktrain``, the ``modes`` of the solid to 1000 Hz or its
+    named ones (``solid_hz``, ``shape``, and ``hz``, ``deviation_percent``, ``mac`` where the level has it), and
+    ``first_torsional`` and ``second_torsional`` likewise, None where no mode has the name. ``solid`` is the bare solid
+    body.
     """
     row = crank_level(level)
     own = bare_crank(engine, level, solid if row.needs_solid(engine) else None)
@@ -48,7 +49,8 @@ def level_frequencies(engine: Engine, level: str, solid: ReducedBody) -> dict[st
         twists = not row.bends
         alike = _alike(shapes, moved, radius, twists)
         listed = []
-        for k in np.flatnonzero(solid_hz <= LISTED_HZ):
+        highest = listed_to(torsional_frequencies(solid_hz, shares, engine.reduction.running_cutoff_hz))
+        for k in np.flatnonzero(solid_hz <= highest):
             one = {"solid_hz": float(solid_hz[k]), "shape": KINDS[int(np.argmax(shares[k]))]}
             same = int(np.argmax(alike[k])) if alike.shape[1] else -1
             torsional = one["shape"] == "torsional"
@@ -56,7 +58,7 @@ def level_frequencies(engine: Engine, level: str, solid: ReducedBody) -> dict[st
             if mutual and (torsional or not twists):
                 one |= _beside(solid_hz[k], hz[same]) | {"mac": float(alike[k, same])}
             listed.append(one)
-        result[name] = {"modes": listed, "first_torsional": _first_torsional(found)}
+        result[name] = {"modes": listed, **_torsional(engine, found)}
     return result
 
 
@@ -109,9 +111,12 @@ def _beside(solid: float, own: float) -> dict[str, float]:
     return {"hz": float(own), "deviation_percent": 100.0 * float(own / solid - 1.0)}
 
 
-def _first_torsional(found: list[tuple[Array, Array, Array]]) -> dict[str, float]:
-    """First torsional frequency of the solid and, where the level twists, of the level."""
-    solid, own = found
-    first = torsional_frequencies(solid[0], solid[1])[0]
-    torsional = own[0][np.argmax(own[1], axis=1) == KINDS.index("torsional")] if own[0].size else own[0]
-    return {"solid_hz": first, **(_beside(first, float(torsional[0])) if torsional.size else {})}
+def _torsional(engine: Engine, found: list[tuple[Array, Array, Array]]) -> dict[str, dict[str, float] | None]:
+    """First and second torsional frequency of the solid and of the level where it has one; None where none has."""
+    highest = engine.reduction.running_cutoff_hz
+    solid, own = (torsional_frequencies(hz, shares, highest) for hz, shares, _ in found)
+    result: dict[str, dict[str, float] | None] = {}
+    for name, full, level in zip(("first_torsional", "second_torsional"), solid, own, strict=True):
+        both = {} if full is None or level is None else _beside(full, level)
+        result[name] = both | ({} if full is None else {"solid_hz": full}) or None
+    return result

@@ -46,7 +46,7 @@ class Rods(NamedTuple):
     ----------
     radius, start, bank : (c,) of the pins' circles, their angles at crank angle 0 in axes of their cylinders, and the
         banks' angles
-    length, offset : L and e
+    length, offset : L, and e (c,)
     big_end, oscillating, remainder : m_b, m_o, kg, and ΔJ, kg m²
     gravity : m/s²
     """
@@ -55,7 +55,7 @@ class Rods(NamedTuple):
     start: Array
     bank: Array
     length: float
-    offset: float
+    offset: Array
     big_end: float
     oscillating: float
     remainder: float
@@ -71,7 +71,7 @@ class Rods(NamedTuple):
             np.arctan2(pins[:, 1], pins[:, 0]) - bank,
             bank,
             engine.rod.length,
-            engine.cylinders.pin_offset,
+            np.array(engine.offsets),
             engine.rod.big_end_mass,
             engine.rod.small_end_mass + engine.cylinders.piston_mass,
             remainder_inertia(engine.rod),

@@ -24,8 +24,13 @@ MEASURED_BY = Path(__file__).parents[1] / "tradeoff" / "total" / "measure.py"
 """Source that measures the figures. Its digest is taken; it is never imported."""
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
+    ("compressor", "", None),
     ("frame", "", ()), ("body", "", ()), ("connection", "", ()), ("cylinders", "firing_angles", ()),
     ("cylinders", "firing_intervals", ()), ("cylinders", "cycle", 4.0 * math.pi),
+    ("cylinders", "axis_offsets", ()), ("cylinders", "rods_on_pin", "side-by-side"), ("cylinders", "crosshead", False),
+    ("crankshaft", "pins_between_mains", ()), ("crankshaft", "flying_web_thickness", 0.0),
+    ("crankshaft", "pin_throws", ()), ("load", "", None), ("damper", "damping", 0.0), ("damper", "frequencies", ()),
+    ("damper", "stiffnesses", ()), ("damper", "dampings", ()),
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
 
