@@ -14,7 +14,7 @@ from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.studies.planning.scene_model import SceneModel
 from cranktrain.studies.scene import load_scene
 
-LINE = "disc,inertia,damping,to,stiffness,shaft_damping\nflywheel,,,,3e4,8\nclutch,0.2,0.5,dynamometer,1e4,5\n"
+LINE = "disc,inertia,damping,to,stiffness,shaft_damping\nflywheel,,,,4e4,100\nclutch,0.05,0.5,dynamometer,4e4,100\n"
 TORSIONAL = ("--crank", "torsional", "--no-inherit")
 
 
@@ -81,7 +81,8 @@ def test_run_ups_take_the_pressure_of_each_speed(place, capsys):
 @pytest.mark.parametrize("way", [("--ramp", "400"), ("--workers", "1")])
 def test_run_ups_in_time_take_maps(place, capsys, way):
     given = ("runup", "diesel_i6", "--from", "1200", "--to", "1500", "--step", "100", *TORSIONAL, "--anew")
-    found, told = ran(capsys, *given, *way, "--highest-order", "12", "--pressure", "map", "--output", f"{way[0]}.h5")
+    given += (*way, "--highest-order", "12", "--output", f"{way[0][2:]}.h5")
+    found, told = ran(capsys, *given, "--pressure", "map")
     assert found["failed"] == [] and "map: between 2 of 2 traces" in told
 
 

@@ -16,7 +16,8 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
-from cranktrain.loads.gas_pressure import Gas, GasTrace, cylinder_volume
+from cranktrain.loads.cylinder_volume import cylinder_volume
+from cranktrain.loads.gas_pressure import Gas, GasTrace
 
 RPM = 30.0 / math.pi
 MOST = 2.0

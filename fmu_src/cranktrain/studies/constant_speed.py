@@ -27,7 +27,7 @@ from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels
 from cranktrain.loads.gas_pressure import Gas, GasTrace
 from cranktrain.loads.pressure_map import read_gas
-from cranktrain.loads.trace_doubts import run_doubts
+from cranktrain.loads.run_doubts import run_doubts
 from cranktrain.results.run import Run
 from cranktrain.structure.assembly import Assembly, assemble, checked
 from cranktrain.structure.fem.own_mesh import MeshFile

@@ -142,9 +142,7 @@ def _crank(engine: Engine) -> Iterator[str]:
     yield from _outside("crankshaft.pin_diameter", "pin over main bearing pitch is", pin / pitch, (0.1, 1.5))
     yield from _outside("crankshaft.main_diameter", "journal over pin is", crank.main_diameter / pin, (0.5, 3.0))
     yield from _outside("crankshaft.web_thickness", "web over pin is", crank.web_thickness / pin, (0.12, 2.0))
-    yield from _outside(
-        "crankshaft.pin_width", "width of the pin over its diameter is", crank.pin_width / pin, (0.15, 4)
-    )
+    yield from _outside("crankshaft.pin_width", "width over diameter is", crank.pin_width / pin, (0.15, 4.0))
     for width in sorted({min(crank.main_widths), max(crank.main_widths)}):
         what = "width of a journal over its diameter is"
         yield from _outside("crankshaft.main_widths", what, width / crank.main_diameter, (0.1, 4.0))

@@ -9,7 +9,8 @@ import numpy as np
 
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
-from cranktrain.loads.gas_pressure import GasTrace, cylinder_volume
+from cranktrain.loads.cylinder_volume import cylinder_volume
+from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.sections import bare_outline, crank_moments, web_moments
 from cranktrain.studies.design.balance import free_forces
 from cranktrain.studies.design.layouts import BOXER
