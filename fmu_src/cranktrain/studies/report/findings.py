@@ -55,6 +55,7 @@ class Findings:
     run_up : a run-up of any level that the user gave or a folder holds, None where there is none
     damped_run_up : likewise, with the engine's damper
     measured : measured orders that the user gave; empty where there are none
+    name : of the engine as the user gave it, or the path of its file; empty: the engine's own
     pictures : files by name, from the folders that the user gave
     seconds : wall time by stage
     """
@@ -69,6 +70,7 @@ class Findings:
     pictures: dict[str, Path]
     seconds: dict[str, float]
     measured: Measured = field(default_factory=dict)
+    name: str = ""
 
 
 def findings(
@@ -112,7 +114,8 @@ def findings(
     torsion = _torsion(engine, False, quick, say, gas)
     damped = None if engine.damper is None else _torsion(engine, True, quick, say, gas)
     seconds["torsional run-ups"] = time.perf_counter() - start
-    return Findings(engine, engine_provenance(name), modes, torsion, damped, seconds=seconds, measured=orders, **read)
+    origins = engine_provenance(name)
+    return Findings(engine, origins, modes, torsion, damped, seconds=seconds, measured=orders, name=name, **read)
 
 
 def files_of_verbs(engine: Engine, run_up: str | Path | None, folders: Sequence[Path]) -> dict[str, Any]:

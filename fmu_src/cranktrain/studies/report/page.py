@@ -30,13 +30,13 @@ def whole_page(kind: str, title: str, contents: str, body: str) -> str:
 
 def missing(found: Findings) -> dict[str, str]:
     """Sections that lack their data, and what makes them."""
-    return {section.title: section.remedy(found.engine) for section in SECTIONS if not section.make(found)}
+    return {section.title: section.remedy(found.engine, found.name) for section in SECTIONS if not section.make(found)}
 
 
 def _section(number: int, section: Section, found: Findings) -> str:
     parts = section.make(found)
     if not parts:
-        remedy = html.escape(section.remedy(found.engine))
+        remedy = html.escape(section.remedy(found.engine, found.name))
         parts = [f'<p class="missing">Not in this report. To include it: <code>{remedy}</code></p>']
     reference = section.reference(found.engine.name)
     beside = f'<p class="reference">Beside the reference: {reference}.</p>' if reference else ""

@@ -45,12 +45,13 @@ class Section(NamedTuple):
         speeds = *speed_range(engine, QUICK_STEPS), engine.speeds[1] / RPM
         return [text.format(shlex.quote(name), shlex.quote(folder), engine.name, *speeds) for text in texts]
 
-    def remedy(self, engine: Engine) -> str:
-        """Instruction for producing the section, in words."""
+    def remedy(self, engine: Engine, name: str = "") -> str:
+        """Instruction for producing the section, in words, by the engine as it was named."""
         if isinstance(self.commands, str):
             return self.commands
-        name = engine.name
-        return "; ".join([*self.making(name, "FOLDER", engine), f"cranktrain report {name} --pictures FOLDER"])
+        name = name or engine.name
+        last = f"cranktrain report {shlex.quote(name)} --pictures FOLDER"
+        return "; ".join([*self.making(name, "FOLDER", engine), last])
 
     def reference(self, engine: str) -> str:
         """What of the reference it stands beside; empty for engines that the reference does not have."""
