@@ -74,6 +74,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
+    from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.run_up.run_up import check_run_up_target
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses, stress_table
     from cranktrain.studies.run_up.modes_in_motion import in_motion
@@ -84,6 +85,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
     asked = engine, request, _, gas = asked_of(options, options.from_rpm, options.to_rpm)
     _check(options)
+    if options.steady is None:
+        check_far_end(engine)
     path = Path(options.output or f"{engine.name}_runup.h5")
     check_run_up_target(path)
     folder = None if options.plots is None else pictures_folder(options.plots)

@@ -111,8 +111,10 @@ def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -
 
 def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> None:
     """Refuse what is asked for besides the run and cannot be had."""
+    from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.figures import FILM_PICTURES, check_folder
 
+    check_far_end(engine)
     locked = not bearing_law(settings.bearings).carries
     if options.steady and not (settings.crank == "torsional" and locked and not options.damper):
         raise InputError(

@@ -77,7 +77,7 @@ BEHIND_PRESSURES = {
 """Inputs behind the pressures, with their units."""
 
 
-def _check_far_end(engine: Engine) -> None:
+def check_far_end(engine: Engine) -> None:
     """Refuse a drive line whose far end is free: nothing would give or load the engine's speed; ``InputError``."""
     line = engine.drive_line_chain
     if line is not None and DYNAMOMETER not in (*line.starts, *line.ends):
@@ -130,7 +130,7 @@ class Simulation(SteppedModel):
         parts: Parts | None = None,
         temperatures: Array | None = None,
     ) -> None:
-        _check_far_end(engine)
+        check_far_end(engine)
         self.engine = engine
         self.settings = resolved(settings or Settings(), engine)
         self.body = self._fitting(body)
