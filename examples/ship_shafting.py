@@ -34,7 +34,7 @@ def main(picture: str | None = None, speeds: np.ndarray = SPEEDS) -> tuple[dict[
     """Compute, print and draw: the first mode of the shafting, and each shaft's stress over speeds (n,) rev/min."""
     engine = ct.load_engine(ENGINE)
     body = crank_body(engine, "torsional")
-    mode = line_report(engine, body)["modes"][0]
+    mode = next(one for one in line_report(engine, body)["modes"] if "1-node" in one["shape"])
     print(f"{mode['shape']}: {mode['hz']:.2f} Hz, order 6 meets it at {mode['critical_rpm']['6']:.1f} rev/min")
     run = frequency_run_up(
         engine, body, Settings(crank="torsional"), speeds * np.pi / 30.0, ORDERS, HARMONIC_BALANCE, balanced=True
