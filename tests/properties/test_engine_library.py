@@ -1,0 +1,202 @@
+"""Engines of the library: firing and balance by closed form, forced torsion by an independent chain of discs."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import simulate
+from cranktrain.engine.file import engine_folder, load_engine
+from cranktrain.engine.firing import firing_summary
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.structure.assembly import running_crank
+from cranktrain.structure.crank.level import crank_body
+from cranktrain.structure.crank.modal import cranktrain_modes, torsional_frequencies
+from cranktrain.structure.crank.sections import crank_pieces, piece_moments
+from cranktrain.structure.crank.torsional import discs, shaft_nodes
+from cranktrain.studies.design.library import ROWS, text_of
+from cranktrain.studies.torsion.frequency_run_up import LINEAR, frequency_run_up
+
+INTERVALS = {
+    "single_petrol": [720.0], "v_twin": [450.0, 270.0], "three_petrol": [240.0] * 3, "four_petrol": [180.0] * 4,
+    "five_petrol": [144.0] * 5, "v6_split": [120.0] * 6, "v8_cross": [90.0] * 8, "v12_petrol": [60.0] * 12,
+    "generator_four": [180.0] * 4, "two_stroke_six": [60.0] * 6,
+}  # fmt: skip
+SPEED = 50.0
+
+
+def test_every_engine_is_listed_here():
+    assert set(INTERVALS) == {*ROWS, "two_stroke_six"}
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_files_are_those_that_the_rows_make(name):
+    assert (engine_folder() / f"{name}.toml").read_text(encoding="utf-8") == text_of(ROWS[name])
+
+
+@pytest.mark.parametrize("name", INTERVALS)
+def test_firing_is_that_of_the_layout(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        engine = load_engine(name)
+    assert firing_summary(engine)["intervals_deg"] == pytest.approx(INTERVALS[name], abs=1e-6)
+
+
+def free_orders(engine):
+    """Closed form: amplitudes (2 orders, force and moment, x and y) of what oscillates and turns, N and N m.
+
+    Pistons by the series of the slider-crank, cos θ + (λ + λ³/4 + 15 λ⁵/128) cos 2θ; big ends, pins and counterweights
+    as masses that turn.
+    """
+    rod, throws = engine.rod, np.array(engine.throws)
+    ratio = throws / rod.length
+    second = ratio + ratio**3 / 4.0 + 15.0 * ratio**5 / 128.0
+    oscillating = rod.small_end_mass + engine.cylinders.piston_mass
+    banks, firing = np.array(engine.cylinders.bank_angles), np.array(engine.firing_angles)
+    along = np.stack((-np.sin(banks), np.cos(banks)), axis=1)
+    z = np.array(engine.cylinder_positions)
+    moments = np.sum([piece_moments(piece) for piece in crank_pieces(engine)], axis=0)
+    pins = [engine.crankshaft.throw_angles[pin - 1] for pin in engine.cylinders.pins]
+    turning = throws * rod.big_end_mass * np.exp(1j * np.array(pins)) * 1j
+    found = np.zeros((2, 2, 2), dtype=complex)
+    for place, weight in enumerate((np.ones(z.size), z)):
+        mass = oscillating * throws * SPEED**2 * weight
+        found[0, place] = -(mass * np.exp(-1j * firing)) @ along
+        found[1, place] = -(mass * second * np.exp(-2j * firing)) @ along
+        own = moments[0, 1:3] if place == 0 else moments[3, 1:3]
+        # A mass at (x, y) that turns by θ presses inwards with −m ω² (x + iy) e^{iθ}.
+        whole = -(SPEED**2) * (complex(own[0], own[1]) + (turning * weight).sum())
+        found[0, place] += np.array([whole, -1j * whole])
+    return found
+
+
+def run_orders(engine, result):
+    """The same from a run without gas: forces of mains and rods on the crank, and of the rods' own motion."""
+    angle = result.last_cycle("crank.angle")[1][:-1]
+
+    def vector(name):
+        return np.stack([result.last_cycle(f"{name}.{axis}")[1][:-1] for axis in "xy"], axis=1)
+
+    banks, rod = engine.cylinders.bank_angles, engine.rod
+    total = np.zeros((2, angle.size, 2))
+    for i, z in enumerate(engine.crankshaft.main_positions, 1):
+        force = vector(f"bearing[{i}].force")
+        total += np.stack((force, z * force))
+    for k, z in enumerate(engine.cylinder_positions):
+        force = vector(f"big_end[{k + 1}].force")
+        up = np.array([-math.sin(banks[k]), math.cos(banks[k])])
+        aside = np.array([up[1], -up[0]])
+        throw = engine.crankshaft.throw_angles[engine.cylinders.pins[k] - 1] + angle
+        pin = -engine.throws[k] * SPEED**2 * np.stack((-np.sin(throw), np.cos(throw)), axis=1)
+        # Along the cylinder the rod has what the pin does to it; across, the liner holds all but the big end.
+        rods = -(force @ up)[:, None] * up + rod.big_end_mass * (pin @ aside)[:, None] * aside
+        total += np.stack((force + rods, z * (force + rods)))
+    found = [[(2.0 / angle.size) * (np.exp(-1j * order * angle) @ part) for part in total] for order in (1, 2)]
+    return np.array(found)
+
+
+@pytest.mark.parametrize("name", INTERVALS)
+def test_free_forces_and_moments_are_those_of_the_closed_form(name):
+    """Within 1 % of the first order of one cylinder, for moments times the length of the crank; no gas, stiff mains."""
+    engine = load_engine(name).without_additions
+    heavy = replace(engine.flywheel, polar_inertia=1e4 * engine.flywheel.polar_inertia,
+                    diametral_inertia=1e4 * engine.flywheel.diametral_inertia, mass=1e-6, offset=0.0)  # fmt: skip
+    mains = replace(engine.main_bearing, stiffness_x=1e13, stiffness_y=1e13, damping_x=1e8, damping_y=1e8,
+                    block_stiffness_x=math.inf, block_stiffness_y=math.inf)  # fmt: skip
+    light = replace(engine.pulley, mass=1e-6, offset=0.0)
+    engine = replace(engine, flywheel=heavy, main_bearing=mains, pulley=light, drive_line_chain=None, load=None)
+    settings = Settings(crank="rigid", block="ground", bearings="linear", pistons="rigid", gravity=0.0)
+    still = np.full(GasTrace.from_engine(engine).fired.size, 1e5)
+    gas = replace(GasTrace.from_engine(engine), motored=still, fired=still, falloff=0.0)
+    result = simulate(engine, running_crank(engine, "rigid"), settings, SPEED, cycles=3, gas=gas)
+    wanted, found = free_orders(engine), run_orders(engine, result)
+    one = (engine.rod.small_end_mass + engine.cylinders.piston_mass) * max(engine.throws) * SPEED**2
+    length = engine.crankshaft.main_positions[-1]
+    np.testing.assert_allclose(found[:, 0], wanted[:, 0], atol=0.01 * one)
+    np.testing.assert_allclose(found[:, 1], wanted[:, 1], atol=0.01 * one * length)
+
+
+def chain_twist(engine, speed, stiffness, inertia):
+    """Twist of pulley against flywheel (orders 0.5 to 12), rad, of discs on a shaft at uniform mean speed, rad/s.
+
+    Torques of gas and pistons are those of undisturbed rotation; rods count by their mean inertia.
+    """
+    trace = GasTrace.from_engine(engine)
+    count = trace.fired.size
+    theta = np.arange(count) * (4.0 * math.pi / count)
+    share = 1.0 - trace.falloff * (speed / trace.best_speed - 1.0) ** 2
+    pressure = trace.motored + share * (trace.fired - trace.motored) - 1e5
+    area, rod = 0.25 * math.pi * engine.cylinders.bore**2, engine.rod
+    mass = rod.big_end_mass + rod.small_end_mass
+    behind = rod.length * rod.small_end_mass / mass
+    remainder = rod.inertia - mass * behind * (rod.length - behind)
+    oscillating = rod.small_end_mass + engine.cylinders.piston_mass
+    wave = 2j * math.pi * np.fft.fftfreq(count, theta[1])
+
+    def slope(values, times=1):
+        return np.real(np.fft.ifft(wave**times * np.fft.fft(values)))
+
+    places = np.array([-0.5 * engine.crankshaft.nose_length, *engine.crankshaft.main_positions])
+    places[0] -= 0.5 * engine.crankshaft.main_widths[0] + 0.5 * engine.crankshaft.fillet
+    n = stiffness.size + 1
+    mass_matrix, torque = inertia.copy(), np.zeros((n, count), dtype=complex)
+    for k, pin in enumerate(engine.cylinders.pins):
+        radius, z = engine.throws[k], engine.crankshaft.pin_positions[pin - 1]
+        carried = np.array([np.interp(z, np.append(places, 1e9), unit) for unit in np.eye(n)])
+        x = -radius * np.sin(theta) - engine.offsets[k]
+        height, lean = radius * np.cos(theta) + np.sqrt(rod.length**2 - x**2), np.arcsin(x / rod.length)
+        arm = slope(height)
+        push = -pressure * area * arm - speed**2 * (oscillating * slope(height, 2) * arm)
+        push -= speed**2 * remainder * slope(lean, 2) * slope(lean)
+        later = np.exp(-1j * np.arange(count // 2) * 0.5 * engine.firing_angles[k])
+        spectrum = np.fft.fft(push)[: count // 2] * (2.0 / count) * later
+        torque[:, : count // 2] += carried[:, None] * spectrum
+        mean = rod.big_end_mass * radius**2 + np.mean(oscillating * arm**2 + remainder * slope(lean) ** 2)
+        mass_matrix += mean * np.outer(carried, carried)
+    ends = -np.diff(np.eye(n), axis=0)
+    shaft = ends.T @ (stiffness[:, None] * ends)
+    squares, modes = eigh(shaft, inertia)
+    damping = (
+        inertia @ modes @ np.diag(2.0 * engine.damping.ratio * np.sqrt(np.maximum(squares, 0.0))) @ modes.T @ inertia
+    )
+    shaft[-1, -1] += engine.drive_line.stiffness
+    damping[-1, -1] += engine.drive_line.damping
+    found = []
+    for k in range(1, 25):
+        omega = 0.5 * k * speed
+        angles = np.linalg.solve(shaft + 1j * omega * damping - omega**2 * mass_matrix, torque[:, k])
+        found.append(angles[0] - angles[-1])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("name", INTERVALS)
+def test_forced_torsion_is_that_of_a_chain_of_discs(name):
+    """Twist of the crank within 2 % (root mean square over orders up to 12), at two speeds between resonances."""
+    engine = load_engine(name).without_additions
+    engine = replace(engine, drive_line_chain=None, load=None)
+    body = crank_body(engine, "torsional")
+    inertia = discs(engine)
+    if engine.reduction.torsional_source == "solid":  # what turns with each node of the solid's twists
+        rows = np.array([body.index(node) for node in shaft_nodes(engine)])
+        turns = body.shapes[rows, 5][:, 5:]
+        inertia = np.linalg.inv(turns @ turns.T)
+    else:
+        inertia[0, 0] += engine.pulley.polar_inertia
+        inertia[-1, -1] += engine.flywheel.polar_inertia
+    orders = tuple(0.5 * k for k in range(1, 25))
+    hz = 2.0 * math.pi * torsional_frequencies(*cranktrain_modes(engine, body))[0]
+    tried = engine.rated_speed * np.linspace(0.6, 1.0, 41)
+    away = np.abs(np.outer(tried, orders) / hz - 1.0).min(axis=1)
+    speeds = np.sort(tried[np.argsort(-away)[:2]])
+    run = frequency_run_up(engine, body, Settings(crank="torsional", gravity=0.0), speeds, orders, LINEAR)
+    twist = run.amplitudes["pulley.torsion"] - run.amplitudes["flywheel.torsion"]
+    stiffness = body.records["shaft_stiffness"]
+    for k, speed in enumerate(speeds):
+        wanted = chain_twist(engine, speed, stiffness, inertia)
+        assert np.linalg.norm(twist[k] - wanted) < 0.02 * np.linalg.norm(wanted)
