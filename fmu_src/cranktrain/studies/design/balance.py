@@ -58,7 +58,7 @@ def free_forces(layout: Layout) -> FreeForces:
         turned = np.exp(-1j * order * np.radians(layout.firing_deg))
         for weight in (np.ones_like(places), places):
             resultant = (weight * turned) @ along
-            found.append(_largest(resultant))
+            found.append(largest(resultant))
             against.append(abs(0.5 * (resultant[0] - 1j * resultant[1])))
     throws = np.radians(layout.throws_deg)
     pins = np.arange(1.0, throws.size + 1.0) - 0.5 * (1.0 + throws.size)
@@ -67,7 +67,7 @@ def free_forces(layout: Layout) -> FreeForces:
     return FreeForces(*(round(value, ROUNDING) for value in values))
 
 
-def _largest(resultant: NDArray[np.complex128]) -> float:
+def largest(resultant: NDArray[np.complex128]) -> float:
     """Largest magnitude of Re[a exp(iθ)] over θ: the major half axis of its ellipse."""
     square: Array = np.abs(resultant) ** 2
     return math.sqrt(0.5 * (float(square.sum()) + abs(complex((resultant**2).sum()))))

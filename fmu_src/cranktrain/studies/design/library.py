@@ -24,6 +24,8 @@ from cranktrain.studies.design.layouts import layout
 from cranktrain.studies.design.rules import document
 from cranktrain.studies.design.sizes import RPM, sizes
 
+SHIP = "two_stroke_six"
+"""Low-speed two-stroke of the library, whose file is its own."""
 STIFF = 2.0e8
 """Stiffness of the balancers' bearings, and of their gear meshes over width, N/m; chosen, usual for steel and films."""
 
@@ -157,7 +159,7 @@ ROWS = {
         Row("v12_petrol", "6.0 l 60 deg V-twelve, charged", "v12", 89.0, 80.0, "petrol", 400.0, 5250.0,
             "bore, stroke and power of the BMW N74"),
         Row("generator_four", "2.2 l in-line four diesel generator set", "i4", 84.0, 100.0, "diesel", 20.3, 1500.0,
-            "bore, stroke and power of the Perkins 404D-22", generator_set),
+            "bore and stroke of the Perkins 404D-22", generator_set),
     )
 }  # fmt: skip
 """All engines that this module writes, by name."""
