@@ -3,8 +3,11 @@
 import json
 import math
 import re
+import shlex
 import struct
 import zlib
+from dataclasses import replace
+from hashlib import sha256
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
@@ -12,19 +15,22 @@ import numpy as np
 import pytest
 from browser import needs_browser, shown
 
-from cranktrain.cli.main import main
+from cranktrain.cli.main import _parser, main
 from cranktrain.core.errors import InputError
-from cranktrain.engine.file import engine_provenance, load_engine
+from cranktrain.engine.file import engine_path, engine_provenance, load_engine
+from cranktrain.engine.limits import Limits
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.orders.resonances import peaks
-from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp
 from cranktrain.results.tables import NOTHING, housed_table
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.studies.report import findings as source
 from cranktrain.studies.report.chart import Axis, line_chart
-from cranktrain.studies.report.findings import Findings, Torsion
+from cranktrain.studies.report.findings import Asked, Findings, Torsion
+from cranktrain.studies.report.front import layout_text
 from cranktrain.studies.report.page import missing, page
 from cranktrain.studies.report.sections import SECTIONS
+from cranktrain.studies.report.verdict import verdict_text, verdicts
 from cranktrain.studies.report.vibration import cycle
 
 EMPTY_TAGS = {"meta", "circle", "img", "line", "polyline", "br", "i"}
@@ -78,8 +84,8 @@ def found(modes, tmp_path_factory):
     (folder / "stresses.png").write_bytes(png())
     torsion, damped = (Torsion(run, peaks(run)) for run in (resonance(), resonance(zeta=0.3)))
     return Findings(
-        engine=ENGINE, origins=engine_provenance("diesel_i6"), modes=modes, torsion=torsion, damped=damped,
-        run_up=resonance((TORSION, AXIAL)), damped_run_up=None,
+        asked=Asked("diesel_i6"), engine=ENGINE, origins=engine_provenance("diesel_i6"), modes=modes, torsion=torsion,
+        damped=damped, run_up=resonance((TORSION, AXIAL)), damped_run_up=None,
         pictures={"stresses.png": folder / "stresses.png"}, seconds={"stage": 1.25},
     )  # fmt: skip
 
@@ -247,13 +253,14 @@ def test_files_of_other_engines_and_missing_folders_are_refused(tmp_path):
     path = tmp_path / "run_up.h5"
     resonance(engine="diesel_v8").save(path)
     with pytest.raises(InputError, match="'diesel_v8', not of 'diesel_i6'"):
-        source.findings("diesel_i6", path)
+        source.findings(Asked("diesel_i6", path))
     with pytest.raises(InputError, match="is not a folder"):
-        source.findings("diesel_i6", None, [tmp_path / "none"])
+        source.findings(Asked("diesel_i6", None, [tmp_path / "none"]))
 
 
 def test_the_verb_writes_its_own_files_only(found, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(source, "findings", lambda *_: found)
+    monkeypatch.setattr(source, "steps", lambda *_: iter([found]))
+    monkeypatch.setattr("cranktrain.cli.report.FOLDERS", ())
     path = tmp_path / "report.html"
     for _ in range(2):  # the second replaces the first
         assert main(["report", "diesel_i6", "--output", str(path), "--json"]) == 0
@@ -266,7 +273,7 @@ def test_the_verb_writes_its_own_files_only(found, tmp_path, monkeypatch, capsys
 
 def test_sections_have_titles_of_their_own_and_a_way_to_be_made():
     assert len({section.title for section in SECTIONS}) == len(SECTIONS)
-    nothing = SimpleNamespace(run_up=None, damped_run_up=None, damped=None, pictures={})
+    nothing = SimpleNamespace(run_up=None, damped_run_up=None, damped=None, pictures={}, torsion=None, modes=None)
     for section in SECTIONS:
         if section.commands:
             assert section.make(nothing) == []
@@ -294,7 +301,7 @@ def test_the_verb_makes_what_is_missing_once_and_goes_on_without_what_fails(foun
         return SimpleNamespace(returncode=2 if "fatigue" in words else 0)
 
     poor = Findings(**{**vars(found), "pictures": {}})
-    monkeypatch.setattr(source, "findings", lambda *_: poor)
+    monkeypatch.setattr(source, "steps", lambda asked, *_: iter([replace(poor, asked=asked)]))
     monkeypatch.setattr("cranktrain.cli.report.subprocess.run", run)
     monkeypatch.setattr("cranktrain.cli.report.FOLDERS", ())
     path, folder = tmp_path / "report.html", str(tmp_path / "made")
@@ -305,3 +312,132 @@ def test_the_verb_makes_what_is_missing_once_and_goes_on_without_what_fails(foun
     assert "ended with code 2" in said.err and "cranktrain fatigue" in said.err
     missing_now = json.loads(said.out)["missing"]
     assert "Fatigue of the crankshaft" in missing_now and "Stress of the crankshaft" not in missing_now
+
+
+def test_an_interrupted_report_has_what_was_made_and_says_what_it_lacks(found, tmp_path, monkeypatch, capsys):
+    def steps(asked, *_):
+        part = replace(found, asked=asked, running=True, torsion=None, damped=None)
+        yield replace(part, modes=None)
+        yield part
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(source, "steps", steps)
+    path = tmp_path / "report.html"
+    assert main(["report", "diesel_i6", "--output", str(path)]) == 130
+    said, text = capsys.readouterr().err, path.read_text("utf-8")
+    assert "interrupted" in said and "without: Torsional vibration over the speed range" in said
+    assert "Crankshaft, free" in text or "Critical speeds of the first torsional mode" in text  # the second step
+    note = re.search(r'id="incomplete">(.*?)</p>', text)[1]
+    assert "Torsional vibration over the speed range" in note and "Natural frequencies" not in note
+    assert f"cranktrain report diesel_i6 --output {path}" in note
+    assert 'id="incomplete"' not in page(found)
+
+
+def test_remedies_can_be_pasted_with_the_path_as_it_was_given(found):
+    """A shell reads every command as the program does; paths with blanks and quotes stay one word."""
+    name, folder = "my engines/it's one.toml", "made of it"
+    running = ("--pressure", "traces of it.csv", "--load", "0.5")
+    asked = Asked(name, None, [folder], running=running, again=("--pictures", folder, "--quick"))
+    poor = replace(found, asked=asked, run_up=None, pictures={}, damped=None)
+    commands = [one for text in missing(poor).values() for one in text.split(" && ") if one.startswith("cranktrain ")]
+    assert len(commands) > 10
+    for command in commands:
+        _, verb, *words = shlex.split(command)
+        options = _parser().parse_args([verb, *words])
+        assert options.engine == name
+        if verb in ("runup", "simulate", "stress", "fatigue", "report"):
+            assert (options.pressure, options.load) == ("traces of it.csv", 0.5)
+        if verb not in ("report", "bearing-loads", "plot-runup"):
+            assert options.output.startswith(f"{folder}/diesel_i6_")
+    bare = replace(ENGINE, damper=None, crank_strength=None, big_end_bearing=None)
+    lacking = missing(replace(poor, engine=bare))
+    assert lacking["With the torsional damper"] == "add [damper] to the engine file"
+    assert lacking["Fatigue of the crankshaft"] == "add [crank_strength] to the engine file"
+    assert not any("--damper" in text or "--with-damper" in text or "--big-ends" in text for text in lacking.values())
+    text = page(replace(poor, engine=bare))
+    assert "Not in this report: the engine file has no [crank_strength]." in text
+
+
+def test_the_first_page_states_the_engine(found):
+    """P = p V n/2 of a four-stroke; the mean effective pressure is linear in the load."""
+    rows = dict(Reader(page(found)).tables["The engine"][1:])
+    assert rows["layout"] == "4-stroke, 6 cylinders, in line" and rows["firing"].startswith("Fires 1-5-3-6-2-4, every")
+    trace, rated = found.trace(ENGINE.rated_speed), ENGINE.rated_speed
+    power = trace.imep * ENGINE.displacement * rated / (2.0 * math.pi) / 2.0
+    assert float(rows["indicated power at rated speed"].split()[0]) == pytest.approx(1e-3 * power, rel=1e-3)
+    assert float(rows["peak pressure, absolute"].split()[0]) == pytest.approx(1e-5 * trace.peak, rel=1e-3)
+    none, half, whole = (source.at_load(ENGINE, None, rated, load).imep for load in (0.0, 0.5, 1.0))
+    assert half == pytest.approx(0.5 * (none + whole), rel=1e-9) and none < 0.0 < half
+    made = dict(Reader(page(next(source.steps(Asked("diesel_i6"))))).tables["This report"][1:])
+    assert made["digest of the file, SHA-256"] == sha256(engine_path("diesel_i6").read_bytes()).hexdigest()
+    assert made["command"] == "cranktrain report diesel_i6"
+    boxer = replace(ENGINE, cylinders=replace(ENGINE.cylinders, bank_angles=(0.0, math.pi) * 3))
+    assert layout_text(boxer) == "4-stroke, 6 cylinders, opposed"
+
+
+def judged(found, **limits):
+    return {one.key: one for one in verdicts(replace(found, engine=replace(ENGINE, limits=Limits(**limits))))}
+
+
+def test_each_limit_is_judged_by_what_was_found(found):
+    """One order of amplitude a swings from −a to a; the mean piston speed is twice stroke times revolutions."""
+    top = ENGINE.speeds[1]
+    one_order = replace(found.damped.run_up, amplitudes={
+        name: np.where(found.damped.run_up.orders == 6.0, share * found.damped.run_up.torsion, 0.0)
+        for name, share in ((TORSION, 1.0), (FLYWHEEL, -0.5))
+    })  # fmt: skip
+    made = replace(found, damped=Torsion(one_order, []))
+    own = one_order.speeds <= 1.001 * top
+    largest = np.abs(one_order.order(6.0))[own].max()
+    piston = 2.0 * (2.0 * ENGINE.crankshaft.throw) * top / (2.0 * math.pi)
+    free = judged(made)
+    assert free["limits.pulley_torsion"].value == pytest.approx(math.degrees(largest), rel=1e-4)
+    assert free["limits.twist"].value == pytest.approx(1.5 * math.degrees(largest), rel=1e-4)
+    assert free["limits.piston_speed"].value == pytest.approx(piston)
+    assert {free[f"limits.{key}"].said for key in ("pulley_torsion", "twist", "piston_speed", "peak_pressure")} == {
+        "no limit stated"
+    }
+    held = judged(made, pulley_torsion=1.01 * largest, twist=1.49 * largest, piston_speed=1.01 * piston)
+    said = {key: one.said for key, one in held.items() if key.startswith("limits.")}
+    assert said == {
+        "limits.pulley_torsion": "passed", "limits.twist": "not passed", "limits.piston_speed": "passed",
+        "limits.peak_pressure": "no limit stated",
+    }  # fmt: skip
+    assert held["damper.power_limit"].said == held["crank_strength"].said == "not computed"
+    assert held["bearing_limits.main_film"].said == "not computed"
+    assert "not passed: twist from pulley to flywheel" in verdict_text(list(held.values()))
+
+
+def test_heat_of_the_damper_and_fatigue_are_judged(found):
+    damper, heat = ENGINE.damper, np.zeros((found.run_up.speeds.size, 3))
+    heat[40] = 0.0, 1.2 * damper.power_limit * damper.cooling_area, 1e9
+    run_up = replace(found.run_up, extremes={"damper.heat": heat})
+    place = {"name": "web[1].pin", "speed_rpm": 2400.0}
+    rule = {"places": [{**place, "acceptability": 1.2}], "required": 1.15, "outside": []}
+    fatigue = {"fillets": [{**place, "safety_factor": 0.9}, {**place, "safety_factor": None}], "rule": rule}
+    all_of = verdicts(replace(found, damped_run_up=run_up, fatigue=fatigue))
+    hot = next(one for one in all_of if one.key == "damper.power_limit")
+    assert hot.said == "not passed" and hot.value == pytest.approx(1.2 * hot.limit)
+    assert hot.where == f"at {run_up.speeds_rpm[40]:.0f} rev/min"
+    factor, accepted = (one for one in all_of if one.key == "crank_strength")
+    assert (factor.said, accepted.said) == ("not passed", "passed") and "web[1].pin" in factor.where
+
+
+def test_speeds_that_are_no_range_and_foreign_files_are_refused(tmp_path, capsys):
+    assert main(["report", "diesel_i6", "--speeds", "2000", "800", "--output", str(tmp_path / "a.html")]) == 2
+    assert "--speeds 2000 800: is no range within 20 to 20000 rev/min" in capsys.readouterr().err
+    (tmp_path / "diesel_i6_fatigue.json").write_text('{"fillets": 3}')
+    assert main(["report", "diesel_i6", "--pictures", str(tmp_path), "--output", str(tmp_path / "a.html")]) == 2
+    assert "is no result of 'cranktrain fatigue --output'" in capsys.readouterr().err
+
+
+def test_methods_are_links_and_no_chapters(found, tmp_path, monkeypatch):
+    folder = tmp_path / "out" / "tradeoff"
+    folder.mkdir(parents=True)
+    (folder / "tradeoff.html").write_text("<html>")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(source, "steps", lambda *_: iter([found]))
+    assert main(["report", "diesel_i6", "--output", "pages/report.html"]) == 0
+    text = (tmp_path / "pages" / "report.html").read_text("utf-8")
+    assert '<a href="../out/tradeoff/tradeoff.html">' in text
+    assert not any("method" in section.title and section.commands for section in SECTIONS)

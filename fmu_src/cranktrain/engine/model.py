@@ -19,6 +19,7 @@ from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.firing import firing_angles, intervals
+from cranktrain.engine.limits import Limits
 from cranktrain.engine.torsional_chain import DriveLineChain
 
 IDLE_SHARE = 0.25
@@ -55,6 +56,7 @@ class Engine:
     main_bearing: parts.JournalBearing | None = None
     main_roller: parts.RollerBearings | None = None
     bearing_limits: BearingLimits | None = None
+    limits: Limits | None = None
     clutch: parts.LumpedInertia | None = None
     balance_weights: parts.BalanceWeights | None = None
     drive_line_chain: DriveLineChain | None = None

@@ -33,6 +33,8 @@ HIGHEST_BAR = 12.0
 
 def torsion(found: Findings) -> list[str]:
     """Torsional orders over the speed without damper, and its peaks."""
+    if found.torsion is None:
+        return []
     how = found.torsion.run_up.attributes["steady"]
     note = (
         f"Torsional crank on journals that are locked on their axis, in the frequency domain ({how}). "
@@ -45,7 +47,7 @@ def torsion(found: Findings) -> list[str]:
 
 def damper(found: Findings) -> list[str]:
     """The same with the damper, and its reduction of the amplitudes."""
-    if found.damped is None:
+    if found.damped is None or found.torsion is None:
         return []
     before, after = found.torsion.run_up, found.damped.run_up
     note = (
@@ -60,6 +62,8 @@ def damper(found: Findings) -> list[str]:
 
 def torsion_cycles(found: Findings) -> list[str]:
     """Torsion over a cycle at the critical speeds."""
+    if found.torsion is None:
+        return []
     run = found.torsion.run_up
     resonances = sorted(found.torsion.peaks, key=lambda peak: peak.kind != "torsional")
     speeds = _apart(
