@@ -1,5 +1,6 @@
 """The report: tables and curves equal their sources, the page is whole, reads anywhere and asks nobody."""
 
+import base64
 import json
 import math
 import re
@@ -16,16 +17,17 @@ import pytest
 from browser import needs_browser, shown
 
 from cranktrain.cli.main import _parser, main
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, SolverError
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.engine.limits import Limits
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp
+from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map, with_twist
 from cranktrain.results.tables import NOTHING, housed_table
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.studies.report import findings as source
-from cranktrain.studies.report.chart import Axis, line_chart
+from cranktrain.studies.report.chart import DECADES, MAP_COLOURS, Axis, Switches, line_chart, map_chart
 from cranktrain.studies.report.findings import Asked, Findings, Torsion
 from cranktrain.studies.report.front import layout_text
 from cranktrain.studies.report.page import missing, page
@@ -186,7 +188,8 @@ def test_measured_orders_lie_on_the_charts_and_stand_beside_the_computed_ones(fo
     text = page(Findings(**{**vars(found), "measured": measured}))
     for words in ("without damper", "with damper", "run-up"):
         chart = text.split(f"Torsion of the pulley, orders over the speed, {words}", 1)[1].split("</figure>")[0]
-        assert chart.count("<circle") == chart.count("order 6, measured") == 2 and ">measured<" in chart
+        # both points on the linear and on the logarithmic drawing
+        assert chart.count("<circle") == chart.count("order 6, measured") == 4 and ">measured<" in chart
     _, *rows = Reader(text).tables["Torsion of the pulley, measured and computed"][:3]
     k = int(sizes.argmax())
     assert [row[0] for row in rows] == ["6", "9"]  # the run-up has no order 4
@@ -441,3 +444,81 @@ def test_methods_are_links_and_no_chapters(found, tmp_path, monkeypatch):
     text = (tmp_path / "pages" / "report.html").read_text("utf-8")
     assert '<a href="../out/tradeoff/tradeoff.html">' in text
     assert not any("method" in section.title and section.commands for section in SECTIONS)
+
+
+def drawings(text):
+    """Ends along y and the points of each curve of a linear and a logarithmic drawing."""
+    for kind in ("linear", "log"):
+        svg = re.search(rf'<svg class="{kind}".*?</svg>', text)[0]
+        numbers = re.findall(r'<text class="(zp|pp)"[^>]*y="([0-9.]+)" text-anchor="end">([^<]*)<', svg)
+        curves = re.findall(r'<polyline data-k="(\d+)" points="([^"]*)"', svg)
+        yield numbers, {int(k): np.array([pair.split(",") for pair in p.split()], float) for k, p in curves}
+
+
+def test_a_logarithmic_drawing_has_equal_steps_for_equal_ratios():
+    """Curves 1, 10 and 100 lie a decade apart, as the numbers do; peak to peak is twice zero to peak at each place."""
+    x = np.arange(3.0)
+    curves = {f"{size:g}": np.full(3, size) for size in (100.0, 10.0, 1.0)}
+    text = line_chart("decades", x, curves, ("x", "zero to peak / deg"), switches=Switches(log=True))
+    assert 'class="to-log" checked' in text and 'class="to-pp" checked' not in text
+    (_, linear), (numbers, curves) = drawings(text)
+    heights = [curves[k][0, 1] for k in range(3)]
+    assert heights[1] - heights[0] == pytest.approx(heights[2] - heights[1], abs=0.2) and heights[1] > heights[0] + 50
+    assert linear[2][0, 1] - linear[1][0, 1] == pytest.approx(9.0 / 99.0 * (linear[2][0, 1] - linear[0][0, 1]), abs=0.2)
+    zero, peak = ([(y, float(n)) for kind, y, n in numbers if kind == own] for own in ("zp", "pp"))
+    assert [(y, 2.0 * n) for y, n in zero] == peak and len(zero) >= 3
+    assert text.count(">peak to peak / deg<") == 2 and text.count('class="curve"') == 3
+    assert "switches" not in line_chart("plain", x, curves and {"a": x}, ("x", "y"))
+
+
+def test_a_map_has_the_colour_of_each_value():
+    """The largest value has the last colour, values below the range the first, missing ones are white."""
+    values = np.array([[1.0, 1e-9], [math.nan, 10.0**-DECADES]])
+    text = map_chart("map", np.array([1.0, 2.0]), np.array([0.5, 1.0]), values, ("x", "y", "deg"))
+    data = base64.b64decode(re.search(r"base64,([^\"]*)", text)[1])
+    assert data[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">2I", data[16:24]) == (2, 2)
+    size = struct.unpack(">I", data[33:37])[0]
+    rows = np.frombuffer(zlib.decompress(data[41 : 41 + size]), np.uint8).reshape(2, 7)[::-1, 1:].reshape(2, 2, 3)
+    assert tuple(rows[0, 0]) == MAP_COLOURS[-1] and tuple(rows[0, 1]) == tuple(rows[1, 1]) == MAP_COLOURS[0]
+    assert tuple(rows[1, 0]) == (255, 255, 255)
+
+
+def test_the_twist_is_pulley_against_flywheel_and_maps_follow_its_orders():
+    """One order of amplitude a swings by 2a; the map of frequencies has it along f = order times speed."""
+    run = resonance()
+    flywheel = np.where(run.orders == 6.0, -0.5 * run.torsion, run.torsion)
+    both = with_twist(replace(run, amplitudes={TORSION: run.torsion, FLYWHEEL: flywheel}))
+    np.testing.assert_allclose(half_range(both, both.amplitudes[TWIST]), 1.5 * np.abs(run.order(6.0)), rtol=1e-4)
+    assert TWIST not in with_twist(run).amplitudes
+    speeds = run.speeds[10:60:7]
+    hz = np.array([6.0 * speeds[3] / (2.0 * math.pi)])
+    found = frequency_map(both, TWIST, speeds, hz)
+    assert found[0, 3] == pytest.approx(1.5 * abs(run.order(6.0)[31]))
+    above = frequency_map(both, TWIST, speeds, np.array([10.0 * speeds[-1] / (2.0 * math.pi)]))
+    assert np.isnan(above).all()
+    np.testing.assert_allclose(order_map(both, TWIST, speeds)[1], 1.5 * np.abs(run.order(6.0))[10:60:7])
+
+
+def test_a_balance_that_does_not_settle_gives_a_linear_run_up_and_says_so(monkeypatch):
+    asked_for, told = [], []
+
+    def run_up(engine, body, settings, speeds, orders, rule, gas):
+        asked_for.append(rule)
+        if rule == "harmonic-balance":
+            raise SolverError("the orders do not settle at 78 rev/min")
+        return resonance()
+
+    monkeypatch.setattr(source, "assemble", lambda engine, settings, **_: SimpleNamespace(
+        engine=engine, body=None, settings=settings))  # fmt: skip
+    monkeypatch.setattr(source, "frequency_run_up", run_up)
+    monkeypatch.setattr(source, "torsional_peaks", lambda *_: [])
+    source._torsion(ENGINE, False, Asked("diesel_i6"), told.append, None)
+    assert asked_for == ["harmonic-balance", "linear"] and "the orders do not settle at 78 rev/min" in told[-1]
+
+
+def test_charts_show_the_orders_that_are_asked_for(found, capsys):
+    text = page(replace(found, asked=Asked("diesel_i6", orders=(9.0,), peak_to_peak=True)))
+    assert list(charts(text)["Torsion of the pulley, orders over the speed, without damper"]["y"]) == ["order 9"]
+    assert 'class="to-pp" checked' in text
+    assert main(["report", "diesel_i6", "--orders", "6,6.2"]) == 2
+    assert "--orders order 6.2 is not a multiple of 0.5" in capsys.readouterr().err

@@ -27,6 +27,8 @@ pictures of `cranktrain runup --plots`.
 Measured orders are read from a text file with the columns speed_rpm, order, amplitude, unit; amplitudes are zero to
 peak.
 """
+HIGHEST = 1000.0
+"""Highest order that a run-up may have."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +38,31 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--plots", default="plots", metavar="DIR", help="folder for the pictures (default plots)")
     add("--measured", metavar="FILE.csv", help="measured orders, drawn over the computed ones")
     add("--with-damper", metavar="FILE.h5", help="run-up of the same engine with its damper, drawn below it")
+    add_chart_options(parser)
     add("--engine", metavar="ENGINE", help="engine file, if the one that the run-up names has moved")
+
+
+def add_chart_options(parser: argparse.ArgumentParser) -> None:
+    """Add how orders over the speed are drawn."""
+    add = parser.add_argument
+    add(
+        "--orders", type=order_list, default=[], metavar="LIST",
+        help="orders to be drawn, separated by commas, e.g. 4.5,6 (default: the strongest)",
+    )  # fmt: skip
+    add("--log", action="store_true", help="amplitudes on a logarithmic scale")
+    add("--peak-to-peak", action="store_true", help="amplitudes peak to peak in place of zero to peak")
+
+
+def order_list(text: str) -> list[float]:
+    """Type of an option whose value are orders, multiples of a half; sorted, each once."""
+    try:
+        orders = [float(word) for word in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no list of orders; give numbers, e.g. 4.5,6") from None
+    for order in orders:
+        if not (0.5 <= order <= HIGHEST and (2.0 * order).is_integer()):
+            raise argparse.ArgumentTypeError(f"order {order:g} is not a multiple of 0.5 up to {HIGHEST:g}")
+    return sorted(set(orders))
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

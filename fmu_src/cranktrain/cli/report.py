@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from cranktrain.cli.console import Interrupted, number, say, stages
+from cranktrain.cli.plot_runup import add_chart_options
 from cranktrain.cli.run_options import add_source_options, engine_of, option_of
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.store.whole_file import check_place, whole_file
@@ -39,7 +40,7 @@ METHODS = {
 """Titles of links and the files that they lead to, the first that exists."""
 RUNNING = ("drive_line", "pressure", "pressure_unit", "pressure_tdc_deg", "load")
 """Options that commands of sections take over."""
-AGAIN = ("output", "run_up", "pictures", "make", "measured", "speeds", "quick")
+AGAIN = ("output", "run_up", "pictures", "make", "measured", "speeds", "orders", "log", "peak_to_peak", "quick")
 """Further options of the report, which its own command repeats."""
 
 
@@ -73,6 +74,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--load", type=number(0.0, 2.0, "of the full-load burn"), metavar="SHARE",
         help="fraction of the full-load burn (default 1)",
     )  # fmt: skip
+    add_chart_options(parser)
     add("--quick", action="store_true", help="torsion in seconds: fewer speeds, linear, without inherited damping")
 
 
@@ -133,6 +135,7 @@ def _asked(options: argparse.Namespace) -> Asked:
         None if options.speeds is None else check_speeds(*options.speeds),
         1.0 if options.load is None else options.load,
         tuple(_words(options, RUNNING)), tuple(_words(options, AGAIN)), options.make is not None,
+        tuple(options.orders), options.log, options.peak_to_peak,
     )  # fmt: skip
 
 
@@ -142,6 +145,8 @@ def _words(options: argparse.Namespace, fields: Sequence[str]) -> Iterator[str]:
         value = getattr(options, field)
         if value is True:
             yield option_of(field)
+        elif field == "orders":
+            yield from (option_of(field), ",".join(f"{one:g}" for one in value)) if value else ()
         elif field == "pictures":
             for folder in value:
                 yield from (option_of(field), folder)

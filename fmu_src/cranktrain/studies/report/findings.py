@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, SolverError
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
@@ -54,6 +54,8 @@ class Asked:
     load : fraction of the full-load burn
     running : options of the verbs that run the engine: its drive line, its pressures, its load
     again : further options of the report
+    orders : that charts show; empty: the strongest
+    log, peak_to_peak : how charts of amplitudes stand first, on a logarithmic scale and peak to peak
     makes : whether the commands of missing sections are run
     """
 
@@ -67,6 +69,9 @@ class Asked:
     running: tuple[str, ...] = ()
     again: tuple[str, ...] = ()
     makes: bool = False
+    orders: tuple[float, ...] = ()
+    log: bool = False
+    peak_to_peak: bool = False
 
     @property
     def command(self) -> str:
@@ -256,8 +261,14 @@ def _torsion(engine: Engine, damper: bool, asked: Asked, say: Callable[[str], No
     request = Request(speed_rpm=first, crank="torsional", bearings="held", damper=damper, load=asked.load)
     made = assemble(engine, request.settings(engine), say=say, inherit=not asked.quick)
     speeds = np.arange(first, last + 0.5 * step, step) * RPM
-    rule = LINEAR if asked.quick else HARMONIC_BALANCE
-    found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, rule, gas)
+    try:
+        rule = LINEAR if asked.quick else HARMONIC_BALANCE
+        found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, rule, gas)
+    except SolverError as error:  # rods of great inertia
+        if asked.quick:
+            raise
+        say(f"{error.args[0]}; so by the linear rule")
+        found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, LINEAR, gas)
     return Torsion(found, torsional_peaks(found, made))
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
@@ -14,14 +15,15 @@ from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN, BearingLimit
 from cranktrain.engine.limits import Limits
 from cranktrain.results.bearings.limits import FAMILIES, SAID, judged
 from cranktrain.results.bearings.run_up_cycles import run_up_bearings
-from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.run_up.run_up import FLYWHEEL, MEAN, TORSION, RunUp
+from cranktrain.results.run_up.twist import half_range
 from cranktrain.results.tables import NOTHING, Table
 from cranktrain.studies.report.findings import RPM, Findings
 
 SAFE = 1.0
 """Safety factor at which a place just lasts, by definition."""
-SAMPLES = 720
+ROUNDING = 1e-6
+"""Relative tolerance at the ends of the speeds."""
 DAMPER_HEAT = "damper.heat"
 KEPT, BROKEN, NO_LIMIT, NOT_COMPUTED = "passed", "not passed", "no limit stated", "not computed"
 _BEARINGS = "Bearings over the speed"
@@ -82,13 +84,6 @@ def verdict_text(all_of: list[Verdict]) -> str:
     return "; ".join(texts) + "."
 
 
-def half_range(run_up: RunUp, amplitudes: ComplexArray) -> Array:
-    """Half of the peak-to-peak value over a cycle at each speed (s,), of complex orders (s, o)."""
-    angle = np.linspace(0.0, 4.0 * math.pi, SAMPLES, endpoint=False)
-    motion = (amplitudes @ np.exp(1j * np.outer(run_up.orders, angle))).real
-    return np.asarray(0.5 * np.ptp(motion, axis=1))
-
-
 def _vibration(found: Findings) -> Iterator[Verdict]:
     """Torsion of the pulley and twist, with the damper where the engine has one, within the engine's speeds."""
     limits, made = found.engine.limits or Limits(), found.torsion if found.engine.damper is None else found.damped
@@ -98,12 +93,18 @@ def _vibration(found: Findings) -> Iterator[Verdict]:
     ):
         value, where = None, "Torsional vibration over the speed range"
         if made is not None and FLYWHEEL in made.run_up.amplitudes:
-            low, high = found.speeds
-            own = np.flatnonzero((made.run_up.speeds >= 0.999 * low) & (made.run_up.speeds <= 1.001 * high))
+            own = _judged(found, made.run_up.speeds)
             sizes = np.degrees(of(made.run_up))[own]
             at = int(np.nanargmax(sizes))
             value, where = float(sizes[at]), f"at {made.run_up.speeds_rpm[own][at]:.0f} rev/min"
         yield Verdict(what, "deg", value, _stated(math.degrees(getattr(limits, key))), where, f"limits.{key}")
+
+
+def _judged(found: Findings, speeds: Array) -> NDArray[np.intp]:
+    """Rows of the speeds (s,) rad/s that limits are judged at; all where none is."""
+    low, high = found.speeds
+    own = np.flatnonzero((speeds >= (1.0 - ROUNDING) * low) & (speeds <= (1.0 + ROUNDING) * high))
+    return own if own.size else np.arange(speeds.size)
 
 
 def _pulley(run_up: RunUp) -> Array:
@@ -140,9 +141,10 @@ def _damper(found: Findings) -> Iterator[Verdict]:
         return
     value, where = None, "Torsional vibration with films"
     if run_up is not None and DAMPER_HEAT in run_up.extremes:
-        heat = run_up.extremes[DAMPER_HEAT][:, MEAN]
+        own = _judged(found, run_up.speeds)
+        heat = run_up.extremes[DAMPER_HEAT][own, MEAN]
         at = int(np.nanargmax(heat))
-        value, where = 1e-3 * float(heat[at]) / damper.cooling_area, f"at {run_up.speeds_rpm[at]:.0f} rev/min"
+        value, where = 1e-3 * float(heat[at]) / damper.cooling_area, f"at {run_up.speeds_rpm[own][at]:.0f} rev/min"
     limit = 1e-3 * damper.power_limit
     yield Verdict("heat of the damper over its cooling area", "kW/m²", value, limit, where, "damper.power_limit")
 
@@ -172,7 +174,8 @@ def _bearings(found: Findings) -> Iterator[Verdict]:
     worst: dict[tuple[str, str], tuple[float, str]] = {}
     computed = False
     try:
-        reports = [] if found.run_up is None else list(run_up_bearings(found.run_up, engine))
+        made = [] if found.run_up is None else list(run_up_bearings(found.run_up, engine))
+        reports = [made[k] for k in _judged(found, found.run_up.speeds)] if found.run_up is not None else []
     except InputError:  # a run-up without the outputs of its bearings
         reports = []
     for report in reports:
