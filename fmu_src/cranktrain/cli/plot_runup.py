@@ -19,10 +19,12 @@ if TYPE_CHECKING:
     from cranktrain.results.run_up.run_up import RunUp
 
 DESCRIPTION = """\
-Pictures of a run-up: orders over speed with named resonances, waterfall, Campbell diagram, motion at the highest peaks.
+Pictures of a run-up: orders and twist over speed, named resonances, waterfall, colour map, Campbell diagram, motion.
 
 The modes of the Campbell diagram are at rest, on the bearings' stand-in springs; the torsional mode in motion is in the
 pictures of `cranktrain runup --plots`.
+
+Twist, pulley against flywheel, is drawn where the file has the output flywheel.torsion.
 
 Measured orders are read from a text file with the columns speed_rpm, order, amplitude, unit; amplitudes are zero to
 peak.
@@ -71,6 +73,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.results.run_up.run_up import RunUp
 
     run_up = RunUp.load(options.file)
+    for order in options.orders:
+        run_up.order(order)  # refuses one that the file does not have
     damped = RunUp.load(options.with_damper) if options.with_damper else None
     measured = read_measured_orders(options.measured) if options.measured else None
     folder = pictures_folder(options.plots)
@@ -82,7 +86,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if options.engine:
             raise
         say(f"cranktrain: warning: no published speeds and no Campbell diagram: {error}; give --engine")
-    paths = draw(folder, run_up, engine, measured, damped)
+    paths = draw(folder, run_up, engine, measured, damped, style=options)
     if not options.json:
         print("\n".join(paths))
     return {"plots": paths}
@@ -105,17 +109,23 @@ def draw(
     measured: Measured | None = None,
     damped: RunUp | None = None,
     motion: Sequence[Peak] = (),
+    style: argparse.Namespace | None = None,
 ) -> list[str]:
-    """Draw a run-up, with ``motion`` peaks that have the torsional mode in motion; returns the pictures' paths."""
+    """Draw a run-up, with ``motion`` peaks that have the torsional mode in motion; returns the pictures' paths.
+
+    ``style`` are options of :func:`add_chart_options`.
+    """
     from cranktrain.results.run_up.figures import save_run_up_pictures
     from cranktrain.results.run_up.shown import Beside
     from cranktrain.studies.run_up.modes import run_up_modes
 
-    beside = Beside(engine, None, measured, motion)
+    chosen = {} if style is None else {"orders": style.orders, "log": style.log}
+    beside = Beside(engine, None, measured, motion, **chosen)
     if engine is not None:
         try:
             beside = beside._replace(modes=run_up_modes(engine, run_up))
         except CranktrainError as error:
             say(f"cranktrain: warning: no Campbell diagram: {error}")
     title = engine.name if engine is not None else str(run_up.attributes.get("engine", "run-up"))
-    return [str(path) for path in save_run_up_pictures(folder, run_up, beside, title, damped)]
+    doubled = style is not None and style.peak_to_peak
+    return [str(path) for path in save_run_up_pictures(folder, run_up, beside, title, damped, doubled)]

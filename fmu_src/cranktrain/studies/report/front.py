@@ -47,7 +47,7 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
         ("pressures", trace.source),
         ("peak pressure, absolute", f"{1e-5 * trace.peak:.4g} bar, {angle:.1f}° after dead centre"),
         ("indicated mean effective pressure", f"{1e-5 * trace.imep:.4g} bar"),
-        ("rated speed", f"{speed / RPM:.5g} rev/min"),
+        ("rated speed, that of the full-load trace", f"{speed / RPM:.5g} rev/min"),
         ("indicated power at rated speed", f"{1e-3 * power:.4g} kW"),
         ("load", f"{100.0 * found.asked.load:.4g} % of the full-load burn"),
         ("speeds", f"{low:.5g} to {high:.5g} rev/min"),

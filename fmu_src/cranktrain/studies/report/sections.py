@@ -195,8 +195,10 @@ SECTIONS = (
         "Run-up in pictures",
         pictures(
             ("torsion_orders.png", "Torsional orders over the speed, resonances with their orders and modes"),
+            ("twist_orders.png", "Orders of the twist from pulley to flywheel over the speed"),
             ("damper.png", "Torsional orders over the speed without and with the damper"),
             ("waterfall.png", "Waterfall: orders over speed and frequency"),
+            ("colour_map.png", "Orders and frequencies over the speed as colours"),
             ("campbell.png", "Campbell diagram: modes over the speed, crossed by orders"),
             ("torsion_histories.png", "Torsion over a cycle at its peaks"),
             ("torsion_harmonics.png", "Orders of the torsion at its peaks"),

@@ -48,10 +48,10 @@ class Verdict(NamedTuple):
     @property
     def said(self) -> str:
         """One of the four verdicts."""
-        if self.value is None:
-            return NOT_COMPUTED
         if self.limit is None:
             return NO_LIMIT
+        if self.value is None:
+            return NOT_COMPUTED
         return KEPT if (self.value >= self.limit if self.least else self.value <= self.limit) else BROKEN
 
 
@@ -64,7 +64,7 @@ def verdict_table(all_of: list[Verdict]) -> Table:
     """The verdicts as texts."""
     header = ("quantity", "found", "limit", "unit", "verdict", "where", "stated by")
     rows = tuple(
-        (one.what, _text(one.value), _text(one.limit), one.unit, one.said, one.where, one.key) for one in all_of
+        (one.what, _text(one.value), _text(one.limit), one.unit, one.said, _where(one), one.key) for one in all_of
     )
     return Table("Found and allowed", header, rows)
 
@@ -80,7 +80,7 @@ def verdict_text(all_of: list[Verdict]) -> str:
     texts += [f"not passed: {', '.join(broken)}"] if broken else []
     open_ = sum(one.said == NOT_COMPUTED and one.limit is not None for one in all_of)
     texts += [f"{open_} are not judged, because their value is not computed"] if open_ else []
-    texts += [f"{counts[NO_LIMIT]} values have no limit"] if counts[NO_LIMIT] else []
+    texts += [f"{counts[NO_LIMIT]} quantities have no limit"] if counts[NO_LIMIT] else []
     return "; ".join(texts) + "."
 
 
@@ -192,7 +192,7 @@ def _bearings(found: Findings) -> Iterator[Verdict]:
         for what in JUDGED:
             name, scale, unit = SAID[what]
             limit, key = _stated(scale * limits.of(family, what)), f"bearing_limits.{family}_{what}"
-            value, where = worst.get((family, what), (None, "not of this level" if computed else _BEARINGS))
+            value, where = worst.get((family, what), (None, _BEARINGS))
             if there[family] is not None and (value is not None or limit is not None or not computed):
                 scaled = None if value is None else scale * value
                 yield Verdict(
@@ -203,6 +203,11 @@ def _bearings(found: Findings) -> Iterator[Verdict]:
 def _stated(limit: float) -> float | None:
     """A limit, or None for the 0 of one that is not given."""
     return limit or None
+
+
+def _where(one: Verdict) -> str:
+    """Place of a value, or the section that would give it."""
+    return one.where if one.value is not None else f"see “{one.where}”"
 
 
 def _text(value: float | None) -> str:
