@@ -359,6 +359,9 @@ def test_remedies_can_be_pasted_with_the_path_as_it_was_given(found):
     assert not any("--damper" in text or "--with-damper" in text or "--big-ends" in text for text in lacking.values())
     text = page(replace(poor, engine=bare))
     assert "Not in this report: the engine file has no [crank_strength]." in text
+    rows = dict(Reader(text).tables["The engine"][1:])
+    assert rows["big ends"] == "without films, no [big_end_bearing] in the engine file"
+    assert rows["torsional damper"] == "no [damper] in the engine file"
 
 
 def test_the_first_page_states_the_engine(found):
