@@ -12,8 +12,8 @@ from cranktrain.dynamics.model.state import ACCELERATION, LEAD_ANGLE, POSITION, 
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.engine.file import load_engine
+from cranktrain.loads.cylinder_volume import cylinder_volume
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
-from cranktrain.loads.gas_pressure import cylinder_volume
 
 SPEED = 2000 * math.pi / 30
 SHIFT = 0.003  # rad: what the drive line winds up by

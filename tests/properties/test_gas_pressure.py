@@ -12,12 +12,11 @@ import pytest
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
+from cranktrain.loads.cylinder_volume import cylinder_volume, mean_effective_pressure
 from cranktrain.loads.gas_pressure import (
     CYCLE,
     GasTrace,
-    cylinder_volume,
     gas_pressure,
-    mean_effective_pressure,
     spline_coefficients,
 )
 

@@ -14,9 +14,10 @@ from cranktrain.coupling.trace_unit import MeasuredPressures, TraceUnit
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
-from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressures, gas_tables, mean_effective_pressure
+from cranktrain.loads.cylinder_volume import mean_effective_pressure
+from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressures, gas_tables
 from cranktrain.loads.pressure_map import PressureMap, read_gas
-from cranktrain.loads.trace_doubts import run_doubts
+from cranktrain.loads.run_doubts import run_doubts
 from cranktrain.structure.in_motion.periodic_forces import gas_forces
 from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
@@ -311,8 +312,8 @@ EARLY = np.roll(scaled(1.0), -5)
 DOUBTED = {
     "shifted by 60 degrees": (np.roll(scaled(1.0), -60), "the peak lies at -49 deg after firing dead centre"),
     "backwards": (np.roll(EARLY[::-1], 1), "mean effective pressure is -1.* bar, so the cycle takes work"),
-    "psi told as bar": (0.2 * scaled(1.0) / 6894.757 * 1e5, "bar at the start of the compression, 2.9 times comb"),
-    "psi told as kPa": (scaled(1.0) / 6894.757 * 1e3, "bar at the start of the compression, 0.14. times comb"),
+    "psi told as bar": (0.2 * scaled(1.0) / 6894.757 * 1e5, "start of the compression, 2.9 times the engine file"),
+    "psi told as kPa": (scaled(1.0) / 6894.757 * 1e3, "start of the compression, 0.14. times the engine file"),
     "shifted by 20 degrees": (np.roll(scaled(1.0), 20), r"p V\^0\.963 constant, usual exponents 1\.05 to 1\.6"),
 }
 

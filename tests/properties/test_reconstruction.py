@@ -20,7 +20,8 @@ from cranktrain.dynamics.motion.gas import gas_volume
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.reconstruction import POLYTROPIC, SLIVER, given_pressures, reconstruct, take_sample
 from cranktrain.engine.file import load_engine
-from cranktrain.loads.gas_pressure import CYCLE, cylinder_volume, gas_pressure
+from cranktrain.loads.cylinder_volume import cylinder_volume
+from cranktrain.loads.gas_pressure import CYCLE, gas_pressure
 
 SPEED = 200.0
 TURN = math.radians(4.0)

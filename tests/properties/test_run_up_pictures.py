@@ -244,7 +244,7 @@ def test_modes_of_a_torsional_crank_do_not_feel_the_speed():
     """Their frequencies are constant, so orders meet them where the linear critical speeds are."""
     engine = replace(SIX, reduction=replace(SIX.reduction, torsional_source="ker-wilson"))
     found = campbell(engine, crank_body(engine, "torsional"), np.array([1000.0, 2000.0, 2600.0]) * RPM)
-    assert found.names[0] == "torsional 1" and set(found.kinds) == {"torsional"}
+    assert found.names[:2] == ("drive line", "torsional 1") and set(found.kinds) == {"drive line", "torsional"}
     np.testing.assert_allclose(found.hz, np.broadcast_to(found.hz[0], found.hz.shape), rtol=2e-3)
     assert found.agreement.min() > 0.999
 
@@ -253,7 +253,7 @@ def test_modes_of_an_elastic_crank_are_followed_by_their_shapes():
     """Where frequencies veer shapes change with the speed: the criterion misses one by the square of the step."""
     body = crank_body(SIX, "beam")
     coarse, fine = (campbell(SIX, body, np.linspace(1800.0, 2400.0, n) * RPM, "beam", 500.0) for n in (5, 9))
-    assert {"bending", "torsional", "axial"} == set(fine.kinds)
+    assert {"bending", "torsional", "axial", "drive line"} == set(fine.kinds)
     np.testing.assert_allclose(coarse.hz, fine.hz[::2], rtol=1e-9)
     missed = [1.0 - found.agreement.min() for found in (coarse, fine)]
     assert missed[0] < 0.1 and 3.0 < missed[0] / missed[1] < 5.0

@@ -27,9 +27,9 @@ from cranktrain.dynamics.topology.terms import Direction, terms_of
 from cranktrain.dynamics.topology.values import REST
 from cranktrain.engine.additions import ConnectionTable
 from cranktrain.engine.connections import DATA, Coupling
+from cranktrain.engine.drive_line_chain import DriveLineChain
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
-from cranktrain.engine.torsional_chain import DriveLineChain
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, NUMBERS, SIZE
 from cranktrain.results.summary import run_summary
 from cranktrain.structure.additions import read_added

@@ -83,6 +83,21 @@ def test_dual_mass_flywheel(tmp_path):
     assert (tmp_path / "dmf.png").stat().st_size > 10_000
 
 
+def test_ship_shafting(tmp_path):
+    """Order 6 meets the 1-node mode where the stress peaks; two masses on the shafts in series come near to it."""
+    module = example("ship_shafting")
+    mode, stresses = module.main(str(tmp_path / "ship.png"), np.arange(36.0, 50.0))
+    assert mode["shape"] == "drive line, 1-node"
+    [thrust, straight, propeller] = stresses
+    assert straight["worst"]["rpm"] == pytest.approx(mode["critical_rpm"]["6"], rel=0.02)
+    # Half of the range of a torque that order 6 dominates is the same in shafts in series.
+    for one, two in ((straight, propeller), (straight, thrust)):
+        torques = [entry["torque_amplitude_knm"][6] for entry in (one, two)]
+        assert torques[0] == pytest.approx(torques[1], rel=0.1)
+    assert [entry["verdict"] for entry in stresses] == ["within the limit", "barred range", "barred range"]
+    assert (tmp_path / "ship.png").stat().st_size > 10_000
+
+
 def test_mixed_mains(capsys):
     """Only main 1 loses its film, and with it its friction."""
     assert example("mixed_mains").main() == 0

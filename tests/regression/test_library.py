@@ -86,7 +86,7 @@ def test_xarray_is_used_where_it_is_there(run):
         ({}, "speed_rpm is missing"),
         ({"speed_rpm": 2000, "crank": "beem"}, r"crank 'beem' does not exist; did you mean 'beam'"),
         ({"speed_rpm": 2000, "bearings": "impedence"}, r"did you mean 'impedance'"),
-        ({"speed_rpm": 20}, r"speed_rpm 20 is not within 100"),
+        ({"speed_rpm": 10}, r"speed_rpm 10 is not within 20"),
         ({"speed_rpm": 2000, "mesh": "none.msh"}, r"none\.msh: no such mesh file"),
         (
             {"speed_rpm": 2000, "crank": "beam", "mesh": __file__},

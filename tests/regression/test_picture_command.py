@@ -67,7 +67,7 @@ def test_the_running_crank_in_the_colours_of_its_stress(coarse, capsys):
         (("--mode", "0"), "within 1 to"),
         (("--mode", "1", "--speed", "2200"), "leave one of them out"),
         (("--output", "crank.bmp"), ".html (a page to turn about)"),
-        (("--speed", "50"), "--speed"),
+        (("--speed", "10"), "--speed 10 is not within 20"),
         (("--enlarge", "-1"), "--enlarge"),
     ],
 )

@@ -65,7 +65,7 @@ def test_fillets_of_a_throw_by_sub_models(coarse, capsys):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--speed", "50"), "--speed"),
+        (("--speed", "10"), "--speed 10 is not within 20"),
         (("--speed", "2200", "--bearings", "impedence"), "impedance"),
         (("--speed", "2200", "--bearings", "held"), "held"),
         (("--speed", "2200", "--output", "."), "folder"),

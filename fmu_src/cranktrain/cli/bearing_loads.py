@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import labelled_bar, number, say, show
-from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, engine_of
+from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, engine_of, loaded
 from cranktrain.core.errors import InputError
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 
@@ -183,7 +183,7 @@ def _run(engine: Engine, options: argparse.Namespace) -> Named:
     for speed in dict.fromkeys(options.speed):
         request = replace(asked.request, speed_rpm=speed)
         with labelled_bar(f"{speed:g} rev/min") as (tell, advance):
-            found = request.run(made, asked.gas, advance, tell)
+            found = request.run(loaded(options, made, asked.gas, request.speed), asked.gas, advance, tell)
         if not found.complete:
             raise KeyboardInterrupt
         yield speed_name(speed), bearing_report(found, engine)

@@ -17,6 +17,7 @@ from cranktrain.cli.run_options import (
     add_settle_option,
     add_source_options,
     engine_of,
+    gas_of,
     option_of,
     request_of,
 )
@@ -72,6 +73,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     request = request_of(options, speeds[0])
     for speed in speeds:
         replace(request, speed_rpm=speed).settings(engine, option_of)
+    gas = gas_of(request, engine, speeds)
     folder = None if options.plots is None else Path(options.plots)
     if folder is not None:
         check_folder(folder, pictures=PICTURES)
@@ -84,7 +86,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     with stages(f"{engine.name}: fatigue") as tell:
         fillets = fillets_of(engine, throws, cache(lambda: ShapedCrank.of(engine, None, tell)), tell)
     with labelled_bar(f"{engine.name}: fatigue") as (tell, advance):
-        report = fatigue(engine, request, speeds, options.criterion, tell, advance, fillets)
+        report = fatigue(engine, request, speeds, options.criterion, tell, advance, fillets, gas)
     found = report.as_dict()
     if folder is not None:
         places = [one for one, _ in report.places]

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.bodies import add_block_options, wants_flexible_block
 from cranktrain.cli.console import number, one_of, show, stages
 from cranktrain.cli.run_options import add_source_options, engine_of, gas_of, request_of
 from cranktrain.core.errors import InputError
+from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import engine_provenance
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.engine.levels import CRANKS, described
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
+
+if TYPE_CHECKING:
+    from cranktrain.engine.torsional_chain import Chain
 
 RPM = math.pi / 30.0
 
@@ -46,7 +50,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction."""
-    from cranktrain.engine.torsional_chain import is_chain, read_chain
+    from cranktrain.engine.torsional_chain import is_chain
     from cranktrain.results.tables import Table, block_tables, frequency_tables, named_text
     from cranktrain.studies import modal as study
     from cranktrain.studies.added_modes import additions_table
@@ -54,9 +58,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.torsion.chain_modes import chain_report, chain_table
     from cranktrain.studies.torsion.damped_modes import damper_table
     from cranktrain.studies.torsion.level_frequencies import level_tables
+    from cranktrain.studies.torsion.line_modes import line_table
 
     if is_chain(options.engine):
-        report = chain_report(read_chain(options.engine))
+        report = chain_report(_whole_chain(options.engine))
         if not options.json:
             show(chain_table(report))
         return report
@@ -80,13 +85,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if "left_out" in report:
         print(f"These are modes of crank and block alone, without the added {', '.join(report['left_out'])}.")
     if "level" in report:
-        for table in level_tables(engine, report):
+        for table in (*level_tables(engine, report), line_table(report["drive_line"])):
             show(table)
         return report
     motion, block = report["in_motion"], report.get("block")
     for table in [*frequency_tables(engine, report), *(block_tables(block) if block is not None else ())]:
         show(table)
     print(named_text(report["cranktrain"], report["sought_to_hz"]))
+    show(line_table(report["drive_line"]))
     show(motion_table(motion))
     if "failed" in motion:
         print(f"No modes in motion: {motion['failed']}")
@@ -103,6 +109,25 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if rows:
         show(Table("Calibrated values", ("value", "", "to which number"), rows))
     return report
+
+
+def _whole_chain(path: str) -> Chain:
+    """Table that is a system by itself; a drive line is refused with the option that takes it, ``InputError``."""
+    from cranktrain.engine.torsional_chain import read_chain
+
+    try:
+        return read_chain(path)
+    except InputError:
+        try:
+            read_drive_line(path)
+        except InputError:
+            pass
+        else:
+            raise InputError(
+                f"{path}: is a drive line that begins at the flywheel of an engine; give cranktrain modal ENGINE "
+                f"--drive-line {path}"
+            ) from None
+        raise
 
 
 def _say_quality(what: str, quality: dict[str, Any]) -> None:

@@ -117,6 +117,7 @@ def draw(
     """
     from cranktrain.results.run_up.figures import save_run_up_pictures
     from cranktrain.results.run_up.shown import Beside
+    from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses
     from cranktrain.studies.run_up.modes import run_up_modes
 
     chosen = {} if style is None else {"orders": style.orders, "log": style.log}
@@ -126,6 +127,11 @@ def draw(
             beside = beside._replace(modes=run_up_modes(engine, run_up))
         except CranktrainError as error:
             say(f"cranktrain: warning: no Campbell diagram: {error}")
+        if has_sections(engine):
+            try:
+                beside = beside._replace(stresses=shaft_stresses(engine, run_up))
+            except CranktrainError as error:
+                say(f"cranktrain: warning: no stress of shafts: {error}")
     title = engine.name if engine is not None else str(run_up.attributes.get("engine", "run-up"))
     doubled = style is not None and style.peak_to_peak
     return [str(path) for path in save_run_up_pictures(folder, run_up, beside, title, damped, doubled)]

@@ -21,6 +21,7 @@ from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.store.whole_file import check_place, whole_file
 
 if TYPE_CHECKING:
+    from cranktrain.engine.model import Engine
     from cranktrain.studies.report.findings import Asked, Findings
 
 DESCRIPTION = """\
@@ -85,7 +86,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.studies.report.findings import steps
     from cranktrain.studies.report.page import REPORT, missing, page, pending
 
-    engine, asked = engine_of(options), _asked(options)
+    engine = engine_of(options)
+    asked = _asked(options, engine)
     path = Path(options.output or f"{engine.name}_report.html")
     check_place(path, REPORT)
     if options.make is not None:
@@ -123,18 +125,19 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return {"report": str(path), "missing": lacking, "seconds": found.seconds}
 
 
-def _asked(options: argparse.Namespace) -> Asked:
-    """What the options ask for, with their words."""
+def _asked(options: argparse.Namespace, engine: Engine) -> Asked:
+    """What the options ask for, with their words; full load is told to verbs that would balance the engine's own."""
     from cranktrain.studies.report.findings import Asked, check_speeds
 
     folders = [Path(folder) for folder in options.pictures]
     if options.make is not None:
         folders.append(Path(options.make))
+    full = ("--load", "1") if options.load is None and engine.load is not None else ()
     return Asked(
         options.engine, options.run_up, folders, options.quick, options.measured,
         None if options.speeds is None else check_speeds(*options.speeds),
         1.0 if options.load is None else options.load,
-        tuple(_words(options, RUNNING)), tuple(_words(options, AGAIN)), options.make is not None,
+        (*_words(options, RUNNING), *full), tuple(_words(options, AGAIN)), options.make is not None,
         tuple(options.orders), options.log, options.peak_to_peak,
     )  # fmt: skip
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from cranktrain.cli.bodies import add_block_options
 from cranktrain.cli.console import say, stages
 from cranktrain.dynamics.settled.judging import TOLERANCE
+from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS, PISTONS, described
 from cranktrain.engine.model import Engine
-from cranktrain.engine.torsional_chain import read_drive_line
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearing_law, bearing_levels
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
 
+BALANCED = "balanced"
+"""Load for which the burn balances the engine file's ``[load]``."""
 _SOURCES = "engine (default), by its speed; or heat-balance"
 
 
@@ -39,10 +41,13 @@ def _laws(*kinds: str) -> str:
     return described(LAWS[name] for name in bearing_levels(*kinds))
 
 
-def add_level_options(parser: argparse.ArgumentParser, big_ends: str = "rigid", without: str = "") -> None:
+def add_level_options(
+    parser: argparse.ArgumentParser, big_ends: str = "rigid", without: str = "", balances: bool = False
+) -> None:  # fmt: skip
     """Add the levels, the damper and the load.
 
-    ``big_ends`` is the default level of these; ``without`` names an option that the verb does not have.
+    ``big_ends`` is the default level of these; ``without`` names an option that the verb does not have; ``balances``
+    says whether the load may be that of the engine file.
     """
     add = parser.add_argument
     if without != "--crank":
@@ -59,7 +64,36 @@ def add_level_options(parser: argparse.ArgumentParser, big_ends: str = "rigid", 
             help=f"{described(PISTONS.values())}; default rigid, in a flexible block guided",
         )  # fmt: skip
     add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
-    add("--load", type=float, default=1.0, metavar="SHARE", help="fraction of the full-load burn (default 1)")
+    if balances:
+        add(
+            "--load", type=_load, metavar="SHARE",
+            help=f"fraction of the full-load burn, or '{BALANCED}': the burn whose mean torque is that of the engine "
+            f"file's [load] (default: {BALANCED} where the file has [load], else 1)",
+        )  # fmt: skip
+    else:
+        add("--load", type=float, default=1.0, metavar="SHARE", help="fraction of the full-load burn (default 1)")
+
+
+def _load(text: str) -> float | str:
+    """A number, or the word for a balanced load."""
+    return text if text == BALANCED else float(text)
+
+
+def balances(options: argparse.Namespace, engine: Engine) -> bool:
+    """Whether the burn is to balance the engine's ``[load]``."""
+    given = getattr(options, "load_torque_nm", None) is not None
+    return options.load == BALANCED or (options.load is None and engine.load is not None and not given)
+
+
+def loaded(options: argparse.Namespace, made: Assembly, gas: Gas | None, speed: float) -> Assembly:
+    """The assembly with the burn that balances the engine's load at a speed (rad/s), if that is asked; InputError."""
+    from cranktrain.loads.gas_pressure import GasTrace
+    from cranktrain.loads.mean_load import balancing_load
+
+    if not balances(options, made.engine):
+        return made
+    load = balancing_load(made.engine, gas or GasTrace.from_engine(made.engine), speed)
+    return replace(made, settings=replace(made.settings, gas_load=load))
 
 
 def add_settle_option(parser: argparse.ArgumentParser, default: float = TOLERANCE) -> None:
@@ -73,7 +107,7 @@ def add_settle_option(parser: argparse.ArgumentParser, default: float = TOLERANC
 def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") -> None:
     """Add the options of a run but for its speeds, its length and what is written; ``big_ends``: their usual level."""
     add = parser.add_argument
-    add_level_options(parser, big_ends)
+    add_level_options(parser, big_ends, balances=True)
     add(
         "--no-inherit", action="store_true",
         help="torsional crank with its structural damping alone, without damping inherited from the level above",
@@ -141,6 +175,8 @@ def request_of(options: argparse.Namespace, speed_rpm: float) -> Request:
     from cranktrain.studies.constant_speed import Request
 
     given = {field.name: getattr(options, field.name) for field in fields(Request) if hasattr(options, field.name)}
+    if not isinstance(given.get("load", 1.0), float):
+        given["load"] = 1.0  # :func:`loaded` finds it
     return Request(**{**given, "speed_rpm": speed_rpm})
 
 

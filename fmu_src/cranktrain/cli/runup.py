@@ -7,12 +7,21 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show
 from cranktrain.cli.plot_runup import draw, pictures_folder
-from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, note_axial_path
+from cranktrain.cli.run_options import (
+    BALANCED,
+    add_run_options,
+    add_settle_option,
+    asked_of,
+    assembled,
+    balances,
+    note_axial_path,
+)
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.film.laws.register import bearing_law
@@ -65,7 +74,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
+    from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.run_up.run_up import check_run_up_target
+    from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses, stress_table
     from cranktrain.studies.run_up.modes_in_motion import in_motion
     from cranktrain.studies.run_up.plan import job_of, run_up_speeds
     from cranktrain.studies.run_up.report import closing_text, report, run_up_tables, torsional_peaks
@@ -74,13 +85,18 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
     asked = engine, request, _, gas = asked_of(options, options.from_rpm, options.to_rpm)
     _check(options)
+    if options.steady is None:
+        check_far_end(engine)
     path = Path(options.output or f"{engine.name}_runup.h5")
     check_run_up_target(path)
     folder = None if options.plots is None else pictures_folder(options.plots)
+    for rpm in (options.from_rpm, options.to_rpm):
+        replace(request, speed_rpm=rpm).tell_doubts(engine, gas)
     made = assembled(asked, not options.no_inherit)
     job = None
     if options.steady is None:
         job = job_of(request, made, gas, _outputs(options.outputs, made), options.highest_order)
+        job = replace(job, balanced=balances(options, engine))
     outcome = _outcome(options, request, made, gas, job, speeds, path)
     found = outcome.run_up
     assert found is not None
@@ -93,11 +109,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
+    if options.steady is not None and has_sections(engine):
+        said["shaft_stress"] = shaft_stresses(engine, found)
     if folder is not None:
         said["plots"] = draw(folder, found, engine, motion=peaks)
     note_axial_path(engine, bool((found.repeats == 1).all()))
     if not options.json:
-        for table in run_up_tables(said):
+        for table in (*run_up_tables(said), *([stress_table(said["shaft_stress"])] if "shaft_stress" in said else [])):
             show(table)
         print(firing_text(engine))
         print(closing_text(found))
@@ -136,6 +154,8 @@ def _outcome(
 
     chosen = {key: value for key, value in request.attributes(made).items() if key != "speed"}
     attributes = {"engine": made.engine.name, **chosen, "settle": request.settle}
+    if balances(options, made.engine):
+        attributes["load"] = BALANCED
     outcome, began = Outcome(workers=1), time.perf_counter()
     if (options.steady or options.ramp) and not options.anew:
         check_replaced(path)
@@ -144,8 +164,11 @@ def _outcome(
 
         orders = [0.5 * k for k in range(1, int(2.0 * options.highest_order + 1e-9) + 1)]
         outcome.run_up = frequency_run_up(
-            made.engine, made.body, made.settings, np.array(speeds), orders, options.steady, gas
-        )
+            made.engine, made.body, made.settings, np.array(speeds), orders, options.steady, gas,
+            balanced=balances(options, made.engine), failed=outcome.failed,
+        )  # fmt: skip
+        for failed in outcome.failed:
+            say(f"cranktrain: warning: no result at {failed.speed * PER_RPM:g} rev/min: {failed.reason}")
     elif options.ramp is None:
         means = Means(options.workers, options.scheduler, options.refine, options.anew)
         _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))

@@ -13,6 +13,7 @@ from cranktrain.cli.run_options import (
     add_settle_option,
     asked_of,
     assembled,
+    loaded,
     note_axial_path,
     pressures_text,
 )
@@ -63,7 +64,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     _check(options, engine, settings)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
     check_target(output)
-    made = assembled(asked, not options.no_inherit)
+    made = loaded(options, assembled(asked, not options.no_inherit), gas, request.speed)
     found = _run_into(output, request, made, gas)
     summary = found.summary(output)
     if options.steady:
@@ -110,8 +111,10 @@ def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -
 
 def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> None:
     """Refuse what is asked for besides the run and cannot be had."""
+    from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.figures import FILM_PICTURES, check_folder
 
+    check_far_end(engine)
     locked = not bearing_law(settings.bearings).carries
     if options.steady and not (settings.crank == "torsional" and locked and not options.damper):
         raise InputError(
@@ -119,7 +122,6 @@ def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> N
         )
     if options.steady:
         engine.refuse_additions("steady states in the frequency domain")
-        engine.connecting_shaft  # noqa: B018  raises where there is none
     if options.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
     if options.plots is not None:

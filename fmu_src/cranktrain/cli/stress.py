@@ -15,6 +15,7 @@ from cranktrain.cli.run_options import (
     add_settle_option,
     add_source_options,
     engine_of,
+    gas_of,
     option_of,
     request_of,
 )
@@ -66,6 +67,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     request = request_of(options, options.speed_rpm)
     settings = request.settings(engine, option_of)
     check_stressed(request, settings)
+    gas = gas_of(request, engine)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm_stress.h5")
     check_target(output)
     if options.plots is not None:
@@ -77,7 +79,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if not options.no_check:
             shaped()  # before the run, as it may make the kept body anew
         fillets = fillets_of(engine, throws, shaped, tell)
-        made, stress = stressed_run(engine, request, settings, tell, shaped)
+        made, stress = stressed_run(engine, request, settings, tell, shaped, gas)
         check = None if options.no_check else static_check(stress, shaped(), tell)
         report = _report(stress, check.relative if check else None)
         if throws:

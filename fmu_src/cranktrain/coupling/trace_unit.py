@@ -16,7 +16,8 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.unit import Port
 from cranktrain.dynamics.model.slots import AMBIENT
 from cranktrain.engine.model import Engine
-from cranktrain.loads.gas_pressure import GasTrace, cylinder_volume, gas_pressure, spline_coefficients
+from cranktrain.loads.cylinder_volume import cylinder_volume
+from cranktrain.loads.gas_pressure import GasTrace, gas_pressure, spline_coefficients
 
 ANGLE, SPEED = "crank.angle", "crank.speed"
 

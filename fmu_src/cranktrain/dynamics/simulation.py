@@ -56,6 +56,7 @@ from cranktrain.dynamics.warm_films import (
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import SLOWEST_RPM
+from cranktrain.engine.torsional_chain import DYNAMOMETER
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
@@ -74,6 +75,16 @@ BEHIND_PRESSURES = {
     "pressure.angle": "rad",
 }
 """Inputs behind the pressures, with their units."""
+
+
+def check_far_end(engine: Engine) -> None:
+    """Refuse a drive line whose far end is free: nothing would give or load the engine's speed; ``InputError``."""
+    line = engine.drive_line_chain
+    if line is not None and DYNAMOMETER not in (*line.starts, *line.ends):
+        raise InputError(
+            f"drive line of engine '{engine.name}' ends freely; a run in time needs a shaft to '{DYNAMOMETER}', which "
+            "holds its speed or carries its load; add a soft one, or take --steady harmonic-balance"
+        )
 
 
 def input_names(engine: Engine) -> tuple[str, ...]:
@@ -119,6 +130,7 @@ class Simulation(SteppedModel):
         parts: Parts | None = None,
         temperatures: Array | None = None,
     ) -> None:
+        check_far_end(engine)
         self.engine = engine
         self.settings = resolved(settings or Settings(), engine)
         self.body = self._fitting(body)

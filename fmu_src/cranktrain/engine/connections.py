@@ -198,7 +198,7 @@ class RingDamper:
     stiffness, loss_factor : of rubber, N m/rad
     """
 
-    kind: q.DamperKind
+    kind: q.RingDamperKind
     temperature_speeds: tuple[q.Speed, ...]
     temperatures: tuple[q.Temperature, ...]
     lowest_temperature: q.Temperature

@@ -18,9 +18,9 @@ from cranktrain.engine import parts
 from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
+from cranktrain.engine.drive_line_chain import DriveLineChain, line_connections
 from cranktrain.engine.firing import firing_angles, intervals
 from cranktrain.engine.limits import Limits
-from cranktrain.engine.torsional_chain import DriveLineChain
 
 IDLE_SHARE = 0.25
 """Lowest over highest speed of an engine whose oil has one temperature."""
@@ -66,6 +66,7 @@ class Engine:
     block: parts.Block | None = None
     mounts: parts.Mounts | None = None
     crank_strength: CrankStrength | None = None
+    load: parts.MeanLoad | None = None
     frame: tuple[FrameTable, ...] = ()
     body: tuple[BodyTable, ...] = ()
     connection: tuple[ConnectionTable, ...] = ()
@@ -159,14 +160,10 @@ class Engine:
         return self.main_bearing
 
     @property
-    def connecting_shaft(self) -> parts.DriveLine:
-        """The drive line where it is one shaft; ``InputError`` where it is a chain of discs."""
-        if self.drive_line_chain is not None:
-            raise InputError(
-                f"engine '{self.name}' has a drive line of discs, which a steady state in the frequency domain and "
-                "the equations for other solvers cannot include; leave [drive_line_chain] or --drive-line out"
-            )
-        return self.drive_line
+    def connections(self) -> tuple[ConnectionTable, ...]:
+        """Added connections, and those of the drive line's shafts that are not linear."""
+        line = self.drive_line_chain
+        return self.connection if line is None else (*self.connection, *line_connections(line))
 
     @property
     def without_additions(self) -> Engine:

@@ -24,6 +24,12 @@ RING_SHARE = 0.5
 """Thickness of a roller bearing's outer ring over the diameter of its rollers; chosen."""
 
 
+COLDEST, ROOM, HOTTEST = 173.15, 298.15, 1273.15
+"""Temperatures, K, that a linear damper may have, and the one it has; its law does not depend on them."""
+ANY_FREQUENCY = 100.0
+"""Frequency, Hz, at which a linear damper of constant stiffness and damping is said to be linearised."""
+
+
 @dataclass(frozen=True)
 class Material:
     """Linear isotropic material (Pa, 1, kg/m³)."""
@@ -371,6 +377,28 @@ class DriveLine:
 
 
 @dataclass(frozen=True, kw_only=True)
+class MeanLoad:
+    """Mean torque that the engine gives at its flywheel over its speed, balanced by the burn (SI).
+
+    ``propeller`` needs ``torque`` at ``speed`` and grows by the ``exponent``, T (Ω/Ω_n)²; ``power`` is a generator's
+    constant power P/Ω; ``torque`` is the same at all speeds. ``speed`` is the engine's rated speed: limits of shafts
+    count from it.
+    """
+
+    kind: q.LoadLaw
+    speed: q.LoadSpeed
+    torque: q.FrictionTorque = 0.0
+    power: q.Power = 0.0
+    exponent: q.LoadExponent = 2.0
+
+    def torque_at(self, speed: float) -> float:
+        """Mean torque, N m, at a speed of the crank, rad/s."""
+        if self.kind == "power":
+            return self.power / speed
+        return self.torque * (speed / self.speed) ** (self.exponent if self.kind == "propeller" else 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
 class AxialPath:
     """Axial path: support of the crank along its axis by the drive line (SI).
 
@@ -394,31 +422,35 @@ class AxialPath:
 
 @dataclass(frozen=True, kw_only=True)
 class Damper:
-    """Torsional damper on the pulley: a ring that a fluid or rubber couples to its housing (SI).
+    """Torsional damper on the pulley: a ring that a fluid, rubber or springs couple to its housing (SI).
 
-    ``kind`` is ``viscous`` or ``rubber``. ``mass`` is that of housing and ring, which the pulley carries;
-    ``housing_inertia`` turns with the pulley. A silicone fluid of ``viscosity`` at 25 °C fills the gaps at the ring's
-    two faces (``axial_gap``) and at its outer and inner cylinder; its ``law`` is ``newtonian``, ``shear-thinning`` or
-    ``complex-modulus``, see :mod:`cranktrain.loads.damper`, with ln η falling by ``viscosity_slope`` over 1/T. Complex
-    modulus and rubber are linearised at ``frequency``. A law holds between ``lowest_temperature`` and
-    ``highest_temperature``; the damper is as warm as ``temperatures`` say over ``temperature_speeds``, or as its heat
-    balance with ``heat_transfer`` from ``cooling_area`` to ``ambient_temperature`` makes it. It should not dissipate
-    more than ``power_limit`` per cooling area.
+    ``kind`` is ``viscous``, ``rubber`` or ``linear``. A ``linear`` damper needs ``ring_inertia`` and ``damping`` or
+    ``stiffness`` alone, or ``stiffnesses`` and ``dampings`` over ``frequencies``, as makers of steel-spring dampers
+    state them: in time it has those at ``frequency``. The other kinds need all of the following.
+
+    ``mass`` is that of housing and ring, which the pulley carries; ``housing_inertia`` turns with the pulley. A
+    silicone fluid of ``viscosity`` at 25 °C fills the gaps at the ring's two faces (``axial_gap``) and at its outer and
+    inner cylinder; its ``law`` is ``newtonian``, ``shear-thinning`` or ``complex-modulus``, see
+    :mod:`cranktrain.loads.damper`, with ln η falling by ``viscosity_slope`` over 1/T. Complex modulus and rubber are
+    linearised at ``frequency``. A law holds between ``lowest_temperature`` and ``highest_temperature``; the damper is
+    as warm as ``temperatures`` say over ``temperature_speeds``, or as its heat balance with ``heat_transfer`` from
+    ``cooling_area`` to ``ambient_temperature`` makes it. It should not dissipate more than ``power_limit`` per cooling
+    area.
     """
 
     kind: q.DamperKind
     ring_inertia: q.Inertia
-    housing_inertia: q.AddedInertia
-    mass: q.Mass
-    frequency: q.WorkingFrequency
-    lowest_temperature: q.Temperature
-    highest_temperature: q.Temperature
-    temperature_speeds: tuple[q.Speed, ...]
-    temperatures: tuple[q.Temperature, ...]
-    ambient_temperature: q.Temperature
-    heat_transfer: q.HeatTransfer
-    cooling_area: q.Area
-    power_limit: q.HeatFlux
+    housing_inertia: q.AddedInertia = 0.0
+    mass: q.Mass = 0.0
+    frequency: q.WorkingFrequency = 0.0
+    lowest_temperature: q.Temperature = 0.0
+    highest_temperature: q.Temperature = 0.0
+    temperature_speeds: tuple[q.Speed, ...] = ()
+    temperatures: tuple[q.Temperature, ...] = ()
+    ambient_temperature: q.Temperature = 0.0
+    heat_transfer: q.HeatTransfer = 0.0
+    cooling_area: q.Area = 0.0
+    power_limit: q.HeatFlux = 0.0
     law: q.DamperLaw = "shear-thinning"
     viscosity: q.FluidViscosity = 0.0
     viscosity_slope: q.TemperatureDifference = 0.0
@@ -432,6 +464,22 @@ class Damper:
     inner_gap: q.Gap = 0.0
     stiffness: q.TorsionalStiffness = 0.0
     loss_factor: q.LossFactor = 0.0
+    damping: q.TorsionalDamping = 0.0
+    frequencies: tuple[q.Frequency, ...] = ()
+    stiffnesses: tuple[q.SupportTorsionalStiffness, ...] = ()
+    dampings: tuple[q.TorsionalDamping, ...] = ()
+
+    def __post_init__(self) -> None:
+        """A linear damper is the same at all temperatures, and at all frequencies unless it states them."""
+        if self.kind != "linear":
+            return
+        warm = {
+            "lowest_temperature": COLDEST, "highest_temperature": HOTTEST, "temperature_speeds": (0.0,),
+            "temperatures": (ROOM,), "ambient_temperature": ROOM,
+        }  # fmt: skip
+        for key, value in (warm if self.frequencies else warm | {"frequency": ANY_FREQUENCY}).items():
+            if not getattr(self, key):
+                object.__setattr__(self, key, value)
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,7 @@ UNITS: dict[str, dict[str, float]] = {
     "heat transfer": {"W/(m^2 K)": 1.0},
     "pressure times velocity": {"Pa m/s": 1.0, "MPa m/s": 1e6},
     "heat flux": {"W/m^2": 1.0, "kW/m^2": 1e3},
+    "power": {"W": 1.0, "kW": 1e3, "MW": 1e6},
     "energy": {"J": 1.0, "kJ": 1e3},
     "specific energy": {"J/kg": 1.0, "MJ/kg": 1e6},
 }
@@ -119,6 +120,8 @@ Modes = Annotated[int, Quantity("1", 1, 2000)]
 
 Size = Annotated[float, Quantity("length", 1.0, 5000.0, "mm")]
 Length = Annotated[float, Quantity("length", 0.01, 10000.0, "mm")]
+AddedLength = Annotated[float, Quantity("length", 0.0, 10000.0, "mm")]
+ShaftStrength = Annotated[float, Quantity("pressure", 0.0, 3000.0, "MPa", "it is the tensile strength")]
 Web = Annotated[float, Quantity("length", 0.0, 5000.0, "mm")]
 Clearance = Annotated[float, Quantity("length", 0.0, 10.0, "mm")]
 Gap = Annotated[float, Quantity("length", 1e-3, 100.0, "mm")]
@@ -160,6 +163,7 @@ GearRatio = Annotated[float, Quantity("1", -1000.0, 1000.0)]
 Hysteresis = Annotated[float, Quantity("1", 0.0, 10.0, hint="steel shafts have 0.001 to 0.02, rubber couplings to 1")]
 PressureAngle = Annotated[float, Quantity("angle", 5.0, 45.0, "deg", "usual gears have 20 deg")]
 HelixAngle = Annotated[float, Quantity("angle", -60.0, 60.0, "deg", "usual gears have 0 to 30 deg")]
+ShaftNumber = Annotated[int, Quantity("1", 1, 1000)]
 CylinderNumber = Annotated[int, Quantity("1", 0, 1000)]
 Teeth = Annotated[int, Quantity("1", 0, 5000)]
 Variation = Annotated[float, Quantity("1", 0.0, 0.9, hint="spur gears have 0.1 to 0.3")]
@@ -190,6 +194,9 @@ WorkingFrequency = Annotated[
 ]
 Rate = Annotated[float, Quantity("rate", 0.0, 1e6)]
 Time = Annotated[float, Quantity("time", 0.0, 100.0)]
+Power = Annotated[float, Quantity("power", 0.0, 200.0, "MW")]
+LoadExponent = Annotated[float, Quantity("1", 0.0, 5.0, hint="propellers have 2 to 3")]
+LoadSpeed = Annotated[float, Quantity("speed", 1.0, 30000.0, "rev/min")]
 Energy = Annotated[float, Quantity("energy", 1e-4, 1e4, "kJ")]
 SectionArea = Annotated[float, Quantity("area", 1e-2, 1e8, "mm^2")]
 SecondMoment = Annotated[float, Quantity("second moment of area", 1e-4, 1e15, "mm^4")]
@@ -203,8 +210,15 @@ AxialForce = Annotated[float, Quantity("force", -1e3, 1e3, "kN", "positive away 
 NEWTONIAN, SHEAR_THINNING, COMPLEX_MODULUS = DAMPER_LAWS = ("newtonian", "shear-thinning", "complex-modulus")
 TORSIONAL_SOURCES = ("solid", "solid-on-bearings", "solid-in-motion", "ker-wilson", "carter")
 AXIAL_JOINTS = ("spline", "bolted")
+SHAFT_SECTIONS = (
+    "straight", "shrink-fit", "keyway-tapered", "keyway-cylindrical", "radial-hole", "slot", "thrust", "propeller",
+    "stern-tube",
+)  # fmt: skip
+LOADS = ("propeller", "power", "torque")
 ROLLER_CONTACTS = ("palmgren", "iso16281")
 
+ShaftSection = Annotated[str, OneOf("section", SHAFT_SECTIONS)]
+LoadLaw = Annotated[str, OneOf("kind", LOADS)]
 AxialJoint = Annotated[str, OneOf("joint", AXIAL_JOINTS)]
 BeamAxis = Annotated[str, OneOf("axis", ("z", "y"))]
 FrameMotion = Annotated[str, OneOf("motion", ("turning", "rod", "piston"))]
@@ -217,7 +231,8 @@ PressureLaw = Annotated[str, OneOf("law", ("none", "barus", "roelands"))]
 RollerContact = Annotated[str, OneOf("law", ROLLER_CONTACTS)]
 RollerLaw = Annotated[str, OneOf("law", ("linear", *ROLLER_CONTACTS))]
 Collar = Annotated[str, OneOf("collar", ("square", "tilting"))]
-DamperKind = Annotated[str, OneOf("kind", ("viscous", "rubber"))]
+DamperKind = Annotated[str, OneOf("kind", ("viscous", "rubber", "linear"))]
+RingDamperKind = Annotated[str, OneOf("kind", ("viscous", "rubber"))]
 DamperLaw = Annotated[str, OneOf("law", DAMPER_LAWS)]
 DampingKind = Annotated[str, OneOf("kind", ("modal", "rayleigh"))]
 TorsionalSource = Annotated[str, OneOf("source", TORSIONAL_SOURCES)]

@@ -11,6 +11,10 @@ A disc's ``damping`` is absolute, a shaft's is relative. ``ratio`` is the ratio 
 shaft twists by ratio θ₁ − θ₂ and loads disc 1 by ratio times its torque. A shaft without ``stiffness`` is a rigid gear
 mesh, θ₂ = ratio θ₁, and disc 2 has no coordinate of its own. ``"ground"`` in place of a disc is at rest.
 
+A shaft may have its ``stiffness`` over ``torques``, its torque over ``twists``, ``stiffness`` and ``damping`` over
+``frequencies``, and ``friction``, see :mod:`cranktrain.engine.line_elements`; ``diameter``, ``bore``, ``strength`` and
+``section`` are for its stress (:mod:`cranktrain.results.strength.iacs_m68`).
+
 The same as CSV, one line a disc and the shaft that leaves it, to the disc of the next line or to ``to``:
 
     disc,inertia,damping,to,stiffness,shaft_damping,loss_factor,ratio
@@ -18,10 +22,12 @@ The same as CSV, one line a disc and the shaft that leaves it, to the disc of th
     flywheel,0.87,0,,,,,
 
 A line has a shaft if one of the shaft's columns is filled. A disc with several shafts has several lines, with its
-inertia on the first. An end that is not a disc is written in the same way, without inertia.
+inertia on the first. An end that is not a disc is written in the same way, without inertia. Lists are written with
+slashes, as in ``2e4/3e4/6e4``.
 
 In place of a crank a chain is taken by :mod:`cranktrain.structure.crank.chain`. As drive line behind the flywheel, see
-:mod:`cranktrain.loads.torsional_line`, it ends at ``flywheel`` and ``dynamometer``, which are no discs of the table.
+:mod:`cranktrain.loads.torsional_line`, it begins at ``flywheel`` and ends at ``dynamometer``, which are no discs of the
+table; without a shaft to ``dynamometer`` its far end is free.
 """
 
 from __future__ import annotations
@@ -31,7 +37,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -39,6 +45,7 @@ from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.user_file import is_number, read_text, read_toml
 from cranktrain.engine import quantities as q
+from cranktrain.engine.line_elements import Shaft, element_values
 from cranktrain.engine.quantities import kinds
 
 GROUND = "ground"
@@ -50,11 +57,29 @@ SHAFT_COLUMNS = {
     "to": "between",
     "stiffness": "stiffness",
     "shaft_damping": "damping",
-    "loss_factor": "loss_factor",
-    "ratio": "ratio",
+    **{
+        key: key
+        for key in (
+            "loss_factor",
+            "ratio",
+            "torques",
+            "twists",
+            "frequencies",
+            "frequency",
+            "friction",
+            "slip_speed",
+            "diameter",
+            "bore",
+            "strength",
+            "section",
+        )
+    },
 }
 """Columns of a CSV table for a shaft, and the corresponding keys."""
 DISC_COLUMNS = {"disc": "name", "inertia": "inertia", "damping": "damping"}
+TWIST = get_args(q.Twist)[1]
+LISTS = ("stiffness", "damping", "torques", "twists", "frequencies")
+"""Keys of a shaft that may be lists."""
 
 
 @dataclass(frozen=True)
@@ -64,17 +89,6 @@ class Disc:
     name: str
     inertia: q.Inertia
     damping: q.TorsionalDamping = 0.0
-
-
-@dataclass(frozen=True)
-class Shaft:
-    """One row of shafts: N m/rad, N m s/rad; without stiffness a rigid mesh of gears."""
-
-    between: tuple[str, str]
-    stiffness: q.TorsionalStiffness = 0.0
-    damping: q.TorsionalDamping = 0.0
-    loss_factor: q.Hysteresis = 0.0
-    ratio: q.GearRatio = 1.0
 
 
 @dataclass(frozen=True)
@@ -88,48 +102,6 @@ class Chain:
     def names(self) -> tuple[str, ...]:
         """Names of the discs, in order."""
         return tuple(disc.name for disc in self.discs)
-
-
-@dataclass(frozen=True)
-class DriveLineChain:
-    """Drive line of discs and shafts in place of the connecting shaft, see :mod:`cranktrain.loads.torsional_line`.
-
-    One entry a disc, and one a shaft from ``starts`` to ``ends``: names of discs, ``flywheel`` or ``dynamometer``. A
-    ``stiffnesses`` of 0 is a rigid mesh of gears. What is not given of the shafts is 0, of the gears 1.
-    """
-
-    starts: tuple[str, ...]
-    ends: tuple[str, ...]
-    stiffnesses: tuple[q.SupportTorsionalStiffness, ...]
-    discs: tuple[str, ...] = ()
-    inertias: tuple[q.Inertia, ...] = ()
-    disc_dampings: tuple[q.TorsionalDamping, ...] = ()
-    dampings: tuple[q.TorsionalDamping, ...] = ()
-    loss_factors: tuple[q.Hysteresis, ...] = ()
-    ratios: tuple[q.GearRatio, ...] = ()
-
-    @classmethod
-    def of(cls, chain: Chain) -> DriveLineChain:
-        """The drive line of a table."""
-        discs, shafts = chain.discs, chain.shafts
-        return cls(
-            tuple(shaft.between[0] for shaft in shafts), tuple(shaft.between[1] for shaft in shafts),
-            tuple(shaft.stiffness for shaft in shafts),
-            chain.names, tuple(disc.inertia for disc in discs), tuple(disc.damping for disc in discs),
-            tuple(shaft.damping for shaft in shafts), tuple(shaft.loss_factor for shaft in shafts),
-            tuple(shaft.ratio for shaft in shafts),
-        )  # fmt: skip
-
-    @property
-    def chain(self) -> Chain:
-        """As rows of discs and shafts."""
-        d, s = len(self.discs), len(self.starts)
-        discs = zip(self.discs, self.inertias, self.disc_dampings or d * (0.0,), strict=True)
-        shafts = zip(
-            zip(self.starts, self.ends, strict=True), self.stiffnesses, self.dampings or s * (0.0,),
-            self.loss_factors or s * (0.0,), self.ratios or s * (1.0,), strict=True,
-        )  # fmt: skip
-        return Chain(tuple(Disc(*row) for row in discs), tuple(Shaft(*row) for row in shafts))
 
 
 def is_chain(path: str | Path) -> bool:
@@ -191,7 +163,10 @@ def _csv_content(path: str | Path, text: str, ends: tuple[str, ...]) -> dict[str
     discs, shafts = list[dict[str, Any]](), list[dict[str, Any]]()
     for k, (where, filled) in enumerate(lines):
         name = filled.get("disc", "")
-        values = {key: text if key in ("disc", "to") else _number(where, key, text) for key, text in filled.items()}
+        values = {
+            key: text if key in ("disc", "to", "section") else _numbers(where, key, text)
+            for key, text in filled.items()
+        }
         disc = {DISC_COLUMNS[key]: value for key, value in values.items() if key in DISC_COLUMNS}
         if len(disc) > 1 or not (name in ends or any(row["name"] == name for row in discs)):
             discs.append(disc)
@@ -204,6 +179,13 @@ def _csv_content(path: str | Path, text: str, ends: tuple[str, ...]) -> dict[str
     return {"disc": discs, "shaft": shafts}
 
 
+def _numbers(where: str, key: str, text: str) -> float | list[float]:
+    """A number, or those of a list with slashes."""
+    if SHAFT_COLUMNS.get(key, "") in LISTS and "/" in text:
+        return [_number(where, key, part.strip()) for part in text.split("/")]
+    return _number(where, key, text)
+
+
 def _number(where: str, key: str, text: str) -> float:
     try:
         return float(text)
@@ -214,6 +196,8 @@ def _number(where: str, key: str, text: str) -> float:
 def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict[str, Any]:
     """Values of one row, checked one by one."""
     where, valid = f"{path}: {part} {number}", tuple(field.name for field in fields(kind))
+    if kind is Shaft:
+        valid = ("between", *(key for key in SHAFT_COLUMNS.values() if key != "between"))
     values: dict[str, Any] = {}
     if not isinstance(row, Mapping):
         raise InputError(f"{where}: {shown(row)} is not a table; write [[{part}]] before its keys")
@@ -227,19 +211,38 @@ def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict
             if not (isinstance(value, list) and len(value) == 2 and value[0] != value[1]):
                 raise InputError(f'{where}: between = {shown(value)} is no pair of discs; write between = ["a", "b"]')
             value = tuple(value)
+        elif kind is Shaft and key in LISTS and isinstance(value, list):
+            value = tuple(_value(f"{where}: {key}[{k}]", _rule(kind, key), one) for k, one in enumerate(value, 1))
+        elif key in ("torques", "twists", "frequencies"):
+            value = (_value(f"{where}: {key}", _rule(kind, key), value),)
         else:
-            if not is_number(value):
-                raise InputError(f"{where}: {key} = {shown(value)} is not a number")
-            if wrong := kinds(kind)[key][2].wrong(value):
-                raise InputError(f"{where}: {key}: {wrong}")
+            value = _value(f"{where}: {key}", _rule(kind, key), value)
             if key == "ratio" and value == 0.0:
                 raise InputError(f"{where}: ratio = 0 turns nothing; give the speed of disc 2 over that of disc 1")
-            value = float(value)
         values[key] = value
     for key in ("name", "inertia") if kind is Disc else ("between",):
         if key not in values:
             raise InputError(f"{where}: '{key}' is missing; add it")
-    return values
+    if kind is Disc:
+        return values
+    ends = " to ".join(map(str, values["between"]))
+    return element_values(f"{where} ({ends})", values)
+
+
+def _rule(kind: type, key: str) -> Any:
+    """Quantity or names of a key."""
+    return TWIST if key == "twists" else kinds(kind)[key][2]
+
+
+def _value(where: str, rule: Any, value: Any) -> Any:
+    """One number or name, checked."""
+    if not isinstance(rule, q.OneOf) and not is_number(value):
+        raise InputError(f"{where} = {shown(value)} is not a number")
+    if isinstance(rule, q.OneOf) and not isinstance(value, str):
+        raise InputError(f"{where} = {shown(value)} is no {rule.noun}; {nearest('', rule.names)}")
+    if wrong := rule.wrong(value):
+        raise InputError(f"{where}: {wrong}")
+    return value if isinstance(value, str) else float(value)
 
 
 def check_chain(where: str, chain: Chain, ends: tuple[str, ...] = (GROUND,)) -> None:
@@ -267,7 +270,9 @@ def check_chain(where: str, chain: Chain, ends: tuple[str, ...] = (GROUND,)) -> 
         for shaft in chain.shafts:
             if reached & set(shaft.between):
                 reached |= set(shaft.between)
-    wanted = chain.names if ends == (GROUND,) else (*chain.names, *ends)
+    used = {end for shaft in chain.shafts for end in shaft.between}
+    # A drive line that does not lead to the dynamometer ends freely, as at a propeller.
+    wanted = chain.names if ends == (GROUND,) else (*chain.names, *(end for end in ends if end in used or end == start))
     lost = [name for name in wanted if name not in reached]
     if lost:
         disc = "disc " if lost[0] in chain.names else ""
@@ -292,13 +297,6 @@ def gear_speeds(chain: Chain, where: str = "chain") -> dict[str, float]:
             elif two in speeds:
                 speeds[one] = speeds[two] / shaft.ratio
     return speeds
-
-
-def read_drive_line(path: str | Path) -> DriveLineChain:
-    """The drive line in a table; ``InputError`` where it cannot be read or joins flywheel and dynamometer not."""
-    chain = read_chain(path, LINE_ENDS)
-    gear_speeds(chain, str(path))
-    return DriveLineChain.of(chain)
 
 
 def coordinates(chain: Chain, where: str = "chain") -> Array:

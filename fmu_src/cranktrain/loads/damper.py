@@ -17,6 +17,9 @@ viscosity without shear falls with temperature as η₀(T) = η₂₅ exp[B (1/T
 
 The time λ = η₀(T)/τ* with a critical stress τ* that temperature leaves alone (time–temperature superposition).
 
+*Linear*: k and c as given, or over the frequency ω as makers of steel-spring (leaf-spring) dampers state them, straight
+between their points; in time k(ω₀) and c(ω₀).
+
 *Rubber*: k as given and c = d k/ω₀ with the loss factor d at ω₀, the same at all temperatures of its range.
 
 The temperature of the damper comes from a table over speed, or from the heat balance T = T_a + P/(α A).
@@ -34,6 +37,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.kernel import kernel
@@ -86,6 +90,11 @@ def damper_constants(damper: Damper, frequency: float | None = None) -> Array:
     if damper.kind == "rubber":
         constants[[KIND, SPRING, LOSS_FACTOR]] = RUBBER, damper.stiffness, damper.loss_factor
         return constants
+    if damper.kind == "linear":
+        [value] = linear_stiffness(damper, np.array([omega]))
+        # A fluid whose viscosity is c over a moment of 1, the same at every temperature.
+        constants[[KIND, FLUID, MOMENT, SPRING]] = NEWTONIAN, value.imag / omega, 1.0, value.real
+        return constants
     if damper.law not in DAMPER_LAWS:
         raise InputError(f"damper.law '{damper.law}' does not exist; {nearest(damper.law, DAMPER_LAWS)}")
     moments, ratios = shear_layers(damper)
@@ -95,6 +104,14 @@ def damper_constants(damper: Damper, frequency: float | None = None) -> Array:
     constants[MOMENT] = moments.sum()
     constants[MOMENTS : MOMENTS + LAYERS], constants[RATIOS : RATIOS + LAYERS] = moments, ratios
     return constants
+
+
+def linear_stiffness(damper: Damper, omega: Array) -> NDArray[np.complex128]:
+    """Complex stiffness k + iωc (N m/rad) of a damper of kind ``linear`` at angular frequencies, rad/s."""
+    if not damper.frequencies:
+        return np.asarray(damper.stiffness + 1j * omega * damper.damping)
+    k, c = (np.interp(omega / (2.0 * math.pi), damper.frequencies, of) for of in (damper.stiffnesses, damper.dampings))
+    return np.asarray(k + 1j * omega * c)
 
 
 def silicone_viscosity(damper: Damper, temperature: float) -> float:
@@ -146,6 +163,11 @@ def damper_temperature(damper: Damper, speed: float) -> float:
 
 def balanced_temperature(damper: Damper, power: float) -> float:
     """Temperature, K, at which the damper gives off the mean dissipated ``power``, W; refuses one beyond its law."""
+    if not damper.heat_transfer * damper.cooling_area:
+        raise InputError(
+            "damper: a heat balance needs damper.heat_transfer and damper.cooling_area; give them, or take the "
+            "temperature of the engine file"
+        )
     temperature = damper.ambient_temperature + power / (damper.heat_transfer * damper.cooling_area)
     if temperature > damper.highest_temperature:
         most = damper.heat_transfer * damper.cooling_area * (damper.highest_temperature - damper.ambient_temperature)
@@ -171,6 +193,8 @@ def check_temperature(damper: Damper, temperature: float) -> None:
 
 def power_warning(damper: Damper, power: float) -> str | None:
     """One line where the mean dissipated ``power`` (W) exceeds the limit of the cooling area, else None."""
+    if not damper.cooling_area:
+        return None
     flux = power / damper.cooling_area
     if flux <= damper.power_limit:
         return None
@@ -236,7 +260,7 @@ def damper_at(constants, temperature, parameters):
     real, imaginary = 0.0, omega * eta
     if constants[KIND] == COMPLEX:
         real, imaginary = modulus_parts(eta, omega, constants[STRESS], constants[FLOW])
-    parameters[STIFFNESS] = constants[MOMENT] * real
+    parameters[STIFFNESS] = constants[SPRING] + constants[MOMENT] * real
     parameters[DAMPING] = constants[MOMENT] * imaginary / omega
     return 0
 

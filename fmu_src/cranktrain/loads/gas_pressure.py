@@ -41,6 +41,7 @@ from cranktrain.loads.built_in_trace import (
     fill_spline,
     fill_trace,
 )
+from cranktrain.loads.cylinder_volume import cylinder_volume, mean_effective_pressure
 
 Array = NDArray[np.float64]
 
@@ -201,37 +202,6 @@ class GasTrace:
         if len(traces) == 1:
             return traces[0]
         return replace(cls.mean(traces, [1.0 / len(traces)] * len(traces), source), own=tuple(traces))
-
-
-def cylinder_volume(engine: Engine, angle: Array) -> tuple[Array, Array]:
-    """Volume above the piston and its derivative by the crank angle.
-
-    Parameters
-    ----------
-    angle : (n,) crank angle after firing dead centre, rad
-
-    Returns
-    -------
-    volume (n,) m³, derivative (n,) m³/rad
-    """
-    r, length, offset = engine.crankshaft.throw, engine.rod.length, engine.offsets[0]
-    area = 0.25 * math.pi * engine.cylinders.bore**2
-    top = math.sqrt((length + r) ** 2 - offset**2)
-    stroke = top - math.sqrt((length - r) ** 2 - offset**2)
-    x = -r * np.sin(angle) - offset
-    s = np.sqrt(length**2 - x**2)
-    clearance = area * stroke / (engine.cylinders.compression_ratio - 1.0)
-    volume = clearance + area * (top - r * np.cos(angle) - s)
-    derivative = area * (r * np.sin(angle) - x * r * np.cos(angle) / s)
-    return volume, derivative
-
-
-def mean_effective_pressure(engine: Engine, pressure: Array) -> float:
-    """∮ p dV / V_displaced over a cycle, from uniform samples (n,) Pa over 720°; the trapezoidal rule is spectral."""
-    volume, derivative = cylinder_volume(engine, np.arange(pressure.size, dtype=np.float64) * (CYCLE / pressure.size))
-    # crankcase pressure and any constant drop out of the closed integral
-    work = np.sum(pressure * derivative) * (engine.cylinders.cycle / pressure.size)
-    return float(work / (volume.max() - volume.min()))
 
 
 def spline_coefficients(samples: Array) -> Array:

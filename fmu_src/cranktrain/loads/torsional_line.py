@@ -11,6 +11,8 @@ if a torque loads the dynamometer. A loss factor η is replaced by the damping �
 frequency of the line with the crank as one rigid inertia. This damping equals hysteresis at ω₁ and is larger in higher
 modes.
 
+A line without a shaft to the dynamometer ends freely; ``end_speed`` is then 1 and the line has no stiffness as a whole.
+
 Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol. 1 (1956), geared and branched systems.
 """
 
@@ -38,6 +40,9 @@ class TorsionalLine(NamedTuple):
     end_speed : the dynamometer's
     twists : (s, r + 2) twist of each shaft by the rotations of flywheel, rotors and dynamometer
     laws : (s, LAW)
+    shafts : the shafts of the first rows of ``twists``, those with stiffness
+    free : whether no shaft leads to the dynamometer
+    last : index of the rotor that has the table's last disc, which the load of a line that ends freely acts on
     follow : (r,) rotations of the rotors as the flywheel turns slowly by one and the dynamometer stays
     stiffness, damping : of the whole line at the flywheel, in that motion
     """
@@ -48,6 +53,9 @@ class TorsionalLine(NamedTuple):
     end_speed: float
     twists: Array
     laws: Array
+    shafts: tuple[Shaft, ...]
+    free: bool
+    last: int
     follow: Array
     stiffness: float
     damping: float
@@ -86,6 +94,8 @@ def windup_shares(line: TorsionalLine) -> Array:
 
 def _line(chain: Chain, crank_inertia: float) -> TorsionalLine:
     turns, speeds = coordinates(chain), gear_speeds(chain)
+    free = DYNAMOMETER not in speeds
+    speeds.setdefault(DYNAMOMETER, 1.0)
     # Rotations of flywheel, discs and dynamometer by those of flywheel, rotors and dynamometer.
     whole = np.zeros((len(chain.discs) + 2, turns.shape[1] + 2))
     whole[0, 0] = whole[-1, -1] = 1.0
@@ -95,11 +105,12 @@ def _line(chain: Chain, crank_inertia: float) -> TorsionalLine:
     rotor_speeds = np.array([speeds[chain.names[leader]] for leader in leaders])
     inertia = turns.T**2 @ np.array([disc.inertia for disc in chain.discs])
     absolute = turns.T**2 @ np.array([disc.damping for disc in chain.discs])
-    twists, laws, lost = [], [], []
+    twists, laws, lost, shafts = [], [], [], []
     for shaft in chain.shafts:
         if shaft.stiffness > 0.0 or not chain.discs:
             row = shaft.ratio * whole[names.index(shaft.between[0])] - whole[names.index(shaft.between[1])]
             twists.append(row)
+            shafts.append(shaft)
             laws.append([shaft.stiffness, shaft.damping, -row[-1] * speeds[DYNAMOMETER], row[0]])
             lost.append(shaft.loss_factor * shaft.stiffness)
     for k in np.flatnonzero(absolute):
@@ -111,10 +122,14 @@ def _line(chain: Chain, crank_inertia: float) -> TorsionalLine:
     moving = stiffness[:-1, :-1]
     if any(lost):
         root = 1.0 / np.sqrt(np.append(crank_inertia, inertia))
-        first = math.sqrt(float(np.linalg.eigvalsh(root[:, None] * moving * root)[0]))
+        # A line that ends freely first turns as a whole.
+        first = math.sqrt(float(np.linalg.eigvalsh(root[:, None] * moving * root)[int(free)]))
         law[:, DAMPING] += np.array(lost) / first
     follow = -np.linalg.solve(moving[1:, 1:], moving[1:, 0])
     slow = rows[:, :-1] @ np.append(1.0, follow)
     effective = (float(law[:, column] @ slow**2) for column in (STIFFNESS, DAMPING))
+    last = int(np.flatnonzero(turns[-1])[0]) if chain.discs else -1
     rotors = tuple(chain.names[leader] for leader in leaders)
-    return TorsionalLine(rotors, inertia, rotor_speeds, speeds[DYNAMOMETER], rows, law, follow, *effective)
+    return TorsionalLine(
+        rotors, inertia, rotor_speeds, speeds[DYNAMOMETER], rows, law, tuple(shafts), free, last, follow, *effective
+    )

@@ -1,4 +1,4 @@
-"""What is unlikely of a pressure trace and of a run in a given engine: one line each.
+"""What is unlikely of a measured pressure in a given engine: one line.
 
 The pressure at the end of the intake stroke is compared with the engine's own. Between ``COMPRESSION`` the charge is
 closed and does not burn yet, so that p Vⁿ is constant with n from 1.2 (cooled) to 1.4 (air): a wrong dead centre, zero
@@ -17,10 +17,8 @@ from cranktrain.core.types import Array
 from cranktrain.engine.checks.plausible import COMPRESSOR, heat_of_air
 from cranktrain.engine.model import Engine
 from cranktrain.loads.built_in_trace import CYCLE
-from cranktrain.loads.gas_pressure import GasTrace, cylinder_volume, mean_effective_pressure
+from cranktrain.loads.cylinder_volume import cylinder_volume, mean_effective_pressure
 
-MOST_LOAD = 1.05
-"""Load torque over the mean torque of the gas from which on an engine cannot hold its speed."""
 PEAK = (-10.0, 45.0)
 """First and last usual place of the peak, deg after firing dead centre: knocking engines to the latest burns."""
 MOTORED, FIRED = 1.0e5, 2.0
@@ -32,34 +30,6 @@ COMPRESSION = (-65.0, -35.0)
 """Between closed valves or ports and the earliest burn, deg after firing dead centre."""
 EXPONENTS = (1.05, 1.6)
 """Least and largest usual exponent n between these."""
-
-
-def run_doubts(engine: Engine, gas: GasTrace, speed: float, load: float, load_torque: float | None) -> Iterator[str]:
-    """Doubts of a run at ``speed`` (rad/s), ``load`` and a load torque (N m) that is given or not."""
-    share = max(load * (1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2), 0.0)
-    if load > 0.0 and share == 0.0:
-        yield (
-            f"combustion.falloff: {gas.falloff:.3g} leaves no heat at {speed * 30.0 / math.pi:.5g} rev/min, "
-            f"{speed / gas.best_speed:.3g} times best_speed; the run is motored, lessen it or give a measured trace"
-        )
-    motored = float(np.mean([mean_effective_pressure(engine, own.motored) for own in gas.own or (gas,)]))
-    work = motored + share * (gas.imep - motored)
-    burns = share > 0.0 and not heat_of_air(engine) < COMPRESSOR
-    if burns and gas.built_in and work <= 0.0:
-        yield (
-            f"the mean effective pressure is {1e-5 * work:.3g} bar at load {load:g}, so a fired run takes work; check "
-            "combustion.heat, intake_pressure and exhaust_pressure"
-        )
-    if load_torque is None or not burns:
-        return
-    torque = work * engine.displacement / engine.cylinders.cycle
-    if load_torque < 0.0:
-        yield f"a load torque of {load_torque:.4g} N m drives the fired engine; a load is positive"
-    elif engine.drive_line_chain is None and load_torque > MOST_LOAD * torque:
-        yield (
-            f"a load torque of {load_torque:.4g} N m is more than the gas gives, {torque:.4g} N m in the mean; the "
-            "engine slows down and stalls"
-        )
 
 
 def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:

@@ -196,8 +196,10 @@ def _inherited(engine: Engine, body: ReducedBody, above: str, say: Progress) -> 
     if entry is None:
         say(f"damping of crank level '{above}'")
         try:
-            made = assemble(engine, settings_above(above))
-            found = measured_decay(Simulation(engine, made.body, made.settings, parts=made.parts))
+            # Any drive line does: the mode is the crank's. One that ends freely has no given speed.
+            driven = replace(engine, drive_line_chain=None)
+            made = assemble(driven, settings_above(above))
+            found = measured_decay(Simulation(driven, made.body, made.settings, parts=made.parts))
         except SolverError as error:
             say(f"crank level '{above}' does not run, so the crank keeps its structural damping: {error}")
             return body

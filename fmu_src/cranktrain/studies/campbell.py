@@ -8,15 +8,16 @@ Modes are those of
     M q̈ + (C − Cᵀ)/2 q̇ + K q = 0
 
 with the cycle means of the matrices of :class:`cranktrain.studies.torsion.periodic_crank.PeriodicCrank`: gyroscopic,
-centrifugal and stress stiffness, mean mass of the rods, main bearings as springs, thrust closed, connecting shaft; no
-damping but the torsional damper's, whose ring is one more coordinate (:mod:`cranktrain.studies.torsion.damped_modes`),
-at small amplitude and as warm as its table says. Frequencies are given in axes of the turning crank, like the orders of
-its rods. An order is in resonance where its frequency equals that of a mode. Torsion and axial motion have the same
-frequencies in axes at rest; bending is split by ±Ω there.
+centrifugal and stress stiffness, mean mass of the rods, main bearings as springs, thrust closed, the drive line with
+its discs; no damping but the torsional damper's, whose ring is one more coordinate
+(:mod:`cranktrain.studies.torsion.damped_modes`), at small amplitude and as warm as its table says. Frequencies are
+given in axes of the turning crank, like the orders of its rods. An order is in resonance where its frequency equals
+that of a mode. Torsion and axial motion have the same frequencies in axes at rest; bending is split by ±Ω there.
 
 Neighbouring speeds are matched by the modal assurance criterion |x̄ᵀ y|²/((x̄ᵀ x)(ȳᵀ y)), in coordinates of unit mass,
-so that each mode keeps its name where two frequencies cross. A mode is named by its largest share of kinetic energy at
-the first speed (:mod:`cranktrain.structure.crank.modal`), counted from the lowest.
+so that each mode keeps its name where two frequencies cross. A mode is named at the first speed, as the drive line's
+(:mod:`cranktrain.studies.torsion.line_modes`) or by its largest share of kinetic energy
+(:mod:`cranktrain.structure.crank.modal`), counted from the lowest.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Damper
 from cranktrain.loads.damper import STIFFNESS, damper_parameters, damper_temperature, damping_coefficient
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.torsional_line import TorsionalLine, torsional_line
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.structure.crank.modal import (
     KINDS,
@@ -46,6 +48,7 @@ from cranktrain.structure.crank.modal import (
 )
 from cranktrain.structure.in_motion.eigenproblem import slowest_hz
 from cranktrain.studies.torsion.damped_modes import DampedModes, damped_modes, with_ring
+from cranktrain.studies.torsion.line_modes import LINE, named_with_line, with_line
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 HIGHEST_ORDER = 4.0
@@ -83,15 +86,21 @@ def campbell(
     gas = GasTrace.from_engine(engine)
     mains = "held" if level == "torsional" else "linear"
     ring = engine.damper if damper else None
-    hub = body.shapes[body.index("pulley"), 5]
-    found = [
-        _modes(PeriodicCrank(engine, body, speed, gas, 1.0, HIGHEST_ORDER, mains), hub, ring, speed)
-        for speed in speeds.tolist()
-    ]
+    line = torsional_line(engine, float(body.inertia[2, 2]))
+    attached = line if engine.drive_line_chain is not None else None
+    cranks = [PeriodicCrank(engine, body, speed, gas, 1.0, HIGHEST_ORDER, mains) for speed in speeds.tolist()]
+    found = [_modes(crank, body, attached, ring, speed) for crank, speed in zip(cranks, speeds.tolist(), strict=True)]
+    rotors = np.sqrt(line.inertia)
+    n, size = body.n_modes, body.n_modes + line.inertia.size
+    plain = found[0].shapes[:size].copy()
+    plain[n:] /= rotors[:, None]
+    whole = named_with_line(engine, body, line, cranks[0].mass, DampedModes(found[0].values, plain))
+    of_line = np.array([name.startswith(LINE) for name in whole])
     at_rest = torsional_frequencies(*cranktrain_modes(engine, body), engine.reduction.running_cutoff_hz)[0]
     highest_hz = listed_to([at_rest]) if highest_hz is None else highest_hz
-    wanted = (found[0].hz > slowest_hz(at_rest)) & (found[0].hz <= _SPARE_HZ * highest_hz)
+    wanted = (of_line | (found[0].hz > slowest_hz(at_rest))) & (found[0].hz <= _SPARE_HZ * highest_hz)
     place = np.flatnonzero(wanted)
+    lines = [whole[k] if of_line[k] else "" for k in place]
     hz, agreement = [found[0].hz[place]], []
     shapes = found[0].shapes[:, place]
     first = shapes
@@ -102,11 +111,16 @@ def campbell(
         shapes = modes.shapes[:, place]
         hz.append(modes.hz[place])
     shown = hz[0] <= highest_hz
-    shares = energy_shares(engine, body, at_largest(first[: hub.size, shown]), rods=True)
-    kinds = [KINDS[int(np.argmax(share))] for share in shares]
-    if (first_named := named_mode(hz[0][shown], shares, "torsional")) is not None:
-        kinds[first_named] = "torsional"  # also where it bends more than it twists
-    names = tuple(f"{kind} {kinds[: k + 1].count(kind)}" for k, kind in enumerate(kinds))
+    shares = energy_shares(engine, body, at_largest(first[:n, shown]), rods=True)
+    own = [name for name, kept in zip(lines, shown, strict=True) if kept]
+    kinds = [LINE if name else KINDS[int(np.argmax(share))] for name, share in zip(own, shares, strict=True)]
+    # A mode of the line is none of the crank's, which is named among the others.
+    crank = [k for k, name in enumerate(own) if not name]
+    if (first_named := named_mode(hz[0][shown][crank], shares[crank], "torsional")) is not None:
+        kinds[crank[first_named]] = "torsional"  # also where it bends more than it twists
+    names = tuple(
+        name or f"{kind} {kinds[: k + 1].count(kind)}" for k, (name, kind) in enumerate(zip(own, kinds, strict=True))
+    )
     return ModesOverSpeed(speeds, np.array(hz)[:, shown], names, tuple(kinds), np.array(agreement)[:, shown])
 
 
@@ -116,10 +130,22 @@ def assurance(ones: NDArray[Any], others: NDArray[Any]) -> Array:
     return np.asarray(np.abs(ones.conj().T @ others) ** 2 / np.outer(*sizes))
 
 
-def _modes(crank: PeriodicCrank, hub: Array, ring: Damper | None, speed: float) -> DampedModes:
-    """Modes of the turning crank at its speed, undamped but for a damper's ring, their coordinates of unit mass."""
+def _modes(
+    crank: PeriodicCrank, body: ReducedBody, line: TorsionalLine | None, ring: Damper | None, speed: float
+) -> DampedModes:  # fmt: skip
+    """Modes of the turning crank at its speed, undamped but for a damper's ring, their coordinates of unit mass.
+
+    ``line`` is a drive line of discs, whose rotors follow the crank's coordinates.
+    """
     stiffness, mass = (0.5 * (part + part.T) for part in (crank.stiffness, crank.mass))
     turning = 0.5 * (crank.damping - crank.damping.T)
+    hub = body.shapes[body.index("pulley"), 5]
+    if line is not None:
+        stiffness, mass, _ = with_line(stiffness, mass, body.shapes[body.index("flywheel"), 5], line)
+        root = np.append(np.ones(hub.size), 1.0 / np.sqrt(line.inertia))
+        stiffness, mass = (root[:, None] * part * root for part in (stiffness, mass))
+        more = line.inertia.size
+        turning, hub = np.pad(turning, (0, more)), np.pad(hub, (0, more))
     if ring is None:
         return damped_modes(stiffness, turning, mass)
     law = damper_parameters(ring, damper_temperature(ring, speed))

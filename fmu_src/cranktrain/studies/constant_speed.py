@@ -27,7 +27,7 @@ from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels
 from cranktrain.loads.gas_pressure import Gas, GasTrace
 from cranktrain.loads.pressure_map import read_gas
-from cranktrain.loads.trace_doubts import run_doubts
+from cranktrain.loads.run_doubts import run_doubts
 from cranktrain.results.run import Run
 from cranktrain.structure.assembly import Assembly, assemble, checked
 from cranktrain.structure.fem.own_mesh import MeshFile
@@ -200,6 +200,13 @@ class Request:
             )
         return None
 
+    def tell_doubts(self, engine: Engine, gas: Gas | None) -> GasTrace:
+        """Warn of a run that takes work, burns nothing or is driven by its load; the pressure trace of the run."""
+        used = (gas or GasTrace.from_engine(engine)).at(self.speed, self.load)
+        for text in run_doubts(engine, used, self.speed, self.load, self.load_torque_nm):
+            warnings.warn(f"{engine.name}: {text}", stacklevel=3)
+        return used
+
     def run(
         self,
         made: Assembly,
@@ -212,9 +219,7 @@ class Request:
 
         With a ``sink`` the samples go there, and the run holds its last cycles. Raises ``InputError``, ``SolverError``.
         """
-        used = (gas or GasTrace.from_engine(made.engine)).at(self.speed, self.load)
-        for text in run_doubts(made.engine, used, self.speed, self.load, self.load_torque_nm):
-            warnings.warn(f"{made.engine.name}: {text}", stacklevel=2)
+        used = self.tell_doubts(made.engine, gas)
         result = simulation.simulate(
             made.engine, made.body, made.settings, self.speed, self.cycles, gas, progress, made.parts,
             damper_balance=self.damper_temperature == "heat-balance",

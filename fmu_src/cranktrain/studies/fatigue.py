@@ -10,6 +10,7 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.strength.assessment import RuleRow, judged, nominal_histories, rule_rows
 from cranktrain.results.strength.critical_plane import findley_judgement
 from cranktrain.results.strength.cut_loads import crank_loads, unbalanced_share
@@ -161,6 +162,7 @@ def fatigue(
     say: Callable[[str], None] = lambda text: None,
     progress: Callable[[float], None] = lambda share: None,
     fillets: Sequence[FilletModes] = (),
+    gas: Gas | None = None,
 ) -> FatigueReport:
     """Run an engine at each speed until its outputs repeat, and judge every fillet and oil bore of its crankshaft.
 
@@ -174,6 +176,7 @@ def fatigue(
     criterion : ``haigh`` or ``findley``
     fillets : places that are judged by the stress of their sub-models, see
         :func:`cranktrain.structure.stress.kept_fillets.throw_fillets`; the others by the rule's factors
+    gas : measured pressures, where the request's have been read
 
     Raises
     ------
@@ -194,7 +197,9 @@ def fatigue(
         raise InputError("fatigue needs cycles at a given speed; leave the load torque out")
     if fillets:
         check_stressed(request, settings)
-    gas = request.gas(engine, speeds_rpm=speeds_rpm)
+    gas = request.gas(engine, speeds_rpm=speeds_rpm) if gas is None else gas
+    for run in runs:
+        run.tell_doubts(engine, gas)
     made = assemble(engine, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
     report = FatigueReport(engine, strength, criterion)
     for k, run in enumerate(runs):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,15 @@ from cranktrain.structure.assembly import assemble, check_mesh, checked
 from cranktrain.structure.block.modal import block_report
 from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.block.shape import block_plan
+from cranktrain.structure.crank.level import bare_crank
 from cranktrain.structure.crank.modal import modal_report
-from cranktrain.structure.crank.reduction import reduced_crankshaft
+from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
 from cranktrain.structure.fem.own_mesh import MeshFile
 from cranktrain.studies.added_modes import additions_report
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, motion_report, springs_report
 from cranktrain.studies.torsion.damped_modes import damper_report
 from cranktrain.studies.torsion.level_frequencies import level_frequencies
+from cranktrain.studies.torsion.line_modes import line_report
 
 
 # In one piece: all that a user may ask, by keyword.
@@ -85,6 +88,8 @@ def modal(
     settings = checked(found, levels, mesh, block_mesh if flexible else None) if solid else None
     body = reduced_crankshaft(found, mesh, progress=say)
     made = time.perf_counter()
+    own = body if solid else bare_crank(found, crank, body if crank_level(crank).needs_solid(found) else None)
+    line = line_report(found, complete_crankshaft(found, own))
     if not solid:
         report: dict[str, Any] = level_frequencies(found, crank, body)
     else:
@@ -96,7 +101,9 @@ def modal(
         if settings is not None:
             say("a cycle in motion")
             own_block = block_mesh if flexible else None
-            running = assemble(found, settings, say=say, crank_mesh=mesh, block_mesh=own_block)
+            # A line that ends freely has no given speed; the connecting shaft stands for it in motion.
+            driven = replace(found, drive_line_chain=None) if line["far_end"] == "free" else found
+            running = assemble(driven, settings, say=say, crank_mesh=mesh, block_mesh=own_block)
             report["in_motion"] = motion_report(running, speed, gas)
             if found.main_bearing is not None:
                 report["stand_in_springs"] = springs_report(assemble(found, SPRING_LEVELS, say=say, crank_mesh=mesh))
@@ -105,4 +112,5 @@ def modal(
         report["left_out"] = [body.name for body in given.body] + [one.name for one in given.connection]
         if solid:
             report["with_additions"] = additions_report(given, body)
+    report["drive_line"] = line
     return {**report, "seconds": {**report.get("seconds", {}), **seconds}}

@@ -8,6 +8,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.strength.recorded_cycle import recorded_cycle
 from cranktrain.results.strength.stress import CrankStress
 from cranktrain.structure.assembly import Assembly, assemble
@@ -29,6 +30,7 @@ def stressed_run(
     settings: Settings,
     say: Callable[[str], None],
     shaped: Callable[[], ShapedCrank] | None = None,
+    gas: Gas | None = None,
 ) -> tuple[Assembly, CrankStress]:
     """What ran, and its stresses.
 
@@ -38,10 +40,12 @@ def stressed_run(
     ----------
     settings : of the request, as the engine has them
     shaped : makes the crankshaft with its shapes where it is needed
+    gas : measured pressures, where the request's have been read
     """
     check_stressed(request, settings)
+    gas = request.gas(engine) if gas is None else gas
+    request.tell_doubts(engine, gas)
     surface = stress_modes(engine, request.mesh, say, shaped)
-    gas = request.gas(engine)
     made = assemble(engine, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
     simulation = Simulation(engine, made.body, made.settings, gas, made.parts)
     simulation.inputs[0] = request.speed

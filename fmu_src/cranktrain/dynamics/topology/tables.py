@@ -49,7 +49,7 @@ def added_topology(
     bare = Topology(frames, own)
     places = {CRANK: crank, BLOCK: block, **{body.name: body.reduced for body in own}}
     connections = []
-    for table in engine.connection:
+    for table in engine.connections:
         ends = []
         for name, interface in map(split_end, table.ends):
             end, body = End(name, interface), places.get(name)
@@ -104,7 +104,7 @@ def _tensor(moments: tuple[float, ...]) -> Array:
 
 def held_on_crank(engine: Engine, more: Topology | None = None) -> list[str]:
     """Interfaces of the crank that connections of file and script hold, in the order of their ports."""
-    ends = [split_end(text) for table in engine.connection for text in table.ends]
+    ends = [split_end(text) for table in engine.connections for text in table.ends]
     ends += [(end.body, end.interface) for connection in (more or Topology()).connections for end in connection.ends]
     return list(dict.fromkeys(interface for body, interface in ends if body == CRANK))
 
@@ -116,7 +116,7 @@ def added_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ..
     names = [table.name for table in engine.body] + [body.name for body in topology.bodies]
     found = [f"{name}.{output}" for name in names for output in BODY_OUTPUTS]
     of_body = {CRANK: CRANK, BLOCK: AT_REST, GROUND: AT_REST} | {table.name: table.frame for table in engine.body}
-    for table in engine.connection:
+    for table in engine.connections:
         held = [split_end(text) for text in table.ends]
         ends = [frames.get(of_body[name]) or topology.frame(of_body[name]) for name, _ in held]
         found += _shown(Connection(table.name, table.law, tuple(End(*one) for one in held), table.data), *ends)

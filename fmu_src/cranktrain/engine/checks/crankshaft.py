@@ -16,6 +16,7 @@ from cranktrain.engine.quantities import (
     NEWTONIAN,
     ZERO_CELSIUS,
     check_values,
+    kinds,
     mm,
     need,
     need_equal_lengths,
@@ -217,6 +218,15 @@ def _check_rods(engine: Engine) -> None:
 def check_damper(d: Damper) -> None:
     """Refuse values that describe no damper: ``InputError`` that starts with ``damper.key``."""
     of, lowest, highest = partial(need, "damper"), d.lowest_temperature, d.highest_temperature
+    if d.kind == "linear":
+        _check_linear_damper(d)
+        return
+    needed = ("mass", "frequency", "lowest_temperature", "highest_temperature", "temperatures", "ambient_temperature",
+              "heat_transfer", "cooling_area", "power_limit")  # fmt: skip
+    for key in needed:
+        many, rule = kinds(Damper)[key][1:]
+        text = "is missing" if many else rule.wrong(getattr(d, key))
+        of(key, bool(getattr(d, key)), f"{text}; a damper of kind {d.kind} needs it")
     need_table("damper", d)
     coldest, hottest = (temperature - ZERO_CELSIUS for temperature in (min(d.temperatures), max(d.temperatures)))
     valid = f"{lowest - ZERO_CELSIUS:.4g} to {highest - ZERO_CELSIUS:.4g} degC"
@@ -248,3 +258,17 @@ def check_damper(d: Damper) -> None:
         f"width has {7850.0 * section:.4g} kg m^2"
     )
     of("ring_inertia", RING_DENSITIES[0] <= density <= RING_DENSITIES[1], text)
+
+
+def _check_linear_damper(d: Damper) -> None:
+    """Refuse a damper of kind ``linear`` without stiffness and damping, or with columns that do not fit."""
+    of = partial(need, "damper")
+    if not d.frequencies:
+        of("damping", d.damping > 0.0 or d.stiffness > 0.0, "is missing; a linear damper needs damping or stiffness")
+        return
+    for key in ("stiffnesses", "dampings"):
+        count = len(getattr(d, key))
+        of(key, count == len(d.frequencies), f"{count} values for {len(d.frequencies)} frequencies; give one for each")
+    of("frequencies", all(a < b for a, b in pairwise(d.frequencies)), "must increase")
+    text = "is missing; give the frequency whose stiffness and damping runs in time take"
+    of("frequency", d.frequency > 0.0, text)

@@ -16,12 +16,13 @@ from cranktrain.engine.checks.block import check_block, check_mounts
 from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft, check_cylinders, check_damper
 from cranktrain.engine.checks.oil import check_oil
 from cranktrain.engine.checks.plausible import warn_of_doubts
+from cranktrain.engine.drive_line_chain import FURTHER, DriveLineChain
 from cranktrain.engine.firing import uneven
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath, Combustion
 from cranktrain.engine.quantities import check_values, need, need_equal_lengths
 from cranktrain.engine.roller_bearing import check_rollers
-from cranktrain.engine.torsional_chain import LINE_ENDS, DriveLineChain, check_chain, gear_speeds
+from cranktrain.engine.torsional_chain import LINE_ENDS, check_chain, gear_speeds
 
 LEAST_EXCHANGE = math.radians(20.0)
 """Least angle from the opening of the exhaust to the closing of the intake, of the fastest two-strokes."""
@@ -61,6 +62,9 @@ def check_engine(engine: Engine) -> None:
         check_rollers(engine.main_roller, engine.crankshaft)
     if engine.drive_line_chain is not None:
         check_drive_line(engine.drive_line_chain)
+    if engine.load is not None:
+        key = "power" if engine.load.kind == "power" else "torque"
+        need("load", key, getattr(engine.load, key) > 0.0, f"is missing; a load of kind {engine.load.kind} needs it")
     check_additions(engine.frame, engine.body, engine.connection, engine.n_cylinders)
     if engine.axial_path is not None:
         _check_axial_path(engine.axial_path)
@@ -75,14 +79,37 @@ def check_engine(engine: Engine) -> None:
 def check_drive_line(line: DriveLineChain) -> None:
     """Refuse lists of unequal length, and what is no drive line from flywheel to dynamometer; ``InputError``."""
     table = "drive_line_chain"
-    given = [key for key in ("ends", "stiffnesses", "dampings", "loss_factors", "ratios") if getattr(line, key)]
+    columns = ("ends", "stiffnesses", "dampings", "loss_factors", "ratios", *FURTHER.values())
+    given = [key for key in columns if getattr(line, key)]
     need_equal_lengths(line, table, "starts", *given)
     need_equal_lengths(line, table, "discs", "inertias", *(["disc_dampings"] if line.disc_dampings else []))
+    _check_points(line, table)
     chain = line.chain
     zero = next((k for k, ratio in enumerate(line.ratios, 1) if ratio == 0.0), 0)
     need(table, f"ratios[{zero}]", not zero, "turns nothing; give the speed of the second end over that of the first")
     check_chain(table, chain, LINE_ENDS)
     gear_speeds(chain, table)
+
+
+def _check_points(line: DriveLineChain, table: str) -> None:
+    """Refuse points of shafts that do not rise, belong to no shaft, or whose columns differ in length."""
+    keys = ("point_torques", "point_frequencies", "point_stiffnesses", "point_dampings")
+    need_equal_lengths(line, table, "point_shafts", *(key for key in keys if getattr(line, key)))
+    text = "is missing; give the stiffness of each point"
+    need(table, "point_stiffnesses", len(line.point_stiffnesses) == len(line.point_shafts), text)
+    for number in line.point_shafts:
+        text = f"no shaft {number}; the drive line has 1 to {len(line.starts)}"
+        need(table, "point_shafts", number <= len(line.starts), text)
+        own = [k for k, one in enumerate(line.point_shafts) if one == number]
+        over = [
+            key
+            for key in ("point_torques", "point_frequencies")
+            if any(column[k] for column in [getattr(line, key)] if column for k in own)
+        ]
+        text = f"shaft {number} needs points over either torque or frequency; give one of the two columns"
+        need(table, "point_torques", len(over) == 1, text)
+        values = [getattr(line, over[0])[k] for k in own]
+        need(table, over[0], values == sorted(values), f"must increase from point to point of shaft {number}")
 
 
 def _check_axial_path(path: AxialPath) -> None:

@@ -95,8 +95,8 @@ def _masses(engine: Engine) -> Iterator[str]:
     cube = STEEL * bore**3
     for name, (low, high) in MASSES.items():
         table, key = name.split(".")
-        if (part := getattr(engine, table)) is not None and not low * cube <= getattr(part, key) <= high * cube:
-            own = getattr(part, key)
+        own = getattr(getattr(engine, table), key, 0.0)
+        if own and not low * cube <= own <= high * cube:  # a linear damper may state no mass
             yield (
                 f"{name}: {own:.4g} kg with a bore of {mm(bore)}, usual {low * cube:.3g} to {high * cube:.3g} kg; "
                 f"{UNIT}"
@@ -142,9 +142,7 @@ def _crank(engine: Engine) -> Iterator[str]:
     yield from _outside("crankshaft.pin_diameter", "pin over main bearing pitch is", pin / pitch, (0.1, 1.5))
     yield from _outside("crankshaft.main_diameter", "journal over pin is", crank.main_diameter / pin, (0.5, 3.0))
     yield from _outside("crankshaft.web_thickness", "web over pin is", crank.web_thickness / pin, (0.12, 2.0))
-    yield from _outside(
-        "crankshaft.pin_width", "width of the pin over its diameter is", crank.pin_width / pin, (0.15, 4)
-    )
+    yield from _outside("crankshaft.pin_width", "width over diameter is", crank.pin_width / pin, (0.15, 4.0))
     for width in sorted({min(crank.main_widths), max(crank.main_widths)}):
         what = "width of a journal over its diameter is"
         yield from _outside("crankshaft.main_widths", what, width / crank.main_diameter, (0.1, 4.0))
@@ -178,7 +176,8 @@ def _cylinders(engine: Engine) -> Iterator[str]:
     if shortest < math.radians(13.0):
         yield f"cylinders.firing_intervals: the longest is {math.degrees(shortest):.3g} deg; {RADIANS}"
     between = math.degrees(banks[-1] - banks[0])
-    if len(set(cylinders.pins)) == engine.n_cylinders > 2 and len(banks) == 2 and 30.0 < between < 150.0:
+    own = len(set(cylinders.pins)) == engine.n_cylinders > 2 and not engine.crankshaft.pins_between_mains
+    if own and len(banks) == 2 and 30.0 < between < 150.0:
         yield (
             f"cylinders.bank_angles: two banks {between:.4g} deg apart and a throw for each cylinder; in line all "
             "bank angles are equal, and a V engine has two rods on a pin (cylinders.pins)"

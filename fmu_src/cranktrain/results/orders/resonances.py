@@ -77,14 +77,17 @@ class Peak:
 def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:
     """Peaks of all orders of an output, the highest first; ``InputError`` for an output that the run-up lacks."""
     found = []
-    largest = float(np.abs(run_up.amplitudes[output]).max()) if run_up.speeds.size else 0.0
+    # Speeds that have no result are left out.
+    has = np.isfinite(run_up.amplitudes[output]).all(axis=1)
+    speeds, repeats, cycles = run_up.speeds[has], run_up.repeats[has], run_up.cycles[has]
+    largest = float(np.abs(run_up.amplitudes[output][has]).max()) if speeds.size else 0.0
     for order in run_up.orders.tolist():
-        sizes = np.abs(run_up.order(order, output))
+        sizes = np.abs(run_up.order(order, output))[has]
         for at in _maxima(sizes):
             if sizes[at] >= COUNTS * largest:
                 around = slice(at - 1, at + 2)
-                speed, amplitude, damping = _vertex(run_up.speeds[around], sizes[around])
-                periodic = bool(np.all((run_up.repeats[around] >= 1) | (run_up.cycles[around] == 0)))
+                speed, amplitude, damping = _vertex(speeds[around], sizes[around])
+                periodic = bool(np.all((repeats[around] >= 1) | (cycles[around] == 0)))
                 found.append(Peak(order, speed, amplitude, damping, periodic))
     return sorted(found, key=lambda peak: -peak.amplitude)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from cranktrain.results.run_up.shown import (
     worthy,
 )
 from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map, with_twist
+from cranktrain.results.strength.iacs_m68 import plot_stress
 
 MAP_COLUMNS, MAP_ROWS = 400, 300
 """Places of a colour map."""
@@ -44,7 +45,7 @@ PART_NAMES = {
 def file_names() -> list[str]:
     """Names of all pictures that there may be."""
     motions = [f"{name}_{kind}.png" for name in ("torsion", "axial") for kind in ("orders", "histories", "harmonics")]
-    others = ("axial_parts", "waterfall", "campbell", "damper", "twist_orders", "colour_map")
+    others = ("axial_parts", "waterfall", "campbell", "damper", "shaft_stress", "twist_orders", "colour_map")
     return [*motions, *(f"{name}.png" for name in others)]
 
 
@@ -77,6 +78,8 @@ def save_run_up_pictures(
         if quantity.output in run_up.amplitudes:
             figures[f"{name}_histories"] = history_figure(run_up, quantity, title)
             figures[f"{name}_harmonics"] = harmonic_figure(run_up, sizes, beside, title)
+    if beside.stresses:
+        figures["shaft_stress"] = stress_figure(run_up, beside.stresses, title)
     if damped is not None:
         figures["damper"] = damper_figure(run_up, damped, torsional, beside, title)
     return [save_figure(figure, folder / f"{name}.png") for name, figure in figures.items()]
@@ -88,6 +91,18 @@ def order_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) 
     _draw_orders(figure.subplots(), run_up, quantity, beside, shown_orders(run_up, quantity, beside))
     figure.suptitle(f"Orders over the speed: {title}", fontsize=12, parse_math=False)
     foot(figure, _legend(run_up, beside, quantity))
+    return figure
+
+
+def stress_figure(run_up: RunUp, stresses: Sequence[Mapping[str, Any]], title: str) -> Any:
+    """Stress of each shaft of the drive line over the speed, with the limits of IACS UR M68."""
+    figure = figure_of(9.5, 1.5 + 3.0 * len(stresses))
+    axes = figure.subplots(len(stresses), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, entry in zip(axes, stresses, strict=True):
+        plot_stress(ax, run_up.speeds_rpm, entry)
+    axes[0].legend(frameon=False, fontsize=8.5)
+    axes[-1].set_xlabel("engine speed / rev/min")
+    figure.suptitle(f"Torsional vibration stress, IACS UR M68: {title}", fontsize=12, parse_math=False)
     return figure
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,7 +58,8 @@ class Beside(NamedTuple):
     """Further contents of a run-up's pictures: published speeds of its engine, modes over speed, measured orders.
 
     ``modes`` are at rest, on the stand-in springs of the bearings. ``motion`` are peaks of the pulley's torsion with
-    the torsional mode in motion of the run's own levels, where these are known. ``orders`` are those to be drawn, the
+    the torsional mode in motion of the run's own levels, where these are known. ``stresses`` are those of shafts of the
+    drive line (:func:`cranktrain.results.strength.iacs_m68.shaft_stresses`). ``orders`` are those to be drawn, the
     strongest where there are none; ``log``: on a logarithmic scale.
     """
 
@@ -66,6 +67,7 @@ class Beside(NamedTuple):
     modes: ModesOverSpeed | None = None
     measured: Measured | None = None
     motion: Sequence[Peak] = ()
+    stresses: Sequence[Mapping[str, Any]] = ()
     orders: Sequence[float] = ()
     log: bool = False
 

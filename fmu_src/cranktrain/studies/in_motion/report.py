@@ -25,7 +25,8 @@ SETTLE = 1.0e-4
 """Largest settling error of the run whose cycle is linearised."""
 SPRING_LEVELS = Settings(bearings="impedance", block="ground")
 SPRING_RPM = 1000.0
-"""Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs."""
+"""Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs; of an engine that does not
+run at it, the nearest of its speeds."""
 MOSTLY_BLOCK = 0.5
 """A mode counts as one of the block if the block has this fraction of the kinetic energy."""
 
@@ -107,13 +108,19 @@ def motion_table(report: Mapping[str, Any]) -> Table:
     return Table(f"Cranktrain in motion: {state_text(report['state'])}", header, rows)
 
 
+def spring_rpm(engine: Engine) -> float:
+    """Speed, rev/min, of the run whose films give the stand-in springs."""
+    low, high = (speed / RPM for speed in engine.speeds)
+    return float(f"{min(max(SPRING_RPM, low), high):.9g}")
+
+
 def film_springs(made: Assembly) -> dict[str, float]:
     """Stand-in springs of level ``linear``: ``film_stiffness_x`` and ``film_stiffness_y``, N/m.
 
     Each is the median over the cycle and over all plain mains of ∂F/∂x or ∂F/∂y of the films in axes at rest, at
-    ``SPRING_RPM`` and full load. ``made`` is of ``SPRING_LEVELS``. Raises ``SolverError`` where the run fails.
+    :func:`spring_rpm` and full load. ``made`` is of ``SPRING_LEVELS``. Raises ``SolverError`` where the run fails.
     """
-    simulation = settled_simulation(made, SPRING_RPM * RPM)
+    simulation = settled_simulation(made, spring_rpm(made.engine) * RPM)
     stiffness, _ = main_tangents(simulation.model, tangents_over_cycle(simulation))
     plain = list(made.engine.plain_numbers)
     x, y = (float(np.median(stiffness[:, plain, k, k])) for k in (0, 1))
@@ -122,8 +129,8 @@ def film_springs(made: Assembly) -> dict[str, float]:
 
 def springs_report(made: Assembly) -> dict[str, Any]:
     """The rule's springs beside those of the engine file, N/m; where the run fails the reason, ``failed``."""
-    own = made.engine.plain_mains
-    said = {"engine_x": own.stiffness_x, "engine_y": own.stiffness_y, "rpm": SPRING_RPM, "rule": SPRING_RULE}
+    own, rpm = made.engine.plain_mains, spring_rpm(made.engine)
+    said = {"engine_x": own.stiffness_x, "engine_y": own.stiffness_y, "rpm": rpm, "rule": SPRING_RULE.format(rpm)}
     try:
         return said | film_springs(made)
     except SolverError as error:
@@ -139,4 +146,4 @@ def springs_text(report: Mapping[str, Any]) -> str:
     return f"Stand-in springs, {report['rule']}: {', '.join(parts)}"
 
 
-SPRING_RULE = f"medians of the films' stiffness over a cycle and all mains at {SPRING_RPM:g} rev/min, full load"
+SPRING_RULE = "medians of the films' stiffness over a cycle and all mains at {:g} rev/min, full load"

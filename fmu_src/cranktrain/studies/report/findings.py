@@ -261,14 +261,14 @@ def _torsion(engine: Engine, damper: bool, asked: Asked, say: Callable[[str], No
     request = Request(speed_rpm=first, crank="torsional", bearings="held", damper=damper, load=asked.load)
     made = assemble(engine, request.settings(engine), say=say, inherit=not asked.quick)
     speeds = np.arange(first, last + 0.5 * step, step) * RPM
+    of = made.engine, made.body, made.settings, speeds, ORDERS
     try:
-        rule = LINEAR if asked.quick else HARMONIC_BALANCE
-        found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, rule, gas)
-    except SolverError as error:  # rods of great inertia
+        found = frequency_run_up(*of, LINEAR if asked.quick else HARMONIC_BALANCE, gas)
+    except SolverError as error:  # a speed that does not settle, as with rods of great inertia
         if asked.quick:
             raise
-        say(f"{error.args[0]}; so by the linear rule")
-        found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, LINEAR, gas)
+        say(f"{error}; so all speeds by the linear rule")
+        found = frequency_run_up(*of, LINEAR, gas)
     return Torsion(found, torsional_peaks(found, made))
 
 

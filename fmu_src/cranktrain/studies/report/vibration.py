@@ -73,7 +73,8 @@ def torsion_cycles(found: Findings) -> list[str]:
     run = found.torsion.run_up
     resonances = sorted(found.torsion.peaks, key=lambda peak: peak.kind != "torsional")
     speeds = _apart(
-        [peak.speed for peak in resonances] or [float(run.speeds[np.abs(run.torsion).max(axis=1).argmax()])]
+        [peak.speed for peak in resonances]
+        or [float(run.speeds[np.nan_to_num(np.abs(run.torsion)).max(axis=1).argmax()])]
     )
     return [draw(run, TORSION, speeds) for draw in (_cycles, _bars)]
 
@@ -233,7 +234,7 @@ def _taken_off(before: RunUp, after: RunUp, words: str) -> Table:
     for order in _strongest(before, TORSION)[:NAMED]:
         texts = [f"{order:g}"]
         for pair in kinds.values():
-            one, other = (math.degrees(np.abs(run.order(order)).max()) for run in pair)
+            one, other = (math.degrees(np.nanmax(np.abs(run.order(order)))) for run in pair)
             texts += [f"{one:.3g}", f"{other:.3g}", f"{100.0 * (other / one - 1.0):+.0f} %"]
         rows.append(tuple(texts))
     return Table(

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.simulation import fitted_engine
@@ -29,6 +28,7 @@ from cranktrain.structure.crank.modal import (
     listed_to,
     torsional_frequencies,
 )
+from cranktrain.studies.torsion.line_modes import LINE, line_modes
 from cranktrain.studies.torsion.peak_modes import modes_at_peak
 
 RPM = 30.0 / math.pi
@@ -97,7 +97,7 @@ def peak_entry(peak: Peak, measured_rpm: float = math.nan) -> dict[str, Any]:
 
 
 def torsional_peaks(run_up: RunUp, made: Assembly) -> list[Peak]:
-    """Peaks of the pulley's torsion with the torsional mode, or the crank's on its drive line, nearest to each.
+    """Peaks of the pulley's torsion with the nearest torsional mode of the crank, or mode of the drive line.
 
     Modes are those at rest on the stand-in springs, of the run's own crank and block. With the damper they are those
     with its ring, damping as at the peak: what the ring's fluid drags along makes them lie below those of the housing
@@ -107,13 +107,17 @@ def torsional_peaks(run_up: RunUp, made: Assembly) -> list[Peak]:
     if not crank_level(made.settings.crank).elastic:
         return found
     damped, block = made.settings.damper != "none", made.parts.block
-    slow, torsional = drive_line_hz(fitted, made.body, damped), np.zeros(0)
+    line = line_modes(fitted, made.body, required_damper(fitted).ring_inertia if damped else 0.0)
+    slow, names = line.hz[line.of_line], [name for name in line.names if name.startswith(LINE)]
+    torsional = np.zeros(0)
     if not damped:
         torsional = torsional_at_rest(fitted, made.body, block)
+        if block is None and fitted.drive_line_chain is not None:
+            torsional = line.hz[np.array(line.names) == "torsional"]
     result = []
     for peak in found:
         own = modes_at_peak(fitted, made.body, peak) if damped and block is None else torsional
-        result += labelled([peak], np.append(slow, own), slow.size * ["drive line"] + own.size * ["torsional"])
+        result += labelled([peak], np.append(slow, own), names + own.size * ["torsional"])
     return result
 
 
@@ -129,20 +133,6 @@ def torsional_at_rest(engine: Engine, body: ReducedBody, block: ReducedBody | No
     first = torsional_frequencies(hz[hz > 1.0], shares[hz > 1.0], engine.reduction.running_cutoff_hz)[0]
     listed = (hz > 1.0) & (hz <= listed_to([first]))
     return np.asarray(hz[listed & ((np.argmax(shares, axis=1) == KINDS.index("torsional")) | (hz == first))])
-
-
-def drive_line_hz(engine: Engine, body: ReducedBody, damped: bool) -> Array:
-    """Frequency (1,) Hz of the crank, and the ring of its damper, on the connecting shaft; none on a line of discs."""
-    if engine.drive_line_chain is not None:
-        return np.zeros(0)
-    stiffness, mass = cranktrain_matrices(engine, body)
-    flywheel = body.shapes[body.index("flywheel"), 5]
-    stiffness = stiffness + engine.connecting_shaft.stiffness * np.outer(flywheel, flywheel)
-    if damped:
-        hub = body.shapes[body.index("pulley"), 5]
-        mass = mass + required_damper(engine).ring_inertia * np.outer(hub, hub)
-    [square] = eigh(stiffness, mass, eigvals_only=True, subset_by_index=[0, 0])
-    return np.array([math.sqrt(square) / (2.0 * math.pi)])
 
 
 def run_up_tables(said: Mapping[str, Any]) -> list[Table]:

@@ -26,6 +26,7 @@ from cranktrain.dynamics.settled.cycles import Expected
 from cranktrain.dynamics.settled.motion import Motion, motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.loads.gas_pressure import Gas
+from cranktrain.loads.mean_load import balancing_load
 from cranktrain.results.orders.harmonics import ComplexArray, order_amplitudes
 from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.run_up.free_decay import torsional_mode
@@ -48,6 +49,7 @@ class Job:
     highest_order : of the amplitudes
     outputs : whose orders are wanted
     film_balance, damper_balance : whether temperatures of films and damper follow from their losses
+    balanced : whether the burn balances the engine's ``[load]`` at each speed
     """
 
     made: Assembly
@@ -57,6 +59,7 @@ class Job:
     outputs: tuple[str, ...]
     film_balance: bool = False
     damper_balance: bool = False
+    balanced: bool = False
 
 
 class CycleStart(NamedTuple):
@@ -167,6 +170,9 @@ class SteadyRuns:
     def enter(self, speed: float, near: Sequence[CycleStart]) -> Expected:
         """Bring the simulation to the start of a cycle at a speed; what is expected of it."""
         simulation = self.simulation
+        if self._job.balanced:
+            load = balancing_load(simulation.engine, self._job.gas or simulation.gas, speed)
+            simulation.settings = replace(simulation.settings, gas_load=load)
         known = useful(near, speed)
         if not known:
             simulation.inputs[0] = speed

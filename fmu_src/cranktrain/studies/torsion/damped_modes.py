@@ -117,7 +117,7 @@ def damper_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     kinds = energy_shares(crank.engine, crank.crankshaft, at_largest(modes.shapes[:-1, listed]), rods=True)
     return {
         "kind": damper.kind,
-        "law": damper.law if damper.kind == "viscous" else "rubber",
+        "law": damper.law if damper.kind == "viscous" else damper.kind,
         "temperature_c": temperature - 273.15,
         "linearised_at_hz": frequency,
         "stiffness_nm_per_rad": spring,

@@ -32,6 +32,7 @@ from cranktrain.loads.damper import (
     damper_parameters,
     damper_temperature,
     damping_coefficient,
+    linear_stiffness,
     required_damper,
     shear_layers,
 )
@@ -70,6 +71,8 @@ class DamperLink:
         self.stiffness: ComplexArray = 1j * omega * viscous[:, None]
         if damper.kind == "rubber":
             self.stiffness = np.where(omega > 0.0, damper.stiffness * (1.0 + 1j * damper.loss_factor), 0.0)
+        elif damper.kind == "linear":
+            self.stiffness = np.where(omega > 0.0, linear_stiffness(damper, omega), 0.0)
         elif damper.law == COMPLEX_MODULUS:
             moments = shear_layers(damper)[0].sum()
             self.stiffness = np.array([

@@ -23,7 +23,8 @@ about a steady turn, and gas pressure goes by its angle.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,7 +39,9 @@ from cranktrain.dynamics.simulation import SLOWEST
 from cranktrain.engine.model import Engine
 from cranktrain.loads.drive_line import RECENTRING_REVOLUTIONS
 from cranktrain.loads.gas_pressure import Gas, GasTrace
+from cranktrain.loads.mean_load import balancing_load
 from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION, RunUp
+from cranktrain.studies.run_up.sequence import Failed
 from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 
@@ -54,6 +57,7 @@ _AT_ONCE = 20
 _SETTLED, _ROUNDS = 1e-8, 40
 
 
+# In one piece: one request, whose parts every caller knows by name.
 def frequency_run_up(
     engine: Engine,
     body: ReducedBody,
@@ -62,8 +66,10 @@ def frequency_run_up(
     orders: Sequence[float],
     rule: str = LINEAR,
     gas: Gas | None = None,
+    balanced: bool = False,
+    failed: list[Failed] | None = None,
 ) -> RunUp:
-    """Run-up of ``pulley.torsion`` and ``flywheel.torsion``.
+    """Run-up of ``pulley.torsion`` and ``flywheel.torsion``, and of the torques of a drive line of discs.
 
     Parameters
     ----------
@@ -73,42 +79,50 @@ def frequency_run_up(
     orders : (o,) multiples of a half
     rule : ``linear`` or ``harmonic-balance``, see this module; the balance has the orders up to 24 at least
     gas : pressure trace, or traces over speed, in place of the built-in one
+    balanced : whether the burn balances the engine's ``[load]`` at each speed, in place of the settings' load
+    failed : list to which speeds are added whose orders do not settle; their amplitudes are not a number
 
     Returns
     -------
-    amplitudes (rad) of increasing speeds: order o is Re[a exp(i o θ)] with θ the mean of the frame's angle
+    amplitudes (rad) of increasing speeds: order o is Re[a exp(i o θ)] with θ the mean of the frame's angle; of shafts
+    of a line of discs as ``shaft[NAME to NAME].torque``, N m
 
     Raises
     ------
     InputError
         a rule, speed or order that does not exist, a model that does more than twist
     SolverError
-        orders that do not settle
+        orders that settle at none of the speeds, or without a list ``failed`` not at all
     """
     if rule not in RULES:
         raise InputError(f"rule '{rule}' of a run-up in the frequency domain does not exist; {nearest(rule, RULES)}")
     speeds = np.unique(np.asarray(speeds, dtype=float))
     if not np.all((speeds >= SLOWEST) & np.isfinite(speeds)):
         raise InputError(f"speeds of a run-up must be finite and at least {SLOWEST * 30.0 / np.pi:.0f} rev/min")
+    engine.refuse_additions("steady states in the frequency domain")
     places = np.round(2.0 * np.asarray(orders, dtype=float)).astype(int)
     if np.any(np.abs(0.5 * places - orders) > 1e-9) or np.any(places < 1):
         raise InputError("orders of a run-up are multiples of a half, from 0.5 on")
     highest = max(0.5 * float(places.max(initial=1)), HIGHEST_ORDER)
     damper, used = (engine, settings) if settings.damper == "fitted" else None, gas or GasTrace.from_engine(engine)
     one = isinstance(used, GasTrace)  # at all speeds
+    solve, lost = _linear if rule == LINEAR else _balanced, [] if failed is None else failed
     found_parts = []
     for some in (speeds,) if one else np.split(speeds, speeds.size):
-        trace = used.at(float(some[0]), settings.gas_load)
-        structure = ShaftOrders(engine, body, settings, trace, highest)
-        if rule == LINEAR:
-            found_parts.append(_linear(structure, damper, some))
-        else:
-            parts = np.array_split(some, -(-some.size // _AT_ONCE))
-            found_parts += [_balanced(structure, damper, part) for part in parts]
-    found = np.concatenate(found_parts)
+        first = float(some[0])
+        own_load = balancing_load(engine, used, first) if balanced and not one else settings.gas_load
+        trace = used.at(first, own_load)
+        structure = ShaftOrders(engine, body, settings, trace, highest, balanced)
+        parts = [some] if rule == LINEAR else np.array_split(some, -(-some.size // _AT_ONCE))
+        found_parts += [_each(partial(solve, structure, damper), part, lost) for part in parts]
+    shape = max(part.shape[1:] for part in found_parts)
+    found = np.concatenate([np.broadcast_to(part, (part.shape[0], *shape)) for part in found_parts])
+    if lost and (failed is None or len(lost) == speeds.size):
+        raise SolverError(lost[0].reason)
     motion = structure.signal(found, 1)
     extremes = np.stack((motion.min(axis=1), found[:, 0].real, motion.max(axis=1)), axis=1)
-    ends = {name: k for k, name in enumerate((TORSION, FLYWHEEL))}
+    shafts = structure.link.names if engine.drive_line_chain is not None else ()
+    ends = {name: k for k, name in enumerate((TORSION, FLYWHEEL, *map(shaft_output, shafts)))}
     return RunUp(
         speeds=speeds,
         orders=np.asarray(orders, dtype=float),
@@ -127,6 +141,24 @@ def frequency_run_up(
     )
 
 
+def shaft_output(name: str) -> str:
+    """Output of a shaft's torque."""
+    return f"shaft[{name}].torque"
+
+
+def _each(solve: Callable[[Array], ComplexArray], speeds: Array, failed: list[Failed]) -> ComplexArray:
+    """Solutions at ``speeds`` together; where these fail each by itself, so that a speed that fails is lost alone."""
+    try:
+        return solve(speeds)
+    except (SolverError, np.linalg.LinAlgError) as error:
+        if speeds.size == 1:
+            failed.append(Failed(float(speeds[0]), str(error)))
+            return np.full((1, 1, 1), np.nan, dtype=complex)
+    found = [_each(solve, speeds[k : k + 1], failed) for k in range(speeds.size)]
+    shape = max(one.shape for one in found)
+    return np.concatenate([np.broadcast_to(one, shape) for one in found])
+
+
 def steady_orders(
     engine: Engine, body: ReducedBody, settings: Settings, speed: float, gas: GasTrace
 ) -> list[list[float]]:
@@ -143,22 +175,25 @@ def steady_orders(
 class _Transfer(NamedTuple):
     """Motions of a structure with its damper by torques on the pins and by what the damper's law has besides.
 
-    ``motion`` (s, k, p + 4, p) and ``by_rest`` (s, k, p + 4): rows as of :meth:`ShaftOrders.transfer`. ``link`` is a
-    damper whose law is not linear, ``stiffness`` (s, k) its complex stiffness.
+    ``motion`` (s, k, rows, p) and ``by_rest`` (s, k, rows): rows as of :meth:`ShaftOrders.transfer`. ``link`` is a
+    damper whose law is not linear, ``stiffness`` (s, k) its complex stiffness; ``friction`` (s, shafts) the damping
+    that stands for friction in the drive line.
     """
 
     motion: ComplexArray
     by_rest: ComplexArray
     stiffness: ComplexArray
     link: DamperLink | None
+    friction: Array
 
     @classmethod
     def of(cls, structure: ShaftOrders, damper: Fitted | None, speeds: Array, known: ComplexArray) -> _Transfer:
         """Transfer at ``speeds`` (s,); ``known`` (s, k, p) are the torques on a crank that turns rigidly."""
-        whole = structure.transfer(speeds, np.arange(structure.orders.size))
+        friction = structure.friction(speeds)
+        whole = structure.transfer(speeds, np.arange(structure.orders.size), friction)
         motion, by_rest = whole[..., :-1], whole[..., -1]
         if damper is None:
-            return cls(motion, by_rest, np.zeros(motion.shape[:2], dtype=complex), None)
+            return cls(motion, by_rest, np.zeros(motion.shape[:2], dtype=complex), None, friction)
         twist = structure.at.twist
         link = DamperLink(*damper, speeds, speeds[:, None] * structure.orders)
         compliance = by_rest[:, :, twist]
@@ -166,15 +201,15 @@ class _Transfer(NamedTuple):
         share = 1.0 / (1.0 + stiffness * compliance)
         held = (stiffness * share)[:, :, None, None]
         motion = motion - held * by_rest[:, :, :, None] * motion[:, :, twist, None]
-        return cls(motion, share[:, :, None] * by_rest, stiffness, link if link.thinning else None)
+        return cls(motion, share[:, :, None] * by_rest, stiffness, link if link.thinning else None, friction)
 
     def at(self, which: NDArray[np.bool_]) -> _Transfer:
         """The transfer at some of the speeds."""
         link = self.link.at(which) if self.link is not None else None
-        return _Transfer(self.motion[which], self.by_rest[which], self.stiffness[which], link)
+        return _Transfer(self.motion[which], self.by_rest[which], self.stiffness[which], link, self.friction[which])
 
     def respond(self, torques: ComplexArray, rest: ComplexArray) -> ComplexArray:
-        """Motions (s, k, p + 4) by torques on the pins (s, k, p) and the rest of the damper's torque (s, k)."""
+        """Motions (s, k, rows) by torques on the pins (s, k, p) and the rest of the damper's torque (s, k)."""
         return np.asarray((self.motion @ torques[..., None])[..., 0] - self.by_rest * rest[:, :, None])
 
 
@@ -186,18 +221,20 @@ def frame_wobble(speed: float | Array, omega: Array) -> ComplexArray:
     return np.asarray(np.where(omega > 0.0, result, 0.0))
 
 
-def _ends(structure: ShaftOrders, speeds: Array, motion: ComplexArray) -> ComplexArray:
-    """Rotation (s, k, 2) of pulley and flywheel against the frame."""
+def _ends(structure: ShaftOrders, speeds: Array, motion: ComplexArray, friction: Array) -> ComplexArray:
+    """Rotation of pulley and flywheel against the frame, then torques of the line's shafts, (s, k, 2 + shafts)."""
     wobble = frame_wobble(speeds[:, None], speeds[:, None] * structure.orders)
     at = structure.at
-    return np.asarray(motion[:, :, [at.pulley, at.flywheel]] - (wobble * motion[:, :, at.swing])[:, :, None])
+    ends = motion[:, :, [at.pulley, at.flywheel]] - (wobble * motion[:, :, at.swing])[:, :, None]
+    return np.concatenate((ends, structure.shaft_torques(speeds, motion[:, :, at.shafts :], friction)), axis=2)
 
 
 def _linear(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> ComplexArray:
-    """Orders (s, k + 1, 2) of pulley and flywheel with mean inertia."""
+    """Orders (s, k + 1, 2 + shafts) of :func:`_ends` with mean inertia."""
     known = structure.known(speeds)
     transfer = _Transfer.of(structure, damper, speeds, known)
-    return _ends(structure, speeds, transfer.respond(known, np.zeros(known.shape[:2], dtype=complex)))
+    motion = transfer.respond(known, np.zeros(known.shape[:2], dtype=complex))
+    return _ends(structure, speeds, motion, transfer.friction)
 
 
 class _Coupling:
@@ -257,14 +294,14 @@ def _coupled(factors: list[tuple[NDArray[np.intp], Any, Any]], free: ComplexArra
 
 
 def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> ComplexArray:
-    """Orders (s, k + 1, 2) of pulley and flywheel by harmonic balance."""
+    """Orders (s, k + 1, 2 + shafts) of :func:`_ends` by harmonic balance."""
     pins, swing, twist = slice(0, structure.pins), structure.at.swing, structure.at.twist
     torques = structure.known(speeds)
     coupling, transfer = _Coupling(structure), _Transfer.of(structure, damper, speeds, torques)
     factors = [coupling.factors(speed, transfer.motion[k, :, pins]) for k, speed in enumerate(speeds.tolist())]
     rest = np.zeros(torques.shape[:2], dtype=complex)
     largest = np.abs(torques).max()
-    result = np.zeros((*torques.shape[:2], 2), dtype=complex)
+    result = np.zeros((*torques.shape[:2], 2 + len(structure.link.names)), dtype=complex)
     left = np.arange(speeds.size)
     change = ahead = np.full(speeds.size, np.inf)
     for _ in range(_ROUNDS):
@@ -273,7 +310,7 @@ def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> C
         varying = coupling.torque(speeds, turn)
         motion = transfer.respond(torques + varying, rest)
         settled, going = ahead <= _SETTLED * largest, ahead > _SETTLED * largest
-        result[left[settled]] = _ends(structure, speeds[settled], motion[settled])
+        result[left[settled]] = _ends(structure, speeds[settled], motion[settled], transfer.friction[settled])
         if settled.all():
             return result
         left, speeds, torques, rest, change, transfer, turn, varying, motion = (

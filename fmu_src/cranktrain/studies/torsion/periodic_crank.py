@@ -31,7 +31,8 @@ class PeriodicCrank:
 
     Parameters
     ----------
-    engine, body : the engine and its running body, with all parts attached
+    engine, body : the engine and its running body, with all parts attached; a drive line of discs is left out, which
+        :func:`cranktrain.studies.torsion.line_modes.with_line` attaches
     speed : Ω, rad/s
     gas, load : pressure trace, and share of the full-load burn
     highest : highest order that the samples resolve
@@ -67,9 +68,10 @@ class PeriodicCrank:
         thrust, shaft = body.shapes[body.index("thrust"), 2], body.shapes[body.index("flywheel"), 5]
         springs = closed_stiffness(engine.thrust) * np.outer(thrust, thrust)
         engine.refuse_additions("steady states in the frequency domain")
-        line = engine.connecting_shaft
-        springs += line.stiffness * np.outer(shaft, shaft)
-        dampers = engine.thrust.damping * np.outer(thrust, thrust) + line.damping * np.outer(shaft, shaft)
+        line = engine.drive_line
+        springs_of_line = (0.0, 0.0) if engine.drive_line_chain is not None else (line.stiffness, line.damping)
+        springs += springs_of_line[0] * np.outer(shaft, shaft)
+        dampers = engine.thrust.damping * np.outer(thrust, thrust) + springs_of_line[1] * np.outer(shaft, shaft)
         stiffness = np.diag(body.omega**2) + speed**2 * (body.stress_stiffness - body.centrifugal) + springs
         damping = np.diag(structural_damping(engine, body)) + 2.0 * speed * body.gyroscopic + dampers
         self.stiffness = stiffness - rows.T @ place @ rows

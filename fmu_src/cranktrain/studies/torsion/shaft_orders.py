@@ -5,7 +5,9 @@ In the modes of what turns (crank, ring, discs of the drive line), about a stead
     [K + iωC − ω²(I + Sᵀ J̄ S) − Sᵀ ḡ] x = Sᵀ f + t T,   S = rotations of the pins,   t = hub less ring,
 
 f torques on the pins, T that of the damper; J̄ is the cycle mean of the rods' inertia, ḡ x that of the gas torques'
-change as the pins and, with the crank's mean rotation, the pressures lead. At order 0 the frame turns with the crank's
+change as the pins and, with the crank's mean rotation, the pressures lead. Shafts of the drive line whose stiffness
+depends on frequency or mean torque have their own at each order and speed
+(:mod:`cranktrain.studies.torsion.line_link`). At order 0 the frame turns with the crank's
 mean rotation; the mean torque of the drive line is sought in its place.
 
 Matrices are those of the running model, :func:`cranktrain.dynamics.model.arrays.build_model`.
@@ -27,7 +29,9 @@ from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
+from cranktrain.loads.mean_load import balancing_load
+from cranktrain.loads.torsional_line import DAMPING, STIFFNESS, torsional_line
+from cranktrain.studies.torsion.line_link import LineLink, linear_engine
 from cranktrain.studies.torsion.rod_torque import Rods, RodTorque, gas_push
 
 ComplexArray = NDArray[np.complex128]
@@ -40,6 +44,11 @@ class Observed(NamedTuple):
     pulley: int
     swing: int
     flywheel: int
+
+    @property
+    def shafts(self) -> int:
+        """First row of the shafts' twists, which are the last rows."""
+        return self.flywheel + 1
 
 
 class ShaftOrders:
@@ -59,7 +68,9 @@ class ShaftOrders:
     angle : (N,) crank angle of the samples, rad
     throw : (c,) index of each cylinder's pin among the p pins
     at : rows of a transfer behind the pins': twist of hub against ring, rotation of the pulley, of the crank in the
-        mean, of the flywheel
+        mean, of the flywheel; then the twists of the drive line's shafts
+    link : the drive line's shafts
+    balanced : whether the burn balances the engine's ``[load]``
 
     Raises
     ------
@@ -67,7 +78,15 @@ class ShaftOrders:
         a crank that bends or journals that are not locked, the boundary ``torque``
     """
 
-    def __init__(self, engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, highest: float) -> None:
+    def __init__(
+        self,
+        engine: Engine,
+        body: ReducedBody,
+        settings: Settings,
+        gas: GasTrace,
+        highest: float,
+        balanced: bool = False,
+    ) -> None:
         settings = resolved(settings, engine)
         if bearing_law(settings.bearings).carries or settings.boundary != "speed":
             raise InputError(
@@ -75,7 +94,9 @@ class ShaftOrders:
                 "torsional, bearings held (or auto) and boundary speed, or run it in time"
             )
         # At any speed: no part of the model that only twists depends on it, but for the damper's warmth.
-        model = build_model(engine, body, settings, gas.best_speed, gas)
+        model = build_model(linear_engine(engine), body, settings, gas.best_speed, gas)
+        line = torsional_line(engine, float(body.inertia[2, 2]))
+        self.link, self._engine, self._gas, self.balanced = LineLink(line), engine, gas, balanced
         count = round(2.0 * highest)
         self.orders: Array = 0.5 * np.arange(count + 1, dtype=np.float64)
         self.samples = 8 * count
@@ -96,7 +117,8 @@ class ShaftOrders:
         swing[0] = model.scalars[slots.RIGID_ROTATION]
         self.at = Observed(*range(self.pins, self.pins + 4))
         self._flywheel: Array = model.ends[0, own]
-        self._rows = np.vstack((rows, twist, model.ends[1, own], swing, self._flywheel))
+        self._shaft_twists: Array = model.shafts[: len(line.shafts), own]
+        self._rows = np.vstack((rows, twist, model.ends[1, own], swing, self._flywheel, self._shaft_twists))
         shafts, laws = model.shafts[:, own], model.shaft_laws
         self._stiffness: Array = np.diag(model.omega2[own]) + shafts.T @ (laws[:, STIFFNESS, None] * shafts)
         self._damping: Array = np.diag(model.damping[own]) + shafts.T @ (laws[:, DAMPING, None] * shafts)
@@ -115,6 +137,8 @@ class ShaftOrders:
     def burn(self, speeds: Array) -> Array:
         """Share of the full-load burn at speeds (s,) rad/s."""
         load, falloff, best = self._burn
+        if self.balanced:
+            load = np.array([balancing_load(self._engine, self._gas, speed) for speed in speeds.tolist()])
         return np.maximum(load * (1.0 - falloff * (speeds / best - 1.0) ** 2), 0.0)
 
     def push(self, angle: Array, burn: Array) -> Array:
@@ -141,6 +165,28 @@ class ShaftOrders:
         share = self.burn(speeds)[:, None, None]
         return np.asarray(speeds[:, None, None] ** 2 * inertia + weight + motored + share * rise)
 
+    def mean_torque(self, speeds: Array) -> Array:
+        """Mean torque (s,) of the engine at the flywheel, N m."""
+        return np.asarray(self.known(speeds)[:, 0].real.sum(axis=1))
+
+    def friction(self, speeds: Array) -> Array:
+        """Damping (s, shafts) that stands for the friction of the drive line, see :mod:`line_link`; ``SolverError``."""
+        known, indices = self.known(speeds), np.arange(self.orders.size)
+
+        def twists(damping: Array) -> ComplexArray:
+            motion = self.transfer(speeds, indices, damping)[:, :, self.at.shafts :, :-1]
+            return np.asarray((motion @ known[..., None])[..., 0])
+
+        omega = speeds[:, None] * self.orders
+        return self.link.settled_friction(twists, omega, lambda one: self.signal(one, 1), speeds.size)
+
+    def shaft_torques(self, speeds: Array, twists: ComplexArray, friction: Array) -> ComplexArray:
+        """Torques (s, k + 1, shafts) of shafts twisted by ``twists`` of that shape, mean torque included, N m."""
+        mean = self.mean_torque(speeds)
+        result = self.link.stiffness(speeds[:, None] * self.orders, mean, friction) * twists
+        result[:, 0] = mean[:, None] * self.link.shares
+        return result
+
     def mean_feedback(self, speeds: Array, pins: ComplexArray, swing: ComplexArray) -> ComplexArray:
         """Part of the pins' torques (s, k + 1, p) that the structure includes: mean inertia and mean gas tangents."""
         turn, lead = (a + self.burn(speeds)[:, None] * b for a, b in (self._by_turn, self._by_lead))
@@ -160,11 +206,12 @@ class ShaftOrders:
         result -= 0.5 * at.slope * (speeds[:, None, None] + rate) ** 2
         return self.spectrum(self.on_pins(result), 1)
 
-    def transfer(self, speeds: Array, orders: NDArray[np.intp]) -> ComplexArray:
-        """Motions (s, o, p + 4, p + 1) of the pins and of ``at`` by torques on the pins and between hub and ring.
+    def transfer(self, speeds: Array, orders: NDArray[np.intp], friction: Array | None = None) -> ComplexArray:
+        """Motions (s, o, p + 4 + shafts, p + 1) of the pins and of ``at`` by torques on pins and between hub and ring.
 
-        ``orders`` (o,) are indices. The link between hub and ring itself is left out, see
-        the class ``_Transfer`` of :mod:`cranktrain.studies.torsion.frequency_run_up`.
+        ``orders`` (o,) are indices; ``friction`` (s, shafts) is the damping that stands for friction. The link between
+        hub and ring itself is left out, see the class ``_Transfer`` of
+        :mod:`cranktrain.studies.torsion.frequency_run_up`.
         """
         n = self._stiffness.shape[0]
         pins = self._rows[: self.pins]
@@ -178,6 +225,12 @@ class ShaftOrders:
         parts = (self._stiffness - turn[0] - lead[0], self._damping, mass, turn[1] + lead[1])
         weights = np.stack((np.ones_like(w) + 0.0j, 1j * w, -(w**2), -share), axis=-1)
         dynamic = (weights @ np.stack([part.ravel() for part in parts])).reshape(*w.shape, n, n)
+        special = self.link.special
+        if special:
+            rubbing = np.zeros((speeds.size, self._shaft_twists.shape[0])) if friction is None else friction
+            own = self._shaft_twists[special]
+            excess = self.link.excess(w, self.mean_torque(speeds), rubbing)
+            dynamic += np.einsum("skt,ti,tj->skij", excess, own, own)
         right = self._rows[: self.pins + 1].T
         zero = np.flatnonzero(orders == 0)
         for k in zero:

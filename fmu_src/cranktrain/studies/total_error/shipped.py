@@ -29,7 +29,8 @@ LATER = (
     ("cylinders", "firing_intervals", ()), ("cylinders", "cycle", 4.0 * math.pi),
     ("cylinders", "axis_offsets", ()), ("cylinders", "rods_on_pin", "side-by-side"), ("cylinders", "crosshead", False),
     ("crankshaft", "pins_between_mains", ()), ("crankshaft", "flying_web_thickness", 0.0),
-    ("crankshaft", "pin_throws", ()),
+    ("crankshaft", "pin_throws", ()), ("load", "", None), ("damper", "damping", 0.0), ("damper", "frequencies", ()),
+    ("damper", "stiffnesses", ()), ("damper", "dampings", ()),
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
 

@@ -1,0 +1,116 @@
+"""The verb ``new``: a complete engine file from a layout and a few sizes."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+from cranktrain.cli.console import number
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import check_name, load_engine
+from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
+from cranktrain.store.whole_file import marked, whole_file
+from cranktrain.studies.design.balance import free_forces
+from cranktrain.studies.design.layouts import LAYOUTS, layout
+from cranktrain.studies.design.sizes import FUELS, MECHANICAL_EFFICIENCY, Sizes, sizes
+
+DESCRIPTION = f"""\
+Write a complete engine file from a layout and a few sizes.
+
+Every value follows from a stated rule of practice, which its note names; the file runs at once. Put in what is known.
+Layouts: {", ".join(LAYOUTS)}.
+"""
+KIND = marked("engine file", "[crankshaft]")
+RPM = math.pi / 30.0
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add = parser.add_argument
+    add("name", metavar="NAME", help="of the engine: letters, digits and _; the file is NAME.toml")
+    add("--layout", required=True, metavar="LAYOUT", help=f"of the cylinders: {', '.join(LAYOUTS)}")
+    add("--bore-mm", type=number(10.0, 1500.0, "mm"), required=True, metavar="MM", help="bore, mm")
+    add("--stroke-mm", type=number(5.0, 4000.0, "mm"), required=True, metavar="MM", help="stroke, mm")
+    add("--bank-angle-deg", type=number(0.0, 360.0, "deg"), metavar="DEG", help="between the banks of a V, deg")
+    add("--rod-mm", type=number(10.0, 10000.0, "mm"), metavar="MM", help="rod between its eyes, mm (default: 0.3 of it "
+        "is the throw)")  # fmt: skip
+    add("--fuel", default="petrol", metavar="FUEL", help=f"{' or '.join(FUELS)} (default petrol)")
+    add("--power-kw", type=number(0.01, 1e5, "kW"), metavar="KW", help="brake power at the rated speed, kW (default: "
+        "of the usual mean effective pressure)")  # fmt: skip
+    add("--rated-rpm", type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"), metavar="RPM",
+        help="rated speed, rev/min (default: of the usual mean piston speed)")  # fmt: skip
+    add("--force", action="store_true", help="replace an engine file of that name")
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Design the engine, write its file, and read it back."""
+    from cranktrain.studies.design.rules import document
+
+    name = options.name.removesuffix(".toml")
+    check_name(name, "NAME")
+    path = Path(f"{name}.toml")
+    if path.exists() and not options.force:
+        raise InputError(f"{path}: exists; give --force to replace it, or take another name")
+    found = sizes(
+        layout(options.layout, options.bank_angle_deg),
+        1e-3 * options.bore_mm,
+        1e-3 * options.stroke_mm,
+        options.fuel,
+        rod=None if options.rod_mm is None else 1e-3 * options.rod_mm,
+        power=None if options.power_kw is None else 1e3 * options.power_kw,
+        rated=None if options.rated_rpm is None else options.rated_rpm * RPM,
+    )
+    text = document(name, found).text
+    with whole_file(path, KIND) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+        load_engine(temporary)
+    report = _report(found, path)
+    if not options.json:
+        _show(report)
+    return report
+
+
+def _report(s: Sizes, path: Path) -> dict[str, Any]:
+    row = s.layout
+    return {
+        "file": str(path), "layout": row.name, "cylinders": row.cylinders, "bank_angle_deg": row.bank_deg,
+        "displacement_l": 1e3 * s.displacement, "rod_mm": 1e3 * s.rod_length, "fuel": s.fuel_name,
+        "firing_order": list(row.order), "intervals_deg": list(row.intervals_deg), "fires_evenly": row.even,
+        "free_forces": free_forces(row)._asdict(), "note": row.note,
+        "rated_rpm": s.rated / RPM, "lowest_rpm": s.lowest / RPM, "brake_power_kw": 1e-3 * s.brake_power,
+        "imep_bar": 1e-5 * s.imep, "mechanical_efficiency": MECHANICAL_EFFICIENCY,
+        "next": [
+            f"cranktrain modal {path} --crank beam",
+            f"cranktrain runup {path} --from {s.lowest / RPM:g} --to {s.rated / RPM:g} --step {_step(s):g} "
+            f"--crank torsional --steady harmonic-balance --plots {path.stem}",
+        ],
+    }  # fmt: skip
+
+
+def _step(s: Sizes) -> float:
+    """Step of a first run-up, rev/min: about fifty speeds."""
+    return float(f"{(s.rated - s.lowest) / RPM / 50.0:.1g}")
+
+
+def _show(report: dict[str, Any]) -> None:
+    gaps = report["intervals_deg"]
+    every = f"every {gaps[0]:g} deg" if report["fires_evenly"] else f"at {', '.join(f'{gap:g}' for gap in gaps)} deg"
+    free = report["free_forces"]
+    print(
+        f"{report['file']}: {report['displacement_l']:.3g} l, {report['cylinders']} cylinders, fires "
+        f"{'-'.join(map(str, report['firing_order']))} {every}"
+    )
+    print(
+        f"{report['brake_power_kw']:.3g} kW at {report['rated_rpm']:.0f} rev/min "
+        f"(indicated mean effective pressure {report['imep_bar']:.3g} bar)"
+    )
+    print(
+        f"Oscillating masses leave free: first order {free['first']:.3g}, moment {free['first_moment']:.3g}; second "
+        f"order {free['second']:.3g}, moment {free['second_moment']:.3g} (of one cylinder's; moments times the "
+        "distance of throws)"
+    )
+    if report["note"]:
+        print(report["note"][:1].upper() + report["note"][1:])
+    print("Next:", *report["next"], sep="\n  ")

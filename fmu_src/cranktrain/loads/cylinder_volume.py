@@ -1,0 +1,42 @@
+"""Volume above a piston over the crank angle, and the work of a pressure on it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cranktrain.core.types import Array
+from cranktrain.engine.model import Engine
+from cranktrain.loads.built_in_trace import CYCLE
+
+
+def cylinder_volume(engine: Engine, angle: Array) -> tuple[Array, Array]:
+    """Volume above the piston and its derivative by the crank angle.
+
+    Parameters
+    ----------
+    angle : (n,) crank angle after firing dead centre, rad
+
+    Returns
+    -------
+    volume (n,) m³, derivative (n,) m³/rad
+    """
+    r, length, offset = engine.crankshaft.throw, engine.rod.length, engine.offsets[0]
+    area = 0.25 * math.pi * engine.cylinders.bore**2
+    top = math.sqrt((length + r) ** 2 - offset**2)
+    stroke = top - math.sqrt((length - r) ** 2 - offset**2)
+    x = -r * np.sin(angle) - offset
+    s = np.sqrt(length**2 - x**2)
+    clearance = area * stroke / (engine.cylinders.compression_ratio - 1.0)
+    volume = clearance + area * (top - r * np.cos(angle) - s)
+    derivative = area * (r * np.sin(angle) - x * r * np.cos(angle) / s)
+    return volume, derivative
+
+
+def mean_effective_pressure(engine: Engine, pressure: Array) -> float:
+    """∮ p dV / V_displaced over a cycle, from uniform samples (n,) Pa over 720°; the trapezoidal rule is spectral."""
+    volume, derivative = cylinder_volume(engine, np.arange(pressure.size, dtype=np.float64) * (CYCLE / pressure.size))
+    # crankcase pressure and any constant drop out of the closed integral
+    work = np.sum(pressure * derivative) * (engine.cylinders.cycle / pressure.size)
+    return float(work / (volume.max() - volume.min()))

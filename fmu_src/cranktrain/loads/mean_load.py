@@ -1,0 +1,65 @@
+"""Burn that balances a mean load: the engine's mean torque equals that of its ``[load]`` at each speed.
+
+The gas of c cylinders has the mean torque M = c ⟨p dV/dθ⟩; rods and pistons have none. With the motored and the
+full-load pressure it is linear in the fraction s of the burn,
+
+    M(s) = M_0 + s (M_1 − M_0),    s = (T(Ω) − M_0)/(M_1 − M_0)
+
+A run burns the fraction s = load (1 − falloff (Ω/Ω_b − 1)²) of the trace, from which its ``load`` follows.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.engine.model import Engine
+from cranktrain.loads.cylinder_volume import cylinder_volume
+from cranktrain.loads.gas_pressure import Gas, GasTrace
+
+RPM = 30.0 / math.pi
+MOST = 2.0
+"""Largest fraction of the full-load burn."""
+_SETTLED, _ROUNDS = 1e-6, 50
+
+
+def mean_torques(engine: Engine, gas: GasTrace) -> tuple[float, float]:
+    """Mean torque of the gas, N m, motored and with the full burn of the trace."""
+    angle = np.arange(gas.fired.size, dtype=np.float64) * (4.0 * math.pi / gas.fired.size)
+    arm = engine.n_cylinders * cylinder_volume(engine, angle)[1]
+    return float(np.mean(gas.motored * arm)), float(np.mean(gas.fired * arm))
+
+
+def balancing_load(engine: Engine, gas: Gas, speed: float) -> float:
+    """Fraction of the full-load burn that balances the engine's load at a ``speed``, rad/s.
+
+    Raises
+    ------
+    InputError
+        an engine without ``[load]``, or one that cannot give the torque there
+    """
+    if engine.load is None:
+        raise InputError(
+            f"engine '{engine.name}' has no [load]; add that table (kind, speed, torque or power), or give a fraction"
+        )
+    wanted, load = engine.load.torque_at(speed), 1.0
+    for _ in range(_ROUNDS):  # traces over the load differ with it
+        before, load = load, _balance(engine, gas.at(speed, load), speed, wanted)
+        if abs(load - before) <= _SETTLED * load:
+            break
+    return load
+
+
+def _balance(engine: Engine, gas: GasTrace, speed: float, wanted: float) -> float:
+    """Fraction of the burn at which one trace gives a mean torque ``wanted``, N m."""
+    motored, full = mean_torques(engine, gas)
+    gain = max(1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2, 0.0) * (full - motored)
+    most = motored + MOST * gain
+    if not motored < wanted <= most:
+        raise InputError(
+            f"[load] asks for {wanted:.4g} N m at {speed * RPM:.4g} rev/min, where the engine gives "
+            f"{max(motored, 0.0):.4g} to {most:.4g} N m; change load.torque or load.power, or the speed"
+        )
+    return (wanted - motored) / gain

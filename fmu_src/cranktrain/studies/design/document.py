@@ -1,0 +1,102 @@
+"""An engine file as values with their units, origins and notes: its text, and the engine that it describes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from cranktrain.engine.model import Engine, engine_from_dict
+from cranktrain.engine.quantities import OFFSETS, UNITS
+
+DIGITS, DIGITS_OF_ANGLES = 4, 9
+"""Significant digits of a value; angles have more, so that firing is even."""
+FACTORS = {unit: factor for units in UNITS.values() for unit, factor in units.items()}
+
+
+class Entry(NamedTuple):
+    """A value of an engine file, in the unit that is written; no unit of a name, a flag or a count."""
+
+    key: str
+    value: Any
+    unit: str
+    origin: str
+    note: str
+
+    @property
+    def si(self) -> Any:
+        """The value in SI."""
+
+        def one(value: Any) -> Any:
+            numeric = isinstance(value, int | float) and self.unit not in ("", "1")
+            return value * FACTORS[self.unit] + OFFSETS.get(self.unit, 0.0) if numeric else value
+
+        return [one(value) for value in self.value] if isinstance(self.value, list) else one(self.value)
+
+    @property
+    def text(self) -> str:
+        """Its line."""
+        unit = f', unit = "{self.unit}"' if self.unit else ""
+        return f'{self.key} = {{ value = {_text(self.value)}{unit}, origin = "{self.origin}", note = "{self.note}" }}'
+
+
+class Block(NamedTuple):
+    """A table of an engine file: its name, a comment of one line, and its entries."""
+
+    name: str
+    comment: str
+    entries: tuple[Entry, ...]
+
+
+class Document(NamedTuple):
+    """An engine file: name, title, the lines of its first comment, and its tables."""
+
+    name: str
+    title: str
+    head: tuple[str, ...]
+    blocks: tuple[Block, ...]
+
+    @property
+    def engine(self) -> Engine:
+        """The engine, not yet checked."""
+        tables = {block.name: {entry.key: entry.si for entry in block.entries} for block in self.blocks}
+        return engine_from_dict({"name": self.name, "title": self.title, **tables})
+
+    @property
+    def text(self) -> str:
+        """Its text, TOML."""
+        lines = [*(f"# {line}".rstrip() for line in self.head), "", f'name = "{self.name}"', f'title = "{self.title}"']
+        for block in self.blocks:
+            lines += ["", f"# {block.comment}", f"[{block.name}]", *(entry.text for entry in block.entries)]
+        return "\n".join(lines) + "\n"
+
+
+def rounded(value: float, unit: str = "") -> float:
+    """A number with the significant digits of its unit; whole where it is."""
+    short = float(f"{value:.{DIGITS_OF_ANGLES if unit == 'deg' else DIGITS}g}")
+    return int(short) if short == int(short) and abs(short) < 10**DIGITS else short
+
+
+def derived(key: str, value: float | Sequence[float], unit: str, note: str) -> Entry:
+    """A value that follows from others."""
+    return _entry(key, value, unit, "derived", note)
+
+
+def chosen(key: str, value: Any, unit: str, note: str) -> Entry:
+    """A value that a rule of practice or the user gives."""
+    return _entry(key, value, unit, "chosen", note)
+
+
+def _entry(key: str, value: Any, unit: str, origin: str, note: str) -> Entry:
+    if unit and isinstance(value, list | tuple):
+        value = [rounded(one, unit) for one in value]
+    elif unit:
+        value = rounded(value, unit)
+    return Entry(key, list(value) if isinstance(value, tuple) else value, unit, origin, note)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list):
+        return f"[{', '.join(_text(one) for one in value)}]"
+    return f'"{value}"' if isinstance(value, str) else repr(value)

@@ -1,0 +1,317 @@
+"""Drive lines in the frequency domain: two masses in closed form, couplings over torque, friction, linear dampers.
+
+Two masses J₁ (crank and rods), J₂ on a shaft of complex stiffness κ: a torque T on J₁ puts
+κ T/J₁/(κ (1/J₁ + 1/J₂) − ω²) into the shaft. Damper: a hub J₁ on k with a ring J₂ = μ J₁ coupled by c alone has the
+amplitude (1 + 2/μ) T/k at ω² = 2/(2 + μ) k/J₁ for every c (Houdaille; Den Hartog, Mechanical Vibrations, 4th ed., 3.3).
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bodies import rigid_crank
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.drive_line_chain import DriveLineChain
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.line_elements import element_values, tangent_stiffness, torque_curve
+from cranktrain.engine.model import engine_from_dict, engine_to_dict
+from cranktrain.engine.parts import Damper, MeanLoad
+from cranktrain.engine.torsional_chain import Chain, Disc, Shaft
+from cranktrain.loads.damper import damper_parameters, damper_torque, with_damper_housing
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.mean_load import balancing_load, mean_torques
+from cranktrain.loads.torsional_line import torsional_line
+from cranktrain.results.orders.resonances import peaks
+from cranktrain.studies.torsion import frequency_run_up as run_ups
+from cranktrain.studies.torsion.frequency_run_up import _Transfer, frequency_run_up
+from cranktrain.studies.torsion.line_link import LineLink, linear_engine, mean_shares
+from cranktrain.studies.torsion.shaft_orders import ShaftOrders
+
+SIX = load_engine("diesel_i6")
+RPM = math.pi / 30.0
+RIGID = Settings(crank="rigid", bearings="held")
+SPEEDS = np.array([700.0, 1450.0]) * RPM
+J2 = 0.8
+
+
+def shaft(between, **values):
+    return Shaft(between, **element_values("shaft", values))
+
+
+DRIVEN = (Disc("driven", J2),)
+
+
+def behind(*shafts, discs=DRIVEN, engine=SIX):
+    engine = replace(engine, drive_line_chain=DriveLineChain.of(Chain(tuple(discs), shafts)))
+    check_engine(engine)
+    return engine
+
+
+def orders_of(engine, settings=RIGID):
+    return ShaftOrders(engine, rigid_crank(engine), settings, GasTrace.from_engine(engine), 24.0)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"stiffness": 2e4, "damping": 6.0},
+        {"stiffness": 2e4, "loss_factor": 0.15},
+        {
+            "stiffness": (1e4, 2e4, 5e4),
+            "damping": (9.0, 5.0, 2.0),
+            "frequencies": (10.0, 60.0, 200.0),
+            "frequency": 30.0,
+        },
+    ],
+)
+def test_the_shaft_of_two_free_masses_carries_the_closed_form(values):
+    engine = behind(shaft(("flywheel", "driven"), **values))
+    found = frequency_run_up(engine, rigid_crank(engine), RIGID, SPEEDS, 0.5 * np.arange(1, 25), "linear")
+    structure = orders_of(engine)
+    j1 = 1.4 + structure.inertia[0].real.sum()
+    torque = structure.known(SPEEDS)[:, 1:25].sum(axis=2)
+    omega = SPEEDS[:, None] * structure.orders[1:25]
+    if "frequencies" in values:
+        hz = omega / (2.0 * math.pi)
+        k, c = (np.interp(hz, values["frequencies"], values[key]) for key in ("stiffness", "damping"))
+        kappa = k + 1j * omega * c
+    else:
+        kappa = 2e4 * (1.0 + 1j * values.get("loss_factor", 0.0)) + 1j * omega * values.get("damping", 0.0)
+    expected = kappa * torque / j1 / (kappa * (1.0 / j1 + 1.0 / J2) - omega**2)
+    ours = found.amplitudes["shaft[flywheel to driven].torque"]
+    assert np.abs(ours - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_a_coupling_over_torque_has_the_stiffness_at_the_mean_torque_of_each_speed():
+    """Full burn, so mean torques differ with the speed: each speed is that of a linear shaft of its own."""
+    points = {"stiffness": (1e4, 2e4, 6e4), "torques": (0.0, 400.0, 1600.0)}
+    engine = behind(shaft(("flywheel", "driven"), **points))
+    gas = GasTrace.from_engine(engine)
+    motored, full = mean_torques(engine, gas)
+    body = rigid_crank(engine)
+    found = frequency_run_up(engine, body, RIGID, SPEEDS, [3.0, 6.0], "harmonic-balance")
+    stiffnesses = []
+    for k, speed in enumerate(SPEEDS):
+        mean = motored + max(1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2, 0.0) * (full - motored)
+        stiffnesses.append(np.interp(mean, points["torques"], points["stiffness"]))
+        linear = behind(shaft(("flywheel", "driven"), stiffness=stiffnesses[-1]))
+        own = frequency_run_up(linear, body, RIGID, np.array([speed]), [3.0, 6.0], "harmonic-balance")
+        for name in ("pulley.torsion", "shaft[flywheel to driven].torque"):
+            assert found.amplitudes[name][k] == pytest.approx(own.amplitudes[name][0], rel=1e-3)
+    assert stiffnesses[1] > 1.05 * stiffnesses[0]
+
+
+def test_mean_torques_follow_gears_and_branches():
+    """A branch that nothing loads carries none; behind a gear of ratio r the torque is 1/r."""
+    discs = (Disc("a", 0.2), Disc("fan", 0.1), Disc("g", 0.1))
+    shafts = (
+        Shaft(("flywheel", "a"), 3e4), Shaft(("a", "fan"), 2e3), Shaft(("a", "g"), 0.0, ratio=-2.5),
+        Shaft(("g", "dynamometer"), 1e4),
+    )  # fmt: skip
+    assert mean_shares(torsional_line(behind(*shafts, discs=discs), 1.0)) == pytest.approx([1.0, 0.0, -0.4], abs=1e-9)
+    free = behind(*shafts[:3], discs=discs)
+    assert mean_shares(torsional_line(free, 1.0)) == pytest.approx([1.0, 0.0], abs=1e-9)
+
+
+def test_torque_over_torque_points_integrates_to_the_curve():
+    """Stages: straight pieces through the knees; a slope of stiffness over torque: ψ = ln(k/k₀) ΔT/(k − k₀)."""
+    stages = shaft(("flywheel", "driven"), stiffness=(2e4, 3e4, 6e4), torques=(500.0, 1500.0))
+    twists, torques = torque_curve(stages)
+    knees = np.array([500.0 / 2e4, 500.0 / 2e4 + 1000.0 / 3e4])
+    assert np.interp([-knees[1], -knees[0], 0.0, *knees], twists, torques) == pytest.approx([-1500, -500, 0, 500, 1500])
+    assert tangent_stiffness(stages, np.array([-100.0, 1000.0, 9e3])) == pytest.approx([2e4, 3e4, 6e4])
+    slope = shaft(("flywheel", "driven"), stiffness=(1e4, 4e4), torques=(0.0, 900.0))
+    twists, torques = torque_curve(slope)
+    assert np.interp(900.0, torques, twists) == pytest.approx(900.0 * math.log(4.0) / 3e4)
+    curve = shaft(("flywheel", "driven"), twists=(0.0, 0.1, 0.2), torques=(0.0, 1e3, 4e3))
+    assert np.interp([-0.15, 0.05], *torque_curve(curve)) == pytest.approx([-2500.0, 500.0])
+
+
+def test_friction_dissipates_as_coulomb_s_does():
+    """One mass on a spring with friction under F cos ωt: c = 4 T_f/(π ω A) where the slip speed is small."""
+    friction, k, j, force = 30.0, 4e3, 0.5, 200.0
+    engine = behind(Shaft(("flywheel", "driven"), k, friction=friction, slip_speed=1e-3))
+    link = LineLink(torsional_line(engine, 1.0))
+    omega = np.array([[0.0, 80.0]])
+    phase = np.arange(512) * (2.0 * math.pi / 512)
+
+    def twists(damping):
+        answer = force / (k - omega**2 * j + 1j * omega * damping[:, :1])
+        return np.where(omega > 0.0, answer, 0.0)[..., None]
+
+    def signal(spectrum):
+        return (spectrum[:, 1, None] * np.exp(1j * phase)).real
+
+    damping = link.settled_friction(twists, omega, signal, 1)
+    amplitude = abs(twists(damping)[0, 1, 0])
+    assert damping[0, 0] == pytest.approx(4.0 * friction / (math.pi * 80.0 * amplitude), rel=1e-3)
+
+
+def test_friction_takes_from_a_resonance_what_its_damping_does():
+    rubbed = behind(Shaft(("flywheel", "driven"), 6e3, 2.0, friction=40.0, slip_speed=0.2))
+    structure, body = orders_of(rubbed), rigid_crank(rubbed)
+    speeds = SPEEDS[:1]
+    damping = float(structure.friction(speeds)[0, 0])
+    assert damping > 0.5
+    alike = behind(Shaft(("flywheel", "driven"), 6e3, 2.0 + damping))
+    ours, theirs = (
+        frequency_run_up(engine, body, RIGID, speeds, [3.0], "linear").amplitudes["shaft[flywheel to driven].torque"]
+        for engine in (rubbed, alike)
+    )
+    assert ours[0, 0] == pytest.approx(theirs[0, 0], rel=1e-2)
+    assert not linear_engine(rubbed).connections
+
+
+def test_a_speed_that_fails_is_lost_alone(monkeypatch):
+    engine, body = behind(Shaft(("flywheel", "driven"), 2e4, 6.0)), rigid_crank(SIX)
+    speeds = np.linspace(600.0, 1600.0, 6) * RPM
+    whole = frequency_run_up(engine, body, RIGID, speeds, [3.0, 6.0], "harmonic-balance")
+    solve = run_ups._balanced
+
+    def failing(structure, damper, own):
+        if np.any(np.abs(own - speeds[2]) < 1.0):
+            raise SolverError("the orders do not settle at 1000 rev/min")
+        return solve(structure, damper, own)
+
+    monkeypatch.setattr(run_ups, "_balanced", failing)
+    failed = []
+    found = frequency_run_up(engine, body, RIGID, speeds, [3.0, 6.0], "harmonic-balance", failed=failed)
+    assert [(one.speed, one.reason) for one in failed] == [(speeds[2], "the orders do not settle at 1000 rev/min")]
+    kept = np.arange(6) != 2
+    assert np.isnan(found.torsion[2]).all()
+    assert np.isnan(found.extremes["pulley.torsion"][2]).all()
+    assert found.torsion[kept] == pytest.approx(whole.torsion[kept], rel=1e-9)
+    assert all(math.isfinite(peak.amplitude) for peak in peaks(found))
+    with pytest.raises(SolverError, match="do not settle"):
+        frequency_run_up(engine, body, RIGID, speeds, [3.0, 6.0], "harmonic-balance")
+
+
+def damped(engine, speeds, **values):
+    """Amplitude of the hub's order 3 per torque, over k: a rigid crank on its connecting shaft with a linear damper."""
+    j1 = 1.4 + orders_of(engine).inertia[0].real.sum()
+    ring = values.pop("mu") * j1
+    fitted = replace(engine, damper=Damper(kind="linear", ring_inertia=ring, **values))
+    check_engine(fitted)
+    settings = replace(RIGID, damper="fitted")
+    structure = orders_of(with_damper_housing(fitted), settings)
+    known = structure.known(speeds)
+    transfer = _Transfer.of(structure, (fitted, settings), speeds, known)
+    motion = transfer.respond(known, np.zeros(known.shape[:2], dtype=complex))
+    place = 6
+    return motion[:, place, structure.at.pulley] / known[:, place].sum(axis=1) * engine.drive_line.stiffness, ring, j1
+
+
+def free_line(engine=SIX):
+    return replace(engine, drive_line=replace(engine.drive_line, damping=0.0))
+
+
+@pytest.mark.parametrize("mu", [0.2, 1.0])
+def test_a_viscous_damper_of_ring_and_damping_alone_has_its_fixed_point_and_optimum(mu):
+    engine = free_line()
+    j1, k = 1.4 + orders_of(engine).inertia[0].real.sum(), engine.drive_line.stiffness
+    natural = math.sqrt(k / j1)
+    shift = math.sqrt(2.0 / (2.0 + mu))
+    best = mu / math.sqrt(2.0 * (1.0 + mu) * (2.0 + mu)) * 2.0 * j1 * natural
+    speeds = natural * shift * np.array([0.97, 1.0, 1.03]) / 3.0
+    for damping in (0.5 * best, best, 2.0 * best):
+        amplitudes = np.abs(damped(engine, speeds, mu=mu, damping=damping)[0])
+        # The mean gas tangents of a rigid crank cancel, so this is the textbook's system.
+        assert amplitudes[1] == pytest.approx(1.0 + 2.0 / mu, rel=1e-6)
+        if damping == best:
+            assert amplitudes.argmax() == 1
+
+
+def test_a_steel_spring_damper_has_stiffness_and_damping_of_each_frequency():
+    """(k₁ − ω² J₁) θ + κ (θ − ψ) = T, κ (ψ − θ) = ω² J₂ ψ."""
+    engine, k1 = free_line(), SIX.drive_line.stiffness
+    table = {"frequencies": (20.0, 60.0), "stiffnesses": (3e3, 5e3), "dampings": (4.0, 2.0)}
+    speeds = np.array([500.0, 800.0]) * RPM
+    found, ring, j1 = damped(engine, speeds, mu=0.3, frequency=40.0, **table)
+    omega = 3.0 * speeds
+    hz = omega / (2.0 * math.pi)
+    k, c = (np.interp(hz, table["frequencies"], table[key]) for key in ("stiffnesses", "dampings"))
+    kappa = k + 1j * omega * c
+    expected = k1 / (k1 - omega**2 * j1 - kappa * omega**2 * ring / (kappa - omega**2 * ring))
+    assert found == pytest.approx(expected, rel=1e-6)
+    # In time it has those at its frequency: k ψ + c ψ̇.
+    damper = Damper(kind="linear", ring_inertia=ring, frequency=40.0, **table)
+    out = np.zeros(4)
+    damper_torque(damper_parameters(damper, 300.0), 0.01, 2.0, out)
+    assert out[:3] == pytest.approx([-(4e3 * 0.01 + 3.0 * 2.0), -4e3, -3.0])
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ({}, r"damper\.damping: is missing; a linear damper needs damping or stiffness"),
+        ({"frequencies": (1.0, 2.0), "frequency": 1.0}, r"damper\.stiffnesses: 0 values for 2 frequencies"),
+        ({"frequencies": (1.0,), "stiffnesses": (1.0,), "dampings": (1.0,)}, r"damper\.frequency: is missing"),
+    ],
+)
+def test_a_linear_damper_that_lacks_something_is_refused(values, says):
+    with pytest.raises(InputError, match=says):
+        check_engine(replace(SIX, damper=Damper(kind="linear", ring_inertia=0.1, **values)))
+
+
+@pytest.mark.parametrize(
+    ("load", "expected"),
+    [
+        (MeanLoad(kind="propeller", speed=200.0, torque=1200.0), [300.0, 1200.0 * 0.5625]),
+        (MeanLoad(kind="power", speed=200.0, power=9e4), [900.0, 600.0]),
+        (MeanLoad(kind="torque", speed=200.0, torque=700.0), [700.0, 700.0]),
+    ],
+)
+def test_the_burn_balances_the_load_at_each_speed(load, expected):
+    engine = replace(behind(Shaft(("flywheel", "driven"), 2e4, 6.0)), load=load)
+    check_engine(engine)
+    speeds = np.array([100.0, 150.0])
+    structure = ShaftOrders(engine, rigid_crank(engine), RIGID, GasTrace.from_engine(engine), 12.0, balanced=True)
+    assert structure.mean_torque(speeds) == pytest.approx(expected, rel=1e-3)
+    found = frequency_run_up(engine, rigid_crank(engine), RIGID, speeds, [3.0], "linear", balanced=True)
+    assert found.extremes["shaft[flywheel to driven].torque"][:, 1] == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_load_that_the_engine_cannot_carry_is_refused():
+    gas = GasTrace.from_engine(SIX)
+    heavy = replace(SIX, load=MeanLoad(kind="torque", speed=200.0, torque=1e5))
+    with pytest.raises(InputError, match=r"\[load\] asks for 1e\+05 N m at 954.9 rev/min, where the engine gives 0 to"):
+        balancing_load(heavy, gas, 100.0)
+    with pytest.raises(InputError, match=r"has no \[load\]; add that table"):
+        balancing_load(SIX, gas, 100.0)
+    with pytest.raises(InputError, match=r"load\.power: is missing; a load of kind power needs it"):
+        check_engine(replace(SIX, load=MeanLoad(kind="power", speed=200.0)))
+
+
+def test_an_engine_with_all_of_it_survives_its_dictionary():
+    engine = behind(
+        shaft(("flywheel", "driven"), stiffness=(2e4, 3e4), torques=(100.0, 900.0), diameter=0.06, strength=6e8),
+        shaft(("driven", "dynamometer"), stiffness=(1e4, 2e4), damping=4.0, frequencies=(5.0, 50.0), frequency=20.0),
+    )
+    engine = replace(engine, load=MeanLoad(kind="propeller", speed=200.0, torque=500.0))
+    again = engine_from_dict(engine_to_dict(engine))
+    assert again == engine
+    assert again.drive_line_chain.chain.shafts == engine.drive_line_chain.chain.shafts
+    [coupling] = again.connections
+    assert coupling.ends == ("crank.flywheel", "crank.line[driven]")
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ({"stiffness": (1e4, 2e4, 3e4, 4e4), "torques": (1.0, 2.0)}, r"shaft: 2 torques for 4 stiffnesses"),
+        ({"stiffness": (1e4, 2e4), "torques": (2.0, 1.0)}, r"shaft: torques must increase"),
+        ({"twists": (0.0, 0.1), "torques": (0.0,)}, r"shaft: 1 torques for 2 twists"),
+        ({"twists": (0.1, 0.2), "torques": (1.0, 2.0)}, r"misses the point 0, 0; start it there"),
+        ({"stiffness": 1e4, "frequencies": (1.0, 2.0)}, r"give 'frequency' too, Hz"),
+        ({"stiffness": 1e4, "frequencies": (1.0,), "torques": (1.0,)}, r"has both torques and frequencies"),
+        ({"stiffness": 1e4, "damping": (1.0, 2.0)}, r"damping is a list without frequencies"),
+    ],
+)
+def test_elements_that_contradict_themselves_are_refused(values, says):
+    with pytest.raises(InputError, match=says) as caught:
+        element_values("shaft", values)
+    assert "\n" not in str(caught.value)
