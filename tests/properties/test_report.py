@@ -17,9 +17,11 @@ import pytest
 from browser import needs_browser, shown
 
 from cranktrain.cli.main import _parser, main
+from cranktrain.cli.report import _asked
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.engine.limits import Limits
+from cranktrain.engine.parts import MeanLoad
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp
@@ -525,3 +527,16 @@ def test_charts_show_the_orders_that_are_asked_for(found, capsys):
     assert 'class="to-pp" checked' in text
     assert main(["report", "diesel_i6", "--orders", "6,6.2"]) == 2
     assert "--orders order 6.2 is not a multiple of 0.5" in capsys.readouterr().err
+
+
+def test_commands_of_an_engine_with_a_load_of_its_own_name_the_reports_load():
+    """The verbs would balance its mean torque otherwise, and run with another burn than the report."""
+    generator = replace(ENGINE, load=MeanLoad(kind="power", speed=ENGINE.rated_speed, power=1e5))
+    for engine, given, running in (
+        (ENGINE, [], ()),
+        (generator, [], ("--load", "1")),
+        (generator, ["--load", "0.5"], ("--load", "0.5")),
+    ):
+        options = _parser().parse_args(["report", "diesel_i6", *given])
+        asked = _asked(options, engine)
+        assert asked.running == running and asked.load == (0.5 if given else 1.0)
