@@ -1,5 +1,6 @@
 """Pictures carry names and units on their axes, and show the numbers they are given."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
@@ -10,10 +11,12 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.results import figures, plots
+from cranktrain.results.run_up.shown import figure_of
 
 
 @pytest.fixture
@@ -158,3 +161,35 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
         figures.check_folder(tmp_path / "notes.txt")
     figures.check_folder(tmp_path / "new" / "pictures")
     assert (tmp_path / "new" / "pictures").is_dir()
+
+
+@pytest.mark.parametrize("mains", [2, 3, 7])
+def test_no_text_leaves_the_picture_of_orbits(run, mains):
+    """Pictures are as wide as their circles; notes and titles take as many lines as they need."""
+    engine, data = run
+    for i in range(1, 7):
+        data.outputs[f"big_end[{i}].eccentricity"][:] = 0.0
+    widths = engine.crankshaft.main_widths[:mains]
+    few = dataclasses.replace(engine, crankshaft=dataclasses.replace(engine.crankshaft, main_widths=widths))
+    figure = figures.orbit_figure(data, few, "a single of a long name at 6500 rev/min, all films solved online")
+    assert outside(figure) == []
+
+
+@pytest.mark.parametrize("width", [4.0, 11.5])
+def test_a_foot_keeps_within_the_picture_and_below_its_axes(width):
+    figure = figure_of(width, 4.0)
+    ax = figure.subplots()
+    ax.set_xlabel("speed")
+    plots.foot(figure, "Lines of a foot, of which there are many, and none may be cut off. " * 6)
+    assert outside(figure) == []
+    foot = figure.texts[-1].get_window_extent()
+    assert foot.y1 < ax.xaxis.label.get_window_extent().y0
+
+
+def outside(figure):
+    """Texts of a figure, as drawn, that reach over its edges."""
+    FigureCanvasAgg(figure).draw()
+    texts = [*figure.texts, *(ax.title for ax in figure.axes)]
+    box = figure.bbox
+    found = [(text.get_text(), text.get_window_extent()) for text in texts]
+    return [text for text, e in found if e.x0 < box.x0 or e.x1 > box.x1 or e.y0 < box.y0 or e.y1 > box.y1]

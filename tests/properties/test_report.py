@@ -1,10 +1,14 @@
 """The report: tables and curves equal their sources, the page is whole, reads anywhere and asks nobody."""
 
+import base64
 import json
 import math
 import re
+import shlex
 import struct
 import zlib
+from dataclasses import replace
+from hashlib import sha256
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
@@ -12,19 +16,25 @@ import numpy as np
 import pytest
 from browser import needs_browser, shown
 
-from cranktrain.cli.main import main
-from cranktrain.core.errors import InputError
-from cranktrain.engine.file import engine_provenance, load_engine
+from cranktrain.cli.main import _parser, main
+from cranktrain.cli.report import _asked
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.engine.file import engine_path, engine_provenance, load_engine
+from cranktrain.engine.limits import Limits
+from cranktrain.engine.parts import MeanLoad
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.orders.resonances import peaks
-from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp
+from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map, with_twist
 from cranktrain.results.tables import NOTHING, housed_table
 from cranktrain.structure.crank.modal import KINDS
 from cranktrain.studies.report import findings as source
-from cranktrain.studies.report.chart import Axis, line_chart
-from cranktrain.studies.report.findings import Findings, Torsion
+from cranktrain.studies.report.chart import DECADES, MAP_COLOURS, Axis, Switches, line_chart, map_chart
+from cranktrain.studies.report.findings import Asked, Findings, Torsion
+from cranktrain.studies.report.front import layout_text
 from cranktrain.studies.report.page import missing, page
 from cranktrain.studies.report.sections import SECTIONS
+from cranktrain.studies.report.verdict import verdict_text, verdicts
 from cranktrain.studies.report.vibration import cycle
 
 EMPTY_TAGS = {"meta", "circle", "img", "line", "polyline", "br", "i"}
@@ -78,8 +88,8 @@ def found(modes, tmp_path_factory):
     (folder / "stresses.png").write_bytes(png())
     torsion, damped = (Torsion(run, peaks(run)) for run in (resonance(), resonance(zeta=0.3)))
     return Findings(
-        engine=ENGINE, origins=engine_provenance("diesel_i6"), modes=modes, torsion=torsion, damped=damped,
-        run_up=resonance((TORSION, AXIAL)), damped_run_up=None,
+        asked=Asked("diesel_i6"), engine=ENGINE, origins=engine_provenance("diesel_i6"), modes=modes, torsion=torsion,
+        damped=damped, run_up=resonance((TORSION, AXIAL)), damped_run_up=None,
         pictures={"stresses.png": folder / "stresses.png"}, seconds={"stage": 1.25},
     )  # fmt: skip
 
@@ -180,7 +190,8 @@ def test_measured_orders_lie_on_the_charts_and_stand_beside_the_computed_ones(fo
     text = page(Findings(**{**vars(found), "measured": measured}))
     for words in ("without damper", "with damper", "run-up"):
         chart = text.split(f"Torsion of the pulley, orders over the speed, {words}", 1)[1].split("</figure>")[0]
-        assert chart.count("<circle") == chart.count("order 6, measured") == 2 and ">measured<" in chart
+        # both points on the linear and on the logarithmic drawing
+        assert chart.count("<circle") == chart.count("order 6, measured") == 4 and ">measured<" in chart
     _, *rows = Reader(text).tables["Torsion of the pulley, measured and computed"][:3]
     k = int(sizes.argmax())
     assert [row[0] for row in rows] == ["6", "9"]  # the run-up has no order 4
@@ -247,13 +258,14 @@ def test_files_of_other_engines_and_missing_folders_are_refused(tmp_path):
     path = tmp_path / "run_up.h5"
     resonance(engine="diesel_v8").save(path)
     with pytest.raises(InputError, match="'diesel_v8', not of 'diesel_i6'"):
-        source.findings("diesel_i6", path)
+        source.findings(Asked("diesel_i6", path))
     with pytest.raises(InputError, match="is not a folder"):
-        source.findings("diesel_i6", None, [tmp_path / "none"])
+        source.findings(Asked("diesel_i6", None, [tmp_path / "none"]))
 
 
 def test_the_verb_writes_its_own_files_only(found, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(source, "findings", lambda *_: found)
+    monkeypatch.setattr(source, "steps", lambda *_: iter([found]))
+    monkeypatch.setattr("cranktrain.cli.report.FOLDERS", ())
     path = tmp_path / "report.html"
     for _ in range(2):  # the second replaces the first
         assert main(["report", "diesel_i6", "--output", str(path), "--json"]) == 0
@@ -266,7 +278,7 @@ def test_the_verb_writes_its_own_files_only(found, tmp_path, monkeypatch, capsys
 
 def test_sections_have_titles_of_their_own_and_a_way_to_be_made():
     assert len({section.title for section in SECTIONS}) == len(SECTIONS)
-    nothing = SimpleNamespace(run_up=None, damped_run_up=None, damped=None, pictures={})
+    nothing = SimpleNamespace(run_up=None, damped_run_up=None, damped=None, pictures={}, torsion=None, modes=None)
     for section in SECTIONS:
         if section.commands:
             assert section.make(nothing) == []
@@ -294,7 +306,7 @@ def test_the_verb_makes_what_is_missing_once_and_goes_on_without_what_fails(foun
         return SimpleNamespace(returncode=2 if "fatigue" in words else 0)
 
     poor = Findings(**{**vars(found), "pictures": {}})
-    monkeypatch.setattr(source, "findings", lambda *_: poor)
+    monkeypatch.setattr(source, "steps", lambda asked, *_: iter([replace(poor, asked=asked)]))
     monkeypatch.setattr("cranktrain.cli.report.subprocess.run", run)
     monkeypatch.setattr("cranktrain.cli.report.FOLDERS", ())
     path, folder = tmp_path / "report.html", str(tmp_path / "made")
@@ -305,3 +317,226 @@ def test_the_verb_makes_what_is_missing_once_and_goes_on_without_what_fails(foun
     assert "ended with code 2" in said.err and "cranktrain fatigue" in said.err
     missing_now = json.loads(said.out)["missing"]
     assert "Fatigue of the crankshaft" in missing_now and "Stress of the crankshaft" not in missing_now
+
+
+def test_an_interrupted_report_has_what_was_made_and_says_what_it_lacks(found, tmp_path, monkeypatch, capsys):
+    def steps(asked, *_):
+        part = replace(found, asked=asked, running=True, torsion=None, damped=None)
+        yield replace(part, modes=None)
+        yield part
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(source, "steps", steps)
+    path = tmp_path / "report.html"
+    assert main(["report", "diesel_i6", "--output", str(path)]) == 130
+    said, text = capsys.readouterr().err, path.read_text("utf-8")
+    assert "interrupted" in said and "without: Torsional vibration over the speed range" in said
+    assert "Crankshaft, free" in text or "Critical speeds of the first torsional mode" in text  # the second step
+    note = re.search(r'id="incomplete">(.*?)</p>', text)[1]
+    assert "Torsional vibration over the speed range" in note and "Natural frequencies" not in note
+    assert f"cranktrain report diesel_i6 --output {path}" in note
+    assert 'id="incomplete"' not in page(found)
+
+
+def test_remedies_can_be_pasted_with_the_path_as_it_was_given(found):
+    """A shell reads every command as the program does; paths with blanks and quotes stay one word."""
+    name, folder = "my engines/it's one.toml", "made of it"
+    running = ("--pressure", "traces of it.csv", "--load", "0.5")
+    asked = Asked(name, None, [folder], running=running, again=("--pictures", folder, "--quick"))
+    poor = replace(found, asked=asked, run_up=None, pictures={}, damped=None)
+    commands = [one for text in missing(poor).values() for one in text.split(" && ") if one.startswith("cranktrain ")]
+    assert len(commands) > 10
+    for command in commands:
+        _, verb, *words = shlex.split(command)
+        options = _parser().parse_args([verb, *words])
+        assert options.engine == name
+        if verb in ("runup", "simulate", "stress", "fatigue", "report"):
+            assert (options.pressure, options.load) == ("traces of it.csv", 0.5)
+        if verb not in ("report", "bearing-loads", "plot-runup"):
+            assert options.output.startswith(f"{folder}/diesel_i6_")
+    bare = replace(ENGINE, damper=None, crank_strength=None, big_end_bearing=None)
+    lacking = missing(replace(poor, engine=bare))
+    assert lacking["With the torsional damper"] == "add [damper] to the engine file"
+    assert lacking["Fatigue of the crankshaft"] == "add [crank_strength] to the engine file"
+    assert not any("--damper" in text or "--with-damper" in text or "--big-ends" in text for text in lacking.values())
+    text = page(replace(poor, engine=bare))
+    assert "Not in this report: the engine file has no [crank_strength]." in text
+    rows = dict(Reader(text).tables["The engine"][1:])
+    assert rows["big ends"] == "without films, no [big_end_bearing] in the engine file"
+    assert rows["torsional damper"] == "no [damper] in the engine file"
+
+
+def test_the_first_page_states_the_engine(found):
+    """P = p V n/2 of a four-stroke; the mean effective pressure is linear in the load."""
+    rows = dict(Reader(page(found)).tables["The engine"][1:])
+    assert rows["layout"] == "4-stroke, 6 cylinders, in line" and rows["firing"].startswith("Fires 1-5-3-6-2-4, every")
+    trace, rated = found.trace(ENGINE.rated_speed), ENGINE.rated_speed
+    power = trace.imep * ENGINE.displacement * rated / (2.0 * math.pi) / 2.0
+    assert float(rows["indicated power at rated speed"].split()[0]) == pytest.approx(1e-3 * power, rel=1e-3)
+    assert float(rows["peak pressure, absolute"].split()[0]) == pytest.approx(1e-5 * trace.peak, rel=1e-3)
+    none, half, whole = (source.at_load(ENGINE, None, rated, load).imep for load in (0.0, 0.5, 1.0))
+    assert half == pytest.approx(0.5 * (none + whole), rel=1e-9) and none < 0.0 < half
+    made = dict(Reader(page(next(source.steps(Asked("diesel_i6"))))).tables["This report"][1:])
+    assert made["digest of the file, SHA-256"] == sha256(engine_path("diesel_i6").read_bytes()).hexdigest()
+    assert made["command"] == "cranktrain report diesel_i6"
+    boxer = replace(ENGINE, cylinders=replace(ENGINE.cylinders, bank_angles=(0.0, math.pi) * 3))
+    assert layout_text(boxer) == "4-stroke, 6 cylinders, opposed"
+
+
+def judged(found, **limits):
+    return {one.key: one for one in verdicts(replace(found, engine=replace(ENGINE, limits=Limits(**limits))))}
+
+
+def test_each_limit_is_judged_by_what_was_found(found):
+    """One order of amplitude a swings from −a to a; the mean piston speed is twice stroke times revolutions."""
+    top = ENGINE.speeds[1]
+    one_order = replace(found.damped.run_up, amplitudes={
+        name: np.where(found.damped.run_up.orders == 6.0, share * found.damped.run_up.torsion, 0.0)
+        for name, share in ((TORSION, 1.0), (FLYWHEEL, -0.5))
+    })  # fmt: skip
+    made = replace(found, damped=Torsion(one_order, []))
+    own = one_order.speeds <= 1.001 * top
+    largest = np.abs(one_order.order(6.0))[own].max()
+    piston = 2.0 * (2.0 * ENGINE.crankshaft.throw) * top / (2.0 * math.pi)
+    free = judged(made)
+    assert free["limits.pulley_torsion"].value == pytest.approx(math.degrees(largest), rel=1e-4)
+    assert free["limits.twist"].value == pytest.approx(1.5 * math.degrees(largest), rel=1e-4)
+    assert free["limits.piston_speed"].value == pytest.approx(piston)
+    assert {free[f"limits.{key}"].said for key in ("pulley_torsion", "twist", "piston_speed", "peak_pressure")} == {
+        "no limit stated"
+    }
+    held = judged(made, pulley_torsion=1.01 * largest, twist=1.49 * largest, piston_speed=1.01 * piston)
+    said = {key: one.said for key, one in held.items() if key.startswith("limits.")}
+    assert said == {
+        "limits.pulley_torsion": "passed", "limits.twist": "not passed", "limits.piston_speed": "passed",
+        "limits.peak_pressure": "no limit stated",
+    }  # fmt: skip
+    assert held["damper.power_limit"].said == held["crank_strength"].said == "not computed"
+    assert held["bearing_limits.main_film"].said == "not computed"
+    assert "not passed: twist from pulley to flywheel" in verdict_text(list(held.values()))
+
+
+def test_heat_of_the_damper_and_fatigue_are_judged(found):
+    damper, heat = ENGINE.damper, np.zeros((found.run_up.speeds.size, 3))
+    heat[40] = 0.0, 1.2 * damper.power_limit * damper.cooling_area, 1e9
+    run_up = replace(found.run_up, extremes={"damper.heat": heat})
+    place = {"name": "web[1].pin", "speed_rpm": 2400.0}
+    rule = {"places": [{**place, "acceptability": 1.2}], "required": 1.15, "outside": []}
+    fatigue = {"fillets": [{**place, "safety_factor": 0.9}, {**place, "safety_factor": None}], "rule": rule}
+    all_of = verdicts(replace(found, damped_run_up=run_up, fatigue=fatigue))
+    hot = next(one for one in all_of if one.key == "damper.power_limit")
+    assert hot.said == "not passed" and hot.value == pytest.approx(1.2 * hot.limit)
+    assert hot.where == f"at {run_up.speeds_rpm[40]:.0f} rev/min"
+    factor, accepted = (one for one in all_of if one.key == "crank_strength")
+    assert (factor.said, accepted.said) == ("not passed", "passed") and "web[1].pin" in factor.where
+
+
+def test_speeds_that_are_no_range_and_foreign_files_are_refused(tmp_path, capsys):
+    assert main(["report", "diesel_i6", "--speeds", "2000", "800", "--output", str(tmp_path / "a.html")]) == 2
+    assert "--speeds 2000 800: is no range within 20 to 20000 rev/min" in capsys.readouterr().err
+    (tmp_path / "diesel_i6_fatigue.json").write_text('{"fillets": 3}')
+    assert main(["report", "diesel_i6", "--pictures", str(tmp_path), "--output", str(tmp_path / "a.html")]) == 2
+    assert "is no result of 'cranktrain fatigue --output'" in capsys.readouterr().err
+
+
+def test_methods_are_links_and_no_chapters(found, tmp_path, monkeypatch):
+    folder = tmp_path / "out" / "tradeoff"
+    folder.mkdir(parents=True)
+    (folder / "tradeoff.html").write_text("<html>")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(source, "steps", lambda *_: iter([found]))
+    assert main(["report", "diesel_i6", "--output", "pages/report.html"]) == 0
+    text = (tmp_path / "pages" / "report.html").read_text("utf-8")
+    assert '<a href="../out/tradeoff/tradeoff.html">' in text
+    assert not any("method" in section.title and section.commands for section in SECTIONS)
+
+
+def drawings(text):
+    """Ends along y and the points of each curve of a linear and a logarithmic drawing."""
+    for kind in ("linear", "log"):
+        svg = re.search(rf'<svg class="{kind}".*?</svg>', text)[0]
+        numbers = re.findall(r'<text class="(zp|pp)"[^>]*y="([0-9.]+)" text-anchor="end">([^<]*)<', svg)
+        curves = re.findall(r'<polyline data-k="(\d+)" points="([^"]*)"', svg)
+        yield numbers, {int(k): np.array([pair.split(",") for pair in p.split()], float) for k, p in curves}
+
+
+def test_a_logarithmic_drawing_has_equal_steps_for_equal_ratios():
+    """Curves 1, 10 and 100 lie a decade apart, as the numbers do; peak to peak is twice zero to peak at each place."""
+    x = np.arange(3.0)
+    curves = {f"{size:g}": np.full(3, size) for size in (100.0, 10.0, 1.0)}
+    text = line_chart("decades", x, curves, ("x", "zero to peak / deg"), switches=Switches(log=True))
+    assert 'class="to-log" checked' in text and 'class="to-pp" checked' not in text
+    (_, linear), (numbers, curves) = drawings(text)
+    heights = [curves[k][0, 1] for k in range(3)]
+    assert heights[1] - heights[0] == pytest.approx(heights[2] - heights[1], abs=0.2) and heights[1] > heights[0] + 50
+    assert linear[2][0, 1] - linear[1][0, 1] == pytest.approx(9.0 / 99.0 * (linear[2][0, 1] - linear[0][0, 1]), abs=0.2)
+    zero, peak = ([(y, float(n)) for kind, y, n in numbers if kind == own] for own in ("zp", "pp"))
+    assert [(y, 2.0 * n) for y, n in zero] == peak and len(zero) >= 3
+    assert text.count(">peak to peak / deg<") == 2 and text.count('class="curve"') == 3
+    assert "switches" not in line_chart("plain", x, curves and {"a": x}, ("x", "y"))
+
+
+def test_a_map_has_the_colour_of_each_value():
+    """The largest value has the last colour, values below the range the first, missing ones are white."""
+    values = np.array([[1.0, 1e-9], [math.nan, 10.0**-DECADES]])
+    text = map_chart("map", np.array([1.0, 2.0]), np.array([0.5, 1.0]), values, ("x", "y", "deg"))
+    data = base64.b64decode(re.search(r"base64,([^\"]*)", text)[1])
+    assert data[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">2I", data[16:24]) == (2, 2)
+    size = struct.unpack(">I", data[33:37])[0]
+    rows = np.frombuffer(zlib.decompress(data[41 : 41 + size]), np.uint8).reshape(2, 7)[::-1, 1:].reshape(2, 2, 3)
+    assert tuple(rows[0, 0]) == MAP_COLOURS[-1] and tuple(rows[0, 1]) == tuple(rows[1, 1]) == MAP_COLOURS[0]
+    assert tuple(rows[1, 0]) == (255, 255, 255)
+
+
+def test_the_twist_is_pulley_against_flywheel_and_maps_follow_its_orders():
+    """One order of amplitude a swings by 2a; the map of frequencies has it along f = order times speed."""
+    run = resonance()
+    flywheel = np.where(run.orders == 6.0, -0.5 * run.torsion, run.torsion)
+    both = with_twist(replace(run, amplitudes={TORSION: run.torsion, FLYWHEEL: flywheel}))
+    np.testing.assert_allclose(half_range(both, both.amplitudes[TWIST]), 1.5 * np.abs(run.order(6.0)), rtol=1e-4)
+    assert TWIST not in with_twist(run).amplitudes
+    speeds = run.speeds[10:60:7]
+    hz = np.array([6.0 * speeds[3] / (2.0 * math.pi)])
+    found = frequency_map(both, TWIST, speeds, hz)
+    assert found[0, 3] == pytest.approx(1.5 * abs(run.order(6.0)[31]))
+    above = frequency_map(both, TWIST, speeds, np.array([10.0 * speeds[-1] / (2.0 * math.pi)]))
+    assert np.isnan(above).all()
+    np.testing.assert_allclose(order_map(both, TWIST, speeds)[1], 1.5 * np.abs(run.order(6.0))[10:60:7])
+
+
+def test_a_balance_that_does_not_settle_gives_a_linear_run_up_and_says_so(monkeypatch):
+    asked_for, told = [], []
+
+    def run_up(engine, body, settings, speeds, orders, rule, gas):
+        asked_for.append(rule)
+        if rule == "harmonic-balance":
+            raise SolverError("the orders do not settle at 78 rev/min")
+        return resonance()
+
+    monkeypatch.setattr(source, "assemble", lambda engine, settings, **_: SimpleNamespace(
+        engine=engine, body=None, settings=settings))  # fmt: skip
+    monkeypatch.setattr(source, "frequency_run_up", run_up)
+    monkeypatch.setattr(source, "torsional_peaks", lambda *_: [])
+    source._torsion(ENGINE, False, Asked("diesel_i6"), told.append, None)
+    assert asked_for == ["harmonic-balance", "linear"] and "the orders do not settle at 78 rev/min" in told[-1]
+
+
+def test_charts_show_the_orders_that_are_asked_for(found, capsys):
+    text = page(replace(found, asked=Asked("diesel_i6", orders=(9.0,), peak_to_peak=True)))
+    assert list(charts(text)["Torsion of the pulley, orders over the speed, without damper"]["y"]) == ["order 9"]
+    assert 'class="to-pp" checked' in text
+    assert main(["report", "diesel_i6", "--orders", "6,6.2"]) == 2
+    assert "--orders order 6.2 is not a multiple of 0.5" in capsys.readouterr().err
+
+
+def test_commands_of_an_engine_with_a_load_of_its_own_name_the_reports_load():
+    """The verbs would balance its mean torque otherwise, and run with another burn than the report."""
+    generator = replace(ENGINE, load=MeanLoad(kind="power", speed=ENGINE.rated_speed, power=1e5))
+    for engine, given, running in (
+        (ENGINE, [], ()),
+        (generator, [], ("--load", "1")),
+        (generator, ["--load", "0.5"], ("--load", "0.5")),
+    ):
+        options = _parser().parse_args(["report", "diesel_i6", *given])
+        asked = _asked(options, engine)
+        assert asked.running == running and asked.load == (0.5 if given else 1.0)

@@ -16,7 +16,8 @@ from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.run_up import figures, peak_figures, shown
 from cranktrain.results.run_up.plots import plot_waterfall, spread
-from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp
+from cranktrain.results.run_up.twist import with_twist
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.studies.campbell import assurance, campbell
 
@@ -93,11 +94,12 @@ def test_the_campbell_diagram_names_its_state(run_up, modes, motion):
     assert set(marked.get_ydata()) == {238.6}
 
 
-def test_peaks_without_a_period_have_no_name(run_up):
+def test_peaks_without_a_period_are_named_as_those_of_a_mean_cycle(run_up):
     repeats = np.where(run_up.speeds_rpm > 2300.0, 0, 1)
     lost = replace(run_up, repeats=repeats)
     figure = figures.order_figure(lost, shown.TORSIONAL, shown.Beside(), "six")
-    assert not any(text.startswith("6:") for text in texts(figure))
+    assert any(text == "6: 2380 rev/min\n238 Hz, mean cycle" for text in texts(figure))
+    assert not any(text.startswith("9:") and "mean cycle" in text for text in texts(figure))
     assert any(text.startswith("9:") for text in texts(figure))
     shaded = [patch for patch in figure.axes[0].patches if patch.get_width() < 50.0]
     assert len(shaded) == np.count_nonzero(repeats == 0)
@@ -166,17 +168,48 @@ def test_harmonics_of_axial_motion_show_its_parts(run_up):
 
 
 def test_parts_of_axial_motion_stand_over_the_speed(run_up):
-    axes = figures.parts_figure(run_up, "six").axes
+    axes = figures.parts_figure(run_up, shown.ALONG, shown.Beside(), "six").axes
     tops = [max(float(np.max(line.get_ydata())) for line in ax.lines) for ax in axes]
     assert tops == pytest.approx([30.0, 20.0, 10.0])
 
 
 def test_both_run_ups_of_a_damper_have_one_scale(run_up):
     damped = replace(run_up, amplitudes={TORSION: 0.1 * run_up.torsion})
-    axes = figures.damper_figure(run_up, damped, shown.Beside(SIX), "six").axes
+    axes = figures.damper_figure(run_up, damped, shown.TORSIONAL, shown.Beside(SIX), "six").axes
     assert axes[0].get_ylim() == axes[1].get_ylim()
     tops = [max(line.get_ydata().max() for line in ax.lines if line.get_label() == "6") for ax in axes]
     assert tops[1] == pytest.approx(0.1 * tops[0])
+
+
+def test_orders_that_are_asked_for_stand_alone_peak_to_peak_and_on_a_logarithmic_scale(run_up):
+    beside = shown.Beside(orders=(6.0, 99.0), log=True)
+    [ax] = figures.order_figure(run_up, shown.TORSIONAL.peak_to_peak, beside, "six").axes
+    assert [line.get_label() for line in ax.lines] == ["6"] and ax.get_yscale() == "log"
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), 2.0 * np.degrees(np.abs(run_up.order(6.0))))
+    assert ax.get_ylabel() == "torsion of the pulley, peak to peak / deg"
+
+
+def test_twist_is_drawn_with_the_range_of_all_its_orders(run_up):
+    """A flywheel that follows the pulley but for order 6 leaves this order alone in the twist."""
+    flywheel = np.where(run_up.orders == 6.0, 0.0, run_up.torsion)
+    both = with_twist(replace(run_up, amplitudes={TORSION: run_up.torsion, FLYWHEEL: flywheel}))
+    figure = figures.order_figure(both, shown.TWISTING, shown.Beside(), "six")
+    lines = {line.get_label(): line.get_ydata() for line in figure.axes[0].lines}
+    np.testing.assert_allclose(lines["6"], np.degrees(np.abs(run_up.order(6.0))))
+    np.testing.assert_allclose(lines["all"], lines["6"], rtol=1e-4)
+    assert "Black: all orders together" in figure.texts[-1].get_text()
+
+
+@pytest.mark.parametrize("log", [False, True])
+def test_a_colour_map_has_the_orders_and_their_frequencies(run_up, log):
+    figure = figures.map_figure(run_up, shown.TORSIONAL, shown.Beside(log=log), "six", 300.0)
+    left, right = (ax.collections[0].get_array().reshape(-1, figures.MAP_COLUMNS) for ax in figure.axes[:2])
+    top = np.unravel_index(left.argmax(), left.shape)
+    assert run_up.orders[top[0]] == 6.0
+    speeds, hz = np.linspace(*run_up.speeds[[0, -1]], left.shape[1]), np.linspace(0.0, 300.0, figures.MAP_ROWS)
+    found = np.unravel_index(right.argmax(), right.shape)
+    assert found[1] == top[1]
+    assert abs(hz[found[0]] / (6.0 * speeds[top[1]] / (2.0 * math.pi)) - 1.0) < 0.25 / 6.0 + 0.01
 
 
 def test_waterfall_lies_at_frequency_and_speed(run_up):

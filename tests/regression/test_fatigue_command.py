@@ -7,6 +7,8 @@ import pytest
 
 from cranktrain.cli.main import main
 from cranktrain.engine.file import engine_path
+from cranktrain.studies.report.findings import Asked, steps
+from cranktrain.studies.report.verdict import verdicts
 
 QUICK = ("--crank", "beam", "--bearings", "linear")
 
@@ -23,7 +25,14 @@ def edited(folder, pattern, text=""):
 
 
 def test_the_six(tmp_path, capsys):
-    found = run_json(capsys, "diesel_i6", "--speed", "1600", "2000", *QUICK, "--plots", str(tmp_path))
+    path = tmp_path / "made" / "diesel_i6_fatigue.json"
+    to = ("--plots", str(tmp_path), "--output", str(path))
+    found = run_json(capsys, "diesel_i6", "--speed", "1600", "2000", *QUICK, *to)
+    assert json.loads(path.read_text("utf-8")) == found
+    report = next(steps(Asked("diesel_i6", folders=[path.parent])))
+    factor, rule = (one for one in verdicts(report) if one.key == "crank_strength")
+    assert factor.value == min(place["safety_factor"] for place in found["fillets"])
+    assert (rule.said == "passed") == found["rule"]["accepted"]
     names = [place["name"] for place in found["fillets"]]
     assert len(names) == len(set(names)) == 24 + 6
     assert {"web[1].pin", "web[12].main", "pin[6].oil_bore"} <= set(names)
@@ -37,6 +46,13 @@ def test_the_six(tmp_path, capsys):
     assert [at["bending"] for at in found["speeds"]] == ["crank", "crank"]
     assert all(at["unbalanced_relative"] < 1e-2 for at in found["speeds"])
     assert all((tmp_path / name).is_file() for name in ("safety_factors.png", "haigh.png"))
+
+
+def test_the_result_replaces_no_other_file(tmp_path, capsys):
+    path = tmp_path / "notes.json"
+    path.write_text("[1]")
+    assert main(["fatigue", "diesel_i6", *QUICK, "--output", str(path)]) == 2
+    assert "is no result of cranktrain fatigue" in capsys.readouterr().err and path.read_text() == "[1]"
 
 
 def test_a_crank_outside_the_rule_is_not_accepted_by_it(capsys):

@@ -69,6 +69,17 @@ def word(valid: Collection[str]) -> Callable[[str], str]:
     return word
 
 
+def jsonable(value: Any) -> Any:
+    """``value`` with what JSON cannot say (not finite) as null, and NumPy scalars as plain ones."""
+    if isinstance(value, dict):
+        return {str(key): jsonable(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [jsonable(entry) for entry in value]
+    if hasattr(value, "tolist"):
+        return jsonable(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def say(text: str) -> None:
     """Print a line on stderr."""
     print(text, file=sys.stderr, flush=True)

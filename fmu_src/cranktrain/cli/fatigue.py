@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import json
 import math
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import labelled_bar, one_of, say, show_rows, stages
+from cranktrain.cli.console import jsonable, labelled_bar, one_of, say, show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
 from cranktrain.cli.run_options import (
     add_level_options,
@@ -20,6 +21,7 @@ from cranktrain.cli.run_options import (
     option_of,
     request_of,
 )
+from cranktrain.store.whole_file import check_place, marked, whole_file
 
 if TYPE_CHECKING:
     from cranktrain.studies.fatigue import FatigueReport
@@ -34,6 +36,7 @@ factor counts. The engine file needs a table [crank_strength]. --json prints {"f
 With --bearings held main journals do not move, so each throw bends by itself.
 """
 CRITERIA = ("haigh", "findley")
+RESULT = marked("result of cranktrain fatigue", '"fillets"')
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -51,6 +54,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_settle_option(parser)
     add_source_options(parser)
     add_fillet_option(parser, "stresses of fillets and oil bores")
+    add("--output", metavar="FILE.json", help="file for what --json prints, which cranktrain report reads")
     add("--plots", metavar="FOLDER", help="folder for pictures of safety factors and, for haigh, its diagram")
 
 
@@ -73,6 +77,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     folder = None if options.plots is None else Path(options.plots)
     if folder is not None:
         check_folder(folder, pictures=PICTURES)
+    target = None if options.output is None else Path(options.output)
+    if target is not None:
+        check_place(target, RESULT)
     throws = chosen_throws(options, engine)
     if throws:
         check_stressed(request, request.settings(engine, option_of))
@@ -87,6 +94,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         haigh = report.criterion == "haigh"
         paths = save_pictures(folder, engine, report.strength, places, title, haigh)
         found["plots"] = [str(path) for path in paths]
+    if target is not None:
+        with whole_file(target, RESULT) as temporary:
+            temporary.write_text(json.dumps(jsonable(found), indent=2, allow_nan=False), encoding="utf-8")
     if not options.json:
         _show(report, found)
     return found

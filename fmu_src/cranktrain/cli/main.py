@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
-import math
 import re
 import signal
 import sys
@@ -21,7 +20,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from cranktrain import __version__
-from cranktrain.cli.console import Interrupted, say
+from cranktrain.cli.console import Interrupted, jsonable, say
 from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.structure.fem.own_mesh import UNITS
@@ -86,7 +85,7 @@ def _run(arguments: Sequence[str]) -> int:
         warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {one_line(str(message))}")
         result = options.verb(options)
     if options.json:
-        print(json.dumps(_finite(result), indent=2, allow_nan=False))
+        print(json.dumps(jsonable(result), indent=2, allow_nan=False))
     sys.stdout.flush()
     if result.get("interrupted"):
         return 128 + signal.SIGINT
@@ -145,17 +144,6 @@ def _parser(asked: str = "") -> _Parser:
 def _module(verb: str) -> ModuleType:
     """Module of a verb."""
     return importlib.import_module(f"cranktrain.cli.{MODULES.get(verb, verb.replace('-', '_'))}")
-
-
-def _finite(value: Any) -> Any:
-    """``value`` with what JSON cannot say (not finite) as null, and NumPy scalars as plain ones."""
-    if isinstance(value, dict):
-        return {str(key): _finite(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(entry) for entry in value]
-    if hasattr(value, "tolist"):
-        return _finite(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 if __name__ == "__main__":

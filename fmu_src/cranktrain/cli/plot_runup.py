@@ -19,14 +19,18 @@ if TYPE_CHECKING:
     from cranktrain.results.run_up.run_up import RunUp
 
 DESCRIPTION = """\
-Pictures of a run-up: orders over speed with named resonances, waterfall, Campbell diagram, motion at the highest peaks.
+Pictures of a run-up: orders and twist over speed, named resonances, waterfall, colour map, Campbell diagram, motion.
 
 The modes of the Campbell diagram are at rest, on the bearings' stand-in springs; the torsional mode in motion is in the
 pictures of `cranktrain runup --plots`.
 
+Twist, pulley against flywheel, is drawn where the file has the output flywheel.torsion.
+
 Measured orders are read from a text file with the columns speed_rpm, order, amplitude, unit; amplitudes are zero to
 peak.
 """
+HIGHEST = 1000.0
+"""Highest order that a run-up may have."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +40,31 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--plots", default="plots", metavar="DIR", help="folder for the pictures (default plots)")
     add("--measured", metavar="FILE.csv", help="measured orders, drawn over the computed ones")
     add("--with-damper", metavar="FILE.h5", help="run-up of the same engine with its damper, drawn below it")
+    add_chart_options(parser)
     add("--engine", metavar="ENGINE", help="engine file, if the one that the run-up names has moved")
+
+
+def add_chart_options(parser: argparse.ArgumentParser) -> None:
+    """Add how orders over the speed are drawn."""
+    add = parser.add_argument
+    add(
+        "--orders", type=order_list, default=[], metavar="LIST",
+        help="orders to be drawn, separated by commas, e.g. 4.5,6 (default: the strongest)",
+    )  # fmt: skip
+    add("--log", action="store_true", help="amplitudes on a logarithmic scale")
+    add("--peak-to-peak", action="store_true", help="amplitudes peak to peak in place of zero to peak")
+
+
+def order_list(text: str) -> list[float]:
+    """Type of an option whose value are orders, multiples of a half; sorted, each once."""
+    try:
+        orders = [float(word) for word in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no list of orders; give numbers, e.g. 4.5,6") from None
+    for order in orders:
+        if not (0.5 <= order <= HIGHEST and (2.0 * order).is_integer()):
+            raise argparse.ArgumentTypeError(f"order {order:g} is not a multiple of 0.5 up to {HIGHEST:g}")
+    return sorted(set(orders))
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -45,6 +73,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.results.run_up.run_up import RunUp
 
     run_up = RunUp.load(options.file)
+    for order in options.orders:
+        run_up.order(order)  # refuses one that the file does not have
     damped = RunUp.load(options.with_damper) if options.with_damper else None
     measured = read_measured_orders(options.measured) if options.measured else None
     folder = pictures_folder(options.plots)
@@ -56,7 +86,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if options.engine:
             raise
         say(f"cranktrain: warning: no published speeds and no Campbell diagram: {error}; give --engine")
-    paths = draw(folder, run_up, engine, measured, damped)
+    paths = draw(folder, run_up, engine, measured, damped, style=options)
     if not options.json:
         print("\n".join(paths))
     return {"plots": paths}
@@ -79,14 +109,19 @@ def draw(
     measured: Measured | None = None,
     damped: RunUp | None = None,
     motion: Sequence[Peak] = (),
+    style: argparse.Namespace | None = None,
 ) -> list[str]:
-    """Draw a run-up, with ``motion`` peaks that have the torsional mode in motion; returns the pictures' paths."""
+    """Draw a run-up, with ``motion`` peaks that have the torsional mode in motion; returns the pictures' paths.
+
+    ``style`` are options of :func:`add_chart_options`.
+    """
     from cranktrain.results.run_up.figures import save_run_up_pictures
     from cranktrain.results.run_up.shown import Beside
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses
     from cranktrain.studies.run_up.modes import run_up_modes
 
-    beside = Beside(engine, None, measured, motion)
+    chosen = {} if style is None else {"orders": style.orders, "log": style.log}
+    beside = Beside(engine, None, measured, motion, **chosen)
     if engine is not None:
         try:
             beside = beside._replace(modes=run_up_modes(engine, run_up))
@@ -98,4 +133,5 @@ def draw(
             except CranktrainError as error:
                 say(f"cranktrain: warning: no stress of shafts: {error}")
     title = engine.name if engine is not None else str(run_up.attributes.get("engine", "run-up"))
-    return [str(path) for path in save_run_up_pictures(folder, run_up, beside, title, damped)]
+    doubled = style is not None and style.peak_to_peak
+    return [str(path) for path in save_run_up_pictures(folder, run_up, beside, title, damped, doubled)]

@@ -20,6 +20,7 @@ from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.drive_line_chain import DriveLineChain, line_connections
 from cranktrain.engine.firing import firing_angles, intervals
+from cranktrain.engine.limits import Limits
 
 IDLE_SHARE = 0.25
 """Lowest over highest speed of an engine whose oil has one temperature."""
@@ -55,6 +56,7 @@ class Engine:
     main_bearing: parts.JournalBearing | None = None
     main_roller: parts.RollerBearings | None = None
     bearing_limits: BearingLimits | None = None
+    limits: Limits | None = None
     clutch: parts.LumpedInertia | None = None
     balance_weights: parts.BalanceWeights | None = None
     drive_line_chain: DriveLineChain | None = None

@@ -68,6 +68,12 @@ def save_film_pictures(folder: Path, run: Result, engine: Engine, title: str) ->
     return [save_figure(figure, folder / name) for name, figure in zip(FILM_PICTURES, figures, strict=True)]
 
 
+_ORBITS = (
+    "x / c across the engine, y / c upwards, seen from the flywheel: the crank turns counter-clockwise. Ring: start of "
+    "the cycle. Dots: firing dead centres, with number those of the cylinders beside the bearing."
+)
+
+
 def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
     """Orbits of all main journals, and below them those of the crank pins where big ends float in films."""
     from matplotlib.figure import Figure
@@ -81,9 +87,13 @@ def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
         rows = [row for row in (mains[:half], mains[half:]) if row]
     columns = max(map(len, rows))
     cell = 2.2  # inches of a clearance circle with its title and margins
-    width, height = cell * columns + 1.3, (cell + 0.2) * len(rows) + 1.1
+    width = cell * columns + 1.3
+    heading = plots.wrapped(f"Journal orbits in the clearance circle: {title}", width, 12.0)
+    note = plots.wrapped(_ORBITS, width, 8.5)
+    above, below = 0.55 + 0.2 * (heading.count("\n") + 1), 0.45 + 0.16 * (note.count("\n") + 1)
+    height = (cell + 0.2) * len(rows) + above + below
     figure = Figure(figsize=(width, height), dpi=120)
-    left, right, bottom, top = 0.45 / width, 1.0 - 0.95 / width, 0.65 / height, 1.0 - 0.75 / height
+    left, right, bottom, top = 0.45 / width, 1.0 - 0.95 / width, below / height, 1.0 - above / height
     grid = figure.add_gridspec(
         len(rows), 2 * columns, left=left, right=right, bottom=bottom, top=top, wspace=0.25, hspace=0.2
     )
@@ -106,20 +116,8 @@ def orbit_figure(run: Result, engine: Engine, title: str) -> Any:
     bar.set_label("crank angle / deg", fontsize=9)
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=8, length=2)
-    figure.text(
-        0.5,
-        1.0 - 0.3 / height,
-        f"Journal orbits in the clearance circle: {title}",
-        fontsize=12,
-        ha="center",
-        parse_math=False,
-    )
-    figure.text(
-        0.5, 0.2 / height,
-        "x / c across the engine, y / c upwards, seen from the flywheel: the crank turns counter-clockwise.   "
-        "Ring: start of the cycle.   Dots: firing dead centres, with number those of the cylinders beside the bearing.",
-        fontsize=8.5, ha="center", color="#3c4654",
-    )  # fmt: skip
+    figure.text(0.5, 1.0 - 0.12 / height, heading, fontsize=12, ha="center", va="top", parse_math=False)
+    figure.text(0.5, 0.12 / height, note, fontsize=8.5, ha="center", va="bottom", color=plots.INK)
     return figure
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,8 +12,27 @@ from numpy.typing import NDArray
 from cranktrain.core.types import Array
 
 BLUE, ORANGE, GREY = "#1f5a94", "#d9822b", "#8a8f98"
+INK = "#3c4654"
 CYCLE_COLOURS = ("#1f4e9c", "#1b9aa0", "#6fae3d", "#e0a21b", "#cf4a3c", "#8b3a93", "#1f4e9c")
 """Colours round a cycle: neighbours differ, the end is the start, none fades on a light ground."""
+
+
+LETTER = 0.5
+"""Mean width of a letter over the size of its font."""
+
+
+def wrapped(text: str, width: float, size: float) -> str:
+    """A text in lines that fit a width, inches, in a font of a size, points."""
+    return textwrap.fill(text, max(20, int(72.0 * width / (LETTER * size))))
+
+
+def foot(figure: Any, text: str, size: float = 8.0) -> None:
+    """Write a text below the axes of a figure with constrained layout, in as many lines as it takes."""
+    width, height = figure.get_size_inches()
+    lines = wrapped(text, 0.97 * width, size)
+    room = (1.45 * size * (lines.count("\n") + 1) + 6.0) / 72.0 / height
+    figure.text(0.012, 0.5 * 6.0 / 72.0 / height, lines, fontsize=size, color=INK, va="bottom", parse_math=False)
+    figure.get_layout_engine().set(rect=(0.0, room, 1.0, 1.0 - room))
 
 
 def plot_cycle(ax: Any, values: Array, quantity: str, unit: str, colour: str = BLUE) -> None:

@@ -14,7 +14,7 @@ from cranktrain.results.bearings.cycle import BearingCycle, BearingReport
 from cranktrain.results.bearings.limits import FAMILIES
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import ComplexArray
-from cranktrain.results.plots import BLUE, CYCLE_COLOURS, GREY, ORANGE
+from cranktrain.results.plots import BLUE, CYCLE_COLOURS, GREY, ORANGE, foot, wrapped
 
 OVER_SPEED = "bearings_over_speed.png"
 _COLOURS = {MAIN: BLUE, BIG_END: ORANGE}
@@ -63,13 +63,14 @@ def polar_figure(report: BearingReport, title: str, journals: bool) -> Any:
     bar = figure.colorbar(line, ax=axes, shrink=0.7, pad=0.01, ticks=list(range(0, 721, 120)))
     bar.set_label("crank angle / deg", fontsize=9)
     what = "journals" if journals else "shells"
-    figure.suptitle(f"Loads on the {what}: {title}", fontsize=12, parse_math=False)
+    heading = wrapped(f"Loads on the {what}: {title}", figure.get_size_inches()[0], 12.0)
+    figure.suptitle(heading, fontsize=12, parse_math=False)
     own = (
         "axes turn with the crank and are those at rest at crank angle 0"
         if journals
         else "mains: x across the engine, y upwards; big ends: y along the rod to its small end"
     )
-    figure.supxlabel(f"kN; {own}. Ring: crank angle 0. Dot: largest load.", fontsize=9)
+    foot(figure, f"kN; {own}. Ring: crank angle 0. Dot: largest load.", 9.0)
     return figure
 
 

@@ -8,12 +8,13 @@ from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN, BearingLimit
 from cranktrain.results.bearings.cycle import BearingCycle, BearingReport
 
 FAMILIES = {MAIN: "main bearings", BIG_END: "big ends"}
-_SAID = {
+SAID = {
     "film": ("least film", 1e6, "um"),
     "pressure": ("film pressure", 1e-6, "MPa"),
     "specific_load": ("specific load", 1e-6, "MPa"),
     "pv": ("mean p v", 1e-6, "MPa m/s"),
 }
+"""Name, scale and unit of each of ``JUDGED``."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Violation:
     limit: float
 
     def __str__(self) -> str:
-        name, scale, unit = _SAID[self.what]
+        name, scale, unit = SAID[self.what]
         side = "below" if self.what == "film" else "above"
         return f"{self.bearing}: {name} {scale * self.value:.3g} {unit} is {side} the limit of {scale * self.limit:.3g}"
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.resonances import Peak
+from cranktrain.results.plots import foot
 from cranktrain.results.run_up import plots
 from cranktrain.results.run_up.peak_figures import harmonic_figure, history_figure
 from cranktrain.results.run_up.run_up import AXIAL, RunUp
@@ -19,6 +20,7 @@ from cranktrain.results.run_up.shown import (
     PARTS,
     RPM,
     TORSIONAL,
+    TWISTING,
     Beside,
     Quantity,
     figure_of,
@@ -26,8 +28,11 @@ from cranktrain.results.run_up.shown import (
     unsteady,
     worthy,
 )
+from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map, with_twist
 from cranktrain.results.strength.iacs_m68 import plot_stress
 
+MAP_COLUMNS, MAP_ROWS = 400, 300
+"""Places of a colour map."""
 STILL = 1e-12
 """Motion, m, below which there is none."""
 PART_NAMES = {
@@ -40,32 +45,43 @@ PART_NAMES = {
 def file_names() -> list[str]:
     """Names of all pictures that there may be."""
     motions = [f"{name}_{kind}.png" for name in ("torsion", "axial") for kind in ("orders", "histories", "harmonics")]
-    return [*motions, "axial_parts.png", "waterfall.png", "campbell.png", "damper.png", "shaft_stress.png"]
+    others = ("axial_parts", "waterfall", "campbell", "damper", "shaft_stress", "twist_orders", "colour_map")
+    return [*motions, *(f"{name}.png" for name in others)]
 
 
 def save_run_up_pictures(
-    folder: Path, run_up: RunUp, beside: Beside, title: str, damped: RunUp | None = None
+    folder: Path, run_up: RunUp, beside: Beside, title: str, damped: RunUp | None = None, peak_to_peak: bool = False
 ) -> list[Path]:
     """Write all pictures that a run-up has data for into ``folder``; returns their paths.
 
-    ``damped`` is a run-up of the same engine with its damper, drawn below that without.
+    ``damped`` is a run-up of the same engine with its damper, drawn below that without. ``peak_to_peak``: amplitudes of
+    orders are so, in place of zero to peak.
     """
-    figures: dict[str, Any] = {"torsion_orders": order_figure(run_up, TORSIONAL, beside, title)}
+    run_up = with_twist(run_up)
+    torsional, twisting, along = (
+        quantity.peak_to_peak if peak_to_peak else quantity for quantity in (TORSIONAL, TWISTING, ALONG)
+    )
+    figures: dict[str, Any] = {"torsion_orders": order_figure(run_up, torsional, beside, title)}
+    if TWIST in run_up.amplitudes:
+        figures["twist_orders"] = order_figure(run_up, twisting, beside, title)
     if AXIAL in run_up.amplitudes:
-        figures["axial_orders"] = order_figure(run_up, ALONG, beside, title)
+        figures["axial_orders"] = order_figure(run_up, along, beside, title)
         if all(output in run_up.amplitudes for output in PARTS.values()):
-            figures["axial_parts"] = parts_figure(run_up, title)
-    figures["waterfall"] = waterfall_figure(run_up, TORSIONAL, title, beside.highest_hz(run_up))
+            figures["axial_parts"] = parts_figure(run_up, along, beside, title)
+    highest_hz = beside.highest_hz(run_up)
+    figures["waterfall"] = waterfall_figure(run_up, torsional, beside, title, highest_hz)
+    mapped = twisting if TWIST in run_up.amplitudes else torsional
+    figures["colour_map"] = map_figure(run_up, mapped, beside, title, highest_hz)
     if beside.modes is not None:
         figures["campbell"] = campbell_figure(run_up, beside, title)
-    for quantity, name in ((TORSIONAL, "torsion"), (ALONG, "axial")):
+    for quantity, sizes, name in ((TORSIONAL, torsional, "torsion"), (ALONG, along, "axial")):
         if quantity.output in run_up.amplitudes:
             figures[f"{name}_histories"] = history_figure(run_up, quantity, title)
-            figures[f"{name}_harmonics"] = harmonic_figure(run_up, quantity, beside, title)
+            figures[f"{name}_harmonics"] = harmonic_figure(run_up, sizes, beside, title)
     if beside.stresses:
         figures["shaft_stress"] = stress_figure(run_up, beside.stresses, title)
     if damped is not None:
-        figures["damper"] = damper_figure(run_up, damped, beside, title)
+        figures["damper"] = damper_figure(run_up, damped, torsional, beside, title)
     return [save_figure(figure, folder / f"{name}.png") for name, figure in figures.items()]
 
 
@@ -74,7 +90,7 @@ def order_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) 
     figure = figure_of(11.5, 6.0)
     _draw_orders(figure.subplots(), run_up, quantity, beside, shown_orders(run_up, quantity, beside))
     figure.suptitle(f"Orders over the speed: {title}", fontsize=12, parse_math=False)
-    figure.text(0.01, 0.008, _legend(run_up, beside, quantity), fontsize=8, color=plots.INK)
+    foot(figure, _legend(run_up, beside, quantity))
     return figure
 
 
@@ -90,18 +106,36 @@ def stress_figure(run_up: RunUp, stresses: Sequence[Mapping[str, Any]], title: s
     return figure
 
 
-def parts_figure(run_up: RunUp, title: str) -> Any:
+def map_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str, highest_hz: float) -> Any:
+    """Orders, and frequencies up to ``highest_hz``, over the speed as colours."""
+    figure = figure_of(11.5, 5.2)
+    left, right = figure.subplots(1, 2)
+    speeds = np.linspace(run_up.speeds[0], run_up.speeds[-1], MAP_COLUMNS)
+    hz = np.linspace(0.0, highest_hz, MAP_ROWS)
+    of_orders = quantity.scale * order_map(run_up, quantity.output, speeds)
+    of_hz = quantity.scale * frequency_map(run_up, quantity.output, speeds, hz)
+    plots.plot_map(left, RPM * speeds, run_up.orders, of_orders, "order", beside.log)
+    colours = plots.plot_map(right, RPM * speeds, hz, of_hz, "frequency / Hz", beside.log)
+    bar = figure.colorbar(colours, ax=(left, right), pad=0.01)
+    bar.set_label(f"{quantity.name} / {quantity.unit}")
+    figure.suptitle(f"Orders and frequencies over the speed: {title}", fontsize=12, parse_math=False)
+    return figure
+
+
+def parts_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) -> Any:
     """Orders of the parts of the axial motion over the speed, each to its own scale."""
     figure = figure_of(11.5, 9.5)
-    orders = shown_orders(run_up, ALONG, Beside())
+    orders = shown_orders(run_up, quantity, Beside(orders=beside.orders))
+    size = quantity.name.partition(", ")[2]
     # An engine on ground does not move.
     moving = {name: output for name, output in PARTS.items() if np.abs(run_up.amplitudes[output]).max() > STILL}
     axes = figure.subplots(max(len(moving), 1), 1, sharex=True, squeeze=False)[:, 0]
     for ax, (name, output) in zip(axes, moving.items(), strict=False):
         curves = [
-            plots.Curve(order, run_up.speeds_rpm, ALONG.scale * np.abs(run_up.order(order, output))) for order in orders
+            plots.Curve(order, run_up.speeds_rpm, quantity.scale * np.abs(run_up.order(order, output)))
+            for order in orders
         ]
-        plots.plot_orders_over_speed(ax, curves, [], "zero to peak", ALONG.unit)
+        plots.plot_orders_over_speed(ax, curves, [], size, quantity.unit, log=beside.log)
         ax.set_title(f"{name}: {PART_NAMES[name]}", fontsize=10, loc="left")
     for ax in axes[:-1]:
         ax.set_xlabel("")
@@ -109,30 +143,30 @@ def parts_figure(run_up: RunUp, title: str) -> Any:
     return figure
 
 
-def damper_figure(run_up: RunUp, damped: RunUp, beside: Beside, title: str) -> Any:
+def damper_figure(run_up: RunUp, damped: RunUp, quantity: Quantity, beside: Beside, title: str) -> Any:
     """Orders without damper above those with it, to the same scale."""
     figure = figure_of(11.5, 9.5)
     axes = figure.subplots(2, 1, sharex=True, sharey=True)
-    orders = shown_orders(run_up, TORSIONAL, beside)
-    top = TORSIONAL.scale * max(float(np.abs(part.torsion).max()) for part in (run_up, damped))
+    orders = shown_orders(run_up, quantity, beside)
+    top = quantity.scale * max(float(np.abs(part.torsion).max()) for part in (run_up, damped))
     for ax, part, name in ((axes[0], run_up, "without damper"), (axes[1], damped, "with damper")):
         own = beside if part is run_up else beside._replace(motion=(), measured=None)
-        _draw_orders(ax, part, TORSIONAL, own, orders, top)
+        _draw_orders(ax, part, quantity, own, orders, top)
         ax.set_title(name, fontsize=10, loc="left")
     axes[0].set_xlabel("")
     figure.suptitle(f"What the torsional damper takes off: {title}", fontsize=12, parse_math=False)
-    figure.text(0.01, 0.005, _legend(run_up, beside, TORSIONAL), fontsize=8, color=plots.INK)
+    foot(figure, _legend(run_up, beside, quantity))
     return figure
 
 
-def waterfall_figure(run_up: RunUp, quantity: Quantity, title: str, highest_hz: float) -> Any:
+def waterfall_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str, highest_hz: float) -> Any:
     """Spectra over the frequency up to ``highest_hz``, one above the other by their speed."""
     figure = figure_of(10.0, 8.0)
     every = max(1, math.ceil(run_up.speeds.size / 60))
     sizes = quantity.scale * np.abs(run_up.amplitudes[quantity.output][::every])
     plots.plot_waterfall(
         figure.subplots(), run_up.speeds_rpm[::every], run_up.orders, sizes, quantity.unit,
-        shown_orders(run_up, quantity, Beside()), highest_hz,
+        shown_orders(run_up, quantity, Beside(orders=beside.orders)), highest_hz,
     )  # fmt: skip
     figure.suptitle(f"Waterfall of the {quantity.name}: {title}", fontsize=12, parse_math=False)
     return figure
@@ -151,12 +185,11 @@ def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
     if motion:
         plots.plot_modes_in_motion(ax, motion)
     figure.suptitle(f"Campbell diagram, modes at rest on stand-in springs: {title}", fontsize=12, parse_math=False)
-    figure.text(
-        0.01, 0.008,
+    foot(
+        figure,
         "Lines: modes at rest, on ground, collar closed, as the turning crank has them. Rays: orders; area of their "
         "circles: torsion of the pulley." + (" Diamonds: its torsional mode in motion." if motion else "")
         + (" Crosses: published critical speeds." if published else ""),
-        fontsize=8, color=plots.INK,
     )  # fmt: skip
     return figure
 
@@ -172,7 +205,8 @@ def _draw_orders(
                     beside.measured_of(quantity, order))
         for order in orders
     ]  # fmt: skip
-    others = [sizes[:, k] for k, order in enumerate(run_up.orders.tolist()) if order not in orders]
+    others = [] if beside.orders else [sizes[:, k] for k in np.flatnonzero(~np.isin(run_up.orders, orders))]
+    whole = quantity.scale * half_range(run_up, run_up.amplitudes[TWIST]) if quantity.output == TWIST else None
     colours = dict(zip(orders, plots._colours(len(orders)), strict=True))
     labels = []
     for peak in worthy(run_up, quantity, orders, beside):
@@ -180,23 +214,25 @@ def _draw_orders(
         height = float(np.interp(rpm, speeds, quantity.scale * np.abs(run_up.order(peak.order, quantity.output))))
         labels.append(plots.Label(rpm, height, _named(peak, beside, quantity), colours[peak.order]))
     plots.plot_orders_over_speed(
-        ax, curves, others, quantity.name, quantity.unit, labels, beside.published(quantity), top
+        ax, curves, others, quantity.name, quantity.unit, labels, beside.published(quantity), top, whole, beside.log
     )
     plots.shade(ax, speeds, unsteady(run_up))
 
 
 def _named(peak: Peak, beside: Beside, quantity: Quantity) -> str:
-    """Order, speed, and the torsional mode in motion; its own frequency where that is not known.
+    """Order, speed, and the torsional mode in motion; its own frequency where that is not known; whether cycles repeat.
 
     Modes at rest are left out: the run has others.
     """
-    text = f"{peak.order:g}: {peak.speed * RPM:.0f} rev/min"
     hz = beside.motion_hz(peak, quantity)
-    return f"{text}\nin motion {hz:.0f} Hz" if math.isfinite(hz) else f"{text}\n{peak.hz:.0f} Hz"
+    of = f"in motion {hz:.0f} Hz" if math.isfinite(hz) else f"{peak.hz:.0f} Hz"
+    return f"{peak.order:g}: {peak.speed * RPM:.0f} rev/min\n{of}{'' if peak.periodic else ', mean cycle'}"
 
 
 def _legend(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:
-    parts = ["Grey: further orders."]
+    parts = [] if beside.orders else ["Grey: further orders."]
+    if quantity.output == TWIST:
+        parts.append("Black: all orders together, from their range over a cycle.")
     if quantity.kind == "torsional" and any(math.isfinite(peak.motion_hz) for peak in beside.motion):
         parts.append("In motion: torsional mode of the run itself, about its settled cycle.")
     if beside.published(quantity):
@@ -204,5 +240,5 @@ def _legend(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:
     if quantity.output in (beside.measured or {}):
         parts.append("Circles: measured.")
     if np.any(unsteady(run_up)):
-        parts.append("Shaded: speeds at which no cycle repeats the one before, orders of a mean cycle.")
+        parts.append("Shaded: speeds at which no cycle repeats the one before, orders and peaks of a mean cycle.")
     return " ".join(parts)

@@ -11,7 +11,7 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 from cranktrain.results.run_up import plots
 from cranktrain.results.run_up.run_up import AXIAL, RunUp
-from cranktrain.results.run_up.shown import PARTS, Beside, Quantity, figure_of, worthy
+from cranktrain.results.run_up.shown import PARTS, Beside, Quantity, figure_of, unsteady, worthy
 
 SPEEDS_SHOWN = 6
 HISTORY = 1440
@@ -91,7 +91,8 @@ def _measured_at(beside: Beside, quantity: Quantity, run_up: RunUp, at: int, ord
 
 
 def _at(run_up: RunUp, at: int, order: float) -> str:
-    return f"{run_up.speeds_rpm[at]:.0f} rev/min, peak of order {order:g}"
+    mean = ", mean cycle" if unsteady(run_up)[at] else ""
+    return f"{run_up.speeds_rpm[at]:.0f} rev/min, peak of order {order:g}{mean}"
 
 
 def _grid(count: int) -> tuple[Any, list[Any]]:

@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
-from cranktrain.results.plots import BLUE, GREY, ORANGE
+from cranktrain.results.plots import BLUE, GREY, INK, ORANGE
 
-INK = "#3c4654"
 GREEN, RED, PURPLE = "#3f8f4f", "#c0392b", "#7d4ba3"
 KIND_COLOURS = {"bending": GREY, "torsional": RED, "axial": BLUE, "drive line": ORANGE}
 ORDER_COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, "#1b9aa0", "#8a6d3b", "#d36ba6", "#5b6f1f", "#14304f")
 BAR_COLOURS = {"pulley": INK, "crank": BLUE, "bearing": ORANGE, "engine": GREEN, "measured": RED}
 _RPM = 30.0 / math.pi
+DECADES = 3.0
+"""Range of a logarithmic scale of amplitudes below the largest."""
 
 
 class Label(NamedTuple):
@@ -64,6 +65,7 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> li
     return [float(place) for place in found]
 
 
+# In one piece: all that a picture of orders can have, by keyword.
 def plot_orders_over_speed(
     ax: Any,
     curves: Sequence[Curve],
@@ -73,6 +75,8 @@ def plot_orders_over_speed(
     labels: Sequence[Label] = (),
     published: Mapping[float, float] | None = None,
     top: float = 0.0,
+    whole: Array | None = None,
+    log: bool = False,
 ) -> None:
     """Draw orders over the speed, their peaks named above the curves.
 
@@ -83,9 +87,14 @@ def plot_orders_over_speed(
     labels : of peaks
     published : order → critical speed, rev/min, marked on the speed axis
     top : largest amplitude that there must be room for
+    whole : amplitudes (s,) of all orders together, drawn black
+    log : on a logarithmic scale of ``DECADES``
     """
     top = max([float(curve.amplitudes.max()) for curve in curves] + [1e-30, top])
     speeds = curves[0].speeds
+    if whole is not None:
+        ax.plot(speeds, whole, color="black", lw=1.4, label="all", zorder=3)
+        top = max(top, float(whole.max()))
     for amplitudes in others:
         ax.plot(speeds, amplitudes, color="#c9ced6", lw=0.7, zorder=1)
     for curve, colour in zip(curves, _colours(len(curves)), strict=True):
@@ -95,10 +104,17 @@ def plot_orders_over_speed(
             top = max(top, float(curve.measured[1].max()))
         if published and speeds[0] <= published.get(curve.order, 0.0) <= speeds[-1]:
             ax.plot(
-                published[curve.order], 0.0, "^", ms=8, mfc=colour, mec="white", clip_on=False, zorder=6,
+                published[curve.order], 0.0, "^", transform=ax.get_xaxis_transform(), ms=8, mfc=colour, mec="white",
+                clip_on=False, zorder=6,
             )  # fmt: skip
-    ax.set(xlim=(speeds[0], speeds[-1]), ylim=(0.0, 1.38 * top if labels else 1.05 * top))
-    _name_peaks(ax, labels, top)
+    if log:
+        least, row = 10.0**-DECADES * top, top * 10.0 ** (0.16 * DECADES)
+        ax.set(xlim=(speeds[0], speeds[-1]), ylim=(least, top * 10.0 ** ((0.38 if labels else 0.05) * DECADES)))
+        ax.set_yscale("log")
+    else:
+        row = 1.16 * top
+        ax.set(xlim=(speeds[0], speeds[-1]), ylim=(0.0, 1.38 * top if labels else 1.05 * top))
+    _name_peaks(ax, labels, row)
     ax.set_xlabel("engine speed / rev/min")
     ax.set_ylabel(f"{quantity} / {unit}")
     ax.grid(alpha=0.25)
@@ -107,14 +123,14 @@ def plot_orders_over_speed(
     )
 
 
-def _name_peaks(ax: Any, labels: Sequence[Label], top: float) -> None:
+def _name_peaks(ax: Any, labels: Sequence[Label], row: float) -> None:
     """Texts in a row above all curves, each led to its peak."""
     low, high = ax.get_xlim()
     margin = 0.063 * (high - low)
     places = spread([label.x for label in labels], 2.0 * margin, low + margin, high - margin)
     for label, place in zip(labels, places, strict=True):
         text = ax.annotate(
-            label.text, (label.x, label.y), xytext=(place, 1.16 * top), ha="center", va="bottom", fontsize=8,
+            label.text, (label.x, label.y), xytext=(place, row), ha="center", va="bottom", fontsize=8,
             color=label.colour, zorder=5,
             arrowprops={"arrowstyle": "-", "color": label.colour, "lw": 0.7, "shrinkA": 1.0, "shrinkB": 2.0},
         )  # fmt: skip
@@ -166,6 +182,23 @@ def plot_waterfall(
         textcoords="offset points", ha="right", va="center", fontsize=8, color=INK, zorder=6,
         bbox={"fc": "white", "ec": "none", "pad": 1.0},
     )  # fmt: skip
+
+
+def plot_map(ax: Any, x: Array, y: Array, values: Array, y_label: str, log: bool) -> Any:
+    """Draw values (m, n) over speeds x (n,) rev/min and places y (m,) as colours; returns them, for a colour bar.
+
+    ``log`` takes ``DECADES`` below the largest value.
+    """
+    from matplotlib.colors import LogNorm, Normalize
+
+    top = float(np.nanmax(values)) or 1.0
+    least = 10.0**-DECADES * top if log else 0.0
+    scale = LogNorm(least, top) if log else Normalize(least, top)
+    shown = np.maximum(values, least)
+    colours = ax.pcolormesh(x, y, shown, norm=scale, cmap="viridis", shading="nearest", rasterized=True)
+    ax.set_xlabel("engine speed / rev/min")
+    ax.set_ylabel(y_label)
+    return colours
 
 
 def plot_campbell(

@@ -15,6 +15,7 @@ from cranktrain.results.orders.measured import Measured
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.orders.resonances import Peak, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
+from cranktrain.results.run_up.twist import TWIST
 
 RPM = 30.0 / math.pi
 COLOURED, LABELLED = 8, 8
@@ -38,8 +39,14 @@ class Quantity(NamedTuple):
     scale: float
     kind: str
 
+    @property
+    def peak_to_peak(self) -> Quantity:
+        """The same with amplitudes peak to peak, twice as large."""
+        return self._replace(name=self.name.replace("zero to peak", "peak to peak"), scale=2.0 * self.scale)
+
 
 TORSIONAL = Quantity(TORSION, "torsion of the pulley, zero to peak", "deg", 180.0 / math.pi, "torsional")
+TWISTING = Quantity(TWIST, "twist from pulley to flywheel, zero to peak", "deg", 180.0 / math.pi, "torsional")
 ALONG = Quantity(AXIAL, "axial motion of the pulley, zero to peak", "µm", 1e6, "axial")
 
 
@@ -52,7 +59,8 @@ class Beside(NamedTuple):
 
     ``modes`` are at rest, on the stand-in springs of the bearings. ``motion`` are peaks of the pulley's torsion with
     the torsional mode in motion of the run's own levels, where these are known. ``stresses`` are those of shafts of the
-    drive line (:func:`cranktrain.results.strength.iacs_m68.shaft_stresses`).
+    drive line (:func:`cranktrain.results.strength.iacs_m68.shaft_stresses`). ``orders`` are those to be drawn, the
+    strongest where there are none; ``log``: on a logarithmic scale.
     """
 
     engine: Engine | None = None
@@ -60,6 +68,8 @@ class Beside(NamedTuple):
     measured: Measured | None = None
     motion: Sequence[Peak] = ()
     stresses: Sequence[Mapping[str, Any]] = ()
+    orders: Sequence[float] = ()
+    log: bool = False
 
     def published(self, quantity: Quantity) -> dict[float, float]:
         """Published critical speeds, rev/min, by order; they are of the first torsional mode."""
@@ -91,7 +101,9 @@ class Beside(NamedTuple):
 
 
 def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[float]:
-    """Orders with a colour of their own: those of the largest amplitudes, and those with a published speed."""
+    """Orders with a colour: those asked for, or those of the largest amplitudes and with a published speed."""
+    if beside.orders:
+        return [order for order in beside.orders if order in run_up.orders]
     sizes = np.abs(run_up.amplitudes[quantity.output]).max(axis=0)
     largest = {float(run_up.orders[k]) for k in np.argsort(-sizes)[:COLOURED]}
     speeds = run_up.speeds_rpm
@@ -100,8 +112,8 @@ def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[floa
 
 
 def worthy(run_up: RunUp, quantity: Quantity, orders: Sequence[float], beside: Beside) -> list[Peak]:
-    """Peaks that get a label: high ones, and those near a published speed of their order; periodic motion only."""
-    found = [peak for peak in peaks(run_up, quantity.output) if peak.order in orders and peak.periodic]
+    """Peaks that get a label: high ones, and those near a published speed of their order."""
+    found = [peak for peak in peaks(run_up, quantity.output) if peak.order in orders]
     largest = max((peak.amplitude for peak in found), default=0.0)
     published = beside.published(quantity)
     return [
@@ -117,8 +129,8 @@ def unsteady(run_up: RunUp) -> NDArray[np.bool_]:
 
 
 def figure_of(width: float, height: float) -> Any:
-    """Empty figure, inches, with room for a line of text below its axes."""
+    """Empty figure, inches, with a margin below its axes; :func:`cranktrain.results.plots.foot` makes room for text."""
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    return Figure(figsize=(width, height), dpi=120, layout=ConstrainedLayoutEngine(rect=(0.0, 0.03, 1.0, 0.97)))
+    return Figure(figsize=(width, height), dpi=120, layout=ConstrainedLayoutEngine(rect=(0.0, 0.01, 1.0, 0.99)))

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import json
 import math
+import struct
+import zlib
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
 
@@ -20,6 +24,8 @@ NAMED = 7
 """Curves that a chart names; the others are thin and grey."""
 GREY = "#b9c0c8"
 MEASURED = "measured"
+MAP_COLOURS = ((255, 255, 255), (205, 225, 240), (107, 174, 214), (33, 113, 181), (8, 48, 107), (60, 0, 60))
+"""Colours of a map from the least to the largest value, even on a logarithmic scale."""
 _MORE = {
     "others": f"<i style='background:{GREY}'></i>",
     MEASURED: "<i style='width:.6em;height:.6em;border:.1em solid #444e5a;border-radius:50%'></i>",
@@ -35,9 +41,13 @@ class Axis(NamedTuple):
     high: float
     step: float = 0.0
     """Distance of the numbers; 0 leaves it open."""
+    log: bool = False
 
     def ticks(self) -> list[float]:
-        """Round values along the axis, about six."""
+        """Round values along the axis, about six; decades of a logarithmic one."""
+        if self.log:
+            first, last = (math.log10(end) for end in (self.low, self.high))
+            return [10.0**k for k in range(math.ceil(first - 1e-9), math.floor(last + 1e-9) + 1)]
         span = self.high - self.low
         rough = span / 6.0
         power = 10.0 ** math.floor(math.log10(rough))
@@ -46,6 +56,18 @@ class Axis(NamedTuple):
         return [k * step for k in range(first, math.floor(self.high / step + 1e-9) + 1)]
 
 
+class Switches(NamedTuple):
+    """Chart of amplitudes that the reader can show peak to peak or on a logarithmic scale, and how it stands first."""
+
+    log: bool = False
+    peak_to_peak: bool = False
+
+
+DECADES = 3.0
+"""Range of a logarithmic scale of amplitudes below the largest."""
+
+
+# In one piece: all that a figure of curves can have, by keyword.
 def line_chart(
     title: str,
     x: Array,
@@ -54,8 +76,10 @@ def line_chart(
     step: float = 0.0,
     colours: Sequence[str] = COLOURS,
     points: Mapping[str, tuple[Array, Array]] = MappingProxyType({}),
+    switches: Switches | None = None,
+    named: int = NAMED,
 ) -> str:
-    """A figure of curves (n,) over x (n,), increasing; the first NAMED in colours, in the order given.
+    """A figure of curves (n,) over x (n,), increasing; the first ``named`` in colours, in the order given.
 
     Parameters
     ----------
@@ -64,6 +88,7 @@ def line_chart(
     step : of the numbers along x; 0 leaves it open
     colours : of the curves that are named
     points : measured x (k,) and y (k,) of curves, by their names
+    switches : of a chart of amplitudes, zero to peak, which the label along y says; None: has none
     """
     within = {name: _within(x, *measured) for name, measured in points.items()}
     every = [*curves.values(), *(y for _, y in within.values())]
@@ -71,25 +96,46 @@ def line_chart(
     low, high = min(0.0, float(np.nanmin(values))), max(0.0, float(np.nanmax(values)))
     room = 0.06 * (high - low or 1.0)
     across = Axis(labels[0], float(x[0]), float(x[-1]), step)
-    up = Axis(labels[1], low - (room if low < 0.0 else 0.0), high + room)
-    parts = [*_frame(across, up)]
+    scales = [Axis(labels[1], low - (room if low < 0.0 else 0.0), high + room)]
+    if switches is not None:
+        top = high + room if high > 0.0 else 1.0
+        scales.append(Axis(labels[1], 10.0**-DECADES * top, 1.3 * top, log=True))
+    drawings = [
+        "".join(_frame(across, up, switches is not None) + _curves(across, up, x, curves, within, colours, named))
+        for up in scales
+    ]
+    shown = dict(list(curves.items())[:named])
+    more = ["others"] * (len(curves) > named) + [MEASURED] * any(x.size for x, _ in within.values())
+    return _figure(title, drawings, across, x, shown, colours, more, switches)
+
+
+# In one piece: axes, curves, points and colours of one drawing.
+def _curves(
+    across: Axis,
+    up: Axis,
+    x: Array,
+    curves: Mapping[str, Array],
+    within: Mapping[str, tuple[Array, Array]],
+    colours: Sequence[str],
+    named: int,
+) -> list[str]:
+    """Curves, the first ``named`` on top, and measured points."""
+    parts = []
     for k, (name, y) in reversed(list(enumerate(curves.items()))):
-        colour, thickness = (colours[k], 1.8) if k < NAMED else (GREY, 0.8)
+        colour, thickness = (colours[k], 1.8) if k < named else (GREY, 0.8)
         for corners in _pieces(across, up, x, y):
             parts.append(
-                f'<polyline points="{corners}" fill="none" stroke="{colour}" stroke-width="{thickness}">'
-                f"<title>{html.escape(name)}</title></polyline>"
+                f'<polyline data-k="{k}" points="{corners}" fill="none" stroke="{colour}" '
+                f'stroke-width="{thickness}"><title>{html.escape(name)}</title></polyline>'
             )
     for k, name in enumerate(curves):
-        colour = colours[k] if k < NAMED else GREY
+        colour = colours[k] if k < named else GREY
         for place, value in zip(*(values.tolist() for values in within.get(name, ())), strict=True):
             parts.append(
-                f'<circle cx="{_x(across, place)}" cy="{_y(up, value)}" r="3.5" fill="white" stroke="{colour}" '
-                f'stroke-width="1.6"><title>{html.escape(name)}, measured</title></circle>'
+                f'<circle data-k="{k}" cx="{_x(across, place)}" cy="{_y(up, value)}" r="3.5" fill="white" '
+                f'stroke="{colour}" stroke-width="1.6"><title>{html.escape(name)}, measured</title></circle>'
             )
-    named = dict(list(curves.items())[:NAMED])
-    more = ["others"] * (len(curves) > NAMED) + [MEASURED] * any(x.size for x, _ in within.values())
-    return _figure(title, parts, across, x, named, colours, more)
+    return parts
 
 
 def bar_chart(title: str, x: Array, bars: Mapping[str, Array], labels: tuple[str, str]) -> str:
@@ -107,21 +153,74 @@ def bar_chart(title: str, x: Array, bars: Mapping[str, Array], labels: tuple[str
                     f'<rect x="{left}" y="{top}" width="{_x(across, place + width) - left:.1f}" '
                     f'height="{foot - top:.1f}" fill="{COLOURS[k]}"><title>{html.escape(name)}</title></rect>'
                 )
-    return _figure(title, parts, across, x, bars, COLOURS)
+    return _figure(title, ["".join(parts)], across, x, bars, COLOURS)
 
 
+def map_chart(title: str, x: Array, y: Array, values: Array, labels: tuple[str, str, str]) -> str:
+    """A figure of values (m, n) as colours over places x (n,) and y (m,), both even and increasing.
+
+    Colours are logarithmic over ``DECADES`` below the largest value; what is not a number is white. ``labels`` are
+    those of the axes and of the values, with units.
+    """
+    half_x, half_y = (0.5 * float(places[1] - places[0]) for places in (x, y))
+    across = Axis(labels[0], float(x[0]) - half_x, float(x[-1]) + half_x)
+    up = Axis(labels[1], float(y[0]) - half_y, float(y[-1]) + half_y)
+    top = float(np.nanmax(values)) or 1.0
+    place = np.clip(1.0 + np.log10(np.maximum(values, 1e-30 * top) / top) / DECADES, 0.0, 1.0)
+    steps = np.linspace(0.0, 1.0, len(MAP_COLOURS))
+    pixels = np.stack([np.interp(place, steps, channel) for channel in np.transpose(MAP_COLOURS)], axis=-1)
+    pixels[~np.isfinite(values)] = 255.0
+    image = base64.b64encode(_png(pixels[::-1].round().astype(np.uint8))).decode("ascii")
+    drawn = (
+        f'<image x="{LEFT}" y="{TOP}" width="{RIGHT - LEFT}" height="{BOTTOM - TOP}" preserveAspectRatio="none" '
+        f'style="image-rendering:pixelated" href="data:image/png;base64,{image}"/>'
+    )
+    parts = [drawn, *(part for part in _frame(across, up) if not part.startswith("<line"))]
+    shades = ", ".join(f"rgb{colour}" for colour in MAP_COLOURS)
+    key = (
+        f'<span>{10.0**-DECADES * top:.2g} <i style="width:8em;height:.8em;background:linear-gradient(to right, '
+        f'{shades})"></i>{top:.3g} {html.escape(labels[2])}</span>'
+    )
+    said = html.escape(title)
+    return (
+        f'<figure><div class="scroll"><svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{said}">'
+        f'{"".join(parts)}</svg></div><div class="keys">{key}</div><figcaption>{said}</figcaption></figure>'
+    )
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    """A picture of pixels (h, w, 3), the first row on top, as a PNG file (ISO/IEC 15948)."""
+    height, width, _ = pixels.shape
+    rows = np.hstack([np.zeros((height, 1), np.uint8), pixels.reshape(height, -1)]).tobytes()
+    chunks = (
+        (b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)),
+        (b"IDAT", zlib.compress(rows, 9)),
+        (b"IEND", b""),
+    )
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks
+    )
+
+
+# In one piece: drawings, key, values and switches of one figure.
 def _figure(
     title: str,
-    parts: list[str],
+    drawings: Sequence[str],
     across: Axis,
     x: Array,
     named: Mapping[str, Array],
     colours: Sequence[str],
     more: Sequence[str] = (),
+    switches: Switches | None = None,
 ) -> str:
-    """A figure with the key of its colours and what the page's script reads out; ``more``: what is in it besides."""
-    pairs = zip(colours, named, strict=False)
-    keys = "".join(f'<span><i style="background:{colour}"></i>{html.escape(name)}</span>' for colour, name in pairs)
+    """A figure with the key of its colours and what the page's script reads out; ``more``: what is in it besides.
+
+    Of ``switches`` the second drawing is the logarithmic one, and curves can be chosen in the key.
+    """
+    keys = "".join(
+        _key(k, colour, name, switches is not None)
+        for k, (colour, name) in enumerate(zip(colours, named, strict=False))
+    )
     grey = "".join(f"<span>{_MORE[what]}{what}</span>" for what in more)
     data = {
         "x": [float(f"{v:.6g}") for v in x],
@@ -130,11 +229,36 @@ def _figure(
         "label": across.label,
     }
     text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
+    turned = "" if switches is None else _switches(switches)
+    pictures = "".join(
+        f'<svg class="{kind}" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{html.escape(title)}">{drawing}'
+        f'<line class="cursor" x1="0" x2="0" y1="{TOP}" y2="{BOTTOM}"/></svg>'
+        for kind, drawing in zip(("linear", "log"), drawings, strict=False)
+    )
     return (
-        f'<figure class="chart"><div class="scroll"><svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" '
-        f'aria-label="{html.escape(title)}">{"".join(parts)}<line class="cursor" x1="0" x2="0" y1="{TOP}" '
-        f'y2="{BOTTOM}"/></svg></div><div class="keys">{keys}{grey}</div><div class="readout" aria-live="off"></div>'
+        f'<figure class="chart">{turned}<div class="scroll">{pictures}</div><div class="keys">{keys}{grey}</div>'
+        f'<div class="readout" aria-live="off"></div>'
         f'<figcaption>{html.escape(title)}</figcaption><script type="application/json">{text}</script></figure>'
+    )
+
+
+def _key(number: int, colour: str, name: str, chosen: bool) -> str:
+    """Name of a curve with its colour; where curves are ``chosen``, with a box to show or hide it."""
+    text = f'<i style="background:{colour}"></i>{html.escape(name)}'
+    if not chosen:
+        return f"<span>{text}</span>"
+    return f'<label><input type="checkbox" class="curve" value="{number}" checked/>{text}</label>'
+
+
+def _switches(state: Switches) -> str:
+    """Boxes that turn the scale and the kind of amplitude."""
+    boxes = (("to-pp", "peak to peak", state.peak_to_peak), ("to-log", "logarithmic", state.log))
+    return (
+        '<div class="switches">'
+        + "".join(
+            f'<label><input type="checkbox" class="{kind}"{" checked" * on}/>{name}</label>' for kind, name, on in boxes
+        )
+        + "</div>"
     )
 
 
@@ -144,8 +268,9 @@ def _within(x: Array, places: Array, values: Array) -> tuple[Array, Array]:
     return places[inside], values[inside]
 
 
-def _frame(across: Axis, up: Axis) -> list[str]:
-    """Grid, numbers and labels."""
+def _frame(across: Axis, up: Axis, both: bool = False) -> list[str]:
+    """Grid, numbers and labels; ``both``: those along y zero to peak, and twice as large peak to peak."""
+    kinds = (("zp", 1.0), ("pp", 2.0)) if both else (("", 1.0),)
     parts = []
     for tick in across.ticks():
         place = _x(across, tick)
@@ -154,13 +279,21 @@ def _frame(across: Axis, up: Axis) -> list[str]:
     for tick in up.ticks():
         place = _y(up, tick)
         parts.append(f'<line class="grid" x1="{LEFT}" x2="{RIGHT}" y1="{place}" y2="{place}"/>')
-        parts.append(f'<text x="{LEFT - 7}" y="{place + 4:.1f}" text-anchor="end">{float(f"{tick:.3g}"):g}</text>')
+        parts += [
+            f'<text class="{kind}" x="{LEFT - 7}" y="{place + 4:.1f}" text-anchor="end">'
+            f"{float(f'{scale * tick:.3g}'):g}</text>"
+            for kind, scale in kinds
+        ]
     middle = 0.5 * (TOP + BOTTOM)
     parts.append(
         f'<text x="{0.5 * (LEFT + RIGHT)}" y="{HEIGHT - 10}" text-anchor="middle">{html.escape(across.label)}</text>'
     )
     turned = f'transform="rotate(-90 14 {middle})"'
-    parts.append(f'<text x="14" y="{middle}" text-anchor="middle" {turned}>{html.escape(up.label)}</text>')
+    for kind, scale in kinds:
+        text = up.label.replace("zero to peak", "peak to peak") if scale > 1.0 else up.label
+        parts.append(
+            f'<text class="{kind}" x="14" y="{middle}" text-anchor="middle" {turned}>{html.escape(text)}</text>'
+        )
     return parts
 
 
@@ -177,4 +310,7 @@ def _x(axis: Axis, value: float) -> float:
 
 
 def _y(axis: Axis, value: float) -> float:
+    if axis.log:
+        share = math.log10(max(value, axis.low) / axis.low) / math.log10(axis.high / axis.low)
+        return round(BOTTOM - (BOTTOM - TOP) * share, 1)
     return round(BOTTOM - (BOTTOM - TOP) * (value - axis.low) / (axis.high - axis.low), 1)

@@ -14,6 +14,11 @@ def paragraph(text: str) -> str:
     return f"<p>{html.escape(text)}</p>"
 
 
+def link(text: str, place: str) -> str:
+    """A link to a place."""
+    return f'<a href="{html.escape(place)}">{html.escape(text)}</a>'
+
+
 def table(content: Table) -> str:
     """A table of texts; columns of words stand to the left, of numbers to the right."""
     words = ["" if all(map(_numeric, column)) else ' class="words"' for column in zip(*content.rows, strict=True)]

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import math
+import shlex
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cranktrain.core.errors import InputError
-from cranktrain.engine.file import engine_provenance, load_engine
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.engine.quantities import SLOWEST_RPM
-from cranktrain.loads.gas_pressure import Gas
+from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
+from cranktrain.loads.gas_pressure import Gas, GasTrace, mean_effective_pressure
 from cranktrain.results.orders.measured import Measured, read_measured_orders
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import RunUp
@@ -34,6 +38,48 @@ STEPS, QUICK_STEPS = 200, 100
 
 
 @dataclass(frozen=True)
+class Asked:
+    """What a report is asked for, in the user's own words.
+
+    Attributes
+    ----------
+    name : of a shipped engine, or path of an engine file
+    run_up : file of ``cranktrain runup`` of the same engine; None: ``ENGINE_runup.h5`` of a folder. That with the
+        damper is ``ENGINE_runup_damped.h5`` of a folder
+    folders : in which pictures and results of other verbs are looked for; the first that has one gives it
+    quick : fewer speeds, linear, without the damping that the torsional crank has from the level above, and frequencies
+        on ground alone
+    measured : file of measured orders (:mod:`cranktrain.results.orders.measured`)
+    speeds_rpm : first and last speed, rev/min; None: those of the engine and a sixth beyond
+    load : fraction of the full-load burn
+    running : options of the verbs that run the engine: its drive line, its pressures, its load
+    again : further options of the report
+    orders : that charts show; empty: the strongest
+    log, peak_to_peak : how charts of amplitudes stand first, on a logarithmic scale and peak to peak
+    makes : whether the commands of missing sections are run
+    """
+
+    name: str
+    run_up: str | Path | None = None
+    folders: Sequence[Path] = ()
+    quick: bool = False
+    measured: str | Path | None = None
+    speeds_rpm: tuple[float, float] | None = None
+    load: float = 1.0
+    running: tuple[str, ...] = ()
+    again: tuple[str, ...] = ()
+    makes: bool = False
+    orders: tuple[float, ...] = ()
+    log: bool = False
+    peak_to_peak: bool = False
+
+    @property
+    def command(self) -> str:
+        """The command of this report, to be pasted into a shell."""
+        return shlex.join(["cranktrain", "report", self.name, *self.running, *self.again])
+
+
+@dataclass(frozen=True)
 class Torsion:
     """A run-up with its peaks of torsion, labelled with the modes nearest to them."""
 
@@ -43,10 +89,11 @@ class Torsion:
 
 @dataclass(frozen=True)
 class Findings:
-    """Contents of a report.
+    """Contents of a report; what is not made yet is None.
 
     Attributes
     ----------
+    asked : what the user asked for
     engine : the engine
     origins : every value of its file: key, value, unit, origin, note
     modes : what ``cranktrain modal --json`` prints
@@ -54,99 +101,174 @@ class Findings:
     damped : the same with the engine's damper, None where it has none
     run_up : a run-up of any level that the user gave or a folder holds, None where there is none
     damped_run_up : likewise, with the engine's damper
+    fatigue : what ``cranktrain fatigue --output`` wrote into a folder, None where there is none
     measured : measured orders that the user gave; empty where there are none
-    name : of the engine as the user gave it, or the path of its file; empty: the engine's own
     pictures : files by name, from the folders that the user gave
+    links : titles and places of pages about the methods, as seen from the report
     seconds : wall time by stage
+    gas : measured pressures in place of the built-in trace
+    date : when the report was begun
+    digest : SHA-256 of the engine file, as it was read
+    running : whether sections are still being made
     """
 
+    asked: Asked
     engine: Engine
     origins: Sequence[tuple[str, Any, str, str, str]]
-    modes: dict[str, Any]
-    torsion: Torsion
-    damped: Torsion | None
-    run_up: RunUp | None
-    damped_run_up: RunUp | None
-    pictures: dict[str, Path]
-    seconds: dict[str, float]
+    modes: dict[str, Any] | None = None
+    torsion: Torsion | None = None
+    damped: Torsion | None = None
+    run_up: RunUp | None = None
+    damped_run_up: RunUp | None = None
+    pictures: dict[str, Path] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
     measured: Measured = field(default_factory=dict)
-    name: str = ""
+    fatigue: dict[str, Any] | None = None
+    links: dict[str, str] = field(default_factory=dict)
+    gas: Gas | None = None
+    date: str = ""
+    digest: str = ""
+    running: bool = False
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Lowest and highest speed that limits are judged at, rad/s: those asked for, or the engine's."""
+        if self.asked.speeds_rpm is None:
+            return self.engine.speeds
+        return self.asked.speeds_rpm[0] * RPM, self.asked.speeds_rpm[1] * RPM
+
+    def trace(self, speed: float) -> GasTrace:
+        """Pressures of the report's load at a speed, rad/s."""
+        return at_load(self.engine, self.gas, speed, self.asked.load)
 
 
 def findings(
-    name: str,
-    run_up: str | Path | None = None,
-    folders: Sequence[Path] = (),
-    quick: bool = False,
-    say: Callable[[str], None] = lambda stage: None,
-    measured: str | Path | None = None,
+    asked: Asked,
     engine: Engine | None = None,
     gas: Gas | None = None,
+    say: Callable[[str], None] = lambda stage: None,
 ) -> Findings:
-    """Compute and read the contents of a report.
+    """Compute and read the contents of a report; arguments and errors as of :func:`steps`."""
+    *_, found = steps(asked, engine, gas, say)
+    return found
+
+
+def steps(
+    asked: Asked,
+    engine: Engine | None = None,
+    gas: Gas | None = None,
+    say: Callable[[str], None] = lambda stage: None,
+) -> Iterator[Findings]:
+    """Contents of a report as they grow: what is read, then with frequencies, with torsion, and with the damper.
 
     Raises ``InputError`` for an engine, file or folder that cannot be used, ``StoreError`` for a damaged run-up.
 
     Parameters
     ----------
-    name : of a shipped engine, or path of an engine file
-    run_up : file of ``cranktrain runup`` of the same engine; None: ``ENGINE_runup.h5`` of a folder. That with the
-        damper is ``ENGINE_runup_damped.h5`` of a folder
-    folders : in which pictures and run-ups of other verbs are looked for; the first that has one gives it
-    quick : fewer speeds, linear, without the damping that the torsional crank has from the level above, and frequencies
-        on ground alone
-    say : told each stage
-    measured : file of measured orders (:mod:`cranktrain.results.orders.measured`)
+    asked : what the report is asked for
     engine : the engine of that name with another drive line; None: as its file has it
     gas : measured pressures in place of the built-in trace
+    say : told each stage
     """
-    engine = engine or load_engine(name)
+    engine = engine or load_engine(asked.name)
     if gas is not None:
-        gas.tell_ends([rpm * RPM for rpm in speed_range(engine, QUICK_STEPS if quick else STEPS)[:2]], 1.0)
-    orders = {} if measured is None else read_measured_orders(measured)
-    read = files_of_verbs(engine, run_up, folders)
-    seconds = {}
+        count = QUICK_STEPS if asked.quick else STEPS
+        gas.tell_ends([rpm * RPM for rpm in speed_range(engine, count, asked.speeds_rpm)[:2]], asked.load)
+    measured = {} if asked.measured is None else read_measured_orders(asked.measured)
+    found = Findings(
+        asked, engine, engine_provenance(asked.name), measured=measured, gas=gas, running=True,
+        digest=sha256(engine_path(asked.name).read_bytes()).hexdigest(),
+        date=datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %z"), **files_of_verbs(engine, asked),
+    )  # fmt: skip
+    yield found
     start = time.perf_counter()
-    modes = modal(engine, block="ground" if quick or engine.block is None else "flexible", gas=gas, say=say)
-    seconds["frequencies"] = time.perf_counter() - start
-    start = time.perf_counter()
-    say("torsion over the speed range")
-    torsion = _torsion(engine, False, quick, say, gas)
-    damped = None if engine.damper is None else _torsion(engine, True, quick, say, gas)
-    seconds["torsional run-ups"] = time.perf_counter() - start
-    origins = engine_provenance(name)
-    return Findings(engine, origins, modes, torsion, damped, seconds=seconds, measured=orders, name=name, **read)
+    block = "ground" if asked.quick or engine.block is None else "flexible"
+    scaled = gas if asked.load == 1.0 else at_load(engine, gas, engine.rated_speed, asked.load)
+    modes = modal(engine, block=block, gas=scaled, say=say)
+    if "in_motion" in modes:
+        modes["in_motion"]["state"]["load"] = asked.load
+    found = replace(found, modes=modes, seconds={"frequencies": time.perf_counter() - start})
+    yield found
+    for damper in (False, True) if engine.damper is not None else (False,):
+        start = time.perf_counter()
+        what = f"torsional run-up with{'' if damper else 'out'} damper"
+        say(what)
+        made = _torsion(engine, damper, asked, say, gas)
+        found = replace(found, seconds=found.seconds | {what: time.perf_counter() - start})
+        found = replace(found, damped=made) if damper else replace(found, torsion=made)
+        yield found
 
 
-def files_of_verbs(engine: Engine, run_up: str | Path | None, folders: Sequence[Path]) -> dict[str, Any]:
-    """The fields of :class:`Findings` that other verbs' files give: ``run_up``, ``damped_run_up``, ``pictures``."""
-    found = _files(folders, "*.h5")
+def files_of_verbs(engine: Engine, asked: Asked) -> dict[str, Any]:
+    """The fields of :class:`Findings` that other verbs' files give: run-ups, fatigue, pictures."""
+    found = _files(asked.folders, "*.h5")
     paths = {
-        "run_up": run_up or found.get(f"{engine.name}_runup.h5"),
+        "run_up": asked.run_up or found.get(f"{engine.name}_runup.h5"),
         "damped_run_up": found.get(f"{engine.name}_runup_damped.h5"),
     }
     run_ups = {key: None if path is None else _own(engine, path) for key, path in paths.items()}
-    return {**run_ups, "pictures": _files(folders, "*.png")}
+    fatigue = _files(asked.folders, "*.json").get(f"{engine.name}_fatigue.json")
+    return {
+        **run_ups,
+        "pictures": _files(asked.folders, "*.png"),
+        "fatigue": None if fatigue is None else _fatigue(fatigue),
+    }
 
 
-def speed_range(engine: Engine, steps: int) -> tuple[float, float, float]:
-    """First and last speed and round step, rev/min, of a run-up through the engine's speeds, in about ``steps``."""
-    low, high = (speed / RPM for speed in engine.speeds)
-    wanted = (BEYOND * high - low) / steps
+def speed_range(
+    engine: Engine, steps: int, speeds_rpm: tuple[float, float] | None = None
+) -> tuple[float, float, float]:
+    """First and last speed and round step, rev/min, of a run-up in about ``steps``.
+
+    It runs through ``speeds_rpm``, or through the engine's speeds and a sixth beyond.
+    """
+    low, high = speeds_rpm or (engine.speeds[0] / RPM, BEYOND * engine.speeds[1] / RPM)
+    wanted = (high - low) / steps
     decade = 10.0 ** math.floor(math.log10(wanted))
     step = min((k * decade for k in (1.0, 2.0, 5.0, 10.0)), key=lambda size: abs(math.log(size / wanted)))
     first = max(math.ceil(round(low / step, 9)) * step, SLOWEST_RPM)
-    return first, max(math.floor(round(BEYOND * high / step, 9)) * step, first + step), step
+    return first, max(math.floor(round(high / step, 9)) * step, first + step), step
 
 
-def _torsion(engine: Engine, damper: bool, quick: bool, say: Callable[[str], None], gas: Gas | None) -> Torsion:
+def check_speeds(low: float, high: float) -> tuple[float, float]:
+    """Speeds of ``--speeds``, rev/min; ``InputError`` for what is no range of speeds."""
+    if not SLOWEST_RPM <= low < high <= FASTEST_RPM:
+        raise InputError(
+            f"--speeds {low:g} {high:g}: is no range within {SLOWEST_RPM:g} to {FASTEST_RPM:g} rev/min; give the "
+            "lowest speed first, e.g. --speeds 800 2400"
+        )
+    return low, high
+
+
+def at_load(engine: Engine, gas: Gas | None, speed: float, load: float) -> GasTrace:
+    """Trace of a speed (rad/s) whose burn is already scaled by the load, with its mean effective pressure."""
+    given: Gas = GasTrace.from_engine(engine) if gas is None else gas
+    full = given.at(speed, load)
+    return full if load == 1.0 else _scaled(engine, full, load)
+
+
+def _scaled(engine: Engine, full: GasTrace, load: float) -> GasTrace:
+    fired = full.motored + load * (full.fired - full.motored)
+    return replace(
+        full, fired=fired, imep=mean_effective_pressure(engine, fired), source=f"{full.source}, at load {load:g}",
+        own=tuple(_scaled(engine, one, load) for one in full.own),
+    )  # fmt: skip
+
+
+def _torsion(engine: Engine, damper: bool, asked: Asked, say: Callable[[str], None], gas: Gas | None) -> Torsion:
     """Run-up of the torsional crank, its journals locked on their axis."""
-    first, last, step = speed_range(engine, QUICK_STEPS if quick else STEPS)
-    request = Request(speed_rpm=first, crank="torsional", bearings="held", damper=damper)
-    made = assemble(engine, request.settings(engine), say=say, inherit=not quick)
+    first, last, step = speed_range(engine, QUICK_STEPS if asked.quick else STEPS, asked.speeds_rpm)
+    request = Request(speed_rpm=first, crank="torsional", bearings="held", damper=damper, load=asked.load)
+    made = assemble(engine, request.settings(engine), say=say, inherit=not asked.quick)
     speeds = np.arange(first, last + 0.5 * step, step) * RPM
-    rule = LINEAR if quick else HARMONIC_BALANCE
-    found = frequency_run_up(made.engine, made.body, made.settings, speeds, ORDERS, rule, gas)
+    of = made.engine, made.body, made.settings, speeds, ORDERS
+    try:
+        found = frequency_run_up(*of, LINEAR if asked.quick else HARMONIC_BALANCE, gas)
+    except SolverError as error:  # a speed that does not settle, as with rods of great inertia
+        if asked.quick:
+            raise
+        say(f"{error}; so all speeds by the linear rule")
+        found = frequency_run_up(*of, LINEAR, gas)
     return Torsion(found, torsional_peaks(found, made))
 
 
@@ -159,6 +281,21 @@ def _own(engine: Engine, path: str | Path) -> RunUp:
     if found.speeds.size < 2:
         raise InputError(f"{path}: has {found.speeds.size} finished speeds, too few; continue 'cranktrain runup'")
     return found
+
+
+def _fatigue(path: Path) -> dict[str, Any]:
+    """Result of ``cranktrain fatigue --output``; ``InputError`` where the file is none."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        [(one["safety_factor"], one["name"], one["speed_rpm"]) for one in found["fillets"]]
+        [(one["acceptability"], one["name"], one["speed_rpm"]) for one in found["rule"]["places"]]
+        any(one["safety_factor"] is not None for one in found["fillets"]) or found["none is judged"]
+        found["rule"]["required"], found["rule"]["outside"]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError(
+            f"{path}: is no result of 'cranktrain fatigue --output'; delete it and run that again"
+        ) from None
+    return dict(found)
 
 
 def _files(folders: Sequence[Path], pattern: str) -> dict[str, Path]:

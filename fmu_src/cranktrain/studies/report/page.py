@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 
-from cranktrain.engine.firing import firing_text
 from cranktrain.results.page_head import filled_page
 from cranktrain.store.whole_file import marked
 from cranktrain.studies.report.findings import Findings
@@ -15,11 +14,14 @@ REPORT = marked("report of cranktrain", MARK)
 
 
 def page(found: Findings) -> str:
-    """The page's text."""
+    """The page's text; while sections are being made it says which are missing."""
     titles = [section.title for section in SECTIONS]
     contents = "".join(f'<li><a href="#s{k}">{html.escape(title)}</a></li>' for k, title in enumerate(titles, 1))
-    body = f"<p>{html.escape(firing_text(found.engine))}.</p>"
-    body += "".join(_section(k, section, found) for k, section in enumerate(SECTIONS, 1))
+    body = "".join(_section(k, section, found) for k, section in enumerate(SECTIONS, 1))
+    if left := pending(found):
+        again = f"<code>{html.escape(found.asked.command)}</code>"
+        text = f"This report is not complete. Still to be made: {html.escape(', '.join(left))}. If it was interrupted: "
+        body = f'<p class="missing" id="incomplete">{text}{again}</p>{body}'
     return whole_page("report", f"{found.engine.title}: cranktrain report", contents, body)
 
 
@@ -30,14 +32,27 @@ def whole_page(kind: str, title: str, contents: str, body: str) -> str:
 
 def missing(found: Findings) -> dict[str, str]:
     """Sections that lack their data, and what makes them."""
-    return {section.title: section.remedy(found.engine, found.name) for section in SECTIONS if not section.make(found)}
+    return {section.title: section.remedy(found) for section in SECTIONS if not section.make(found)}
+
+
+def pending(found: Findings) -> list[str]:
+    """Sections that the running command is still to make; none once it has ended by itself."""
+    if not found.running:
+        return []
+    makes = found.asked.makes
+    own = [section for section in SECTIONS if not section.lacks(found.engine) and (makes or not section.commands)]
+    return [section.title for section in own if not section.make(found)]
 
 
 def _section(number: int, section: Section, found: Findings) -> str:
     parts = section.make(found)
     if not parts:
-        remedy = html.escape(section.remedy(found.engine, found.name))
-        parts = [f'<p class="missing">Not in this report. To include it: <code>{remedy}</code></p>']
+        needs = " or ".join(f"[{name}]" for name in section.needs)
+        why = f": the engine file has no {needs}" if section.lacks(found.engine) else ""
+        remedy = html.escape(section.remedy(found))
+        parts = [f'<p class="missing">Not in this report{why}. To include it: <code>{remedy}</code></p>']
     reference = section.reference(found.engine.name)
     beside = f'<p class="reference">Beside the reference: {reference}.</p>' if reference else ""
-    return f'<section id="s{number}"><h2>{number}. {html.escape(section.title)}</h2>{beside}{"".join(parts)}</section>'
+    kind = ' class="front"' if number == 1 else ""
+    title = html.escape(section.title)
+    return f'<section id="s{number}"{kind}><h2>{number}. {title}</h2>{beside}{"".join(parts)}</section>'

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import platform
 import shlex
 from collections.abc import Callable
 from fnmatch import fnmatch
 from typing import NamedTuple
 
-from cranktrain import __version__
 from cranktrain.engine.model import Engine
 from cranktrain.results.tables import (
     Table,
@@ -20,8 +18,9 @@ from cranktrain.results.tables import (
 )
 from cranktrain.structure.crank.modal import critical_speeds as at_orders
 from cranktrain.studies.in_motion.report import motion_table
-from cranktrain.studies.report.elements import paragraph, picture, table
+from cranktrain.studies.report.elements import link, paragraph, picture, table
 from cranktrain.studies.report.findings import QUICK_STEPS, RPM, Findings, speed_range
+from cranktrain.studies.report.front import front
 from cranktrain.studies.report.vibration import axial, damper, torsion, torsion_cycles, whole_torsion
 
 
@@ -29,29 +28,51 @@ class Section(NamedTuple):
     """Section of a report.
 
     ``make`` returns its parts as HTML, or nothing if its data are missing. ``commands``, such as ``RUN_UP``, then
-    produce the data, or a text names the way to produce them.
+    produce the data; without any the report itself does. ``needs`` are tables of the engine file, one of which the
+    section cannot do without.
     """
 
     title: str
     make: Callable[[Findings], list[str]]
-    commands: tuple[str, ...] | str = ()
+    commands: tuple[str, ...] = ()
     six: str = ""
     eight: str = ""
     """Tables and figures of the reference that it stands beside, of the in-line six and of the V8."""
+    needs: tuple[str, ...] = ()
 
-    def making(self, name: str, folder: str, engine: Engine) -> list[str]:
-        """Commands that make what the section needs, by the engine as it was named; none where no command does."""
-        texts = () if isinstance(self.commands, str) else self.commands
-        speeds = *speed_range(engine, QUICK_STEPS), engine.speeds[1] / RPM
-        return [text.format(shlex.quote(name), shlex.quote(folder), engine.name, *speeds) for text in texts]
+    def making(self, found: Findings, folder: str) -> list[str]:
+        """Commands that make what the section needs, to be pasted into a shell; none where none does."""
+        engine, asked = found.engine, found.asked
+        if self.lacks(engine):
+            return []
+        first, last, step = speed_range(engine, QUICK_STEPS, asked.speeds_rpm)
+        place = shlex.quote(folder)
+        words = {
+            "engine": shlex.quote(asked.name),
+            "folder": place,
+            "stem": f"{place}/{engine.name}",
+            "range": f"--from {first:g} --to {last:g} --step {step:g}",
+            "speed": f"{found.speeds[1] / RPM:.0f}",
+            "given": f" {shlex.join(asked.running)}" if asked.running else "",
+            "ends": "" if engine.big_end_bearing is None else " --big-ends impedance",
+            "both": "" if engine.damper is None else f" --with-damper {place}/{engine.name}_runup_damped.h5",
+        }
+        return [text.format(**words) for text in self.commands if text != DAMPED or engine.damper is not None]
 
-    def remedy(self, engine: Engine, name: str = "") -> str:
-        """Instruction for producing the section, in words, by the engine as it was named."""
-        if isinstance(self.commands, str):
-            return self.commands
-        name = name or engine.name
-        last = f"cranktrain report {shlex.quote(name)} --pictures FOLDER"
-        return "; ".join([*self.making(name, "FOLDER", engine), last])
+    def remedy(self, found: Findings) -> str:
+        """Instruction for producing the section: commands to be pasted, or the table that the engine file lacks."""
+        engine, asked = found.engine, found.asked
+        if self.lacks(engine):
+            return f"add {' or '.join(f'[{name}]' for name in self.needs)} to the engine file"
+        if not self.commands:
+            return asked.command
+        folder = str(asked.folders[0]) if asked.folders else f"out/{engine.name}"
+        shown = "" if asked.folders else f" --pictures {folder}"  # made of the engine's name, which needs no quotes
+        return " && ".join([*self.making(found, folder), f"{asked.command}{shown}"])
+
+    def lacks(self, engine: Engine) -> bool:
+        """Whether the engine file has none of the tables that the section needs."""
+        return bool(self.needs) and all(getattr(engine, name) is None for name in self.needs)
 
     def reference(self, engine: str) -> str:
         """What of the reference it stands beside; empty for engines that the reference does not have."""
@@ -61,6 +82,8 @@ class Section(NamedTuple):
 def frequencies(found: Findings) -> list[str]:
     """Natural frequencies at rest beside the published ones, in the flexible block and on ground, and in motion."""
     modes, engine = found.modes, found.engine
+    if modes is None:
+        return []
     ground = cranktrain_table(engine, modes["cranktrain"])
     parts = [ground]
     if "block" in modes:
@@ -74,7 +97,8 @@ def frequencies(found: Findings) -> list[str]:
     if modes.get("in_motion", {}).get("modes"):
         parts.insert(0, motion_table(modes["in_motion"]))
     named = named_text(modes["cranktrain"], engine.reduction.running_cutoff_hz)
-    return [*map(table, parts), paragraph(named), paragraph(_STATES), paragraph(quality)]
+    texts = [named, _STATES, quality] if engine.block is not None else [named, _STATES, quality, _NO_BLOCK]
+    return [*map(table, parts), *map(paragraph, texts)]
 
 
 _STATES = (
@@ -82,11 +106,14 @@ _STATES = (
     "vibrates about the settled cycle of a run, on its films or rollers as they are there: resonances of run-ups are "
     "those of the modes in motion."
 )
+_NO_BLOCK = "The engine file has no [block], so all frequencies are those on rigid ground."
 
 
 def critical_speeds(found: Findings) -> list[str]:
     """Critical speeds of the first torsional mode beside the published ones, in the flexible block and on ground."""
     engine = found.engine
+    if found.modes is None:
+        return []
     ground = critical_speed_table(engine, found.modes["critical_speeds"])
     if "block" not in found.modes:
         return [table(ground)]
@@ -114,8 +141,18 @@ def run_time(found: Findings) -> list[str]:
     rows = [(what, f"{seconds:.1f}") for what, seconds in found.seconds.items()]
     if found.run_up is not None and "seconds" in found.run_up.attributes:
         rows.append(("run-up that was given", f"{float(found.run_up.attributes['seconds']):.1f}"))
-    where = f"Cranktrain {__version__}, Python {platform.python_version()}, {platform.machine()}."
-    return [table(Table("Wall time", ("stage", "s"), tuple(rows))), paragraph(where)]
+    return [table(Table("Wall time", ("stage", "s"), tuple(rows))), methods(found)]
+
+
+def methods(found: Findings) -> str:
+    """Where to read how accurate the methods are: a property of the package, not of the engine."""
+    ways = [link(title, place) for title, place in found.links.items()]
+    made = [f"<code>{command}</code>" for command in ("cranktrain tradeoff", "cranktrain stability")]
+    pages = f"Computed here: {', '.join(ways)}. " if ways else ""
+    return (
+        f"<p>Accuracy and limits of the methods are the same for all engines and are no part of this report. {pages}"
+        f"{' and '.join(made)} compute them.</p>"
+    )
 
 
 def pictures(*shown: tuple[str, str]) -> Callable[[Findings], list[str]]:
@@ -131,25 +168,24 @@ def pictures(*shown: tuple[str, str]) -> Callable[[Findings], list[str]]:
 
 
 RUN_UP = (
-    "cranktrain runup {0} --from {3:g} --to {4:g} --step {5:g} --big-ends impedance "
-    "--outputs flywheel.torsion,axial.engine,axial.bearing,axial.crank,bearings --output {1}/{2}_runup.h5"
+    "cranktrain runup {engine} {range}{ends}{given} "
+    "--outputs flywheel.torsion,axial.engine,axial.bearing,axial.crank,bearings --output {stem}_runup.h5"
 )
 DAMPED = (
-    "cranktrain runup {0} --from {3:g} --to {4:g} --step {5:g} --damper --outputs flywheel.torsion "
-    "--output {1}/{2}_runup_damped.h5"
+    "cranktrain runup {engine} {range} --damper{given} --outputs flywheel.torsion,damper.heat "
+    "--output {stem}_runup_damped.h5"
 )
-PLOTS = "cranktrain plot-runup {1}/{2}_runup.h5 --engine {0} --with-damper {1}/{2}_runup_damped.h5 --plots {1}"
-"""Commands that make what sections show: {0} engine as it was named, {1} folder, {2} the engine's name, {3} to {5}
-first and last speed of a run-up and its step, {6} the engine's highest speed; rev/min."""
-STABILITY = (
-    "oil_whirl", "cold_start", "step_film_stiffness", "variable_inertia", "rotating_damping", "mode_truncation",
-    "contact_ringing", "cosimulation",
-)  # fmt: skip
+PLOTS = "cranktrain plot-runup {stem}_runup.h5 --engine {engine}{both} --plots {folder}"
+"""Commands that make what sections show. They have the words of :meth:`Section.making`: the engine as it was named,
+folder, folder with the engine's name, range of speeds, highest speed, options of gas and load, level of the big ends,
+and the run-up with the damper."""
+FILMS = ("main_bearing", "big_end_bearing")
 SECTIONS = (
+    Section("Engine and verdict", front),
     Section("Natural frequencies", frequencies, six="table 7.1", eight="table 7.3"),
     Section("Critical speeds", critical_speeds, six="table 7.2", eight="table 7.4"),
     Section("Torsional vibration over the speed range", torsion, six="figures 7.2 and 7.3", eight="figure 7.8"),
-    Section("With the torsional damper", damper, "add [damper] to the engine file", eight="figure 7.9"),
+    Section("With the torsional damper", damper, eight="figure 7.9", needs=("damper",)),
     Section("Torsion over a cycle at critical speeds", torsion_cycles, six="figures 7.1 and 7.2"),
     Section(
         "Torsional vibration with films", whole_torsion, (RUN_UP, DAMPED), "figures 7.2 and 7.3", "figures 7.8 and 7.9"
@@ -159,8 +195,10 @@ SECTIONS = (
         "Run-up in pictures",
         pictures(
             ("torsion_orders.png", "Torsional orders over the speed, resonances with their orders and modes"),
+            ("twist_orders.png", "Orders of the twist from pulley to flywheel over the speed"),
             ("damper.png", "Torsional orders over the speed without and with the damper"),
             ("waterfall.png", "Waterfall: orders over speed and frequency"),
+            ("colour_map.png", "Orders and frequencies over the speed as colours"),
             ("campbell.png", "Campbell diagram: modes over the speed, crossed by orders"),
             ("torsion_histories.png", "Torsion over a cycle at its peaks"),
             ("torsion_harmonics.png", "Orders of the torsion at its peaks"),
@@ -177,7 +215,7 @@ SECTIONS = (
             ("stresses.png", "Von Mises stress of the crankshaft's surface every 90 degrees of crank angle"),
             ("stress_envelope.png", "Greatest von Mises stress of each place over the cycle"),
         ),
-        ("cranktrain stress {0} --speed {6:.0f} --plots {1} --output {1}/{2}_stress.h5",), "figure 7.7",
+        ("cranktrain stress {engine} --speed {speed}{given} --plots {folder} --output {stem}_stress.h5",), "figure 7.7",
     ),
     Section(
         "Fatigue of the crankshaft",
@@ -185,7 +223,8 @@ SECTIONS = (
             ("safety_factors.png", "Safety factor of each fillet on a side view of the crankshaft"),
             ("haigh.png", "Haigh diagram: stress amplitude over mean stress of the fillets"),
         ),
-        ("cranktrain fatigue {0} --plots {1}",),
+        ("cranktrain fatigue {engine}{given} --plots {folder} --output {stem}_fatigue.json",),
+        needs=("crank_strength",),
     ),
     Section(
         "Bearings over the speed",
@@ -194,7 +233,7 @@ SECTIONS = (
             ("shell_loads_*.png", "Loads on the shells over a cycle, where one is largest"),
             ("journal_loads_*.png", "Loads on the journals over the same cycle"),
         ),
-        (RUN_UP, "cranktrain bearing-loads {0} --run-up {1}/{2}_runup.h5 --plots {1}"),
+        (RUN_UP, "cranktrain bearing-loads {engine} --run-up {stem}_runup.h5 --plots {folder}"),
     ),
     Section(
         "Orbits and films",
@@ -202,20 +241,11 @@ SECTIONS = (
             ("orbits.png", "Orbits of the journals in their clearance circles over a cycle"),
             ("least_films.png", "Least oil film of each bearing over a cycle"),
         ),
-        ("cranktrain simulate {0} --speed {6:.0f} --big-ends impedance --plots {1} --output {1}/{2}_{6:.0f}rpm.h5",),
-    ),
-    Section(
-        "Accuracy against speed of computation",
-        pictures(("overall.png", "Error over cost of methods, levels and resolutions, with the Pareto front")),
-        ("cranktrain tradeoff --output {1}",),
-    ),
-    Section(
-        "Where methods fail",
-        pictures(*((f"{name}.png", f"Stability map: {name.replace('_', ' ')}") for name in STABILITY)),
-        ("cranktrain stability --output {1}",),
+        ("cranktrain simulate {engine} --speed {speed}{ends}{given} --plots {folder} --output {stem}_{speed}rpm.h5",),
+        needs=FILMS,
     ),
     Section("Values and their origins", provenance),
-    Section("Run time", run_time),
+    Section("Run time and methods", run_time),
 )  # fmt: skip
 """The register, in the order of the report."""
 

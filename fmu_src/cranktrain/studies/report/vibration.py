@@ -13,10 +13,11 @@ from cranktrain.engine.model import Engine
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
 from cranktrain.results.run_up.shown import PARTS
+from cranktrain.results.run_up.twist import frequency_map, half_range, order_map
 from cranktrain.results.tables import NOTHING, Table
-from cranktrain.studies.report.chart import NAMED, bar_chart, line_chart
+from cranktrain.studies.report.chart import NAMED, Switches, bar_chart, line_chart, map_chart
 from cranktrain.studies.report.elements import paragraph, table
-from cranktrain.studies.report.findings import Findings, Torsion
+from cranktrain.studies.report.findings import Asked, Findings, Torsion
 from cranktrain.studies.run_up.report import closing_text
 
 RPM = 30.0 / math.pi
@@ -27,12 +28,17 @@ SHOWN_CYCLES = 4
 SAMPLES = 720
 LEAST_UM = 1e-6
 """Axial motion below this is none: an engine on ground does not move."""
+MAP_COLUMNS, MAP_ROWS = 240, 200
+"""Pixels of a colour map."""
+ALL_ORDERS = "all orders, half of peak to peak"
 HIGHEST_BAR = 12.0
 """Order up to which bars are drawn."""
 
 
 def torsion(found: Findings) -> list[str]:
     """Torsional orders over the speed without damper, and its peaks."""
+    if found.torsion is None:
+        return []
     how = found.torsion.run_up.attributes["steady"]
     note = (
         f"Torsional crank on journals that are locked on their axis, in the frequency domain ({how}). "
@@ -40,12 +46,13 @@ def torsion(found: Findings) -> list[str]:
     )
     run = found.torsion.run_up
     parts = [paragraph(note), *_beside(found, run, TORSION, "without damper"), table(_peaks(found.torsion))]
-    return [*parts, paragraph(_uneven(found.engine)), *_twist(run, "without damper")]
+    maps = _maps(found, run, "without damper")
+    return [*parts, paragraph(_uneven(found.engine)), *_twist(found, run, "without damper"), *maps]
 
 
 def damper(found: Findings) -> list[str]:
     """The same with the damper, and its reduction of the amplitudes."""
-    if found.damped is None:
+    if found.damped is None or found.torsion is None:
         return []
     before, after = found.torsion.run_up, found.damped.run_up
     note = (
@@ -54,16 +61,20 @@ def damper(found: Findings) -> list[str]:
     )
     return [
         paragraph(note), *_beside(found, after, TORSION, "with damper"), table(_peaks(found.damped)),
+        *_twist(found, after, "with damper"),
         table(_taken_off(before, after, "")),
     ]  # fmt: skip
 
 
 def torsion_cycles(found: Findings) -> list[str]:
     """Torsion over a cycle at the critical speeds."""
+    if found.torsion is None:
+        return []
     run = found.torsion.run_up
     resonances = sorted(found.torsion.peaks, key=lambda peak: peak.kind != "torsional")
     speeds = _apart(
-        [peak.speed for peak in resonances] or [float(run.speeds[np.abs(run.torsion).max(axis=1).argmax()])]
+        [peak.speed for peak in resonances]
+        or [float(run.speeds[np.nan_to_num(np.abs(run.torsion)).max(axis=1).argmax()])]
     )
     return [draw(run, TORSION, speeds) for draw in (_cycles, _bars)]
 
@@ -73,7 +84,7 @@ def whole_torsion(found: Findings) -> list[str]:
     run, damped = found.run_up, found.damped_run_up
     parts = []
     if run is not None:
-        parts += [paragraph(_levels(run)), *_beside(found, run, TORSION, "run-up"), *_twist(run, "run-up")]
+        parts += [paragraph(_levels(run)), *_beside(found, run, TORSION, "run-up"), *_twist(found, run, "run-up")]
     if damped is not None:
         parts += [paragraph(_levels(damped)), *_beside(found, damped, TORSION, "run-up with damper")]
     if run is not None and damped is not None:
@@ -108,7 +119,7 @@ def axial(found: Findings) -> list[str]:
 def _beside(found: Findings, run: RunUp, output: str, words: str) -> list[str]:
     """Chart of an output's orders over the speed, with measured orders."""
     measured = {order: points for order, points in found.measured.get(output, {}).items() if order in run.orders}
-    chart = _orders(run, output, words, measured=measured)
+    chart = _orders(found.asked, run, output, words, measured=measured)
     return [chart, table(_measured(run, output, measured))] if measured else [chart]
 
 
@@ -129,23 +140,38 @@ def _measured(run: RunUp, output: str, measured: Mapping[float, tuple[Array, Arr
     return Table(f"{what} of the pulley, measured and computed", header, tuple(rows))
 
 
+# In one piece: run-up and output, and what a chart says of them.
 def _orders(
-    run: RunUp, output: str, words: str, what: str = "", measured: Mapping[float, tuple[Array, Array]] | None = None
+    asked: Asked,
+    run: RunUp,
+    output: str,
+    words: str,
+    what: str = "",
+    measured: Mapping[float, tuple[Array, Array]] | None = None,
+    whole: bool = False,
 ) -> str:
-    """Chart of an output's orders over the speed, the strongest and the ``measured`` ones named.
+    """Chart of an output's orders over the speed: those asked for, or the strongest and the ``measured`` ones named.
 
-    An order has its colour on all charts.
+    An order has its colour on all charts. ``whole``: with half of the peak-to-peak value of all orders together.
     """
     scale, unit, name = _UNITS[output]
     measured = measured or {}
     ranked = sorted(_strongest(run, output), key=lambda order: order not in measured)
     shown = [*sorted(ranked[:NAMED]), *ranked[NAMED:]]
+    chosen = sorted(order for order in asked.orders if order in run.orders)
+    shown, named = (chosen, len(chosen)) if chosen else (shown, min(NAMED, len(shown)))
     curves = {f"order {order:g}": scale * np.abs(run.order(order, output)) for order in shown}
-    title = f"{what or name + ' of the pulley'}, orders over the speed, {words}"
     colours = [_COLOURS[round(2.0 * order) % len(_COLOURS)] for order in shown]
+    if whole:
+        curves = {ALL_ORDERS: scale * half_range(run, run.amplitudes[output]), **curves}
+        colours, named = ["black", *colours], named + 1
+    title = f"{what or name + ' of the pulley'}, orders over the speed, {words}"
     points = {f"order {order:g}": (RPM * speeds, scale * sizes) for order, (speeds, sizes) in measured.items()}
     labels = "speed / rev/min", f"zero to peak / {unit}"
-    return line_chart(title, run.speeds_rpm, curves, labels, colours=colours, points=points)
+    return line_chart(
+        title, run.speeds_rpm, curves, labels, colours=colours, switches=Switches(asked.log, asked.peak_to_peak),
+        points={name: values for name, values in points.items() if name in curves}, named=named,
+    )  # fmt: skip
 
 
 def _uneven(engine: Engine) -> str:
@@ -161,11 +187,34 @@ def _uneven(engine: Engine) -> str:
     return text
 
 
-def _twist(run: RunUp, words: str) -> list[str]:
+def _twist(found: Findings, run: RunUp, words: str) -> list[str]:
     """Chart of the twist from pulley to flywheel, where the run-up has both."""
     if FLYWHEEL not in run.amplitudes:
         return []
-    return [_orders(_twisting(run), TORSION, words, "Twist from pulley to flywheel")]
+    return [_orders(found.asked, _twisting(run), TORSION, words, "Twist from pulley to flywheel", whole=True)]
+
+
+def _maps(found: Findings, run: RunUp, words: str) -> list[str]:
+    """Colour maps of orders and frequencies over the speed: of the twist, or of the pulley's torsion without it."""
+    what, shown = "Torsion of the pulley", run
+    if FLYWHEEL in run.amplitudes:
+        what, shown = "Twist from pulley to flywheel", _twisting(run)
+    scale, unit, _ = _UNITS[TORSION]
+    speeds = np.linspace(run.speeds[0], run.speeds[-1], MAP_COLUMNS)
+    first = ((found.modes or {}).get("cranktrain") or {}).get("first_torsional_hz") or 0.0
+    excited = float(run.orders[-1] * run.speeds[-1]) / (2.0 * math.pi)
+    hz = np.linspace(0.0, min(excited, 1.5 * first or excited), MAP_ROWS)
+    maps = (
+        ("orders", "order", shown.orders, order_map(shown, TORSION, speeds)),
+        ("frequencies", "frequency / Hz", hz, frequency_map(shown, TORSION, speeds, hz)),
+    )
+    return [
+        map_chart(
+            f"{what}, {name} over the speed as colours, {words}", RPM * speeds, y, scale * values,
+            ("speed / rev/min", label, f"{unit}, zero to peak"),
+        )
+        for name, label, y, values in maps
+    ]  # fmt: skip
 
 
 def _twisting(run: RunUp) -> RunUp:
@@ -185,7 +234,7 @@ def _taken_off(before: RunUp, after: RunUp, words: str) -> Table:
     for order in _strongest(before, TORSION)[:NAMED]:
         texts = [f"{order:g}"]
         for pair in kinds.values():
-            one, other = (math.degrees(np.abs(run.order(order)).max()) for run in pair)
+            one, other = (math.degrees(np.nanmax(np.abs(run.order(order)))) for run in pair)
             texts += [f"{one:.3g}", f"{other:.3g}", f"{100.0 * (other / one - 1.0):+.0f} %"]
         rows.append(tuple(texts))
     return Table(

@@ -24,7 +24,7 @@ MEASURED_BY = Path(__file__).parents[1] / "tradeoff" / "total" / "measure.py"
 """Source that measures the figures. Its digest is taken; it is never imported."""
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
-    ("compressor", "", None),
+    ("compressor", "", None), ("limits", "", None),
     ("frame", "", ()), ("body", "", ()), ("connection", "", ()), ("cylinders", "firing_angles", ()),
     ("cylinders", "firing_intervals", ()), ("cylinders", "cycle", 4.0 * math.pi),
     ("cylinders", "axis_offsets", ()), ("cylinders", "rods_on_pin", "side-by-side"), ("cylinders", "crosshead", False),

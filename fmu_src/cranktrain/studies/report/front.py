@@ -1,0 +1,90 @@
+"""First page of a report: the engine, the verdict against its limits, and what the report was made with."""
+
+from __future__ import annotations
+
+import math
+import platform
+
+import numpy as np
+
+from cranktrain import __version__
+from cranktrain.engine.file import engine_path
+from cranktrain.engine.firing import firing_text
+from cranktrain.engine.model import Engine
+from cranktrain.results.tables import Table
+from cranktrain.studies.report.elements import paragraph, table
+from cranktrain.studies.report.findings import RPM, Findings
+from cranktrain.studies.report.verdict import verdict_table, verdict_text, verdicts
+
+
+def front(found: Findings) -> list[str]:
+    """Engine, verdict, origin."""
+    all_of = verdicts(found)
+    return [
+        table(Table("The engine", ("", "value"), tuple(engine_rows(found)))),
+        paragraph(verdict_text(all_of)),
+        table(verdict_table(all_of)),
+        table(Table("This report", ("", "value"), tuple(_made_rows(found)))),
+    ]
+
+
+def engine_rows(found: Findings) -> list[tuple[str, str]]:
+    """Names and texts of the engine's main data."""
+    engine = found.engine
+    trace, speed = found.trace(engine.rated_speed), engine.rated_speed
+    power = trace.imep * engine.displacement * speed / engine.cylinders.cycle
+    low, high = (end / RPM for end in found.speeds)
+    throws = sorted({round(2e3 * throw, 6) for throw in engine.throws})
+    angle, ratio = math.degrees(trace.peak_angle), engine.cylinders.compression_ratio
+    litres = 1e3 * engine.displacement
+    return [
+        ("layout", layout_text(engine)),
+        ("bore", f"{1e3 * engine.cylinders.bore:.5g} mm"),
+        ("stroke", f"{', '.join(f'{throw:.5g}' for throw in throws)} mm"),
+        ("displacement", f"{litres:.4g} l" if litres >= 1.0 else f"{1e3 * litres:.4g} cm³"),
+        ("compression ratio", f"{ratio:.4g}"),
+        ("firing", firing_text(engine)),
+        ("pressures", trace.source),
+        ("peak pressure, absolute", f"{1e-5 * trace.peak:.4g} bar, {angle:.1f}° after dead centre"),
+        ("indicated mean effective pressure", f"{1e-5 * trace.imep:.4g} bar"),
+        ("rated speed, that of the full-load trace", f"{speed / RPM:.5g} rev/min"),
+        ("indicated power at rated speed", f"{1e-3 * power:.4g} kW"),
+        ("load", f"{100.0 * found.asked.load:.4g} % of the full-load burn"),
+        ("speeds", f"{low:.5g} to {high:.5g} rev/min"),
+        ("torsional damper", _none("damper") if engine.damper is None else engine.damper.kind),
+        ("block", f"rigid ground, {_none('block')}" if engine.block is None else "flexible"),
+        ("big ends", f"without films, {_none('big_end_bearing')}" if engine.big_end_bearing is None else "on films"),
+        ("fatigue", _none("crank_strength") if engine.crank_strength is None else "by [crank_strength]"),
+    ]
+
+
+def _none(table: str) -> str:
+    return f"no [{table}] in the engine file"
+
+
+def layout_text(engine: Engine) -> str:
+    """Cycle, number and arrangement of the cylinders in words."""
+    count, banks = engine.n_cylinders, sorted({round(math.degrees(angle), 3) for angle in engine.cylinders.bank_angles})
+    what = "compressor" if engine.compressor is not None else f"{round(engine.cylinders.cycle / math.pi)}-stroke"
+    if count == 1:
+        return f"{what}, single cylinder"
+    apart = float(np.ptp(banks))
+    if len(banks) == 1:
+        how = "in line"
+    elif len(banks) == 2:
+        how = "opposed" if abs(apart - 180.0) < 1e-2 else f"V, {apart:.4g}° between the banks"
+    else:
+        how = f"banks at {', '.join(f'{angle:.4g}' for angle in banks)}°"
+    return f"{what}, {count} cylinders, {how}"
+
+
+def _made_rows(found: Findings) -> list[tuple[str, str]]:
+    name = found.asked.name
+    file = name if name.endswith(".toml") else f"{engine_path(name).name}, shipped with cranktrain"
+    return [
+        ("date", found.date),
+        ("engine file", file),
+        ("digest of the file, SHA-256", found.digest),
+        ("command", found.asked.command),
+        ("versions", f"cranktrain {__version__}, Python {platform.python_version()}, NumPy {np.__version__}"),
+    ]
