@@ -16,7 +16,7 @@ import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_body
 from cranktrain.dynamics.model.arrays import Parts
-from cranktrain.dynamics.model.settings import resolved
+from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.dynamics.model.state import TIME, VELOCITY
 from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.dynamics.topology.laws import pieces_of
@@ -635,3 +635,17 @@ def test_outputs_of_the_laws_have_units(law):
     known = {"force.z": "N", "position.z": "m", "moment.x": "N m", "rotation.y": "rad", "heat": "W", "slip": "m",
              "slip_velocity": "m/s", "torque": "N m", "twist_rate": "rad/s", "pressure_max": "Pa"}  # fmt: skip
     assert all(units[name] == unit for name, unit in known.items() if name in units)
+
+
+def test_a_run_goes_on_at_another_speed_with_its_added_bodies():
+    """The engine of the library with balancer shafts: what its workspace calls stays; it ended the process before."""
+    engine = load_engine("four_petrol")
+    settings = Settings(crank="rigid", bearings="linear", block="ground", pistons="rigid")
+    made = assembly.assemble(engine, settings)
+    simulation = Simulation(made.engine, made.body, made.settings, parts=made.parts)
+    simulation.inputs[0] = 200.0
+    simulation.initialize()
+    simulation.go_on_at(210.0)
+    simulation.state = simulation.state
+    simulation.step(1e-4)
+    assert np.isfinite(simulation.outputs).all()

@@ -295,7 +295,9 @@ class Simulation(SteppedModel):
         self.inputs[0] = speed
         self._check_inputs()
         self._oil_temperature = supply_temperature(self.engine, self.settings, speed)
-        self.model = self._model()
+        model = self._model()
+        model.links.hooks[:] = self.model.links.hooks  # kernels of the workspace, which stays
+        self.model = model
         # Factors are those of another speed, input samples those of another run.
         self.work.key[:] = -1.0
         self.work.counters[:] = 0.0
