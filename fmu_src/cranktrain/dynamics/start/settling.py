@@ -39,10 +39,11 @@ STARTING_STEPS = 3
 STARTING_STEP = 1.0e-5
 STARTING_TOLERANCE = 1.0e-11
 """Backward-Euler steps (s) at the first angle: the films' velocities relax, accelerations come to agree with them."""
-CRANK_RESTRAINT = 1.0e7
+CRANK_RESTRAINT, RESTRAINT_RATE = 1.0e7, 2.0e6
 STATIONARY_RESTRAINT = 1.0e12
-"""N m/rad that restrain the crank from turning meanwhile, and (rad/s)² the block of an engine that turns: what shakes
-it as it runs would move it on soft mounts without end if it lasted."""
+"""N m/rad that restrain the crank from turning meanwhile, or (rad/s)² times the inertia of crank and rods where that is
+more: gas of a large engine would turn it by many clearances of its big ends. The last, (rad/s)², restrains the block of
+an engine that turns: what shakes it as it runs would move it on soft mounts without end if it lasted."""
 
 
 @kernel
@@ -92,10 +93,11 @@ def balance(model, work, state):
     n = model.omega2.shape[0]
     o_q = offset(POSITION, n)
     frame = work.frames[0]
+    restraint = max(CRANK_RESTRAINT, RESTRAINT_RATE * work.start.mean[at.START_INERTIA])
     h = 1.0e-6
     elapsed = 0.0
     for _ in range(SETTLING_STEPS):
-        if factor_stage(model, work, 0, h * h, h, 0.0, CRANK_RESTRAINT, frame[at.BLOCK_RESTRAINT]) != 0:
+        if factor_stage(model, work, 0, h * h, h, 0.0, restraint, frame[at.BLOCK_RESTRAINT]) != 0:
             return SINGULAR
         for i in range(n):
             work.modal[at.BIG_V, i] = 0.0
