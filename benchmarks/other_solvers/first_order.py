@@ -161,7 +161,8 @@ class FirstOrder:
 def refuse_other_models(simulation: Simulation) -> None:
     """Raise ``InputError`` where the simulation holds more than these equations know."""
     chosen = simulation.settings
-    simulation.engine.connecting_shaft  # noqa: B018  raises where there is none
+    if simulation.engine.drive_line_chain is not None:
+        raise InputError("first-order equations know one shaft to the dynamometer only, no discs; leave them out")
     simulation.engine.refuse_additions("the equations for other solvers")
     for value, known in (
         (chosen.block, "ground"), (chosen.big_ends, "rigid"), (chosen.pistons, "rigid"), (chosen.damper, "none"),

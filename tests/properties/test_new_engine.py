@@ -40,7 +40,7 @@ def made(tmp_path, name, bore=0.0825, stroke=0.0928, bank=None, **further):
 def test_every_layout_is_read_back_and_fires_as_it_says(name, tmp_path):
     engine, found = made(tmp_path, name)
     row = found.layout
-    fires = firing_summary(engine.crankshaft, engine.cylinders)
+    fires = firing_summary(engine)
     assert tuple(fires["order"]) == row.order
     assert fires["intervals_deg"] == pytest.approx(row.intervals_deg, abs=1e-3)
     assert row.even == (name not in ("v2", "v4"))
@@ -113,7 +113,7 @@ def test_small_and_large_engines_are_possible(name, bore, stroke, fuel, tmp_path
 def test_another_bank_angle_moves_the_second_bank(tmp_path):
     engine, found = made(tmp_path, "v6", bank=60.0)
     assert not found.layout.even and set(found.layout.intervals_deg) == {60.0, 180.0}
-    assert firing_summary(engine.crankshaft, engine.cylinders)["intervals_deg"] == pytest.approx(
+    assert firing_summary(engine)["intervals_deg"] == pytest.approx(
         found.layout.intervals_deg
     )
     assert all(row.pins == tuple(range(1, row.cylinders + 1)) for row in LAYOUTS.values() if row.form != VEE)
@@ -167,6 +167,8 @@ def test_the_engines_that_ship_are_listed(capsys):
     assert main(["engines", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)["engines"]
     assert [one["name"] for one in listed] == engine_names()
-    assert {one["name"]: one["layout"] for one in listed} == {"diesel_i6": "in line", "diesel_v8": "V of 90 deg"}
+    layouts = {one["name"]: one["layout"] for one in listed}
+    assert layouts["diesel_i6"] == "in line" and layouts["diesel_v8"] == layouts["v_twin"] == "V of 90 deg"
+    assert layouts["single_petrol"] == "single" and layouts["v6_split"] == "V of 60 deg"
     assert main(["engines"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == len(listed)

@@ -52,7 +52,6 @@ def check_engine(engine: Engine) -> None:
             need(name, "polar_inertia", plausible, "is more than twice diametral_inertia, which no body has")
     check_oil(engine.oil)
     _check_gas(engine)
-    warn_of_doubts(engine)
     need_equal_lengths(engine.published, "published", "cranktrain_hz", "cranktrain_shapes", "measured_hz")
     orders = ("critical_orders", "critical_speeds", "measured_critical_speeds")
     need_equal_lengths(engine.published, "published", *orders)
@@ -74,6 +73,7 @@ def check_engine(engine: Engine) -> None:
         check_mounts(engine.mounts)
     if engine.block is not None:  # after its mounts, whose pads it carries
         check_block(engine, engine.block)
+    warn_of_doubts(engine)  # of an engine whose parts fit
 
 
 def check_drive_line(line: DriveLineChain) -> None:
