@@ -113,9 +113,7 @@ def test_small_and_large_engines_are_possible(name, bore, stroke, fuel, tmp_path
 def test_another_bank_angle_moves_the_second_bank(tmp_path):
     engine, found = made(tmp_path, "v6", bank=60.0)
     assert not found.layout.even and set(found.layout.intervals_deg) == {60.0, 180.0}
-    assert firing_summary(engine)["intervals_deg"] == pytest.approx(
-        found.layout.intervals_deg
-    )
+    assert firing_summary(engine)["intervals_deg"] == pytest.approx(found.layout.intervals_deg)
     assert all(row.pins == tuple(range(1, row.cylinders + 1)) for row in LAYOUTS.values() if row.form != VEE)
 
 
