@@ -176,6 +176,16 @@ def test_fork_and_blade_lie_in_one_plane_without_films():
         cycle(made, big_ends="impedance")
 
 
+def test_a_crosshead_may_be_heavy_and_has_no_liners_of_a_block():
+    heavy = replace(SIX.cylinders, piston_mass=7.0)
+    with pytest.warns(UserWarning, match=r"piston_mass: 7 kg .* or state crosshead = true"):
+        check_engine(replace(SIX, cylinders=heavy))
+    guided = replace(SIX, cylinders=replace(heavy, crosshead=True))
+    with pytest.raises(InputError, match=r"block\.deck_height: is that of trunk pistons"):
+        check_engine(guided)
+    check_engine(replace(guided, block=None, mounts=None))
+
+
 def compressor(**changes):
     gas = Compressor(**{"suction": 1e5, "discharge": 8e5, "exponent": 1.3, "best_speed": 100.0, **changes})
     cylinders = replace(SIX.cylinders, cycle=2.0 * math.pi, compression_ratio=13.0)

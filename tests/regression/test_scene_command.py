@@ -202,7 +202,7 @@ def test_a_budget_that_is_missed_is_said_and_no_error(scene, capsys):
         ({"engine": '"diesel_i7"'}, "", "did you mean 'diesel_i6'"),
         ({"engine": '"none.toml"'}, "", "no such engine file"),
         ({"speeds_rpm": None}, "", "speeds_rpm = [2000]"),
-        ({"speeds_rpm": "[50]"}, "", "100 to 20000 rev/min"),
+        ({"speeds_rpm": "[10]"}, "", "20 to 20000 rev/min"),
         ({"speeds_rpm": "[2000, 2000]"}, "", "given twice"),
         ({}, "[run_up]\nfrom = 1000\nto = 2000\npoints = 3\n", "exclude each other"),
         ({"speeds_rpm": None}, "[run_up]\nfrom = 1000\nto = 2000\n", "run_up.points is missing"),

@@ -118,13 +118,15 @@ def _masses(engine: Engine) -> Iterator[str]:
 
 
 def _piston(engine: Engine) -> Iterator[str]:
-    """A piston heavier than solid steel whose rod is too light for that of a crosshead."""
+    """A piston heavier than solid steel that is stated as no crosshead's, and whose rod is too light for one."""
+    if engine.cylinders.crosshead:
+        return
     cube, mass = STEEL * engine.cylinders.bore**3, engine.cylinders.piston_mass
     most = max(SOLID_PISTON * cube, CROSSHEAD * (engine.rod.big_end_mass + engine.rod.small_end_mass))
     if most < mass <= MASSES["cylinders.piston_mass"][1] * cube:
         yield (
             f"cylinders.piston_mass: {mass:.4g} kg with a bore of {mm(engine.cylinders.bore)} is heavier than solid "
-            f"steel and than {CROSSHEAD:g} rods, usual at most {most:.3g} kg; {UNIT}"
+            f"steel and than {CROSSHEAD:g} rods, usual at most {most:.3g} kg; {UNIT}, or state crosshead = true"
         )
 
 
@@ -132,7 +134,7 @@ def _crank(engine: Engine) -> Iterator[str]:
     crank, rod, bore = engine.crankshaft, engine.rod.length, engine.cylinders.bore
     stroke, pin = 2.0 * crank.throw, crank.pin_diameter
     half = "the throw is half the stroke; check both"
-    shortest = 1.9 if stroke > LONG_STROKE * bore else 2.5
+    shortest = 1.9 if engine.cylinders.crosshead or stroke > LONG_STROKE * bore else 2.5
     yield from _outside(
         "crankshaft.throw", "the rod's length over the throw is", rod / crank.throw, (shortest, 8), half
     )
