@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     engine = engine_of(options)
     crank_strength(engine)
     one_of("--criterion", options.criterion, CRITERIA)
-    speeds = options.speeds_rpm or [round(engine.rated_speed * 30.0 / math.pi, 6)]
+    speeds = options.speeds_rpm or [round(engine.best_speed * 30.0 / math.pi, 6)]
     request = request_of(options, speeds[0])
     for speed in speeds:
         replace(request, speed_rpm=speed).settings(engine, option_of)

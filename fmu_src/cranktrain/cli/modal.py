@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     engine = engine_of(options)
     one_of("--crank", options.crank, CRANKS)
     wants_flexible_block(engine, options)
-    speed = engine.rated_speed if options.speed is None else options.speed * RPM
+    speed = engine.best_speed if options.speed is None else options.speed * RPM
     if options.pressure is not None and options.crank != "solid":
         raise InputError("--pressure drives the cycle of modes in motion, of --crank solid only; leave one of them out")
     gas = gas_of(request_of(options, speed / RPM), engine)

@@ -93,7 +93,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if options.make is not None:
         check_folder(Path(options.make), "--make")
     choices = {key: getattr(options, key) for key in ("pressure", "pressure_unit", "pressure_tdc_deg")}
-    gas = Request(speed_rpm=engine.rated_speed / RPM, load=asked.load, **choices).gas(engine, option_of)
+    gas = Request(speed_rpm=engine.best_speed / RPM, load=asked.load, **choices).gas(engine, option_of)
     links, found = _links(path), None
 
     def written(made: Findings) -> Findings:

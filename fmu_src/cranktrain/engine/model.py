@@ -84,9 +84,7 @@ class Engine:
 
     @property
     def displacement(self) -> float:
-        """Swept volume of all cylinders, m³, with a stroke of twice the throw."""
-        if not self.crankshaft.pin_throws:
-            return self.n_cylinders * 0.5 * math.pi * self.cylinders.bore**2 * self.crankshaft.throw
+        """Swept volume of all cylinders, m³, with strokes of twice the throws."""
         return 0.5 * math.pi * self.cylinders.bore**2 * math.fsum(self.throws)
 
     @property
@@ -98,7 +96,12 @@ class Engine:
 
     @property
     def rated_speed(self) -> float:
-        """Speed of the full-load trace, rad/s."""
+        """Rated speed, rad/s: that of ``[load]``, else the highest of the engine's speeds."""
+        return self.speeds[1] if self.load is None else self.load.speed
+
+    @property
+    def best_speed(self) -> float:
+        """Speed of the full-load trace, rad/s; of the largest torque."""
         gas = self.combustion or self.compressor
         assert gas is not None  # an engine is checked to have one
         return gas.best_speed

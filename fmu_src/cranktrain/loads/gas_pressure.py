@@ -193,7 +193,7 @@ class GasTrace:
                 motored=_motored(engine, fired),
                 fired=fired,
                 imep=mean_effective_pressure(engine, fired),
-                best_speed=engine.rated_speed,
+                best_speed=engine.best_speed,
                 falloff=0.0,
                 source=source,
             )

@@ -32,6 +32,17 @@ def mean_torques(engine: Engine, gas: GasTrace) -> tuple[float, float]:
     return float(np.mean(gas.motored * arm)), float(np.mean(gas.fired * arm))
 
 
+def mean_torque(engine: Engine, gas: GasTrace, speed: float) -> float:
+    """Mean torque of the gas at a ``speed``, rad/s, with the burn that the trace has there, N m."""
+    motored, full = mean_torques(engine, gas)
+    return motored + full_share(gas, speed) * (full - motored)
+
+
+def full_share(gas: GasTrace, speed: float) -> float:
+    """Fraction of the trace's burn that a run at full load has at a ``speed``, rad/s."""
+    return max(1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2, 0.0)
+
+
 def balancing_load(engine: Engine, gas: Gas, speed: float) -> float:
     """Fraction of the full-load burn that balances the engine's load at a ``speed``, rad/s.
 
@@ -55,7 +66,7 @@ def balancing_load(engine: Engine, gas: Gas, speed: float) -> float:
 def _balance(engine: Engine, gas: GasTrace, speed: float, wanted: float) -> float:
     """Fraction of the burn at which one trace gives a mean torque ``wanted``, N m."""
     motored, full = mean_torques(engine, gas)
-    gain = max(1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2, 0.0) * (full - motored)
+    gain = full_share(gas, speed) * (full - motored)
     most = motored + MOST * gain
     if not motored < wanted <= most:
         raise InputError(

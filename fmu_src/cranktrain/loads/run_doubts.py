@@ -11,6 +11,7 @@ from cranktrain.engine.checks.plausible import COMPRESSOR, heat_of_air
 from cranktrain.engine.model import Engine
 from cranktrain.loads.cylinder_volume import mean_effective_pressure
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.mean_load import full_share
 
 MOST_LOAD = 1.05
 """Load torque over the mean torque of the gas from which on an engine cannot hold its speed."""
@@ -18,7 +19,7 @@ MOST_LOAD = 1.05
 
 def run_doubts(engine: Engine, gas: GasTrace, speed: float, load: float, load_torque: float | None) -> Iterator[str]:
     """Doubts of a run at ``speed`` (rad/s), ``load`` and a load torque (N m) that is given or not."""
-    share = max(load * (1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2), 0.0)
+    share = max(load, 0.0) * full_share(gas, speed)
     if load > 0.0 and share == 0.0:
         yield (
             f"combustion.falloff: {gas.falloff:.3g} leaves no heat at {speed * 30.0 / math.pi:.5g} rev/min, "

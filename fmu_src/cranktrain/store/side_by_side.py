@@ -121,8 +121,9 @@ def _begin_work(parent: int, begin: Callable[..., None], arguments: tuple[Any, .
 
 
 def leave_to_parent(parent: int) -> None:
-    """In a child process: leave an interruption to the parent, and end with it, were it killed."""
+    """In a child process: leave an interruption to the parent, and end with it, were it killed, or when it says so."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a fork has the parent's, which tells of it
 
     def watch() -> None:
         while os.getppid() == parent:

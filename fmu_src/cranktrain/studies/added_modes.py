@@ -28,8 +28,9 @@ def additions_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
 
     ``body`` is the engine's bare crankshaft. Mains and added bearings are their linear stand-in springs, flanks of
     gears without backlash are closed; big end and half the oscillating mass stand on each pin. A mode's ``shares`` of
-    energy are those of the crank by kind of motion, and of each added body.
+    energy are those of the crank by kind of motion, and of each added body. The drive line is left out.
     """
+    engine = replace(engine, drive_line_chain=None)  # no part of the crank at rest
     crank = complete_crankshaft(engine.without_additions, body)
     topology = on_ground(added_topology(engine, crank, None, read_added(engine)))
     matrices = cranktrain_matrices(engine.without_additions, crank, topology.cylinders)

@@ -43,7 +43,7 @@ def settled_simulation(made: Assembly, speed: float, gas: Gas | None = None) -> 
 
 def reference_speed(engine: Engine) -> float:
     """Default speed (rad/s) of modes in motion: the speed of the largest heat per cycle."""
-    return engine.rated_speed
+    return engine.best_speed
 
 
 def motion_report(made: Assembly, speed: float | None = None, gas: Gas | None = None) -> dict[str, Any]:

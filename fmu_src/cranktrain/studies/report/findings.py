@@ -183,7 +183,7 @@ def steps(
     yield found
     start = time.perf_counter()
     block = "ground" if asked.quick or engine.block is None else "flexible"
-    scaled = gas if asked.load == 1.0 else at_load(engine, gas, engine.rated_speed, asked.load)
+    scaled = gas if asked.load == 1.0 else at_load(engine, gas, engine.best_speed, asked.load)
     modes = modal(engine, block=block, gas=scaled, say=say)
     if "in_motion" in modes:
         modes["in_motion"]["state"]["load"] = asked.load

@@ -11,6 +11,7 @@ from cranktrain import __version__
 from cranktrain.engine.file import engine_path
 from cranktrain.engine.firing import firing_text
 from cranktrain.engine.model import Engine
+from cranktrain.loads.mean_load import mean_torque
 from cranktrain.results.tables import Table
 from cranktrain.studies.report.elements import paragraph, table
 from cranktrain.studies.report.findings import RPM, Findings
@@ -31,8 +32,8 @@ def front(found: Findings) -> list[str]:
 def engine_rows(found: Findings) -> list[tuple[str, str]]:
     """Names and texts of the engine's main data."""
     engine = found.engine
-    trace, speed = found.trace(engine.rated_speed), engine.rated_speed
-    power = trace.imep * engine.displacement * speed / engine.cylinders.cycle
+    best, rated = engine.best_speed, engine.rated_speed
+    trace, power = found.trace(best), rated * mean_torque(engine, found.trace(rated), rated)
     low, high = (end / RPM for end in found.speeds)
     throws = sorted({round(2e3 * throw, 6) for throw in engine.throws})
     angle, ratio = math.degrees(trace.peak_angle), engine.cylinders.compression_ratio
@@ -47,7 +48,8 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
         ("pressures", trace.source),
         ("peak pressure, absolute", f"{1e-5 * trace.peak:.4g} bar, {angle:.1f}° after dead centre"),
         ("indicated mean effective pressure", f"{1e-5 * trace.imep:.4g} bar"),
-        ("rated speed, that of the full-load trace", f"{speed / RPM:.5g} rev/min"),
+        ("speed of these pressures", f"{best / RPM:.5g} rev/min"),
+        ("rated speed", f"{rated / RPM:.5g} rev/min"),
         ("indicated power at rated speed", f"{1e-3 * power:.4g} kW"),
         ("load", f"{100.0 * found.asked.load:.4g} % of the full-load burn"),
         ("speeds", f"{low:.5g} to {high:.5g} rev/min"),

@@ -121,17 +121,12 @@ def _running(found: Findings) -> Iterator[Verdict]:
     mean = 2.0 * max(found.engine.throws) * high / math.pi
     at = f"at {high / RPM:.0f} rev/min"
     yield Verdict("mean piston speed", "m/s", mean, _stated(limits.piston_speed), at, "limits.piston_speed")
-    peaks = {speed: found.trace(speed).peak for speed in (*np.linspace(low, high, 25).tolist(), _rated(found))}
+    best = min(max(found.engine.best_speed, low), high)
+    peaks = {speed: found.trace(speed).peak for speed in (*np.linspace(low, high, 25).tolist(), best)}
     speed = max(peaks, key=lambda one: peaks[one])
     at = f"at {speed / RPM:.0f} rev/min" if len(set(peaks.values())) > 1 else "of the trace"
     limit = _stated(1e-5 * limits.peak_pressure)
     yield Verdict("peak cylinder pressure", "bar", 1e-5 * peaks[speed], limit, at, "limits.peak_pressure")
-
-
-def _rated(found: Findings) -> float:
-    """Rated speed, where it is among those judged, rad/s."""
-    low, high = found.speeds
-    return min(max(found.engine.rated_speed, low), high)
 
 
 def _damper(found: Findings) -> Iterator[Verdict]:
