@@ -43,8 +43,8 @@ from cranktrain.dynamics.topology.arrays import Added
 from cranktrain.engine.model import Engine
 
 BoolArray = NDArray[np.bool_]
-PIN_SCALE = 1.0e-4
-"""Displacement of a pin that counts as much as a clearance, m."""
+PIN_SCALE, PIN_SHARE = 1.0e-4, 1.0e-3
+"""Displacement of a pin that counts as much as a clearance: m, or a share of the throw where that is more."""
 TWIST_SCALE = 1.0e-2
 """Rotation against the damper's ring that counts as much, rad."""
 
@@ -180,8 +180,9 @@ def _lay_rods(
     """
     rods = [body.index(f"rod[{i + 1}]") for i in range(len(pins))] if "rod[1]" in body.interfaces else []
     turns = not rows
-    held = [laid.lay(pin[2:], TWIST_SCALE) if turns else laid.lay(pin[:2], PIN_SCALE) for pin in pins]
-    scale = engine.big_end_bearing.clearance if engine.big_end_bearing is not None else PIN_SCALE
+    pin_scale = max(PIN_SCALE, PIN_SHARE * max(engine.throws))
+    held = [laid.lay(pin[2:], TWIST_SCALE) if turns else laid.lay(pin[:2], pin_scale) for pin in pins]
+    scale = engine.big_end_bearing.clearance if engine.big_end_bearing is not None else pin_scale
     ends = [laid.lay(body.shapes[k, :2], scale) for k in rods]
     cylinders[:, (at.PIN_TURN if turns else at.PIN_PORT) - at.PIN_PORT] = held
     cylinders[:, [at.PIN_ROW - at.PIN_PORT, at.END_ROW - at.PIN_PORT]] = len(rows) + np.arange(len(pins))[:, None]

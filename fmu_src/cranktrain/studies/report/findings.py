@@ -193,7 +193,7 @@ def steps(
         start = time.perf_counter()
         what = f"torsional run-up with{'' if damper else 'out'} damper"
         say(what)
-        made = _torsion(engine, damper, asked, say, gas)
+        made = _torsion(engine.without_additions, damper, asked, say, gas)
         found = replace(found, seconds=found.seconds | {what: time.perf_counter() - start})
         found = replace(found, damped=made) if damper else replace(found, torsion=made)
         yield found

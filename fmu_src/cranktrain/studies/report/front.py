@@ -53,11 +53,18 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
         ("indicated power at rated speed", f"{1e-3 * power:.4g} kW"),
         ("load", f"{100.0 * found.asked.load:.4g} % of the full-load burn"),
         ("speeds", f"{low:.5g} to {high:.5g} rev/min"),
+        *_added(engine),
         ("torsional damper", _none("damper") if engine.damper is None else engine.damper.kind),
         ("block", f"rigid ground, {_none('block')}" if engine.block is None else "flexible"),
         ("big ends", f"without films, {_none('big_end_bearing')}" if engine.big_end_bearing is None else "on films"),
         ("fatigue", _none("crank_strength") if engine.crank_strength is None else "by [crank_strength]"),
     ]
+
+
+def _added(engine: Engine) -> list[tuple[str, str]]:
+    """What a report leaves out of its torsion: bodies that the file adds."""
+    names = ", ".join(body.name for body in engine.body)
+    return [("added bodies", f"{names}; not in the torsion of this report")] if names else []
 
 
 def _none(table: str) -> str:
