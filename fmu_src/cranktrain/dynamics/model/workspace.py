@@ -56,6 +56,8 @@ class Work(NamedTuple):
     block: Factors
     added: AddedWork
     relative: Array  # (n, n) compliance that the components of connections feel, transposed
+    turned: Array  # (c, 2) what a turn of the crank moves each pin besides, m/rad, see motion.turned_pins
+    turned_compliance: Array  # (n, n) compliance that connections feel where the crank has turned, transposed
     jacobian: Array  # (n_newton, n_newton) and more, to a multiple of four, for vectors of four
     blocks: Array  # (k, 16) force tangents of each connection, 4 × 4 row-major
     factored: Array  # (k, 16) the tangents that the Newton matrix was made from
@@ -95,6 +97,8 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         block=_factors(model.block_ports.shape[1], model.block_ports.shape[0]),
         added=added_work(model.bodies, model.links, m, d.newton, at.FACTOR_SLOTS),
         relative=z((d.newton, d.newton)),
+        turned=z((d.cylinders, 2)),
+        turned_compliance=z((d.newton, d.newton)),
         jacobian=z((fours, fours)),
         blocks=z((model.connections.shape[0], 16)),
         factored=z((model.connections.shape[0], 16)),
