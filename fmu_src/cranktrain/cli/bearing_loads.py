@@ -42,6 +42,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="folder for polar load diagrams and, with several speeds, a picture of the worst bearing over speed",
     )
     add_run_options(parser, big_ends="impedance")
+    parser.set_defaults(big_ends=None)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -50,6 +51,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.results.bearings.tables import bearing_tables, bearings_dict, speed_table, total_text
 
     engine = engine_of(options)
+    if options.big_ends is None:
+        options.big_ends = "impedance" if engine.rods_float else "rigid"
+        if not engine.rods_float:
+            say(f"big ends are rigid: rods of '{engine.name}' run or hang on others, and have no films of their own")
     folder = _folder(options)
     if options.run_up is not None:
         return _over_speed(engine, options, folder)

@@ -203,6 +203,11 @@ class Engine:
         return self.cylinders.rod_offsets or self.n_cylinders * (0.0,)
 
     @property
+    def rods_float(self) -> bool:
+        """Whether each rod may have a film of its own on its pin: none runs on or hangs on another rod."""
+        return self.cylinders.rods_on_pin == "side-by-side"
+
+    @property
     def articulations(self) -> tuple[Articulation | None, ...]:
         """Where each cylinder's rod hangs on a master rod, None for rods on their pin."""
         return articulations(self)
