@@ -284,16 +284,17 @@ def test_the_gas_work_of_a_cycle_is_accounted_for(name):
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_forced_torsion_in_time_is_that_of_the_frequency_domain(name):
-    """Orders of the pulley's motion by harmonic balance against a run in time of the same crank, within 0.5 %."""
+    """Orders of the pulley by harmonic balance against a run in time of the same crank, within 1e-4 of the largest."""
     engine, speed = ENGINES[name], 180.0
     body = running_crank(engine, "torsional")
-    settings = Settings(crank="torsional", block="ground", bearings="held", step=math.radians(1.25))
+    # Without weight: the frequency domain leaves out that of an unbalanced crank.
+    settings = Settings(crank="torsional", block="ground", bearings="held", step=math.radians(1.25), gravity=0.0)
     run = simulate(engine, body, settings, speed, settle=1e-5)
     orders = tuple(0.5 * k for k in range(1, 25))
     wanted = frequency_run_up(engine, body, settings, np.array([speed]), orders, HARMONIC_BALANCE).torsion[0]
     angle, torsion = run.angle, run.outputs["pulley.torsion"]
-    found = order_amplitudes(last_cycle(angle, torsion, 1440))[1][1:25]
-    np.testing.assert_allclose(np.abs(found), np.abs(wanted), atol=0.005 * np.abs(wanted).max())
+    found = order_amplitudes(last_cycle(angle, torsion, 1440))[1][:24]
+    np.testing.assert_allclose(np.abs(found), np.abs(wanted), atol=1e-4 * np.abs(found).max())
 
 
 @pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import labelled_bar, number, say, show
 from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, engine_of, loaded
 from cranktrain.core.errors import InputError
+from cranktrain.engine.articulated_rod import articulated_text
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             if not options.json:
                 for table in bearing_tables(found[-1]):
                     show(table)
-                print(total_text(found[-1]), flush=True)
+                print("\n".join((*articulated_text(engine), total_text(found[-1]))), flush=True)
             if folder is not None:
                 plots += save_polar_pictures(folder, report, name)
             for violation in found[-1]["violations"]:

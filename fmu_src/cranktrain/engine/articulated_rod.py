@@ -119,6 +119,18 @@ def rods_of(engine: Engine) -> tuple[Rod, ...]:
     return tuple(engine.rod if joint is None else own for joint in articulations(engine))
 
 
+def articulated_text(engine: Engine) -> list[str]:
+    """A line on each master rod: what hangs on it, and what loads and angles of its cylinders mean."""
+    found: dict[int, list[str]] = {}
+    for c, joint in enumerate(articulations(engine)):
+        if joint is not None:
+            found.setdefault(joint.master, []).append(str(c + 1))
+    return [
+        f"big_end[{master + 1}] carries the rods of cylinders {', '.join(hung)} too; theirs are knuckle pins"
+        for master, hung in found.items()
+    ]
+
+
 def hung_on(joint: Articulation, pin: RodEnd) -> RodEnd:
     """Path of a knuckle pin in axes of its rod's cylinder, from the crank pin's in axes of the master's cylinder."""
     moved: Any = knuckle_motion.py_func(*pin, joint.length, joint.offset, joint.x, joint.y)
@@ -164,7 +176,7 @@ def dead_centre_angles(engine: Engine, cylinder: int) -> tuple[float, float]:
     found, step = angle[[height.argmax(), height.argmin()]], 1e-4
     for _ in range(_STEPS):
         before, now, after = (piston_height(engine, cylinder, found + k * step)[1] for k in (-1, 0, 1))
-        found = found - now * 2.0 * step / (after - before)
+        found -= now * 2.0 * step / (after - before)
     return float(found[0]), float(found[1])
 
 
