@@ -171,7 +171,7 @@ def reach(engine: Engine, cylinder: int) -> float:
 
 def dead_centre_angles(engine: Engine, cylinder: int) -> tuple[float, float]:
     """Crank angles, rad, at which a piston is highest and lowest within a revolution, by Newton's method."""
-    angle: Array = np.arange(_SAMPLES) * (REVOLUTION / _SAMPLES)
+    angle: Array = np.arange(_SAMPLES, dtype=np.float64) * (REVOLUTION / _SAMPLES)
     height = piston_height(engine, cylinder, angle)[0]
     found, step = angle[[height.argmax(), height.argmin()]], 1e-4
     for _ in range(_STEPS):

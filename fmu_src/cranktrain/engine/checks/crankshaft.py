@@ -180,6 +180,8 @@ def _check_articulated(engine: Engine) -> None:
     of("knuckle_radius", joint.knuckle_radius < longest, text)
     for c, own in enumerate(engine.articulations):
         if own is not None:
+            text = f"rods {own.master + 1} and {c + 1} on pin {pins[c]} lie in one plane; leave rod_offsets out"
+            _cylinders("rod_offsets", engine.rod_offsets[c] == engine.rod_offsets[own.master], text)
             across = reach(engine, c)
             text = f"{mm(joint.length)} is too short for cylinder {c + 1}: its knuckle pin moves {mm(across)} across it"
             of("length", across < joint.length, text)
