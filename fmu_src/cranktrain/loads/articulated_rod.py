@@ -27,8 +27,8 @@ from cranktrain.loads.slider_crank import BY_ACCELERATION, BY_VX, BY_X
 # rod's axes (m), cosine and sine of the own bank's angle from the master's.
 MASTER_LENGTH, MASTER_OFFSET, KNUCKLE_X, KNUCKLE_Y, COS_TURN, SIN_TURN, JOINT = range(7)
 
-# Slots of a master rod's motion: the crank pin's in six values, then h, s, φ̇ and φ̈.
-H_X, H_Y, S, RATE, CHANGE, MASTERS_PIN = range(6, 12)
+# Slots of a master rod's motion: the crank pin's place, velocity and acceleration, then h, s, φ̇ and φ̈.
+X, Y, VX, VY, AX, AY, H_X, H_Y, S, RATE, CHANGE, MASTERS_PIN = range(12)
 
 
 def joint_values(joint: Articulation) -> Array:
@@ -43,22 +43,22 @@ def hang(joint, own, pin):
 
     The latter is in axes of its rod's cylinder; ``pin`` (MASTERS_PIN,) keeps the former and what else is needed.
     """
-    for j in range(6):
+    for j in range(H_X):
         pin[j] = own[j]
     moved = knuckle_motion(
-        pin[0], pin[1], pin[2], pin[3], pin[4], pin[5], joint[MASTER_LENGTH], joint[MASTER_OFFSET], joint[KNUCKLE_X],
-        joint[KNUCKLE_Y],
+        pin[X], pin[Y], pin[VX], pin[VY], pin[AX], pin[AY], joint[MASTER_LENGTH], joint[MASTER_OFFSET],
+        joint[KNUCKLE_X], joint[KNUCKLE_Y],
     )  # fmt: skip
     for j in range(H_X, MASTERS_PIN):
         pin[j] = moved[j]
     cos = joint[COS_TURN]
     sin = joint[SIN_TURN]
-    own[0] = cos * moved[0] + sin * moved[1]
-    own[1] = cos * moved[1] - sin * moved[0]
-    own[2] = cos * moved[2] + sin * moved[3]
-    own[3] = cos * moved[3] - sin * moved[2]
-    own[4] = cos * moved[4] + sin * moved[5]
-    own[5] = cos * moved[5] - sin * moved[4]
+    own[X] = cos * moved[X] + sin * moved[Y]
+    own[Y] = cos * moved[Y] - sin * moved[X]
+    own[VX] = cos * moved[VX] + sin * moved[VY]
+    own[VY] = cos * moved[VY] - sin * moved[VX]
+    own[AX] = cos * moved[AX] + sin * moved[AY]
+    own[AY] = cos * moved[AY] - sin * moved[AX]
 
 
 @kernel
@@ -84,7 +84,7 @@ def force_change(joint, pin, out, dx, dy, dvx, dvy, dax, day):
     change = pin[CHANGE]
     cos = joint[COS_TURN]
     sin = joint[SIN_TURN]
-    slope = (pin[0] - joint[MASTER_OFFSET]) / s
+    slope = (pin[X] - joint[MASTER_OFFSET]) / s
     r_x = h_y
     r_y = -h_x
     turned = dx / s

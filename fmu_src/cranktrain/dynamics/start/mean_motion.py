@@ -22,7 +22,7 @@ from cranktrain.dynamics.model.workspace import start_room
 from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 from cranktrain.dynamics.topology import slots as added
-from cranktrain.loads.articulated_rod import force_on_pin, hang
+from cranktrain.loads.articulated_rod import AX, AY, VX, VY, X, Y, force_on_pin, hang
 from cranktrain.loads.slider_crank import rod_force
 
 ORDERS = 60
@@ -312,13 +312,13 @@ def rigid_torque(model, speed, out, torque):
             gas = gas_force(rod, model.scalars, trace_pressure(model, c, theta, speed))
             g = model.scalars[slots.GRAVITY]
             motion = out[START_ROD:]
-            motion[0], motion[1] = x, y
-            motion[2], motion[3] = -speed * y, speed * x
-            motion[4], motion[5] = -speed * speed * x, -speed * speed * y
+            motion[X], motion[Y] = x, y
+            motion[VX], motion[VY] = -speed * y, speed * x
+            motion[AX], motion[AY] = -speed * speed * x, -speed * speed * y
             if hung:
                 hang(rod[slots.JOINT :], motion, out[START_PIN:])
             rod_force(
-                motion[0], motion[1], motion[2], motion[3], motion[4], motion[5],
+                motion[X], motion[Y], motion[VX], motion[VY], motion[AX], motion[AY],
                 gas, rod[slots.ROD], rod[slots.M_BIG], rod[slots.M_OSC], rod[slots.DELTA_J], rod[slots.OFFSET],
                 g * math.sin(rod[slots.BANK]), g * math.cos(rod[slots.BANK]), out,
             )  # fmt: skip
