@@ -1,4 +1,4 @@
-"""Cranks that have turned against their frame: Newton's iteration and corrections of a start follow pins on their circles."""
+"""Cranks that have turned against their frame: Newton's iteration and corrected starts follow pins on their circles."""
 
 import math
 from functools import cache

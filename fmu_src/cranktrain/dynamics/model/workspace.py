@@ -40,7 +40,7 @@ class StartRoom(NamedTuple):
     circle: Array  # (2, START_SAMPLES) cosines and sines
     torque: Array  # (START_SAMPLES,) on a rigid crank over a cycle, N m
     spectrum: Array  # (2, START_HARMONICS) of it, real and imaginary parts
-    rod: Array  # (16,) of one rod
+    rod: Array  # (40,) of one rod
     block: Array  # (START_ROWS, n_b)
     matrix: Array  # (12, 12) of the block as a rigid body, complex numbers as pairs
     vectors: Array  # (2, 12)
@@ -136,7 +136,7 @@ def start_room(model: ModelArrays) -> StartRoom:
     z = np.zeros
     joined = 2 * len(model.pairs) + len(model.axial)
     return StartRoom(
-        z(at.START_MEAN), z((2, at.START_SAMPLES)), z(at.START_SAMPLES), z((2, at.START_HARMONICS)), z(16),
+        z(at.START_MEAN), z((2, at.START_SAMPLES)), z(at.START_SAMPLES), z((2, at.START_HARMONICS)), z(40),
         z((at.START_ROWS, model.block_ports.shape[1])), z((12, 12)), z((2, 12)), z((joined + 5, 6)),
     )  # fmt: skip
 

@@ -1,15 +1,15 @@
 """Pins on a crank that has turned against its frame: what a Newton step in its rotation moves besides.
 
-A pin's place is X + R(φ) X − X + u − φ e_z×X, with u its port's displacement, φ its rotation against the frame and X its
-place in it. The modes hold e_z×X φ, so the port moves along the tangent at X; the pin moves along its circle, by
+A pin's place is X + R(φ) X − X + u − φ e_z×X, with u its port's displacement, φ its rotation against the frame and X
+its place in it. The modes hold e_z×X φ, so the port moves along the tangent at X. The pin moves along its circle, by
 
     a δφ,    a = (R(φ) − I) e_z×X
 
-more, and its force f turns the crank by a·f more. Rod and film feel δu + a δφ. With H the compliance of the ports, theirs
-is H + a H_φ· + H_·φ aᵀ + a H_φφ aᵀ. Without it the Newton matrix takes radial for tangential motion by the share φ. Where
-the crank turns freely and a big end's film is stiff the iteration then diverges, as that of a low-speed engine whose
-crank is 0.8 degrees ahead of its frame. Up to ``LEAST_TURN``, and where big ends are rigid, this is left to the iteration:
-rods alone are soft.
+more, and its force f turns the crank by a·f more. Rod and film feel δu + a δφ. With H the compliance of the ports,
+theirs is H + a H_φ· + H_·φ aᵀ + a H_φφ aᵀ. Without it the Newton matrix takes radial for tangential motion by the share
+φ. Where the crank turns freely and a big end's film is stiff the iteration then diverges, as that of a low-speed engine
+whose crank is 0.8 degrees ahead of its frame. Up to ``LEAST_TURN``, and where big ends are rigid, this is left to the
+iteration: rods alone are soft.
 """
 
 from __future__ import annotations
@@ -31,8 +31,10 @@ def turned(work):
 
 @kernel
 def turn_pins(model, work):
-    """Write a of each pin, (c, 2); all 0 where the crank has hardly turned, where big ends are rigid, and beside added
-    bodies, whose connections may hold a pin by its port.
+    """Write a of each pin, (c, 2).
+
+    All are 0 where the crank has hardly turned, where big ends are rigid, and beside added bodies, whose connections
+    may hold a pin by its port.
     """
     phi = 0.0
     if work.turned.shape[0] > 0 and model.cylinders[0, at.END_PORT] >= 0.0 and not has_additions(model):
@@ -66,7 +68,7 @@ def turned_torque(model, work, change):
 
 @kernel
 def turned_compliance(model, work, turning, compliance, n, out):
-    """Compliance (n, n) that rods and films feel, from that of the n Newton ports and of all ``turning`` ports, transposed."""
+    """Compliance (n, n) that rods and films feel, from that of n Newton ports and all ``turning`` ones, transposed."""
     for k in range(n):
         for i in range(n):
             out[k, i] = compliance[k, i]

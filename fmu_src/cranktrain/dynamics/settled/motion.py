@@ -101,11 +101,11 @@ def correct_motion(model: ModelArrays, state: Array, change: Motion) -> None:
         for axis in range(2):
             own = crank + 2 * c + axis
             modes[:, own] = besides[:, c, axis] / model.ports[int(model.cylinders[c, at.END_PORT]) + axis, own]
-    add_motion(state, Motion(*modes, 0.0, 0.0))
+    add_motion(state, Motion(modes[0], modes[1], modes[2], 0.0, 0.0))
 
 
 def _off_tangents(model: ModelArrays, motion: Motion) -> Array:
-    """How far each pin is from the tangent of its circle, (R(φ) − I) X − φ e_z×X, with rates; (3, c, 2) m, m/s, m/s²."""
+    """How far each pin is off the tangent of its circle, (R(φ) − I) X − φ e_z×X, with rates; (3, c, 2) m, m/s, m/s²."""
     rows = model.ports[model.cylinders[:, at.PIN_TURN].astype(int)]
     phi, rate, swing = (rows @ part[: rows.shape[1]] for part in motion[:3])
     out = model.pins
