@@ -57,7 +57,8 @@ SMALL = (
     "8dynamics4time4bdf2", "8dynamics4time12step_control", "8dynamics6motion11turned_pins",
     "5loads15articulated_rod", "6engine15articulated_rod",
 )  # fmt: skip
-"""In the names of functions that run once a start, a change of the step or an output, or for few engines: they are made small, not fast."""
+"""In the names of functions that run once a start, a change of the step or an output, or for few engines: they are made
+small, not fast."""
 
 
 class Emission(Compiling):
@@ -163,6 +164,7 @@ class Emission(Compiling):
         for function in whole.functions:
             if not function.is_declaration and any(part in function.name for part in SMALL):
                 function.add_function_attribute("optsize")
+                function.add_function_attribute("noinline")  # into a fast one, where it would not be small
         for function in list(whole.functions):
             if function.name in self.symbols:
                 function.name = self.symbols[function.name]
