@@ -85,9 +85,7 @@ class _Begun(NamedTuple):
     """Lines from the first of the values on that were read already; their first one has number ``line``."""
 
 
-def read_table(
-    path: str | Path, what: str, remedy: str, *, columns: Sequence[str] | None = None
-) -> TextTable:
+def read_table(path: str | Path, what: str, remedy: str, *, columns: Sequence[str] | None = None) -> TextTable:
     """A table of numbers, whole.
 
     Parameters
@@ -181,9 +179,7 @@ def _begin(file: TextIO, name: str, what: str, remedy: str) -> _Begun:
         above += [list(cells) for cells in rows]
     names, units = names_and_units(rows, dialect.width)
     notes = tuple(text for number, text in comments if number <= line)
-    return _Begun(
-        dialect, names, units, tuple(map(tuple, above)), notes, line, "".join(raw[line - 1 :])
-    )
+    return _Begun(dialect, names, units, tuple(map(tuple, above)), notes, line, "".join(raw[line - 1 :]))
 
 
 def _with_header(dialect: Dialect, above: list[tuple[int, str]]) -> tuple[Dialect, list[list[str]]]:
@@ -231,7 +227,9 @@ def _lines(block: str, first: int) -> list[tuple[int, str]]:
     lines = block.split("\n")
     if "#" in block or "%" in block or "//" in block:
         lines = [without_comment(line)[0] for line in lines]
-    return [(number, line) for number, line in enumerate(lines, first) if line and not line.isspace() and line != "\x1a"]
+    return [
+        (number, line) for number, line in enumerate(lines, first) if line and not line.isspace() and line != "\x1a"
+    ]
 
 
 def _parsed(block: str, first: int, dialect: Dialect, name: str) -> tuple[Array, NDArray[np.int64]]:
