@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.text_dialect import LINES, Dialect, sniff, split, trimmed, without_comment
+from cranktrain.core.text_dialect import LINES, Dialect, no_values, sniff, split, trimmed, without_comment
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_header import chosen, header_cells, names_and_units
 
@@ -168,8 +168,7 @@ def _begin(file: TextIO, name: str, what: str, remedy: str) -> _Begun:
     dialect = sniff(kept, name, what, remedy)
     first = next((k for k, (_, text) in enumerate(kept) if dialect.is_row(split(text, dialect.separator))), None)
     if first is None:
-        number, text = kept[0]
-        raise InputError(f"{name}: line {number}: {shown(text.strip())} begins no {what}; {remedy}")
+        raise InputError(no_values(kept, name, what, remedy))
     line = kept[first][0]
     above = [cells for _, text in kept[:first] if (cells := trimmed(split(text, dialect.separator)))]
     dialect, rows = _with_header(dialect, kept[:first])

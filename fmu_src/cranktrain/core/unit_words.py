@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 _ALIKE = (
-    "m mm cm dm km um nm kg g mg N kN MN mN s ms us Pa hPa kPa MPa GPa mPa bar mbar psi ksi J kJ MJ mJ W kW MW mW Hz kHz "
-    "K slug kip dyn torr mmHg inHg V mV A ft yd h lbf ozf kgf atm Btu cal kcal Wh kWh ppm ohm"
+    "m mm cm dm km um nm kg g mg N kN MN mN s ms us Pa hPa kPa MPa GPa mPa bar mbar psi ksi J kJ MJ mJ W kW MW mW Hz "
+    "kHz K slug kip dyn torr mmHg inHg V mV A ft yd h lbf ozf kgf atm Btu cal kcal Wh kWh ppm ohm"
 )
 _TABLE = """
 inch               | in inch inches Zoll zoll "
