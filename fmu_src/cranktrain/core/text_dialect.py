@@ -156,7 +156,7 @@ def _score(rows: list[list[str]], separator: str, decimal: str, thousands: str) 
         for k in used:
             filled[k] += 1
             numbers[k] += own[k]
-    numeric = tuple(n > 0.5 * f or f == 0 for n, f in zip(numbers, filled, strict=True))
+    numeric = tuple(2 * n >= f for n, f in zip(numbers, filled, strict=True))
     return total, Dialect(separator, decimal, thousands, width, numeric)
 
 

@@ -11,7 +11,7 @@ import io
 import re
 import warnings
 from collections.abc import Iterator, Sequence
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
@@ -22,6 +22,7 @@ from cranktrain.core.errors import InputError, shown
 from cranktrain.core.text_dialect import LINES, Dialect, no_values, sniff, split, trimmed, without_comment
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_header import chosen, header_cells, names_and_units
+from cranktrain.core.user_file import user_path
 
 Array = NDArray[np.float64]
 BLOCK = 1 << 22
@@ -30,6 +31,9 @@ LONGEST = 1 << 20
 """Characters of the longest line."""
 FEW = 200
 """Lines before the values of a table at most, comments not counted."""
+
+
+_COUNTS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
 
 
 class TextTable(NamedTuple):
@@ -130,6 +134,40 @@ def table_chunks(
             raise InputError(f"{name}: holds no values; {remedy}")
 
 
+def table_head(path: str | Path, what: str, remedy: str) -> TextRows:
+    """Names, units and dialect of a table of any size, without its rows; arguments and errors as :func:`read_table`."""
+    with open_text(path, what, remedy) as file:
+        begun = _begin(file, Path(path).name, what, remedy)
+    return TextRows(begun.names, begun.units, [], begun.comments, begun.header, begun.dialect)
+
+
+def first_words(path: str | Path, what: str, remedy: str) -> list[str]:
+    """Words of the first line of a text file that is neither empty nor a comment, in small letters; arguments as above.
+
+    They tell what kind of table the file is before it is read.
+    """
+    with open_text(path, what, remedy) as file:
+        for line in islice(file, FEW):
+            if text := without_comment(line)[0].strip():
+                return re.findall(r"[^\W\d]+", text.lower())
+    return []
+
+
+def split_columns(path: str | Path) -> tuple[Path, list[str] | None]:
+    """A file and the columns that stand behind it, ``bench.csv:PCYL1`` or ``bench.csv:1,3``; None where none do."""
+    place = user_path(path)
+    head, sign, tail = str(place).rpartition(":")
+    if not sign or not tail or place.exists() or not Path(head).is_file():
+        return place, None
+    return Path(head), [column.strip() for column in tail.split(",")]
+
+
+def line_text(path: str | Path, number: int) -> str:
+    """One line of a text file, for messages."""
+    with open_text(path, "text file", "") as file:
+        return next(islice(file, number - 1, None), "").strip()
+
+
 def read_rows(path: str | Path, what: str, remedy: str) -> TextRows:
     """A table of numbers and words whose first rows name the columns; arguments and errors as of :func:`read_table`."""
     name = Path(path).name
@@ -164,7 +202,7 @@ def _begin(file: TextIO, name: str, what: str, remedy: str) -> _Begun:
         if len(kept) >= LINES:
             break
     if not kept:
-        raise InputError(f"{name}: is empty, no {what}; {remedy}")
+        raise InputError(f"{name}: no points or values of a {what}, it is empty; {remedy}")
     dialect = sniff(kept, name, what, remedy)
     first = next((k for k, (_, text) in enumerate(kept) if dialect.is_row(split(text, dialect.separator))), None)
     if first is None:
@@ -282,7 +320,7 @@ def _by_pandas(text: str, dialect: Dialect) -> Array | None:
 def _row(number: int, line: str, dialect: Dialect, name: str) -> list[float]:
     """Values of one line; ``InputError`` where it does not fit."""
     cells = trimmed(split(line, dialect.separator))
-    said = f"{name}: line {number}: {shown(line.strip())}"
+    said, several = f"{name}: line {number}: {shown(line.strip())}", _COUNTS.get(dialect.width, str(dialect.width))
     if len(cells) > dialect.width:
         raise InputError(f"{said} has {len(cells)} columns in place of {dialect.width}; correct or remove the line")
     values = []
@@ -291,6 +329,6 @@ def _row(number: int, line: str, dialect: Dialect, name: str) -> list[float]:
             values.append(dialect.number(cell) if numeric else float("nan"))
         except ValueError:
             raise InputError(
-                f"{said} has {shown(cell)} in column {k}, which is not a number; correct or remove the line"
+                f"{said} is not {several} numbers, for {shown(cell)} in column {k}; correct or remove the line"
             ) from None
     return values
