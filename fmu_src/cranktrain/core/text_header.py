@@ -42,7 +42,7 @@ def names_and_units(rows: Sequence[Sequence[str]], width: int) -> tuple[tuple[st
     kinds = list[bool]()
     for row in rows:
         clear = any(_is_unit(cell) and plain_name(cell) not in _BOTH for cell in row)
-        kinds.append(_of_units(row) and (clear or False in kinds))
+        kinds.append(is_unit_row(row) and (clear or False in kinds))
     last = max((k for k, own in enumerate(kinds) if not own), default=None)
     if last is not None:
         for k, cell in enumerate(rows[last]):
@@ -70,9 +70,11 @@ def named(cell: str) -> tuple[str, str]:
     return cell, ""
 
 
-def _of_units(row: Sequence[str]) -> bool:
+def is_unit_row(row: Sequence[str]) -> bool:
     """Whether a row may state units: more than half of its cells that say something."""
     stated = [cell for cell in row if cell.lower() not in MISSING]
+    if any(re.fullmatch(r"[\d.,eE+-]+", cell) and cell != "1" for cell in stated):
+        return False
     return bool(stated) and sum(map(_is_unit, stated)) > 0.5 * len(stated)
 
 
@@ -80,7 +82,7 @@ def _is_unit(cell: str) -> bool:
     """Whether a cell is a unit, with or without brackets."""
     from cranktrain.core.units import is_unit
 
-    return cell.lower() not in MISSING and (is_unit(cell) or is_unit(_bare(cell)))
+    return cell.lower() not in MISSING and not cell.isdigit() and (is_unit(cell) or is_unit(_bare(cell)))
 
 
 def _bare(cell: str) -> str:

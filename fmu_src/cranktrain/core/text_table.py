@@ -13,27 +13,34 @@ import warnings
 from collections.abc import Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
-from typing import NamedTuple, TextIO
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.text_dialect import LINES, Dialect, no_values, sniff, split, trimmed, without_comment
+from cranktrain.core.text_begin import begin, blocks, value_lines
+from cranktrain.core.text_dialect import Dialect, split, trimmed, without_comment
 from cranktrain.core.text_file import open_text
-from cranktrain.core.text_header import chosen, header_cells, names_and_units
+from cranktrain.core.text_header import chosen
 from cranktrain.core.user_file import user_path
 
 Array = NDArray[np.float64]
-BLOCK = 1 << 22
-"""Characters that are parsed at once."""
-LONGEST = 1 << 20
-"""Characters of the longest line."""
 FEW = 200
 """Lines before the values of a table at most, comments not counted."""
 
 
 _COUNTS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
+
+
+class TextHead(NamedTuple):
+    """What stands above the values of a table; members as of :class:`TextTable`, and the dialect of its numbers."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    header: tuple[tuple[str, ...], ...]
+    first_line: int
+    dialect: Dialect
 
 
 class TextTable(NamedTuple):
@@ -56,37 +63,6 @@ class TextTable(NamedTuple):
     first_line: int
     lines: NDArray[np.int64]
     header: tuple[tuple[str, ...], ...]
-
-
-class TextRows(NamedTuple):
-    """A table whose cells are numbers and words.
-
-    Attributes
-    ----------
-    names, units, comments, header : as of :class:`TextTable`
-    rows : number of the line and cells, one text a column
-    dialect : reads numbers of cells
-    """
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    rows: list[tuple[int, list[str]]]
-    comments: tuple[str, ...]
-    header: tuple[tuple[str, ...], ...]
-    dialect: Dialect
-
-
-class _Begun(NamedTuple):
-    """A file up to its values."""
-
-    dialect: Dialect
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    header: tuple[tuple[str, ...], ...]
-    comments: tuple[str, ...]
-    line: int
-    text: str
-    """Lines from the first of the values on that were read already; their first one has number ``line``."""
 
 
 def read_table(path: str | Path, what: str, remedy: str, *, columns: Sequence[str] | None = None) -> TextTable:
@@ -116,14 +92,14 @@ def table_chunks(
     """Parts of a table of numbers, ``rows`` at most in each, in bounded memory; otherwise as :func:`read_table`."""
     name = Path(path).name
     with open_text(path, what, remedy) as file:
-        begun = _begin(file, name, what, remedy)
+        begun = begin(file, name, what, remedy)
         dialect = begun.dialect
         picked = list(range(dialect.width))
         if columns is not None:
             picked = [chosen(column, begun.names, begun.units, name) for column in columns]
         names, units = (tuple(texts[k] for k in picked) for texts in (begun.names, begun.units))
         any_rows = False
-        for first, block in _blocks(file, begun):
+        for first, block in blocks(file, begun):
             values, lines = _parsed(block, first, dialect, name)
             for start in range(0, len(lines), rows):
                 part = values[start : start + rows, picked]
@@ -134,11 +110,11 @@ def table_chunks(
             raise InputError(f"{name}: holds no values; {remedy}")
 
 
-def table_head(path: str | Path, what: str, remedy: str) -> TextRows:
-    """Names, units and dialect of a table of any size, without its rows; arguments and errors as :func:`read_table`."""
+def table_head(path: str | Path, what: str, remedy: str) -> TextHead:
+    """Names, units and dialect of a table of any size; arguments and errors as of :func:`read_table`."""
     with open_text(path, what, remedy) as file:
-        begun = _begin(file, Path(path).name, what, remedy)
-    return TextRows(begun.names, begun.units, [], begun.comments, begun.header, begun.dialect)
+        begun = begin(file, Path(path).name, what, remedy)
+    return TextHead(begun.names, begun.units, begun.header, begun.line, begun.dialect)
 
 
 def first_words(path: str | Path, what: str, remedy: str) -> list[str]:
@@ -168,110 +144,9 @@ def line_text(path: str | Path, number: int) -> str:
         return next(islice(file, number - 1, None), "").strip()
 
 
-def read_rows(path: str | Path, what: str, remedy: str) -> TextRows:
-    """A table of numbers and words whose first rows name the columns; arguments and errors as of :func:`read_table`."""
-    name = Path(path).name
-    with open_text(path, what, remedy) as file:
-        begun = _begin(file, name, what, remedy)
-        dialect, rows = begun.dialect, list[tuple[int, list[str]]]()
-        for first, block in _blocks(file, begun):
-            for number, text in _lines(block, first):
-                cells = split(text, dialect.separator)
-                kept = trimmed(cells)
-                if len(kept) > len(begun.names):
-                    raise InputError(
-                        f"{name}: line {number}: {shown(text.strip())} has {len(kept)} values for "
-                        f"{len(begun.names)} columns; give one for each"
-                    )
-                rows.append((number, (kept + [""] * len(begun.names))[: len(begun.names)]))
-    return TextRows(begun.names, begun.units, rows, begun.comments, begun.header, dialect)
-
-
-def _begin(file: TextIO, name: str, what: str, remedy: str) -> _Begun:
-    """Dialect and header of a file, which is read as far as these need."""
-    raw, kept, comments = list[str](), list[tuple[int, str]](), list[tuple[int, str]]()
-    for number, line in enumerate(iter(lambda: file.readline(LONGEST), ""), start=1):
-        if len(line) == LONGEST:
-            raise InputError(f"{name}: line {number} has more than {LONGEST} characters, {shown(line[:40])}; {remedy}")
-        raw.append(line)
-        text, comment = without_comment(line)
-        if comment:
-            comments.append((number, comment))
-        if text.strip():
-            kept.append((number, _plain(text)))
-        if len(kept) >= LINES:
-            break
-    if not kept:
-        raise InputError(f"{name}: no points or values of a {what}, it is empty; {remedy}")
-    dialect = sniff(kept, name, what, remedy)
-    first = next((k for k, (_, text) in enumerate(kept) if dialect.is_row(split(text, dialect.separator))), None)
-    if first is None:
-        raise InputError(no_values(kept, name, what, remedy))
-    line = kept[first][0]
-    above = [cells for _, text in kept[:first] if (cells := trimmed(split(text, dialect.separator)))]
-    dialect, rows = _with_header(dialect, kept[:first])
-    if not rows:
-        told = [text for number, text in comments if number < line]
-        rows = [cells for text in told[-1:] if (cells := header_cells(text, dialect.separator, dialect.width))]
-        above += [list(cells) for cells in rows]
-    names, units = names_and_units(rows, dialect.width)
-    notes = tuple(text for number, text in comments if number <= line)
-    return _Begun(dialect, names, units, tuple(map(tuple, above)), notes, line, "".join(raw[line - 1 :]))
-
-
-def _with_header(dialect: Dialect, above: list[tuple[int, str]]) -> tuple[Dialect, list[list[str]]]:
-    """Header rows of the table's width; a header of more columns than the values' first ones have widens it."""
-    separator, width = dialect.separator, dialect.width
-    if separator != " " and above:
-        last = [trimmed(split(text, separator)) for _, text in above[-2:]]
-        widest = max(map(len, last))
-        if widest > width and all(len(cells) in (1, widest) or len(cells) <= widest for cells in last):
-            dialect = dialect._replace(width=widest, numeric=(*dialect.numeric, *[True] * (widest - width)))
-            width = widest
-    rows = []
-    for _, text in above:
-        cells = header_cells(text, separator, width)
-        if cells is None and separator != " ":
-            own = trimmed(split(text, separator))
-            if 1 < len(own) < width and 2 * len(own) >= width:
-                cells = own + [""] * (width - len(own))
-        if cells is not None:
-            rows.append(cells)
-    return dialect, rows
-
-
-def _plain(text: str) -> str:
-    """A line with the minus sign and the blanks of typesetting as those of ASCII."""
-    if text.isascii():
-        return text
-    return text.replace("−", "-").replace("\u00a0", " ").replace("\u202f", " ").replace("\u2009", " ").replace("’", "'")
-
-
-def _blocks(file: TextIO, begun: _Begun) -> Iterator[tuple[int, str]]:
-    """Number of the first line, and text, of pieces of whole lines from the first value on."""
-    line, text = begun.line, begun.text
-    while text:
-        yield line, text
-        line += text.count("\n")
-        text = file.read(BLOCK)
-        if text and not text.endswith("\n"):
-            text += file.readline(LONGEST)
-
-
-def _lines(block: str, first: int) -> list[tuple[int, str]]:
-    """Numbers and texts of the lines of a block that are neither empty nor comments."""
-    block = _plain(block)
-    lines = block.split("\n")
-    if "#" in block or "%" in block or "//" in block:
-        lines = [without_comment(line)[0] for line in lines]
-    return [
-        (number, line) for number, line in enumerate(lines, first) if line and not line.isspace() and line != "\x1a"
-    ]
-
-
 def _parsed(block: str, first: int, dialect: Dialect, name: str) -> tuple[Array, NDArray[np.int64]]:
     """Values (rows, columns) and numbers of lines of a block."""
-    kept = _lines(block, first)
+    kept = value_lines(block, first)
     numbers = np.array([number for number, _ in kept], dtype=np.int64)
     if not kept:
         return np.empty((0, dialect.width)), numbers

@@ -14,6 +14,10 @@ LARGEST_FILE = 10_000_000
 """Bytes of the largest text that is read: a thousand times what an engine takes."""
 
 
+TABLES = (".csv", ".txt", ".dat", ".tsv", ".tab", ".asc", ".prn")
+"""Endings of text tables, in small letters."""
+
+
 def user_path(path: str | Path) -> Path:
     """A path that a user gave, with ``~`` and ``~name`` as the home folder; a leading ~ of no user stands as it is."""
     try:

@@ -24,7 +24,9 @@ import numpy as np
 
 from cranktrain.core.column_names import kind_of
 from cranktrain.core.errors import InputError, nearest, shown
-from cranktrain.core.text_table import first_words, read_rows, split_columns
+from cranktrain.core.text_header import named
+from cranktrain.core.text_rows import read_rows
+from cranktrain.core.text_table import first_words, split_columns
 from cranktrain.core.user_file import user_path
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas, GasTrace
@@ -162,7 +164,8 @@ def _index(place: Path) -> list[tuple[float, float, Path]] | None:
     place, _ = split_columns(place)
     if "file" not in first_words(place, WHAT, REMEDY):
         return None
-    table = read_rows(place, "index of pressure files", "give lines of speed_rpm, load and file under this header")
+    remedy = "give lines of speed_rpm, load and file under this header"
+    table = read_rows(place, "index of pressure files", remedy, lambda word: bool(kind_of(named(word)[0], KINDS)))
     kinds = ["speed_rpm" if (kind := kind_of(name, KINDS)) == "speed" else kind for name in table.names]
     for name, kind in zip(table.names, kinds, strict=True):
         if not kind:
@@ -179,6 +182,8 @@ def _index(place: Path) -> list[tuple[float, float, Path]] | None:
         numbers = (own["speed_rpm"], own.get("load", "1"))
         file = user_path(own["file"])
         rows.append(_checked(where, *numbers, place.parent / file, table.dialect.number))
+    if not rows:
+        raise InputError(f"{place.name}: names no trace; give a line of speed_rpm, load and file for each")
     return rows
 
 

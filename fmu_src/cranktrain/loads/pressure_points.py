@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from cranktrain.core.column_names import kind_of
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.text_header import chosen
-from cranktrain.core.text_table import TextRows, TextTable, line_text, table_chunks, table_head
+from cranktrain.core.text_table import TextHead, TextTable, line_text, table_chunks, table_head
 from cranktrain.core.units import known_factor
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ class PressurePoints:
     """
 
     path: Path
-    head: TextRows
+    head: TextHead
     columns: tuple[int, ...]
     peaks: Array = field(init=False)
     peak_angles: Array = field(init=False)
@@ -119,7 +119,7 @@ def read_points(path: Path, columns: Sequence[str] | None, cylinders: int) -> Pr
     return PressurePoints(path, head, _columns(path.name, head, columns, cylinders))
 
 
-def _columns(name: str, head: TextRows, wanted: Sequence[str] | None, cylinders: int) -> tuple[int, ...]:
+def _columns(name: str, head: TextHead, wanted: Sequence[str] | None, cylinders: int) -> tuple[int, ...]:
     """Columns of angle and pressures, these in the order of the cylinders."""
     usable = [k for k, numeric in enumerate(head.dialect.numeric) if numeric]
     kinds = {k: _kind(head, k) for k in usable}
@@ -139,13 +139,13 @@ def _columns(name: str, head: TextRows, wanted: Sequence[str] | None, cylinders:
         own = [head.names[k] or f"#{k + 1}" for k in usable]
         example = own[-1] if len(own) > 1 else "#2"
         raise InputError(
-            f"{name}: line 1 on: {head.dialect.width} columns, of numbers {', '.join(own)}; give two, angle in degrees "
-            f"and pressure{each}, or name the pressure's column behind the file, {name}:{example}"
+            f"{name}: line {head.first_line}: {head.dialect.width} columns; give two, angle in degrees and pressure"
+            f"{each}, or name that of the pressure behind the file, {name}:{example}; numbers are in {', '.join(own)}"
         )
     return angle, *(pressures[k] for k in _by_cylinder([head.names[k] for k in pressures]))
 
 
-def _kind(head: TextRows, column: int) -> str:
+def _kind(head: TextHead, column: int) -> str:
     """What a column is by its name, else by its unit; empty where neither says."""
     name, unit = head.names[column], head.units[column]
     kind = kind_of(name, ("angle", "pressure", "volume", "speed"))

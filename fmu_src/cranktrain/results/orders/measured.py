@@ -17,13 +17,15 @@ from pathlib import Path
 
 import numpy as np
 
-from cranktrain.core.column_names import columns_of
+from cranktrain.core.column_names import columns_of, kind_of
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.text_table import TextRows, read_rows
+from cranktrain.core.text_header import named
+from cranktrain.core.text_rows import TextRows, read_rows
 from cranktrain.core.units import UNITS, known_factor
 from cranktrain.results.run_up.run_up import AXIAL, TORSION
 
+KINDS = ("speed", "order", "amplitude", "unit")
 COLUMNS = {"speed": "speed_rpm", "order": "order", "amplitude": "amplitude", "unit": "unit"}
 OUTPUTS = {"angle": TORSION, "length": AXIAL}
 """Output that an amplitude of a dimension belongs to."""
@@ -35,7 +37,7 @@ Measured = Mapping[str, Mapping[float, tuple[Array, Array]]]
 def read_measured_orders(path: str | Path) -> Measured:
     """Measured orders of a file; ``InputError``: one line with file and row."""
     name = Path(path).name
-    table = read_rows(path, "file of measured orders", REMEDY)
+    table = read_rows(path, "file of measured orders", REMEDY, lambda word: bool(kind_of(named(word)[0], KINDS)))
     columns = _columns(table, name)
     speed_scale = _speed_scale(table.units[columns["speed"]], name)
     points: dict[str, dict[float, list[tuple[float, float]]]] = {}
@@ -63,7 +65,7 @@ def read_measured_orders(path: str | Path) -> Measured:
 
 def _columns(table: TextRows, name: str) -> dict[str, int]:
     """Columns of speed, order, amplitude and, where there is one, unit."""
-    found = columns_of(table.names, tuple(COLUMNS))
+    found = columns_of(table.names, KINDS)
     for kind, places in found.items():
         if len(places) > 1:
             said = " and ".join(shown(table.names[k]) for k in places)
