@@ -40,8 +40,8 @@ def begin(file: TextIO, name: str, what: str, remedy: str) -> Begun:
     dialect, rows = _with_header(dialect, kept[:first])
     if not rows:
         told = [text for number, text in comments if number < line]
-        rows = [cells for text in told[-1:] if (cells := header_cells(text, dialect.separator, dialect.width))]
-        above += [list(cells) for cells in rows]
+        rows = [own for text in told[-1:] if (own := header_cells(text, dialect.separator, dialect.width))]
+        above += [list(own) for own in rows]
     names, units = names_and_units(rows, dialect.width)
     notes = tuple(text for number, text in comments if number <= line)
     return Begun(dialect, names, units, tuple(map(tuple, above)), notes, line, "".join(raw[line - 1 :]))

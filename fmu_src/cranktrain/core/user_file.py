@@ -26,6 +26,11 @@ def user_path(path: str | Path) -> Path:
         return Path(path)
 
 
+def beside(file: str | Path, text: str) -> Path:
+    """A path that a user's file names: from the folder of that file, from the home folder (~), or absolute."""
+    return Path(file).parent / user_path(text)
+
+
 def ending(path: str | Path) -> str:
     """Ending of a file's name with its dot, in small letters."""
     return Path(path).suffix.lower()

@@ -27,13 +27,12 @@ from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.text_header import named
 from cranktrain.core.text_rows import read_rows
 from cranktrain.core.text_table import first_words, split_columns
-from cranktrain.core.user_file import user_path
+from cranktrain.core.user_file import TABLES, beside, ending, user_path
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas, GasTrace
 from cranktrain.loads.pressure_points import REMEDY, WHAT
 
 RPM = math.pi / 30.0
-SUFFIXES = (".csv", ".txt", ".dat")
 COLUMNS = ("speed_rpm", "load", "file")
 KINDS = ("speed", "load", "file")
 _NAME = re.compile(r"(\d+(?:\.\d+)?)(?:rpm)?(?:_(full|\d+(?:\.\d+)?%))?", re.IGNORECASE)
@@ -142,7 +141,7 @@ def _folder(place: Path) -> list[tuple[float, float, Path]]:
     """Speed (rev/min), load and file of each trace in a folder."""
     rows = []
     for file in sorted(place.iterdir()):
-        if file.suffix.lower() not in SUFFIXES or file.name.startswith("."):
+        if ending(file) not in TABLES or file.name.startswith("."):
             continue
         found = _NAME.fullmatch(file.stem)
         if found is None:
@@ -180,8 +179,7 @@ def _index(place: Path) -> list[tuple[float, float, Path]] | None:
         if not all(row):
             raise InputError(f"{where}: {sum(map(bool, row))} values for {len(row)} columns; give one for each")
         numbers = (own["speed_rpm"], own.get("load", "1"))
-        file = user_path(own["file"])
-        rows.append(_checked(where, *numbers, place.parent / file, table.dialect.number))
+        rows.append(_checked(where, *numbers, beside(place, own["file"]), table.dialect.number))
     if not rows:
         raise InputError(f"{place.name}: names no trace; give a line of speed_rpm, load and file for each")
     return rows
@@ -202,7 +200,7 @@ def _checked(
             values.append(math.nan)
         if not 0.0 <= values[-1] <= most:
             raise InputError(f"{where}: {shown(text)} is not {what}, 0 to {most:g}")
-    if not file.is_file():
+    if not split_columns(file)[0].is_file():
         raise InputError(f"{where}: {shown(str(file))} does not exist; paths start at the index file's folder")
     return values[0], values[1], file
 
