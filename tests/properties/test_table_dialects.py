@@ -2,12 +2,9 @@
 
 import random
 
-import numpy as np
 import pytest
 from table_dialects import Column, dialects
 
-from cranktrain.core.errors import InputError
-from cranktrain.core.text_table import read_table, table_chunks
 from cranktrain.engine.torsional_chain import read_chain
 from cranktrain.loads.pressure_points import read_points
 from cranktrain.results.orders.measured import read_measured_orders

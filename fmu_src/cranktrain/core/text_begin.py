@@ -7,7 +7,7 @@ from typing import NamedTuple, TextIO
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.text_dialect import LINES, SEPARATORS, Dialect, no_values, sniff, split, trimmed, without_comment
-from cranktrain.core.text_header import header_cells, is_unit_row, names_and_units
+from cranktrain.core.text_header import header_cells, is_unit_row, names_and_units, words
 
 BLOCK = 1 << 22
 """Characters that are parsed at once."""
@@ -57,10 +57,10 @@ def begin_named(file: TextIO, name: str, what: str, remedy: str, known: Callable
     separator = ""
     for k, (_, text) in enumerate(kept):
         for own in SEPARATORS:
-            words = trimmed(split(text, own))
-            count = sum(map(known, words))
-            if count > best and count >= min(2, len(words)) and 2 * count >= len(words):
-                best, place, cells, separator = count, k, words, own
+            found = words(text, own)
+            count = sum(map(known, found))
+            if count > best and count >= min(2, len(found)) and 2 * count >= len(found):
+                best, place, cells, separator = count, k, found, own
         if best > 1:
             break
     if place < 0:

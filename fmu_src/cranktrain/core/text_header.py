@@ -23,13 +23,20 @@ def header_cells(line: str, separator: str, width: int) -> list[str] | None:
     """
     options = [trimmed(split(line, separator))]
     if separator == " ":
-        joined = re.sub(r"\s+(?=[\[(])", "\u00a0", line.strip())
-        joined = re.sub(r"[\[(][^\])]*[\])]", lambda found: found[0].replace(" ", "\u00a0"), joined)
-        options.append([cell.replace("\u00a0", " ") for cell in re.split(r"[ \t]+", joined)])
+        options.append(words(line, separator))
         options.append([cell.strip() for cell in re.split(r"\t+|\s{2,}", line.strip())])
     for other in (";", "\t", ",", "|") if separator == " " else ():
         options.append([cell for cell in trimmed(split(line, other)) if cell])
     return next((cells for cells in options if len(cells) == width), None)
+
+
+def words(line: str, separator: str) -> list[str]:
+    """Cells of a line of names; where blanks separate, a bracket belongs to the word before it."""
+    if separator != " " or '"' in line:
+        return trimmed(split(line, separator))
+    joined = re.sub(r"\s+(?=[\[(])", "\u00a0", line.strip())
+    joined = re.sub(r"[\[(][^\])]*[\])]", lambda found: found[0].replace(" ", "\u00a0"), joined)
+    return [cell.replace("\u00a0", " ") for cell in re.split(r"[ \t]+", joined)]
 
 
 def names_and_units(rows: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:

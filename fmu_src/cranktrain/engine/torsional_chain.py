@@ -33,8 +33,10 @@ table; without a shaft to ``dynamometer`` its far end is free.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, get_args
 
@@ -152,9 +154,11 @@ def _table_content(path: str | Path, ends: tuple[str, ...]) -> dict[str, Any]:
     def check(names: Sequence[str]) -> None:
         columns = [_column(name) for name in names]
         for name, column in zip(names, columns, strict=True):
-            if not column:
-                raise InputError(f"{path}: column '{name}' does not exist; {nearest(name, valid)}")
-            if columns.count(column) > 1:
+            if not column and name and get_close_matches(name.lower(), valid, n=1, cutoff=0.7):
+                raise InputError(f"{path}: column '{name}' does not exist; {nearest(name.lower(), valid)}")
+            if not column and name:
+                warnings.warn(f"{path}: column '{name}' is none of a chain and is not read", stacklevel=6)
+            if column and columns.count(column) > 1:
                 raise InputError(f"{path}: column '{column}' is there {columns.count(column)} times; leave one of them")
         if "disc" not in columns:
             raise InputError(f"{path}: has no column 'disc'; {remedy}")
@@ -170,7 +174,7 @@ def _table_content(path: str | Path, ends: tuple[str, ...]) -> dict[str, Any]:
         filled = {
             key: text if key in TEXTS else _numbers(where, key, text, table.dialect, scale)
             for key, text, scale in rows
-            if text
+            if key and text not in ("", "-", "--")
         }
         if filled:
             lines.append((where, filled))
@@ -196,7 +200,7 @@ def _column(name: str) -> str:
 
 def _scale(where: str, column: str, unit: str) -> float:
     """A column's unit in SI; ``InputError`` where it measures something else."""
-    if column in TEXTS or not unit:
+    if column in (*TEXTS, "") or not unit:
         return 1.0
     rule = _rule(Disc, column) if column in ("inertia", "damping") else _rule(Shaft, SHAFT_COLUMNS[column])
     found = known_factor(unit, rule.dimension)
