@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, TextIO
 
+from cranktrain.core.column_names import kind_of
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.text_dialect import LINES, SEPARATORS, Dialect, no_values, sniff, split, trimmed, without_comment
 from cranktrain.core.text_header import header_cells, is_unit_row, names_and_units, words
@@ -35,12 +36,13 @@ def begin(file: TextIO, name: str, what: str, remedy: str) -> Begun:
     first = next((k for k, (_, text) in enumerate(kept) if dialect.is_row(split(text, dialect.separator))), None)
     if first is None:
         raise InputError(no_values(kept, name, what, remedy))
+    first = _after_numbering(kept, first, dialect)
     line = kept[first][0]
     above = [cells for _, text in kept[:first] if (cells := trimmed(split(text, dialect.separator)))]
     dialect, rows = _with_header(dialect, kept[:first])
     if not rows:
         told = [text for number, text in comments if number < line]
-        rows = [own for text in told[-1:] if (own := header_cells(text, dialect.separator, dialect.width))]
+        rows = [own for text in told[-3:] if (own := header_cells(text, dialect.separator, dialect.width))]
         above += [list(own) for own in rows]
     names, units = names_and_units(rows, dialect.width)
     notes = tuple(text for number, text in comments if number <= line)
@@ -102,6 +104,19 @@ def _sample(
     return raw, kept, comments
 
 
+def _after_numbering(kept: list[tuple[int, str]], first: int, dialect: Dialect) -> int:
+    """Place of the first values; a row that numbers the columns, with names below it, belongs to the header."""
+    cells = split(kept[first][1], dialect.separator)
+    if [cell for cell in cells if cell] not in ([str(k + start) for k in range(dialect.width)] for start in (0, 1)):
+        return first
+    at = first + 1
+    while at < min(first + 4, len(kept)) and not dialect.is_row(split(kept[at][1], dialect.separator)):
+        at += 1
+    below = [split(text, dialect.separator) for _, text in kept[first + 1 : at]]
+    named = any(is_unit_row(row) or all(kind_of(cell) for cell in trimmed(row)) for row in below)
+    return at if named and at < len(kept) else first
+
+
 def _with_header(dialect: Dialect, above: list[tuple[int, str]]) -> tuple[Dialect, list[list[str]]]:
     """Header rows of the table's width; a header of more columns than the values' first ones have widens it."""
     separator, width = dialect.separator, dialect.width
@@ -113,6 +128,8 @@ def _with_header(dialect: Dialect, above: list[tuple[int, str]]) -> tuple[Dialec
             width = widest
     rows = []
     for _, text in above:
+        if not text.strip("-=_:+*| \t\r\n"):
+            continue  # a ruler
         cells = header_cells(text, separator, width)
         if cells is None and separator != " ":
             own = split(text, separator)
@@ -132,7 +149,9 @@ def plain(text: str) -> str:
 
 def blocks(file: TextIO, begun: Begun) -> Iterator[tuple[int, str]]:
     """Number of the first line, and text, of pieces of whole lines from the first value on."""
-    line, text = begun.line, begun.text
+    line, text = begun.line, begun.text + file.read(BLOCK)
+    if not text.endswith("\n"):
+        text += file.readline(LONGEST)
     while text:
         yield line, text
         line += text.count("\n")

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from cranktrain.core.errors import InputError, shown
 
 SEPARATORS = ("\t", ";", "|", ",", " ")
-NUMBERS = ((".", ""), (",", ""), (".", ","), (",", "."), (".", "'"), (".", " "), (",", " "))
+NUMBERS = ((".", ""), (",", ""), (".", ","), (",", "."), (".", "'"), (",", "'"), (".", " "), (",", " "))
 """Decimal sign and thousands separator, the usual ones first."""
 LINES = 1000
 """Lines of values from which a dialect is found."""
@@ -133,6 +133,18 @@ def sniff(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str, g
         raise InputError(no_values(lines, name, what, remedy))
     _refuse_two_meanings(best, lines, name)
     return best
+
+
+def with_later_mark(dialect: Dialect, lines: Sequence[tuple[int, str]], name: str) -> Dialect:
+    """The dialect once a decimal comma appears in lines behind whole numbers; as it is where points are there too."""
+    if dialect.decimal == "," or dialect.thousands or dialect.separator == ",":
+        return dialect
+    commas = [(number, text) for number, text in lines if re.search(r"\d,\d", text)]
+    if not commas or any(re.search(r"\d\.\d", text) for _, text in lines):
+        return dialect
+    later = dialect._replace(decimal=",")
+    _refuse_two_meanings(later, commas[:LINES], name)
+    return later
 
 
 def no_values(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str) -> str:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.text_begin import begin, blocks, value_lines
-from cranktrain.core.text_dialect import Dialect, split, trimmed, without_comment
+from cranktrain.core.text_dialect import Dialect, split, trimmed, with_later_mark, without_comment
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_header import chosen
 from cranktrain.core.user_file import user_path
@@ -99,7 +99,11 @@ def table_chunks(
             picked = [chosen(column, begun.names, begun.units, name) for column in columns]
         names, units = (tuple(texts[k] for k in picked) for texts in (begun.names, begun.units))
         any_rows = False
+        whole = dialect.decimal == "." and not re.search(r"\d\.\d", begun.text)
         for first, block in blocks(file, begun):
+            if whole:
+                dialect = with_later_mark(dialect, value_lines(block, first), name)
+                whole = dialect.decimal == "." and not re.search(r"\d\.\d", block)
             values, lines = _parsed(block, first, dialect, name)
             for start in range(0, len(lines), rows):
                 part = values[start : start + rows, picked]
