@@ -13,13 +13,13 @@ import warnings
 from collections.abc import Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.text_begin import begin, blocks, value_lines
+from cranktrain.core.text_begin import begin, blocks, plain, value_lines
 from cranktrain.core.text_dialect import Dialect, split, trimmed, with_later_mark, without_comment
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_header import chosen
@@ -31,6 +31,9 @@ FEW = 200
 
 
 _COUNTS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
+
+
+_EMPTY_LINE = re.compile(r"^[ \t\r\f\v]*\n", re.MULTILINE)
 
 
 class TextHead(NamedTuple):
@@ -150,12 +153,17 @@ def line_text(path: str | Path, number: int) -> str:
 
 def _parsed(block: str, first: int, dialect: Dialect, name: str) -> tuple[Array, NDArray[np.int64]]:
     """Values (rows, columns) and numbers of lines of a block."""
+    if not any(sign in block for sign in ("#", "%", "//", "\x1a")) and not _EMPTY_LINE.search(block):
+        count = block.count("\n") + (not block.endswith("\n"))
+        values = _by_pandas(plain(block), dialect)
+        if values is not None and len(values) == count:
+            return values, np.arange(first, first + count, dtype=np.int64)
     kept = value_lines(block, first)
     numbers = np.array([number for number, _ in kept], dtype=np.int64)
     if not kept:
         return np.empty((0, dialect.width)), numbers
     text = "\n".join(line for _, line in kept)
-    values = None if dialect.thousands in ("'", " ") else _by_pandas(text, dialect)
+    values = _by_pandas(text, dialect)
     if values is None or len(values) != len(kept):
         values = np.array([_row(number, line, dialect, name) for number, line in kept])
     return values, numbers
@@ -168,23 +176,27 @@ def _by_pandas(text: str, dialect: Dialect) -> Array | None:
     separator = dialect.separator
     if separator == "|":
         text = re.sub(r"^\s*\|", "", text, flags=re.MULTILINE)
-    if re.search(r"\d[dD][+-]?\d", text):
+    if dialect.thousands:
+        text = re.sub(rf"(?<=\d){re.escape(dialect.thousands)}(?=\d{{3}})", "", text)
+    if ("d" in text or "D" in text) and re.search(r"\d[dD][+-]?\d", text):
         text = re.sub(r"(?<=[\d.,])[dD](?=[+\-]?\d)", "e", text)
     own = len(trimmed(split(text[: text.find("\n") + 1] or text, separator)))
     if own > dialect.width:
         return None
     names = list(range(dialect.width + 1))
     kinds = {k: np.float64 if numeric else object for k, numeric in enumerate((*dialect.numeric, True))}
+    # Later ones read every number to its last digit, and deprecate the option.
+    exact: Any = {"float_precision": "round_trip"} if _version(pandas.__version__) < (3, 1) else {}
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")
+            warnings.simplefilter("error", pandas.errors.ParserWarning)
             frame = pandas.read_csv(
                 io.StringIO(text), sep=r"\s+" if separator == " " else separator, header=None, names=names, dtype=kinds,
-                decimal=dialect.decimal, thousands=dialect.thousands or None, float_precision="round_trip",
+                decimal=dialect.decimal, **exact,
                 keep_default_na=False, na_values=["", "-", "--", "nan", "NaN", "NA", "n/a", "N/A", "NAN", "null"],
                 skipinitialspace=True, skip_blank_lines=False, engine="c", index_col=None,
             )  # fmt: skip
-    except (ValueError, Warning):  # of pandas' parser: the first line that does not fit is looked for one by one
+    except (ValueError, pandas.errors.ParserWarning):  # the caller looks for the first line that does not fit
         return None
     if not isinstance(frame.index, pandas.RangeIndex) or not frame[dialect.width].isna().all():
         return None
@@ -194,6 +206,10 @@ def _by_pandas(text: str, dialect: Dialect) -> Array | None:
     if np.isinf(values).any():
         return None
     return values
+
+
+def _version(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in re.findall(r"\d+", text)[:2])
 
 
 def _row(number: int, line: str, dialect: Dialect, name: str) -> list[float]:
