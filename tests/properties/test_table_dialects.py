@@ -1,10 +1,16 @@
 """One table, written in sixty dialects, is read alike to the last digit; what cannot be read is named by its line."""
 
 import random
+import re
+import subprocess
+import sys
 
+import numpy as np
 import pytest
 from table_dialects import Column, dialects
 
+from cranktrain.core.errors import InputError
+from cranktrain.core.text_table import read_table, table_chunks
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.torsional_chain import read_chain
 from cranktrain.loads.gas_pressure import GasTrace
