@@ -5,8 +5,9 @@ line at bottom dead centre, p (V / V_max)^n with the exponent n fitted where bot
 three are those of an engine. The exponent itself has no unit; outside 1.1 to 1.6 the line is no compression from an
 absolute pressure, or dead centre is wrong, and the level is not used.
 
-A unit is taken where it is the only one that fits. An engine that compresses 14 to 1 or more has no throttle, so units
-that put its intake below ``UNTHROTTLED`` are dropped where others fit.
+A unit is taken where it is the only one that fits. An engine that compresses 14 to 1 or more and whose file states a
+supercharged intake is a diesel without throttle, so units that put its intake below ``UNTHROTTLED`` are dropped where
+others fit. At a compressor the suction pressure of its file takes the place of the intake.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ INTAKE = 2e4, 4e5
 """Absolute pressures at the beginning of compression, Pa, from a throttled engine that idles to high supercharge."""
 LEAST = 5e3
 """Least pressure of a cycle, Pa; overlap and pulsations go below that of the intake."""
-UNTHROTTLED, DIESEL = 7e4, 14.0
+UNTHROTTLED, DIESEL, SUPERCHARGED = 6e4, 14.0, 1.2e5
+"""Least intake pressure of a diesel, Pa, its least compression ratio, and the stated intake pressure beyond which an
+engine of such a ratio is no throttled one."""
 LINE = (-100.0, -45.0)
 """Crank angles before firing dead centre over which the compression line is fitted, deg."""
 EXPONENTS = 1.1, 1.6
@@ -51,14 +54,15 @@ def unit_of_trace(name: str, engine: Engine, angle: Array, pressure: Array) -> P
     peak, least = float(pressure.max()), float(np.quantile(pressure, 0.02))
     level = compression_level(engine, angle, pressure)
     start = least if level is None else level
+    low, high = INTAKE if engine.compressor is None else (engine.compressor.suction * k for k in (0.5, 2.0))
     fits = [
         unit
         for unit in CANDIDATES
         if LOWEST_PEAK <= peak * UNITS[unit] <= HIGHEST_PEAK
-        and INTAKE[0] <= start * UNITS[unit] <= INTAKE[1]
-        and LEAST <= least * UNITS[unit] <= 1.2 * INTAKE[1]
+        and low <= start * UNITS[unit] <= high
+        and LEAST <= least * UNITS[unit] <= 1.2 * high
     ]
-    if engine.cylinders.compression_ratio >= DIESEL:
+    if engine.compressor is None and _unthrottled(engine):
         fits = [unit for unit in fits if start * UNITS[unit] >= UNTHROTTLED] or fits
     if len(fits) == 1:
         how = (
@@ -75,6 +79,10 @@ def unit_of_trace(name: str, engine: Engine, angle: Array, pressure: Array) -> P
         f"{name}: no unit is stated and none fits a peak of {peak:.4g} over {start:.3g} at the intake: "
         f"{meant(CANDIDATES, peak)}; state it, --pressure-unit or the header"
     )
+
+
+def _unthrottled(engine: Engine) -> bool:
+    return engine.cylinders.compression_ratio >= DIESEL and engine.burn.intake_pressure > SUPERCHARGED
 
 
 def refuse_any_unit(name: str, peak: float) -> None:
