@@ -1,4 +1,4 @@
-"""Paths of users: endings in any case, blanks, letters of any alphabet, ~ for the home folder, for verbs and in files."""
+"""Paths of users: endings in any case, blanks, letters of any alphabet, ~ for the home folder."""
 
 import json
 import math
