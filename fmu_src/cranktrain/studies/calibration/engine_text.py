@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import unit_factor
+from cranktrain.core.user_file import ending
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import UNITS
 from cranktrain.store.whole_file import Kind, check_place
@@ -44,7 +46,8 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
         old = document[table].get(name)
         rule = values.quantity(engine, key)
         unit = old["unit"] if old else next(iter(UNITS[rule.dimension]))
-        number = _number(change.value / UNITS[rule.dimension][unit])
+        scale, zero, _ = unit_factor(unit, rule.dimension)
+        number = _number((change.value - zero) / scale)
         if old and isinstance(old["value"], list):
             entries = [_number(entry) for entry in old["value"]]
             entries = [number if index in (None, str(i)) else entry for i, entry in enumerate(entries, 1)]
@@ -62,7 +65,7 @@ def new_path(path: Path) -> Path:
     """Path of a new engine file; ``InputError`` if the file exists or its name does not end in .toml."""
     if path.exists():
         raise InputError(f"{path}: exists and is not overwritten; give another name with --out")
-    if path.suffix != ".toml":
+    if ending(path) != ".toml":
         raise InputError(f"{path}: an engine file ends in .toml; give such a name with --out")
     check_place(path)
     return path

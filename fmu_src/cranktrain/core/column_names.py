@@ -1,0 +1,90 @@
+"""Columns of text tables recognised by their names, in English and German.
+
+A kind of column has words of its own. A name is of a kind if it consists of such a word, numbers and signs aside.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from cranktrain.core.text_header import plain_name
+from cranktrain.core.units import is_unit
+
+WORDS: Mapping[str, tuple[str, ...]] = {
+    "angle": (
+        "angle", "crankangle", "crankangledeg", "crankshaftangle", "ca", "cad", "cadeg", "degca", "deg", "degree",
+        "degrees", "phi", "theta", "alpha", "kw", "°kw", "°ca", "kwdeg", "winkel", "kurbelwinkel", "kurbelwellenwinkel",
+        "kwwinkel", "grad", "gradkw", "phikw", "alphakw", "crank", "cadegrees", "rotation", "phideg",
+    ),
+    "pressure": (
+        "pressure", "p", "pcyl", "pcylinder", "cylinderpressure", "cylpressure", "pz", "pzyl", "pzylinder", "druck",
+        "zylinderdruck", "zyldruck", "pcylbar", "pbar", "pressurebar", "druckbar", "pind", "indicatedpressure",
+        "gaspressure", "gasdruck", "brennraumdruck", "combustionpressure", "incylinderpressure", "pcomb", "cyl",
+        "cylinder", "zyl", "zylinder", "pmean", "pavg", "meanpressure", "pmpa", "pkpa", "ppa", "ppsi",
+    ),
+    "volume": ("v", "volume", "cylindervolume", "volumen", "zylindervolumen", "vcyl", "vzyl", "hubvolumen"),
+    "speed": (
+        "speedrpm", "speed", "rpm", "n", "enginespeed", "crankspeed", "drehzahl", "motordrehzahl", "nrpm", "nmot",
+        "rotationalspeed", "speedrevmin", "speed1min", "drehzahlrpm", "drehzahl1min", "umin",
+    ),
+    "order": ("order", "ordnung", "motorordnung", "engineorder", "harmonic", "harmonische", "ord", "eo"),
+    "amplitude": (
+        "amplitude", "amp", "a", "value", "wert", "magnitude", "amplitudedeg", "level", "pegel", "betrag", "peak",
+    ),
+    "unit": ("unit", "units", "einheit", "dim", "dimension"),
+    "load": ("load", "last", "loadfraction", "lastanteil"),
+    "file": ("file", "datei", "filename", "dateiname", "path", "pfad", "trace"),
+    "disc": ("disc", "disk", "mass", "name", "scheibe", "drehmasse", "masse", "element", "station"),
+    "inertia": ("inertia", "j", "momentofinertia", "trägheit", "trägheitsmoment", "massenträgheit", "theta",
+                "massenträgheitsmoment", "drehträgheit", "polarinertia"),
+    "damping": ("damping", "discdamping", "absolutedamping", "dämpfung", "absolutdämpfung", "massendämpfung"),
+    "to": ("to", "nach", "bis", "next", "zu"),
+    "stiffness": ("stiffness", "k", "torsionalstiffness", "steifigkeit", "drehsteifigkeit", "torsionssteifigkeit",
+                  "drehfedersteifigkeit"),
+    "shaft_damping": ("shaftdamping", "relativedamping", "wellendämpfung", "relativdämpfung"),
+    "loss_factor": ("lossfactor", "verlustfaktor"),
+    "ratio": ("ratio", "gearratio", "übersetzung", "i"),
+    "torques": ("torques", "drehmomente", "momente"),
+    "twists": ("twists", "verdrehwinkel", "verdrehungen"),
+    "frequencies": ("frequencies", "frequenzen"),
+    "frequency": ("frequency", "frequenz"),
+    "friction": ("friction", "reibung", "reibmoment"),
+    "slip_speed": ("slipspeed",),
+    "diameter": ("diameter", "durchmesser", "d"),
+    "bore": ("bore", "bohrung"),
+    "strength": ("strength", "festigkeit", "zugfestigkeit"),
+    "section": ("section", "querschnitt"),
+}  # fmt: skip
+
+
+NEUTRAL = frozenset(
+    ("at", "in", "of", "no", "nr", "mean", "avg", "average", "mittel", "mittelwert", "cyl", "cylinder", "zyl",
+     "zylinder", "the", "for")
+)  # fmt: skip
+"""Words beside that of a kind which say no more than which one it is."""
+
+
+def kind_of(name: str, kinds: Sequence[str] = tuple(WORDS)) -> str:
+    """Kind of a column by its name, of ``kinds``; empty where it is none of them."""
+    parts = [plain_name(part) for part in re.split(r"[^\w°]+|_", name)]
+    telling = [part for part in parts if part and part not in NEUTRAL and not part.isdigit()]
+    for own in (plain_name(name), "".join(telling), "".join(telling[:-1]) if _ends_in_unit(telling) else ""):
+        for plain in (own, re.sub(r"\d+$", "", own)):
+            found = [kind for kind in kinds if plain in WORDS[kind]]
+            if found:
+                return found[0]
+    return ""
+
+
+def _ends_in_unit(parts: Sequence[str]) -> bool:
+    return len(parts) > 1 and is_unit(parts[-1])
+
+
+def columns_of(names: Sequence[str], kinds: Sequence[str]) -> dict[str, list[int]]:
+    """Columns of each of ``kinds``, by name."""
+    found: dict[str, list[int]] = {kind: [] for kind in kinds}
+    for k, name in enumerate(names):
+        if kind := kind_of(name, kinds):
+            found[kind].append(k)
+    return found

@@ -1,0 +1,123 @@
+"""Names and units of a text table's columns, from the rows above its values."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.text_dialect import MISSING, split, trimmed
+
+_BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\})\s*$")
+_SLASH = re.compile(r"^(.*\S)\s+(?:/|in)\s+(\S+)$")
+
+
+_BOTH = frozenset(("ca", "kw", "cad", "cp", "at", "phi", *"vptnsamfurhldckgwj"))
+"""Plain names of quantities that are units too."""
+
+
+def header_cells(line: str, separator: str, width: int) -> list[str] | None:
+    """Cells of a line above the values if it has one for each of ``width`` columns (2 at least), else None.
+
+    Where blanks separate, a bracket belongs to the word before it, and two blanks or more may separate instead.
+    """
+    options = [trimmed(split(line, separator))]
+    if separator == " ":
+        options.append(words(line, separator))
+        options.append([cell.strip() for cell in re.split(r"\t+|\s{2,}", line.strip())])
+    for other in (";", "\t", ",", "|") if separator == " " else ():
+        options.append([cell for cell in trimmed(split(line, other)) if cell])
+    return next((cells for cells in options if len(cells) == width), None)
+
+
+def words(line: str, separator: str) -> list[str]:
+    """Cells of a line of names; where blanks separate, a bracket belongs to the word before it."""
+    if separator != " " or '"' in line:
+        return trimmed(split(line, separator))
+    joined = re.sub(r"\s+(?=[\[(])", "\u00a0", line.strip())
+    joined = re.sub(r"[\[(][^\])]*[\])]", lambda found: found[0].replace(" ", "\u00a0"), joined)
+    return [cell.replace("\u00a0", " ") for cell in re.split(r"[ \t]+", joined)]
+
+
+def names_and_units(rows: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units of columns from header rows of ``width`` cells; empty texts where the rows do not say.
+
+    A row of which most cells are units gives units; the last other row gives names, whose brackets may state units. A
+    row such as ``CA; V; p``, whose letters name quantities as well as units, is one of names unless names stand above.
+    """
+    names, units = [""] * width, [""] * width
+    kinds = list[bool]()
+    for row in rows:
+        clear = any(_is_unit(cell) and plain_name(cell) not in _BOTH for cell in row)
+        kinds.append(is_unit_row(row) and (clear or False in kinds))
+    last = max((k for k, own in enumerate(kinds) if not own), default=None)
+    if last is not None:
+        for k, cell in enumerate(rows[last]):
+            names[k], units[k] = named(cell)
+    for row, own in zip(rows, kinds, strict=True):
+        if own:
+            for k, cell in enumerate(row):
+                units[k] = _bare(cell) if cell.lower() not in MISSING else units[k]
+    return tuple(names), tuple(units)
+
+
+def named(cell: str) -> tuple[str, str]:
+    """Name and unit of a header's cell: ``p [bar]``, ``p (bar)``, ``p / bar``, ``p in bar``; a unit may be empty.
+
+    A bracket that holds no unit belongs to the name, as in ``p[1]``.
+    """
+    from cranktrain.core.units import is_unit
+
+    if match := _BRACKET.match(cell):
+        unit = next(text for text in match.groups()[1:] if text is not None).strip()
+        if unit and not unit.isdigit() and (is_unit(unit) or "[" in cell):
+            return match[1].strip(), unit
+    if (match := _SLASH.match(cell)) and is_unit(match[2]):
+        return match[1].strip(), match[2]
+    return cell, ""
+
+
+def is_unit_row(row: Sequence[str]) -> bool:
+    """Whether a row may state units: more than half of its cells that say something."""
+    stated = [cell for cell in row if cell.lower() not in MISSING]
+    if any(re.fullmatch(r"[\d.,eE+-]+", cell) and cell != "1" for cell in stated):
+        return False
+    return bool(stated) and sum(map(_is_unit, stated)) > 0.5 * len(stated)
+
+
+def _is_unit(cell: str) -> bool:
+    """Whether a cell is a unit, with or without brackets."""
+    from cranktrain.core.units import is_unit
+
+    return cell.lower() not in MISSING and not cell.isdigit() and (is_unit(cell) or is_unit(_bare(cell)))
+
+
+def _bare(cell: str) -> str:
+    """A cell without the brackets around it."""
+    match = re.fullmatch(r"[\[({](.*)[\])}]", cell)
+    return match[1].strip() if match else cell
+
+
+def plain_name(name: str) -> str:
+    """A name as names are compared: small letters and digits."""
+    return re.sub(r"[^a-z0-9äöüß°]+", "", name.lower())
+
+
+def chosen(wanted: str, names: Sequence[str], units: Sequence[str], where: str) -> int:
+    """Index of a column by its name or its number from 1; ``InputError`` where there is none or several."""
+    text = wanted.strip()
+    own = [name or f"column {k}" for k, name in enumerate(names, 1)]
+    whole = [f"{name} [{unit}]" if unit else name for name, unit in zip(own, units, strict=True)]
+    for candidates in (own, whole):
+        for match in (
+            [k for k, name in enumerate(candidates) if name == text],
+            [k for k, name in enumerate(candidates) if plain_name(name) == plain_name(text) != ""],
+        ):
+            if len(match) == 1:
+                return match[0]
+            if len(match) > 1:
+                numbers = " or ".join(str(k + 1) for k in match)
+                raise InputError(f"{where}: several columns are named {shown(text)}; give its number, {numbers}")
+    if re.fullmatch(r"#?\d+", text) and 1 <= int(text.lstrip("#")) <= len(own):
+        return int(text.lstrip("#")) - 1
+    raise InputError(f"{where}: no column {shown(text)}; {nearest(text, own)}")
