@@ -1,0 +1,186 @@
+"""A solid of a STEP file as netgen's CAD kernel reads it: its surface with numbered faces, and its mesh.
+
+The kernel converts every unit of a STEP file to mm. It runs in a process of its own, because a broken file can end it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+from cranktrain.structure.fem.cad_process import run_in_child
+from cranktrain.structure.fem.mesh import cad_mesh
+
+Integers = NDArray[np.integer[Any]]
+
+SUFFIXES = (".step", ".stp")
+FINENESS, GRADING = 1.5, 0.7
+"""Sides to a radius of curvature, and growth of edges, of the surface in which a crank is looked for."""
+EDGES_ALONG = 30
+"""Largest edges of that surface over the length of the solid."""
+READ_SECONDS = 300.0
+
+
+class StepSolid(NamedTuple):
+    """Surface of a solid, mm.
+
+    Attributes
+    ----------
+    nodes : (n, 3) mm, on the surface
+    triangles : (k, 3) into nodes, normals outwards
+    faces : (k,) number of each triangle's face in the file, from 0
+    volume : mm³
+    """
+
+    path: Path
+    nodes: Array
+    triangles: Integers
+    faces: Integers
+    volume: float
+
+
+def read_step(path: str | Path) -> StepSolid:
+    """Read the one solid of a STEP file.
+
+    Raises ``InputError``: for a file that is missing or no STEP file, is cut short, holds no solid or several, or whose
+    surface is not closed. The line says what was found.
+    """
+    source = Path(path)
+    _check_text(source)
+    with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
+        copy, target = Path(folder) / "crank.step", Path(folder) / "surface.npz"
+        shutil.copyfile(source, copy)
+        code = f"from {__name__} import surface_child; surface_child()"
+        ended = run_in_child(code, str(copy), target, READ_SECONDS)
+        if ended is not None:
+            raise InputError(f"{path}: the CAD kernel cannot read or mesh the solid ({ended}); repair it in CAD")
+        with np.load(target) as data:
+            if refused := str(data["refused"]):
+                raise InputError(f"{path}: {refused}")
+            solid = StepSolid(source, data["nodes"], data["triangles"], data["faces"], float(data["volume"]))
+    _check_closed(solid)
+    return solid
+
+
+def step_mesh(
+    solid: StepSolid, largest_edge: float, fineness: float
+) -> tuple[Array, Integers, Integers, Integers]:
+    """Mesh of the solid: nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each.
+
+    Parameters
+    ----------
+    largest_edge : mm
+    fineness : sides to a radius of curvature
+    """
+    with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
+        copy = Path(folder) / "crank.step"
+        shutil.copyfile(solid.path, copy)
+        values = {"path": str(copy), "largest_edge": largest_edge, "fineness": fineness}
+        nodes, tets, triangles, labels, names = cad_mesh(f"{__name__}:_solid", values, str(solid.path), "the mesh size")
+    return nodes, tets, triangles, np.array([int(name) for name in names])[labels]
+
+
+def _check_text(path: Path) -> None:
+    """Refuse what is no whole STEP file; ``InputError``."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(4096)
+            file.seek(max(0, path.stat().st_size - 4096))
+            tail = file.read()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give a STEP file of the crankshaft") from None
+    if b"ISO-10303-21" not in head:
+        what = "is empty" if not head else "does not begin with ISO-10303-21"
+        raise InputError(f"{path}: no STEP file: it {what}; export the crankshaft as STEP (AP203, AP214 or AP242)")
+    if b"END-ISO-10303-21" not in tail:
+        raise InputError(f"{path}: cut short: a STEP file ends with END-ISO-10303-21; copy or export it again")
+
+
+def _check_closed(solid: StepSolid) -> None:
+    """Refuse a surface with open edges; ``InputError`` says where."""
+    edges = np.sort(np.concatenate([solid.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]), axis=1)
+    once, count = np.unique(edges, axis=0, return_counts=True)
+    if (count == 1).any():
+        x, y, z = solid.nodes[once[count == 1][0]].mean(axis=0)
+        raise InputError(
+            f"{solid.path}: the solid's surface is open at ({x:.1f}, {y:.1f}, {z:.1f}) mm: close it in CAD, or sew its "
+            "faces to a solid"
+        )
+
+
+def _read_shape(path: str) -> Any:
+    """Shape of a file, in the child; ``ValueError`` says what the file holds where that is not one solid."""
+    from netgen.occ import OCCGeometry
+
+    try:
+        shape = OCCGeometry(path).shape
+    # netgen's own exception derives from nothing more special.
+    except Exception as reason:
+        text = Path(path).read_text(errors="replace")
+        kinds = ("MANIFOLD_SOLID_BREP", "SHELL_BASED_SURFACE_MODEL", "GEOMETRIC_CURVE_SET", "TESSELLATED_SOLID")
+        found = [f"{len(re.findall(kind + r'[(_]', text))} {kind}" for kind in kinds if kind in text]
+        held = f"it names {', '.join(found)}" if found else "it names no solid"
+        raise ValueError(f"the CAD kernel finds no shape in it ({reason}); {held}: export it as a solid") from None
+    solids = list(shape.solids)
+    if len(solids) != 1:
+        if not solids:
+            faces, shells = len(list(shape.faces)), len(list(shape.shells))
+            held = f"no solid, but {shells} open shells with {faces} faces" if faces else "no solid and no faces"
+            raise ValueError(f"holds {held}: export the crankshaft as one solid")
+        volumes = ", ".join(f"{1e-3 * volume:.4g}" for volume in sorted((s.mass for s in solids), reverse=True)[:5])
+        raise ValueError(
+            f"holds {len(solids)} solids, the largest of {volumes} cm^3: export the crankshaft alone, as one solid"
+        )
+    solid = solids[0]
+    for number, face in enumerate(solid.faces):
+        face.name = str(number)
+    return solid
+
+
+def surface_child() -> None:
+    """Work of the child: the file that stdin names, its surface to the file that the first argument names."""
+    from netgen.meshing import MeshingStep
+    from netgen.occ import OCCGeometry
+
+    try:
+        shape = _read_shape(json.load(sys.stdin))
+    except ValueError as refused:
+        np.savez(sys.argv[1], refused=str(refused))
+        return
+    low, high = shape.bounding_box
+    length = max(b - a for a, b in zip(tuple(low), tuple(high), strict=True))
+    mesh = OCCGeometry(shape).GenerateMesh(
+        maxh=length / EDGES_ALONG,
+        grading=GRADING,
+        curvaturesafety=FINENESS,
+        segmentsperedge=1.0,
+        parallel_meshing=False,
+        perfstepsend=MeshingStep.MESHSURFACE,
+    )
+    skin = mesh.Elements2D().NumPy()
+    numbers = np.array([int(mesh.GetBCName(k)) for k in range(int(skin["index"].max()))])
+    np.savez(
+        sys.argv[1],
+        refused="",
+        nodes=mesh.Coordinates(),
+        triangles=skin["nodes"][:, :3] - 1,
+        faces=numbers[skin["index"] - 1],
+        volume=shape.mass,
+    )
+
+
+def _solid(values: Mapping[str, Any]) -> tuple[Any, float, float]:
+    """Shape, largest edge and fineness, in the child that meshes."""
+    return _read_shape(os.fspath(values["path"])), values["largest_edge"], values["fineness"]
