@@ -22,6 +22,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.structure.fem.cad_process import run_in_child
 from cranktrain.structure.fem.mesh import cad_mesh
+from cranktrain.structure.fem.own_mesh import UNITS
 
 Integers = NDArray[np.integer[Any]]
 
@@ -31,6 +32,8 @@ FINENESS, GRADING = 1.5, 0.7
 EDGES_ALONG = 30
 """Largest edges of that surface over the length of the solid."""
 READ_SECONDS = 300.0
+LEAST_LENGTH, LARGEST_LENGTH = 30.0, 25000.0
+"""Lengths of crankshafts, mm."""
 
 
 class StepSolid(NamedTuple):
@@ -49,15 +52,19 @@ class StepSolid(NamedTuple):
     triangles: Integers
     faces: Integers
     volume: float
+    scale: float = 1.0
+    """mm of these nodes over mm of the CAD kernel."""
 
 
-def read_step(path: str | Path) -> StepSolid:
-    """Read the one solid of a STEP file.
+def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
+    """Read the one solid of a STEP file, whose unit the file states; ``unit`` where it states a wrong one.
 
     Raises ``InputError``: for a file that is missing or no STEP file, is cut short, holds no solid or several, or whose
     surface is not closed. The line says what was found.
     """
     source = Path(path)
+    if unit is not None and unit not in UNITS:
+        raise InputError(f"--step-unit '{unit}' does not exist; valid: {', '.join(UNITS)}")
     _check_text(source)
     with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
         copy, target = Path(folder) / "crank.step", Path(folder) / "surface.npz"
@@ -71,13 +78,31 @@ def read_step(path: str | Path) -> StepSolid:
                 raise InputError(f"{path}: {refused}")
             solid = StepSolid(source, data["nodes"], data["triangles"], data["faces"], float(data["volume"]))
     _check_closed(solid)
-    return solid
+    length = float(np.ptp(solid.nodes, axis=0).max())
+    # A stated unit counts for the numbers of the file, which the kernel has converted from the file's own.
+    factor = 1.0 if unit is None else 1e3 * UNITS[unit] / _stated_unit(source)
+    if not LEAST_LENGTH <= factor * length <= LARGEST_LENGTH:
+        raise InputError(
+            f"{path}: the solid is {factor * length:.4g} mm long, crankshafts are {LEAST_LENGTH:g} to "
+            f"{LARGEST_LENGTH:g} mm: state the unit of its coordinates, --step-unit {', '.join(UNITS)}"
+        )
+    return solid._replace(nodes=factor * solid.nodes, volume=factor**3 * solid.volume, scale=factor)
+
+
+def _stated_unit(path: Path) -> float:
+    """Unit of length that a STEP file states, mm."""
+    text = " ".join(path.read_text(errors="replace").split())
+    converted = re.search(r"CONVERSION_BASED_UNIT ?\( ?'(?:INCH|IN)'", text, re.IGNORECASE)
+    if converted:
+        return 25.4
+    prefix = re.search(r"LENGTH_UNIT\(\)[^;]*?SI_UNIT ?\( ?(\$|\.\w+\.) ?, ?\.METRE\.", text)
+    return {"$": 1e3, ".CENTI.": 10.0, ".MILLI.": 1.0, ".MICRO.": 1e-3}.get(prefix[1] if prefix else "", 1.0)
 
 
 def step_mesh(
     solid: StepSolid, largest_edge: float, fineness: float
 ) -> tuple[Array, Integers, Integers, Integers]:
-    """Mesh of the solid: nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each.
+    """Mesh of the solid as in the file: nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each.
 
     Parameters
     ----------
@@ -87,9 +112,9 @@ def step_mesh(
     with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
         copy = Path(folder) / "crank.step"
         shutil.copyfile(solid.path, copy)
-        values = {"path": str(copy), "largest_edge": largest_edge, "fineness": fineness}
+        values = {"path": str(copy), "largest_edge": largest_edge / solid.scale, "fineness": fineness}
         nodes, tets, triangles, labels, names = cad_mesh(f"{__name__}:_solid", values, str(solid.path), "the mesh size")
-    return nodes, tets, triangles, np.array([int(name) for name in names])[labels]
+    return solid.scale * nodes, tets, triangles, np.array([int(name) for name in names])[labels]
 
 
 def _check_text(path: Path) -> None:
