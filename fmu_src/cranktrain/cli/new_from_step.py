@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cranktrain.studies.design.step_engine import StepEngine
 
 MESH = marked("mesh", "$MeshFormat")
-STATING = ("main_diameter_mm", "pin_diameter_mm", "mains", "pulley_end", "thrust_main", "step_unit")
+STATING = ("main_diameter_mm", "pin_diameter_mm", "mains", "pulley_end", "thrust_main", "mesh_size_mm", "step_unit")
 """Options that state what a STEP file leaves open."""
 RPM = math.pi / 30.0
 
@@ -34,6 +34,8 @@ def add_step_options(parser: argparse.ArgumentParser) -> None:
         "--pulley-end=-z)")  # fmt: skip
     add("--thrust-main", type=number(1, 40, "", int), metavar="N", help="main journal of the thrust bearing (default "
         "the middle one)")  # fmt: skip
+    add("--mesh-size-mm", type=number(0.1, 1000.0, "mm"), metavar="MM", help="largest element edge (default 0.17 of the "
+        "bore)")  # fmt: skip
     add("--step-unit", metavar="UNIT", help="unit of the coordinates, where the file states a wrong one: mm, m, in")
 
 
@@ -65,6 +67,7 @@ def engine_of_step(options: argparse.Namespace, name: str) -> StepEngine:
         options.layout, options.bank_angle_deg, _mm(options.bore_mm), _mm(options.stroke_mm), options.fuel,
         rod=_mm(options.rod_mm), power=None if options.power_kw is None else 1e3 * options.power_kw,
         rated=None if options.rated_rpm is None else options.rated_rpm * RPM, thrust_main=options.thrust_main,
+        mesh_size=_mm(options.mesh_size_mm),
     )  # fmt: skip
     with stages(f"{name}: {options.step}") as stage:
         stage("surface")

@@ -50,7 +50,7 @@ def plot_end(ax: Any, found: Found) -> None:
     ax.plot(*_circle((0.0, 0.0), found.mains[0].cylinder.radius), color=BLUE, lw=1.2)
     for numbers in places.values():
         x, y = found.pins[numbers[0] - 1].cylinder.axis
-        angle = np.degrees(np.arctan2(-x, y)) % 360.0
+        angle = (np.degrees(np.arctan2(-x, y)) + 0.005) % 360.0
         text = f"pin {', '.join(map(str, numbers))}\n{np.hypot(x, y):.2f} mm, {angle:.2f} deg"
         ax.annotate(text, (x, y), ha="center", va="center", fontsize=6, color=INK)
     ax.set(xlabel="x / mm", ylabel="y / mm", aspect="equal")

@@ -37,6 +37,7 @@ class Stated(NamedTuple):
     power: float | None = None
     rated: float | None = None
     thrust_main: int | None = None
+    mesh_size: float | None = None
 
 
 class StepEngine(NamedTuple):
@@ -58,7 +59,7 @@ def step_engine(found: Found, stated: Stated) -> StepEngine:
     bore = round(diameter / MAIN_DIAMETER, 4) if stated.bore is None else stated.bore
     if stated.bore is None:
         told = (*told, f"bore {1e3 * bore:.4g} mm: main journals are {MAIN_DIAMETER:g} of it by rule; state --bore-mm")
-    crank = dimensions(found, round(MESH_SIZE * bore, 5))
+    crank = dimensions(found, stated.mesh_size or round(MESH_SIZE * bore, 5))
     stroke = 2.0 * crank.crankshaft.throw
     if stated.stroke is not None and abs(stated.stroke - stroke) > 1e-3 * STROKE_MM:
         raise InputError(
