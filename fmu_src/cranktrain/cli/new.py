@@ -75,7 +75,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         return report
     check_no_step_options(options)
     if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(options, key) is None]:
-        raise InputError(f"{', '.join(missing)} missing: give layout, bore and stroke, or --step FILE with a crankshaft")
+        raise InputError(f"{', '.join(missing)} missing: give these sizes, or --step FILE with a crankshaft")
     found = sizes(
         layout(options.layout, options.bank_angle_deg),
         1e-3 * options.bore_mm,

@@ -34,8 +34,8 @@ def add_step_options(parser: argparse.ArgumentParser) -> None:
         "--pulley-end=-z)")  # fmt: skip
     add("--thrust-main", type=number(1, 40, "", int), metavar="N", help="main journal of the thrust bearing (default "
         "the middle one)")  # fmt: skip
-    add("--mesh-size-mm", type=number(0.1, 1000.0, "mm"), metavar="MM", help="largest element edge (default 0.17 of the "
-        "bore)")  # fmt: skip
+    add("--mesh-size-mm", type=number(0.1, 1000.0, "mm"), metavar="MM", help="largest element edge (default 0.17 of "
+        "the bore)")  # fmt: skip
     add("--step-unit", metavar="UNIT", help="unit of the coordinates, where the file states a wrong one: mm, m, in")
 
 

@@ -18,7 +18,7 @@ PALE = "#dfe3e8"
 
 
 def plot_side(ax: Any, found: Found) -> None:
-    """Draw the crank from the side, the plane of pin 1 upright: mains, pins and ends coloured, with dimensions in mm."""
+    """Draw the crank from the side: mains, pins and ends coloured, with dimensions in mm."""
     _silhouette(ax, found, (2, 1))
     size = 2.0 * found.mains[0].cylinder.radius
     for what, journals, colour in (("main", found.mains, BLUE), ("pin", found.pins, ORANGE)):

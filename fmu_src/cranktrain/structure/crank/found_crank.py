@@ -148,14 +148,14 @@ def write_crank_mesh(path: Path, found: Found, crankshaft: Crankshaft, thrust_ma
     nodes = MM * (nodes @ found.turn.T + found.shift)
     named = _surfaces(found, crankshaft, thrust_main, nodes, triangles, faces)
     if missing := [name for name, chosen in named.items() if not len(chosen)]:
-        raise InputError(f"{found.solid.path}: no surface for {', '.join(missing)}; name surfaces in a mesh of your own")
+        raise InputError(
+            f"{found.solid.path}: no surface for {', '.join(missing)}; name surfaces in a mesh of your own"
+        )
     order = [0, 1, 2, 3, *(4 + NETGEN_EDGES.index((min(edge), max(edge))) for edge in VTK_EDGES)]
     cells = [("tetra10", tets[:, order]), *(("triangle", chosen) for chosen in named.values())]
     tags = [np.full(len(block), number) for number, (_, block) in enumerate(cells)]
     fields = {name: np.array([number, 2]) for number, name in enumerate(named, 1)}
-    mesh = meshio.Mesh(
-        nodes, cells, cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags}, field_data=fields
-    )
+    mesh = meshio.Mesh(nodes, cells, cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags}, field_data=fields)
     meshio.write(path, mesh, file_format="gmsh22", binary=True)
     return len(nodes), len(tets)
 

@@ -4,12 +4,13 @@ Journals and pins are full cylinders about parallel axes. The main axis is that 
 along it; cylinders off the axis are pins. Webs that are discs are told from journals because the axis of a pin lies
 within them. Journals end at the planes of their webs; the rest between cylinder and plane is the fillet.
 
-In the crank's frame z runs from the pulley to the flywheel, z = 0 is the middle of main journal 1, and x, y are turned so
-that pin 1 points along y.
+In the crank's frame z runs from the pulley to the flywheel, z = 0 is the middle of main journal 1, and pin 1 points
+along y.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -143,8 +144,7 @@ def _placed(solid: StepSolid, faces: Faces, turn: Array, shift: Array, given: Gi
     main_journals = tuple(_journal(own, main) for main in mains)
     pin_journals = tuple(_journal(own, pin) for pin in pins)
     bays = tuple(
-        sum(before.middle < pin.middle < after.middle for pin in pins)
-        for before, after in zip(mains, mains[1:], strict=False)
+        sum(before.middle < pin.middle < after.middle for pin in pins) for before, after in itertools.pairwise(mains)
     )
     nodes = solid.nodes @ turn.T + shift
     ends = float(nodes[:, 2].min()), float(nodes[:, 2].max())
@@ -217,9 +217,7 @@ def _rounds(faces: Faces) -> list[Round]:
     return sorted(found, key=lambda one: one.middle)
 
 
-def _by_axis(
-    rounds: Sequence[Round], origin: tuple[float, float] = (0.0, 0.0)
-) -> tuple[list[Round], list[Round]]:
+def _by_axis(rounds: Sequence[Round], origin: tuple[float, float] = (0.0, 0.0)) -> tuple[list[Round], list[Round]]:
     """Cylinders on an axis and off it."""
     off = [np.hypot(one.axis[0] - origin[0], one.axis[1] - origin[1]) > 0.02 * one.radius for one in rounds]
     on_axis = [one for one, away in zip(rounds, off, strict=True) if not away]
@@ -267,12 +265,12 @@ def _mains_and_pins(
     if not before or not after:
         side = "before the first" if not before else "behind the last"
         raise InputError(
-            f"{said}: {len(pins)} pins of {2 * least:.4g} mm, and no main journal {side} pin (a part of a crank?): give "
-            "the whole crankshaft"
+            f"{said}: {len(pins)} pins of {2 * least:.4g} mm, and no main journal {side} pin (a part of a crank?): "
+            "give the whole crankshaft"
         )
     radius = _main_radius(before, after, between)
     mains = [_nearest(before, radius, first.start)]
-    for one, other in zip(pins, pins[1:], strict=False):
+    for one, other in itertools.pairwise(pins):
         gap = [shaft for shaft in between if shaft.start >= one.end and shaft.end <= other.start]
         if gap:
             same = _merged([shaft for shaft in gap if abs(shaft.radius - radius) < 0.02 * radius])
@@ -281,8 +279,8 @@ def _mains_and_pins(
     if given.mains is not None and len(mains) != given.mains:
         places = ", ".join(f"{2 * one.radius:.4g}" for one in mains)
         raise InputError(
-            f"{solid.path}: found {len(mains)} main journals (diameters {places} mm), --mains says {given.mains}: state "
-            "--main-diameter-mm, or leave --mains out"
+            f"{solid.path}: found {len(mains)} main journals (diameters {places} mm), --mains says {given.mains}: "
+            "state --main-diameter-mm, or leave --mains out"
         )
     return mains, pins
 
@@ -351,8 +349,8 @@ def _flip(solid: StepSolid, given: Given, turn: Array, on_axis: list[Round], mai
     low, high = ("-" if sign > 0 else "+") + "xyz"[axis], ("+" if sign > 0 else "-") + "xyz"[axis]
     if given.pulley_end is not None:
         if given.pulley_end not in (low, high):
-            raise InputError(f"{solid.path}: --pulley-end {given.pulley_end}: the crank lies along {low[1]}; give {low} "
-                             f"or {high}")  # fmt: skip
+            text = f"--pulley-end {given.pulley_end}: the crank lies along {low[1]}; give {low} or {high}"
+            raise InputError(f"{solid.path}: {text}")
         return given.pulley_end == high
     radius = float(np.median([one.radius for one in mains]))
     front = max((one.radius for one in on_axis if one.end <= mains[0].start + 0.1 * radius), default=0.0)

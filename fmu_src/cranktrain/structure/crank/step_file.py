@@ -99,9 +99,7 @@ def _stated_unit(path: Path) -> float:
     return {"$": 1e3, ".CENTI.": 10.0, ".MILLI.": 1.0, ".MICRO.": 1e-3}.get(prefix[1] if prefix else "", 1.0)
 
 
-def step_mesh(
-    solid: StepSolid, largest_edge: float, fineness: float
-) -> tuple[Array, Integers, Integers, Integers]:
+def step_mesh(solid: StepSolid, largest_edge: float, fineness: float) -> tuple[Array, Integers, Integers, Integers]:
     """Mesh of the solid as in the file: nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each.
 
     Parameters

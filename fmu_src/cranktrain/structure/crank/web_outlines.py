@@ -1,12 +1,13 @@
 """Outlines of the webs of a crank that was found in a solid, as the radii and widths that an engine file has.
 
 In the plane of a web η points along its pin and ξ across. Of a web drawn as the engine file's (the hull of two circles,
-with a part of a disc as counterweight) the values are exact. Of any other web they are those of the outline that has the
-same reach along the pin, the same width at the main axis, and the same reach and width opposite to the pin.
+with a part of a disc as counterweight) the values are exact. Of any other web they are those of the outline that has
+the same reach along the pin, the same width at the main axis, and the same reach and width opposite to the pin.
 """
 
 from __future__ import annotations
 
+import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,7 +41,7 @@ def web_shapes(found: Found) -> tuple[WebShape, ...]:
     """Each web, flying ones included, from the pulley to the flywheel."""
     ordered = sorted([*found.mains, *found.pins], key=lambda journal: journal.cylinder.middle)
     mains = set(found.mains)
-    return tuple(_web(found, a, b, a in mains or b in mains) for a, b in zip(ordered, ordered[1:], strict=False))
+    return tuple(_web(found, a, b, a in mains or b in mains) for a, b in itertools.pairwise(ordered))
 
 
 def _web(found: Found, before: Journal, after: Journal, beside_main: bool) -> WebShape:
@@ -78,9 +79,7 @@ def _arcs(found: Found, numbers: Integers, axis: tuple[float, float]) -> list[fl
     faces = found.faces
     own = [int(k) for k in numbers if faces.round[k] and abs(faces.normal[k, 2]) > 1.0 - UPRIGHT]
     return [
-        float(faces.radius[k])
-        for k in own
-        if np.hypot(*(faces.centre[k, :2] - axis)) < SAME_AXIS * faces.radius[k]
+        float(faces.radius[k]) for k in own if np.hypot(*(faces.centre[k, :2] - axis)) < SAME_AXIS * faces.radius[k]
     ]
 
 

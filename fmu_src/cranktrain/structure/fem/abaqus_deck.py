@@ -71,6 +71,11 @@ def read_deck(path: Path) -> MeshParts:
     return parts
 
 
+def included_files(path: Path) -> list[Path]:
+    """Files that a deck includes, in their order; ``InputError`` where one is missing or includes itself."""
+    return list(dict.fromkeys(card.place.path for card in _cards(path, (path,)) if card.place.path != path))
+
+
 def _cards(path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
     """Keywords of a file with their data, those of included files in their place."""
     card: Card | None = None
@@ -145,9 +150,7 @@ def _add_nodes(parts: MeshParts, card: Card) -> None:
             number, *coordinates = texts
             at = tuple(float(text.upper().replace("D", "E")) if text else 0.0 for text in coordinates[:3])
         except ValueError:
-            raise InputError(
-                f"{place}: {shown(', '.join(texts))} is no node; expected is NUMBER, X, Y, Z"
-            ) from None
+            raise InputError(f"{place}: {shown(', '.join(texts))} is no node; expected is NUMBER, X, Y, Z") from None
         (node,) = _numbers(place, [number])
         if len(at) != 3:
             raise InputError(f"{place}: node {node} has {len(at)} coordinates; expected is NUMBER, X, Y, Z")

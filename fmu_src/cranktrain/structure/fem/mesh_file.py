@@ -10,16 +10,18 @@ import re
 import warnings
 from collections.abc import Callable
 from importlib import import_module
+from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, shown
 from cranktrain.core.types import Array
 from cranktrain.structure.fem.abaqus_deck import read_deck
 from cranktrain.structure.fem.mesh_parts import Assembled, MeshParts, assembled, outer_faces
+from cranktrain.structure.fem.named_matrices import held_in
 from cranktrain.structure.fem.universal_file import read_universal
 
 Integers = NDArray[np.integer[Any]]
@@ -28,8 +30,8 @@ FORMATS = {
     ".msh": "gmsh", ".inp": "abaqus", ".unv": "universal", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran",
 }  # fmt: skip
 OWN: dict[str, Callable[[Path], MeshParts]] = {"abaqus": read_deck, "universal": read_universal}
-MESHIO = {"gmsh": ("meshio.gmsh.main", "rb"), "nastran": ("meshio.nastran._nastran", "r")}
-"""Module of meshio with ``read_buffer`` for each format, and how it wants its file opened."""
+MESHIO = {"gmsh": "meshio.gmsh.main", "nastran": "meshio.nastran._nastran"}
+"""Module of meshio with ``read_buffer`` for each format."""
 MATRICES = {
     ".pch": "Nastran punch", ".op4": "Nastran OUTPUT4", ".mtx": "matrix", ".sub": "Ansys superelement",
     ".full": "Ansys matrix",
@@ -59,8 +61,8 @@ def check_format(path: Path) -> str:
     ending = path.suffix.lower()
     if ending in MATRICES:
         raise InputError(
-            f"{path}: a {MATRICES[ending]} file holds matrices, no mesh: name it in a superelement's .toml and give that "
-            "by --body (docs/how-to/own_elements.md)"
+            f"{path}: a {MATRICES[ending]} file holds {held_in(path)}, no mesh: name it in a superelement's .toml "
+            "and give that by --body (docs/how-to/own_elements.md)"
         )
     if ending in (".step", ".stp"):
         raise InputError(f"{path}: CAD, no mesh: 'cranktrain new NAME --step {path.name}' meshes it")
@@ -92,10 +94,9 @@ def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str,
 
 def _by_meshio(path: Path, form: str) -> Assembled:
     """Mesh of a file that meshio reads; ``InputError`` with its reason, and the place in the file."""
-    module, mode = MESHIO[form]
-    with path.open(mode, **({} if "b" in mode else {"errors": "replace"})) as file:
+    with _opened(path, form) as file:
         try:
-            found = import_module(module).read_buffer(file)
+            found = import_module(MESHIO[form]).read_buffer(file)
         # A broken file ends meshio's readers in any way, an exit of the process included.
         except (Exception, SystemExit) as reason:
             said = " ".join(str(reason).split())
@@ -123,19 +124,44 @@ def _by_meshio(path: Path, form: str) -> Assembled:
     return Assembled(points, tets, _surfaces(found, tets, path, form))
 
 
-def _where(file: Any) -> str:
+def _opened(path: Path, form: str) -> IO[Any]:
+    """File as meshio wants it; ``InputError`` for what ends or begins otherwise, over which meshio says nothing."""
+    if form == "gmsh":
+        file = path.open("rb")
+        begin = file.readline().strip()
+        file.seek(0)
+        if begin not in (b"$MeshFormat", b"$Comments"):
+            file.close()
+            raise InputError(
+                f"{path}, line 1: {shown(begin.decode(errors='replace'))}; Gmsh files begin with $MeshFormat"
+            )
+        return file
+    lines = path.read_text(errors="replace").splitlines()
+    cards = [line.strip().upper() for line in lines]
+    if included := [k for k, card in enumerate(cards, 1) if card.startswith("INCLUDE")]:
+        raise InputError(f"{path}, line {included[0]}: INCLUDE is not followed in Nastran files; write one file")
+    start = next((k for k, card in enumerate(cards) if card.startswith("BEGIN") and "BULK" in card), None)
+    if "ENDDATA" not in cards and start is not None:
+        raise InputError(f"{path}, line {len(lines)}: cut short: a Nastran file ends with ENDDATA; copy it again")
+    bulk = lines if start is None else lines[start + 1 :]
+    # Lines before the bulk data stay, so that a line's number is that of the file.
+    head = [*lines[:start], "BEGIN BULK"] if start is not None else ["BEGIN BULK"]
+    return StringIO("\n".join([*head, *bulk, *([] if "ENDDATA" in cards else ["ENDDATA"])]) + "\n")
+
+
+def _where(file: IO[Any]) -> str:
     """Line, or byte, up to which a file was read."""
     try:
         offset = file.tell()
         file.seek(0)
-        before = file.read() if "b" not in file.mode else file.read(offset)
+        before = file.read(offset)
     except (OSError, ValueError):
         return ""
-    if isinstance(before, str):
-        before = before.encode(errors="replace")[:offset]
-    if b"\0" in before:
-        return f", byte {offset}"
-    return f", line {max(1, before.count(b'\n'))}"
+    if isinstance(before, bytes):
+        if b"\0" in before:
+            return f", byte {offset}"
+        before = before.decode(errors="replace")
+    return f", line {max(1, before.count(chr(10)))}"
 
 
 def _surfaces(found: Any, tets: Integers, path: Path, form: str) -> dict[str, Integers]:

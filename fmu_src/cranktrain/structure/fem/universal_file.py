@@ -17,7 +17,7 @@ GROUPS = (2467, 2477, 2452, 2435, 2432, 2430, 2429)
 TETRAHEDRA = {111: (0, 1, 2, 3), 118: (0, 2, 4, 9, 1, 3, 5, 6, 7, 8)}
 """Order of the nodes of four- and ten-node tetrahedra: corners, then mid-side nodes as VTK has them."""
 TRIANGLES = {41: (0, 1, 2), 51: (0, 1, 2), 61: (0, 1, 2), 74: (0, 1, 2), 91: (0, 1, 2)}
-TRIANGLES |= {kind: (0, 2, 4, 1, 3, 5) for kind in (42, 52, 62, 72, 92)}
+TRIANGLES |= dict.fromkeys((42, 52, 62, 72, 92), (0, 2, 4, 1, 3, 5))
 OTHER_SOLIDS = {112: "wedges", 113: "wedges", 115: "bricks", 116: "bricks", 101: "wedges", 104: "bricks", 105: "bricks"}
 BEAMS = (11, 21, 22, 23, 24, 31, 32)
 """Elements with a line of their own between head and nodes."""
@@ -61,7 +61,7 @@ class _Lines:
         found: list[int] = []
         while len(found) < count:
             if self.peek() == "-1":
-                raise InputError(f"{self.place}: the dataset ends after {len(found)} of {count} numbers; export it again")
+                raise InputError(f"{self.place}: the dataset ends after {len(found)} of {count} numbers")
             found += self.integers()
         return found
 
@@ -114,7 +114,7 @@ def _nodes(parts: MeshParts, lines: _Lines, dataset: int) -> None:
         if len(at) != 3:
             raise InputError(f"{lines.place}: node {number} has {len(at)} coordinates, 3 are expected")
         if system > 1:
-            raise InputError(f"{where}: node {number} is given in coordinate system {system}; export global coordinates")
+            raise InputError(f"{where}: node {number} is in coordinate system {system}; export global coordinates")
         parts.add_node(number, at, where)
 
 

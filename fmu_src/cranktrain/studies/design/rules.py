@@ -13,8 +13,8 @@ from collections.abc import Callable
 
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.design.balance import free_forces
-from cranktrain.studies.design.document import Block, Document, Entry, chosen, derived
 from cranktrain.studies.design.crank_table import found_crankshaft
+from cranktrain.studies.design.document import Block, Document, Entry, chosen, derived
 from cranktrain.studies.design.fitting import (
     FALLOFF,
     STEEL,

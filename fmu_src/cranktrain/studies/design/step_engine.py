@@ -63,8 +63,8 @@ def step_engine(found: Found, stated: Stated) -> StepEngine:
     stroke = 2.0 * crank.crankshaft.throw
     if stated.stroke is not None and abs(stated.stroke - stroke) > 1e-3 * STROKE_MM:
         raise InputError(
-            f"--stroke-mm {1e3 * stated.stroke:g}: the throws of {found.solid.path} have a stroke of {1e3 * stroke:.4g} "
-            "mm; leave the option out"
+            f"--stroke-mm {1e3 * stated.stroke:g}: the throws of {found.solid.path} have a stroke of "
+            f"{1e3 * stroke:.4g} mm; leave the option out"
         )
     if stated.thrust_main is not None and not 1 <= stated.thrust_main <= len(found.mains):
         raise InputError(f"--thrust-main {stated.thrust_main}: the crank has main journals 1 to {len(found.mains)}")
