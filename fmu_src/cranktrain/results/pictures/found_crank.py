@@ -75,7 +75,7 @@ def _silhouette(ax: Any, found: Found, axes: tuple[int, int]) -> None:
     from matplotlib.collections import PolyCollection
 
     corners = found.solid.nodes[found.solid.triangles][:, :, list(axes)]
-    ax.add_collection(PolyCollection(corners, facecolors=PALE, edgecolors="none", rasterized=True))
+    ax.add_collection(PolyCollection(list(corners), facecolors=PALE, edgecolors="none", rasterized=True))
     ax.autoscale_view()
 
 

@@ -28,6 +28,10 @@ LEAST_FILLET = 0.01
 """Fillet over the main diameter where the solid has none: the engine file wants one."""
 FIT = 1e-5
 """Distance between a journal of the solid and of the dimensions from which the user is told, m."""
+THRUST_REACH = 1.3
+"""Least outer radius of the thrust faces over that of the main journal."""
+LEAST_FINENESS = 0.42
+"""Sides to a radius of curvature: as on the fillets that an engine file has by rule, where a solid has none."""
 CLEAR = 1.001
 """Factor by which a radius exceeds the one that it must."""
 
@@ -143,7 +147,7 @@ def write_crank_mesh(path: Path, found: Found, crankshaft: Crankshaft, thrust_ma
     """
     import meshio
 
-    fineness = 1.8 * crankshaft.fillet / crankshaft.mesh_size
+    fineness = max(LEAST_FINENESS, 1.8 * crankshaft.fillet / crankshaft.mesh_size)
     nodes, tets, triangles, faces = step_mesh(found.solid, crankshaft.mesh_size / MM, fineness)
     nodes = MM * (nodes @ found.turn.T + found.shift)
     named = _surfaces(found, crankshaft, thrust_main, nodes, triangles, faces)
@@ -181,6 +185,7 @@ def _surfaces(
         named["pulley"] = triangles[ring(found.ends[0], 0.0, np.inf)]
     named["flywheel"] = triangles[ring(found.ends[1], 0.0, np.inf)]
     own, radius = found.mains[thrust_main - 1], 0.5 * crankshaft.main_diameter
-    sides = [ring(z, radius, crankshaft.web_main_radius) for z in (own.start, own.end)]
+    reach = max(crankshaft.web_main_radius, THRUST_REACH * radius)
+    sides = [ring(z, radius, reach) for z in (own.start, own.end)]
     named["thrust"] = triangles[sides[0] | sides[1]]
     return named

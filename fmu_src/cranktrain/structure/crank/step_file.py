@@ -32,6 +32,8 @@ FINENESS, GRADING = 1.5, 0.7
 EDGES_ALONG = 30
 """Largest edges of that surface over the length of the solid."""
 READ_SECONDS = 300.0
+FINER = (1.0, 0.75, 0.5)
+"""Edges of the mesh over those asked for, one after the other where the mesher fails."""
 LEAST_LENGTH, LARGEST_LENGTH = 30.0, 25000.0
 """Lengths of crankshafts, mm."""
 
@@ -110,8 +112,20 @@ def step_mesh(solid: StepSolid, largest_edge: float, fineness: float) -> tuple[A
     with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
         copy = Path(folder) / "crank.step"
         shutil.copyfile(solid.path, copy)
-        values = {"path": str(copy), "largest_edge": largest_edge / solid.scale, "fineness": fineness}
-        nodes, tets, triangles, labels, names = cad_mesh(f"{__name__}:_solid", values, str(solid.path), "the mesh size")
+        for finer in FINER:
+            values = {
+                "path": str(copy),
+                "largest_edge": finer * largest_edge / solid.scale,
+                "fineness": fineness / finer,
+            }
+            try:
+                nodes, tets, triangles, labels, names = cad_mesh(
+                    f"{__name__}:_solid", values, str(solid.path), "--mesh-size-mm"
+                )
+                break
+            except InputError:
+                if finer == FINER[-1]:
+                    raise
     return solid.scale * nodes, tets, triangles, np.array([int(name) for name in names])[labels]
 
 

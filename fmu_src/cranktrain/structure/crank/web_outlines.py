@@ -99,7 +99,9 @@ def _outline(found: Found, z: float) -> tuple[Array, Array, Integers]:
     """
     corners = found.solid.nodes[found.solid.triangles]
     low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
-    cut = (low < z) & (high > z)
+    # Bores are no outline.
+    bored = (found.faces.radius > 0.0) & ~found.faces.round
+    cut = (low < z) & (high > z) & ~bored[found.solid.faces]
     edges = np.array([_crossing(triangle, z) for triangle in corners[cut]]).reshape(-1, 2, 2)
     numbers = found.solid.faces[cut]
     along = np.abs(found.faces.normal[:, 2])

@@ -16,7 +16,7 @@ NODES, ELEMENTS = (2411, 781, 15), (2412, 780)
 GROUPS = (2467, 2477, 2452, 2435, 2432, 2430, 2429)
 TETRAHEDRA = {111: (0, 1, 2, 3), 118: (0, 2, 4, 9, 1, 3, 5, 6, 7, 8)}
 """Order of the nodes of four- and ten-node tetrahedra: corners, then mid-side nodes as VTK has them."""
-TRIANGLES = {41: (0, 1, 2), 51: (0, 1, 2), 61: (0, 1, 2), 74: (0, 1, 2), 91: (0, 1, 2)}
+TRIANGLES: dict[int, tuple[int, ...]] = {41: (0, 1, 2), 51: (0, 1, 2), 61: (0, 1, 2), 74: (0, 1, 2), 91: (0, 1, 2)}
 TRIANGLES |= dict.fromkeys((42, 52, 62, 72, 92), (0, 2, 4, 1, 3, 5))
 OTHER_SOLIDS = {112: "wedges", 113: "wedges", 115: "bricks", 116: "bricks", 101: "wedges", 104: "bricks", 105: "bricks"}
 BEAMS = (11, 21, 22, 23, 24, 31, 32)
@@ -69,7 +69,7 @@ class _Lines:
 class _Head(NamedTuple):
     number: int
     kind: int
-    count: int
+    nodes: int
 
 
 def read_universal(path: Path) -> MeshParts:
@@ -125,11 +125,11 @@ def _elements(parts: MeshParts, lines: _Lines, dataset: int) -> None:
         if len(values) < 6:
             raise InputError(f"{where}: an element begins with number, kind, tables, colour and number of nodes")
         head = _Head(values[0], values[1], values[5] if dataset == 2412 else values[-1])
-        if not 0 < head.count < 100:
-            raise InputError(f"{where}: element {head.number} has {head.count} nodes")
+        if not 0 < head.nodes < 100:
+            raise InputError(f"{where}: element {head.number} has {head.nodes} nodes")
         if head.kind in BEAMS:
             lines.line()
-        nodes = lines.many(head.count)
+        nodes = lines.many(head.nodes)
         order = TETRAHEDRA.get(head.kind) or TRIANGLES.get(head.kind)
         if order is None:
             if head.kind in OTHER_SOLIDS:

@@ -13,7 +13,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.structure.crank.found_crank import Dimensions, dimensions
-from cranktrain.structure.crank.recognition import Found
+from cranktrain.structure.crank.recognition import Found, Journal
 from cranktrain.studies.design.layouts import BOXER, CYCLE_DEG, IN_LINE, LAYOUTS, VEE, Layout
 from cranktrain.studies.design.sizes import MAIN_DIAMETER, Sizes, sizes
 
@@ -82,7 +82,7 @@ def turned(found: Found, angle: float) -> Found:
     c, s = math.cos(angle), math.sin(angle)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
-    def moved(journal):  # type: ignore[no-untyped-def]
+    def moved(journal: Journal) -> Journal:
         x, y = journal.cylinder.axis
         return journal._replace(cylinder=journal.cylinder._replace(axis=(c * x - s * y, s * x + c * y)))
 
@@ -108,7 +108,7 @@ def _layout(found: Found, angles: np.ndarray, stated: Stated) -> tuple[Layout, t
         own = next((one for one in (row, _mirrored(row)) if one is not None and _fits(one, found, angles)), None)
         if own is not None:
             fitting[row.name] = own
-    throws = ", ".join(f"{(angle - angles[0] + 0.05) % 360.0 - 0.05:.4g}" for angle in angles)
+    throws = ", ".join(f"{round((angle - angles[0] + 0.05) % 360.0 - 0.05, 2) + 0.0:g}" for angle in angles)
     if stated.layout is not None:
         if stated.layout in fitting:
             return fitting[stated.layout], ()
