@@ -33,8 +33,8 @@ OWN: dict[str, Callable[[Path], MeshParts]] = {"abaqus": read_deck, "universal":
 MESHIO = {"gmsh": "meshio.gmsh.main", "nastran": "meshio.nastran._nastran"}
 """Module of meshio with ``read_buffer`` for each format."""
 MATRICES = {
-    ".pch": "Nastran punch", ".op4": "Nastran OUTPUT4", ".mtx": "matrix", ".sub": "Ansys superelement",
-    ".full": "Ansys matrix",
+    ".pch": "a Nastran punch", ".op4": "a Nastran OUTPUT4", ".mtx": "a matrix", ".sub": "an Ansys superelement",
+    ".full": "an Ansys matrix",
 }  # fmt: skip
 """Files of matrices, which a superelement's .toml names."""
 TETRAHEDRA = ("tetra10", "tetra")
@@ -61,7 +61,7 @@ def check_format(path: Path) -> str:
     ending = path.suffix.lower()
     if ending in MATRICES:
         raise InputError(
-            f"{path}: a {MATRICES[ending]} file holds {held_in(path)}, no mesh: name it in a superelement's .toml "
+            f"{path}: {MATRICES[ending]} file holds {held_in(path)}, no mesh: name it in a superelement's .toml "
             "and give that by --body (docs/how-to/own_elements.md)"
         )
     if ending in (".step", ".stp"):
