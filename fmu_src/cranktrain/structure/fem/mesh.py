@@ -95,7 +95,7 @@ def crankshaft_mesh(
 
 
 def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
-    """Read a user's own mesh (Gmsh ``.msh``, Abaqus ``.inp``, Nastran ``.bdf``) in place of the parametric one.
+    """Read a user's own mesh (Gmsh, Abaqus, Nastran or a universal file) in place of the parametric one.
 
     The crank axis is z, main journals numbered from the pulley to the flywheel. Surfaces are named by physical groups
     or element sets of triangles, by node sets, or by the names HyperMesh writes as comments into a Nastran file;
