@@ -184,8 +184,8 @@ def test_an_odd_universal_file_is_refused_with_its_reason(tmp_path, change, says
     ("ending", "change", "says"),
     [
         ("msh", lambda text: text.replace("$MeshFormat\n2.2", "$MeshFormat\n1.7"), r"line \d: .*mesh format.*1.7"),
-        ("msh", lambda text: "hello\n" + text, r"line 1: 'hello'; Gmsh files begin with \$MeshFormat"),
-        ("msh", lambda text: "", r"line 1: ''; Gmsh files begin"),
+        ("msh", lambda text: "hello\n" + text, r"line 1: .*'hello'; its files begin with \$MeshF"),
+        ("msh", lambda text: "", r"line 1: .*''; its files begin"),
         ("msh", lambda text: text[: len(text) // 3], r"line \d+: not readable as gmsh \(\w+"),
         ("msh", lambda text: text.replace("$Nodes\n", "$Nodes\nmany\n", 1), r"line \d+: not readable as gmsh \(Val"),
         ("bdf", lambda text: text[: len(text) // 2], r"line \d+: cut short: a Nastran file ends with ENDDATA"),
