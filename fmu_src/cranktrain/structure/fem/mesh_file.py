@@ -132,9 +132,8 @@ def _opened(path: Path, form: str) -> IO[Any]:
         file.seek(0)
         if begin not in (b"$MeshFormat", b"$Comments"):
             file.close()
-            raise InputError(
-                f"{path}, line 1: {shown(begin.decode(errors='replace'))}; Gmsh files begin with $MeshFormat"
-            )
+            found = shown(begin.decode(errors="replace"))
+            raise InputError(f"{path}, line 1: not readable as gmsh ({found}; its files begin with $MeshFormat)")
         return file
     lines = path.read_text(errors="replace").splitlines()
     cards = [line.strip().upper() for line in lines]
