@@ -164,6 +164,14 @@ def write_crank_mesh(path: Path, found: Found, crankshaft: Crankshaft, thrust_ma
     return len(nodes), len(tets)
 
 
+def _flywheel_plane(found: Found) -> float:
+    """Place along z, mm, of the face that the flywheel sits on: the largest that looks away behind the last main."""
+    faces, last = found.faces, found.mains[-1]
+    middles = np.array([points[:, 2].mean() if len(points) else -np.inf for points in faces.corners])
+    looking = faces.plane & (faces.normal[:, 2] > 0.999) & (middles > last.end - 1e-3 * last.cylinder.radius)
+    return float(middles[np.argmax(np.where(looking, faces.area, -1.0))])
+
+
 def _surfaces(
     found: Found, crankshaft: Crankshaft, thrust_main: int, nodes: Array, triangles: Integers, faces: Integers
 ) -> dict[str, Integers]:
@@ -183,7 +191,7 @@ def _surfaces(
         named["pulley"] = triangles[np.isin(faces, found.nose.faces)]
     else:
         named["pulley"] = triangles[ring(found.ends[0], 0.0, np.inf)]
-    named["flywheel"] = triangles[ring(found.ends[1], 0.0, np.inf)]
+    named["flywheel"] = triangles[ring(_flywheel_plane(found), 0.0, np.inf)]
     own, radius = found.mains[thrust_main - 1], 0.5 * crankshaft.main_diameter
     reach = max(crankshaft.web_main_radius, THRUST_REACH * radius)
     sides = [ring(z, radius, reach) for z in (own.start, own.end)]

@@ -32,8 +32,9 @@ FINENESS, GRADING = 1.5, 0.7
 EDGES_ALONG = 30
 """Largest edges of that surface over the length of the solid."""
 READ_SECONDS = 300.0
-FINER = (1.0, 0.75, 0.5)
-"""Edges of the mesh over those asked for, one after the other where the mesher fails."""
+MESH_GRADING = 0.5
+RETRIES = ((1.0, 0.4), (1.5, 0.3))
+"""Sides to a radius of curvature and growth of edges where the mesher fails: small bores want finer edges."""
 LEAST_LENGTH, LARGEST_LENGTH = 30.0, 25000.0
 """Lengths of crankshafts, mm."""
 
@@ -64,7 +65,7 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
     Raises ``InputError``: for a file that is missing or no STEP file, is cut short, holds no solid or several, or whose
     surface is not closed. The line says what was found.
     """
-    source = Path(path)
+    source = Path(path).expanduser()
     if unit is not None and unit not in UNITS:
         raise InputError(f"--step-unit '{unit}' does not exist; valid: {', '.join(UNITS)}")
     _check_text(source)
@@ -112,11 +113,12 @@ def step_mesh(solid: StepSolid, largest_edge: float, fineness: float) -> tuple[A
     with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
         copy = Path(folder) / "crank.step"
         shutil.copyfile(solid.path, copy)
-        for finer in FINER:
+        for sides, grading in ((fineness, MESH_GRADING), *RETRIES):
             values = {
                 "path": str(copy),
-                "largest_edge": finer * largest_edge / solid.scale,
-                "fineness": fineness / finer,
+                "largest_edge": largest_edge / solid.scale,
+                "fineness": max(sides, fineness),
+                "grading": grading,
             }
             try:
                 nodes, tets, triangles, labels, names = cad_mesh(
@@ -124,7 +126,7 @@ def step_mesh(solid: StepSolid, largest_edge: float, fineness: float) -> tuple[A
                 )
                 break
             except InputError:
-                if finer == FINER[-1]:
+                if grading == RETRIES[-1][1]:
                     raise
     return solid.scale * nodes, tets, triangles, np.array([int(name) for name in names])[labels]
 
@@ -218,6 +220,6 @@ def surface_child() -> None:
     )
 
 
-def _solid(values: Mapping[str, Any]) -> tuple[Any, float, float]:
-    """Shape, largest edge and fineness, in the child that meshes."""
-    return _read_shape(os.fspath(values["path"])), values["largest_edge"], values["fineness"]
+def _solid(values: Mapping[str, Any]) -> tuple[Any, float, float, float]:
+    """Shape, largest edge, fineness and grading, in the child that meshes."""
+    return _read_shape(os.fspath(values["path"])), values["largest_edge"], values["fineness"], values["grading"]
