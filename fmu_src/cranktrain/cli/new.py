@@ -70,8 +70,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         made = engine_of_step(options, name)
         report = _report(made.sizes, path) | step_report(made, name)
         if not options.json:
-            _show(report)
             show_step(report)
+            _show(report)
         return report
     check_no_step_options(options)
     if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(options, key) is None]:
