@@ -148,8 +148,9 @@ def write_crank_mesh(path: Path, found: Found, crankshaft: Crankshaft, thrust_ma
     import meshio
 
     fineness = max(LEAST_FINENESS, 1.8 * crankshaft.fillet / crankshaft.mesh_size)
-    nodes, tets, triangles, faces = step_mesh(found.solid, crankshaft.mesh_size / MM, fineness)
-    nodes = MM * (nodes @ found.turn.T + found.shift)
+    edge = crankshaft.mesh_size / MM
+    nodes, tets, triangles, faces = step_mesh(found.solid, found.turn, found.shift, edge, fineness)
+    nodes = MM * nodes
     named = _surfaces(found, crankshaft, thrust_main, nodes, triangles, faces)
     if missing := [name for name, chosen in named.items() if not len(chosen)]:
         raise InputError(

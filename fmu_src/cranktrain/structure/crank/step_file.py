@@ -102,11 +102,15 @@ def _stated_unit(path: Path) -> float:
     return {"$": 1e3, ".CENTI.": 10.0, ".MILLI.": 1.0, ".MICRO.": 1e-3}.get(prefix[1] if prefix else "", 1.0)
 
 
-def step_mesh(solid: StepSolid, largest_edge: float, fineness: float) -> tuple[Array, Integers, Integers, Integers]:
-    """Mesh of the solid as in the file: nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each.
+def step_mesh(
+    solid: StepSolid, turn: Array, shift: Array, largest_edge: float, fineness: float
+) -> tuple[Array, Integers, Integers, Integers]:
+    """Mesh of the solid: nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each.
 
     Parameters
     ----------
+    turn, shift : rotation (3, 3) and shift (3,) mm that are applied first; the mesher's grid follows the axes, and an
+        elongated solid across them gets a coarser mesh
     largest_edge : mm
     fineness : sides to a radius of curvature
     """
@@ -119,6 +123,8 @@ def step_mesh(solid: StepSolid, largest_edge: float, fineness: float) -> tuple[A
                 "largest_edge": largest_edge / solid.scale,
                 "fineness": max(sides, fineness),
                 "grading": grading,
+                "turn": _axis_and_angle(turn),
+                "shift": (shift / solid.scale).tolist(),
             }
             try:
                 nodes, tets, triangles, labels, names = cad_mesh(
@@ -129,6 +135,15 @@ def step_mesh(solid: StepSolid, largest_edge: float, fineness: float) -> tuple[A
                 if grading == RETRIES[-1][1]:
                     raise
     return solid.scale * nodes, tets, triangles, np.array([int(name) for name in names])[labels]
+
+
+def _axis_and_angle(turn: Array) -> list[float]:
+    """Axis and angle, rad, of a rotation (3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    vector = Rotation.from_matrix(turn).as_rotvec()
+    angle = float(np.linalg.norm(vector))
+    return [*(vector / angle if angle > 0.0 else np.array([0.0, 0.0, 1.0])).tolist(), angle]
 
 
 def _check_text(path: Path) -> None:
@@ -222,4 +237,13 @@ def surface_child() -> None:
 
 def _solid(values: Mapping[str, Any]) -> tuple[Any, float, float, float]:
     """Shape, largest edge, fineness and grading, in the child that meshes."""
-    return _read_shape(os.fspath(values["path"])), values["largest_edge"], values["fineness"], values["grading"]
+    from netgen.occ import Axis, Pnt, Vec, gp_Dir
+
+    shape = _read_shape(os.fspath(values["path"]))
+    *axis, angle = values["turn"]
+    if angle:
+        shape = shape.Rotate(Axis(Pnt(0, 0, 0), gp_Dir(*axis)), np.degrees(angle))
+    shape = shape.Move(Vec(*values["shift"]))
+    for number, face in enumerate(shape.faces):
+        face.name = str(number)
+    return shape, values["largest_edge"], values["fineness"], values["grading"]
