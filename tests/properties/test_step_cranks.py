@@ -195,4 +195,3 @@ def test_the_six_from_step_has_the_frequencies_of_the_parametric_one(tmp_path, m
         found.append(eigenmodes(flexibility.solve, model.mass, 10)[0])
     assert found[1] == pytest.approx(found[0], rel=1e-3)
     assert found[2] == pytest.approx(found[0], rel=2.5e-3)
-    print(found)
