@@ -205,7 +205,7 @@ def test_a_crash_of_the_cad_kernel_is_one_line(monkeypatch):
         return run(command, **options)
 
     run = subprocess.run
-    monkeypatch.setattr(mesh_module.subprocess, "run", crash)
+    monkeypatch.setattr("cranktrain.structure.fem.cad_process.subprocess.run", crash)
     with pytest.raises(InputError, match="CAD kernel failed \\(signal 11") as refused:
         crankshaft_mesh(SINGLE)
     assert "\n" not in str(refused.value)
@@ -334,7 +334,7 @@ def test_a_crank_off_its_axis_is_refused(tmp_path):
 def test_unreadable_files_are_one_line(tmp_path):
     (tmp_path / "broken.msh").write_text("not a mesh\n")
     (tmp_path / "shaft.step").write_text("")
-    for name, reason in (("broken.msh", "not readable"), ("none.inp", "no such"), ("shaft.step", "not known")):
+    for name, reason in (("broken.msh", "not readable"), ("none.inp", "no such"), ("shaft.step", "CAD, no mesh")):
         with pytest.raises(InputError, match=reason) as refused:
             read_mesh(tmp_path / name)
         assert "\n" not in str(refused.value)

@@ -131,7 +131,7 @@ def running(number):
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_the_mesher_ends_with_the_process_that_asked_for_it():
     """Killed without a chance to clean up."""
-    work = "import os, time; from cranktrain.structure.fem.mesh import die_with; die_with(os.getppid()); "
+    work = "import os, time; from cranktrain.structure.fem.cad_process import die_with; die_with(os.getppid()); "
     child = f"{work}print(os.getpid(), flush=True); time.sleep(600)"
     parent = subprocess.Popen(
         [sys.executable, "-c", f"import subprocess, sys; subprocess.run([sys.executable, '-c', {child!r}])"],

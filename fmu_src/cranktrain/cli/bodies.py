@@ -25,7 +25,9 @@ def add_block_options(parser: argparse.ArgumentParser, running: bool = True) -> 
     )  # fmt: skip
     own = parser.add_mutually_exclusive_group()
     own.add_argument(
-        "--block-mesh", metavar="FILE", help="own block (.msh, .inp, .bdf) with named surfaces; needs --block flexible"
+        "--block-mesh",
+        metavar="FILE",
+        help="own block (.msh, .inp, .unv, .bdf) with named surfaces; needs --block flexible",
     )
     own.add_argument(
         "--block-body", dest="block_mesh", metavar="FILE",

@@ -35,7 +35,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("engine", nargs="?", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
     add("--inertia-ratio", type=float, metavar="MU", help="ring over hub inertia; takes no ENGINE")
     add("--mode", type=int, metavar="N", help="first (default) or second torsional mode of the engine")
-    add("--mesh", metavar="FILE", help="own mesh (.msh, .inp, .bdf) with named journal surfaces")
+    add("--mesh", metavar="FILE", help="own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces")
     add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of its coordinates: {', '.join(UNITS)} (default m)")
 
 

@@ -124,7 +124,7 @@ def _parser(asked: str = "") -> _Parser:
         own.add_argument(
             "--mesh",
             metavar="FILE",
-            help="own mesh (.msh, .inp, .bdf) with named journal surfaces; for --crank torsional also a table of "
+            help="own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for --crank torsional also a table of "
             "discs and shafts (.toml)",
         )
         own.add_argument(

@@ -1,4 +1,4 @@
-"""The verb ``new``: a complete engine file from a layout and a few sizes."""
+"""The verb ``new``: a complete engine file from a layout and a few sizes, or from a crankshaft in CAD."""
 
 from __future__ import annotations
 
@@ -8,6 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.cli.console import number
+from cranktrain.cli.new_from_step import (
+    add_step_options,
+    check_no_step_options,
+    engine_of_step,
+    show_step,
+    step_files,
+    step_report,
+)
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import check_name, load_engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
@@ -20,9 +28,12 @@ DESCRIPTION = f"""\
 Write a complete engine file from a layout and a few sizes.
 
 Every value follows from a stated rule of practice, which its note names; the file runs at once. Put in what is known.
+With --step FILE the crankshaft of a STEP file gives layout and dimensions; its mesh NAME_crank.msh with named surfaces
+and a picture of what was found, NAME_crank.png, are written beside the engine file.
 Layouts: {", ".join(LAYOUTS)}.
 """
 KIND = marked("engine file", "[crankshaft]")
+NEEDED = ("layout", "bore_mm", "stroke_mm")
 RPM = math.pi / 30.0
 
 
@@ -30,9 +41,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
     add("name", metavar="NAME", help="of the engine: letters, digits and _; the file is NAME.toml")
-    add("--layout", required=True, metavar="LAYOUT", help=f"of the cylinders: {', '.join(LAYOUTS)}")
-    add("--bore-mm", type=number(10.0, 1500.0, "mm"), required=True, metavar="MM", help="bore, mm")
-    add("--stroke-mm", type=number(5.0, 4000.0, "mm"), required=True, metavar="MM", help="stroke, mm")
+    add("--layout", metavar="LAYOUT", help=f"of the cylinders: {', '.join(LAYOUTS)}")
+    add("--bore-mm", type=number(10.0, 1500.0, "mm"), metavar="MM", help="bore, mm")
+    add("--stroke-mm", type=number(5.0, 4000.0, "mm"), metavar="MM", help="stroke, mm")
     add("--bank-angle-deg", type=number(0.0, 360.0, "deg"), metavar="DEG", help="between the banks of a V, deg")
     add("--rod-mm", type=number(10.0, 10000.0, "mm"), metavar="MM", help="rod between its eyes, mm (default: 0.3 of it "
         "is the throw)")  # fmt: skip
@@ -42,6 +53,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--rated-rpm", type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"), metavar="RPM",
         help="rated speed, rev/min (default: of the usual mean piston speed)")  # fmt: skip
     add("--force", action="store_true", help="replace an engine file of that name")
+    add_step_options(parser)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -51,8 +63,19 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     name = options.name[:-5] if options.name.lower().endswith(".toml") else options.name
     check_name(name, "NAME")
     path = Path(f"{name}.toml")
-    if path.exists() and not options.force:
-        raise InputError(f"{path}: exists; give --force to replace it, or take another name")
+    for own in (path, *(step_files(name) if options.step else ())):
+        if own.exists() and not options.force:
+            raise InputError(f"{own}: exists; give --force to replace it, or take another name")
+    if options.step is not None:
+        made = engine_of_step(options, name)
+        report = _report(made.sizes, path) | step_report(made, name)
+        if not options.json:
+            show_step(report)
+            _show(report)
+        return report
+    check_no_step_options(options)
+    if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(options, key) is None]:
+        raise InputError(f"{', '.join(missing)} missing: give these sizes, or --step FILE with a crankshaft")
     found = sizes(
         layout(options.layout, options.bank_angle_deg),
         1e-3 * options.bore_mm,

@@ -140,7 +140,7 @@ def check_mesh(mesh: str | Path | None, surfaces: str) -> None:
         return
     if ending(mesh) in ("", ".h5", ".npz"):
         raise InputError(f"{mesh}: no such reduced body; write one by 'cranktrain reduce ENGINE --output'")
-    raise InputError(f"{mesh}: no such mesh file; give a .msh, .inp or .bdf file with named {surfaces}")
+    raise InputError(f"{mesh}: no such mesh file; give a .msh, .inp, .unv or .bdf file with named {surfaces}")
 
 
 def running_crank(

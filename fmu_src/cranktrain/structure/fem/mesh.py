@@ -7,15 +7,9 @@ towards the middle of their edge. A Jacobian gate refuses what remains.
 
 from __future__ import annotations
 
-import ctypes
 import json
-import os
-import signal
-import subprocess
 import sys
 import tempfile
-import threading
-import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from importlib import import_module
@@ -34,6 +28,7 @@ from cranktrain.core.types import Array
 from cranktrain.engine.checks.crankshaft import check_crankshaft
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.shape import crank_interfaces, interface_names, stations
+from cranktrain.structure.fem.cad_process import run_in_child
 from cranktrain.structure.fem.own_mesh import UNITS, check_one_piece
 
 Integers = NDArray[np.integer[Any]]
@@ -49,7 +44,6 @@ REFUSED_BELOW = 0.02
 FLAT_BELOW = 1e-4
 CHILD_SECONDS = 300.0
 GRADING = 0.5
-PR_SET_PDEATHSIG = 1
 
 
 def crankshaft_mesh(
@@ -101,7 +95,7 @@ def crankshaft_mesh(
 
 
 def read_mesh(path: str | Path, unit: str = "m") -> MeshTet2:
-    """Read a user's own mesh (Gmsh ``.msh``, Abaqus ``.inp``, Nastran ``.bdf``) in place of the parametric one.
+    """Read a user's own mesh (Gmsh, Abaqus, Nastran or a universal file) in place of the parametric one.
 
     The crank axis is z, main journals numbered from the pulley to the flywheel. Surfaces are named by physical groups
     or element sets of triangles, by node sets, or by the names HyperMesh writes as comments into a Nastran file;
@@ -342,7 +336,6 @@ def cad_solid(entry: str, values: Mapping[str, Any], what: str, remedy: str) -> 
 
 def child(entry: str) -> None:
     """Work of the child: values on stdin, mesh of quadratic tetrahedra to the file that the first argument names."""
-    die_with(int(sys.argv[2]))
     from netgen.occ import OCCGeometry
 
     module, function = entry.split(":")
@@ -367,43 +360,13 @@ def child(entry: str) -> None:
     )
 
 
-def die_with(parent: int) -> None:
-    """End this process when its parent does, however that ends: by the system on Linux, else by looking each second."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    elif hasattr(os, "getppid"):
-
-        def watch() -> None:
-            while os.getppid() == parent:
-                time.sleep(1.0)
-            os._exit(1)
-
-        threading.Thread(target=watch, daemon=True).start()
-    if os.getppid() != parent:  # it ended before this was asked for
-        os._exit(1)
-
-
 def _run_child(entry: str, values: Mapping[str, Any], target: Path, what: str, remedy: str) -> None:
     """Run the child that meshes; ``InputError`` where it fails."""
-    package_root = str(Path(__file__).resolve().parents[3])
-    paths = [package_root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
-    command = [sys.executable, "-c", f"import {__name__} as mesh; mesh.child({entry!r})", str(target), str(os.getpid())]
-    try:
-        child = subprocess.run(
-            command,
-            input=json.dumps(values),
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))},
-            capture_output=True,
-            text=True,
-            timeout=CHILD_SECONDS,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise InputError(f"{what}: meshing took longer than {CHILD_SECONDS:.0f} s: change {remedy}") from None
-    if child.returncode or not target.exists():
-        last = (child.stderr.strip().splitlines() or ["no message"])[-1]
-        ended = f"signal {-child.returncode}" if child.returncode < 0 else f"code {child.returncode}"
-        raise InputError(f"{what}: the CAD kernel failed ({ended}: {last}): change {remedy} a little")
+    ended = run_in_child(f"import {__name__} as mesh; mesh.child({entry!r})", values, target, CHILD_SECONDS)
+    if ended is not None and ended.startswith("took"):
+        raise InputError(f"{what}: meshing {ended}: change {remedy}")
+    if ended is not None:
+        raise InputError(f"{what}: the CAD kernel failed ({ended}): change {remedy} a little")
 
 
 def _solid(values: dict[str, Any]) -> tuple[Any, float, float]:

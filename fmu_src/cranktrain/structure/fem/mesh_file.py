@@ -1,21 +1,42 @@
-"""Tetrahedra and named surfaces as meshing programs write them."""
+"""Tetrahedra and named surfaces as meshing programs write them.
+
+Gmsh and Nastran files are read by meshio; decks of Abaqus and universal files by readers of our own, which tell the
+line of an error (:mod:`cranktrain.structure.fem.abaqus_deck`, :mod:`cranktrain.structure.fem.universal_file`).
+"""
 
 from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Callable
+from importlib import import_module
+from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, shown
 from cranktrain.core.types import Array
+from cranktrain.structure.fem.abaqus_deck import read_deck
+from cranktrain.structure.fem.mesh_parts import Assembled, MeshParts, assembled, outer_faces
+from cranktrain.structure.fem.named_matrices import held_in
+from cranktrain.structure.fem.universal_file import read_universal
 
 Integers = NDArray[np.integer[Any]]
 
-FORMATS = {".msh": "gmsh", ".inp": "abaqus", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran"}
+FORMATS = {
+    ".msh": "gmsh", ".inp": "abaqus", ".unv": "universal", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran",
+}  # fmt: skip
+OWN: dict[str, Callable[[Path], MeshParts]] = {"abaqus": read_deck, "universal": read_universal}
+MESHIO = {"gmsh": "meshio.gmsh.main", "nastran": "meshio.nastran._nastran"}
+"""Module of meshio with ``read_buffer`` for each format."""
+MATRICES = {
+    ".pch": "a Nastran punch", ".op4": "a Nastran OUTPUT4", ".mtx": "a matrix", ".sub": "an Ansys superelement",
+    ".full": "an Ansys matrix",
+}  # fmt: skip
+"""Files of matrices, which a superelement's .toml names."""
 TETRAHEDRA = ("tetra10", "tetra")
 TRIANGLES = ("triangle6", "triangle")
 FLAT = {"vertex", "line", "line3", *TRIANGLES}
@@ -35,51 +56,123 @@ def interface_name(name: str) -> str:
     return f"{numbered[1]}[{int(numbered[2])}]" + (f".{numbered[3]}" if numbered[3] else "")
 
 
+def check_format(path: Path) -> str:
+    """Format of a mesh file by its ending, in capitals or not; ``InputError`` for what is no mesh."""
+    ending = path.suffix.lower()
+    if ending in MATRICES:
+        raise InputError(
+            f"{path}: {MATRICES[ending]} file holds {held_in(path)}, no mesh: name it in a superelement's .toml "
+            "and give that by --body (docs/how-to/own_elements.md)"
+        )
+    if ending in (".step", ".stp"):
+        raise InputError(f"{path}: CAD, no mesh: 'cranktrain new NAME --step {path.name}' meshes it")
+    if ending not in FORMATS:
+        raise InputError(f"{path}: mesh format '{path.suffix}' is not known: use {', '.join(FORMATS)}")
+    return FORMATS[ending]
+
+
 def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str, Integers]]:
     """Nodes (n, 3), tetrahedra (m, 10) or (m, 4) in VTK's order, and triangles (k, 3) of each named surface.
 
     Raises ``InputError``: if the file is missing or broken, its format unknown, or its solids are not tetrahedra of one
-    kind.
+    kind; with the reason, and the line where there is one.
     """
-    import meshio
-
-    if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{path}: mesh format '{path.suffix}' is not known: use {', '.join(FORMATS)}")
+    form = check_format(path)
     if not path.is_file():
         raise InputError(f"{path}: no such mesh file: give the path of a {', '.join(FORMATS)} file")
     try:
-        found = meshio.read(path, file_format=FORMATS[path.suffix.lower()])
-    # A broken file ends meshio's readers in any way, an exit of the process included.
-    except (Exception, SystemExit) as reason:
-        text = " ".join(str(reason).split()) or type(reason).__name__
-        raise InputError(f"{path}: not readable as {FORMATS[path.suffix.lower()]} ({text}): export it again") from None
+        found = assembled(path, OWN[form](path)) if form in OWN else _by_meshio(path, form)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
+    if found.tets.shape[1] == 4:
+        warnings.warn(f"{path}: linear tetrahedra become quadratic with straight sides; export tet10", stacklevel=3)
+    pieces: dict[str, list[Integers]] = {}
+    for name, triangles in found.surfaces.items():
+        pieces.setdefault(interface_name(name), []).append(triangles[:, :3])
+    return found.points, found.tets, {name: np.concatenate(parts) for name, parts in pieces.items()}
+
+
+def _by_meshio(path: Path, form: str) -> Assembled:
+    """Mesh of a file that meshio reads; ``InputError`` with its reason, and the place in the file."""
+    with _opened(path, form) as file:
+        try:
+            found = import_module(MESHIO[form]).read_buffer(file)
+        # A broken file ends meshio's readers in any way, an exit of the process included.
+        except (Exception, SystemExit) as reason:
+            said = " ".join(str(reason).split())
+            text = f"{type(reason).__name__}: {said}" if said else type(reason).__name__
+            raise InputError(f"{path}{_where(file)}: not readable as {form} ({text})") from None
     kinds = {block.type for block in found.cells} - FLAT
     if len(kinds) != 1 or kinds.isdisjoint(TETRAHEDRA):
-        text = ", ".join(sorted(kinds)) or "no solids"
+        counts: dict[str, int] = {}
+        for block in found.cells:
+            if block.type in kinds:
+                counts[block.type] = counts.get(block.type, 0) + len(block.data)
+        text = ", ".join(f"{count} {kind}" for kind, count in sorted(counts.items())) or "no solids"
         raise InputError(f"{path}: holds {text}: mesh the solid with tetrahedra of one kind, quadratic ones best")
     kind = kinds.pop()
-    if kind == "tetra":
-        warnings.warn(f"{path}: linear tetrahedra become quadratic with straight sides; export tet10", stacklevel=3)
     tets = np.concatenate([block.data for block in found.cells if block.type == kind])
     points = np.asarray(found.points, dtype=float)
     used = np.concatenate([np.ravel(block.data) for block in found.cells if block.type in (kind, *FLAT)])
-    if points.ndim != 2 or points.shape[1] != 3 or used.min() < 0 or used.max() >= len(points):
-        raise InputError(f"{path}: elements refer to nodes that do not exist: export it again")
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"{path}: its {len(points)} nodes have no three coordinates each")
+    if used.min() < 0 or used.max() >= len(points):
+        raise InputError(f"{path}: an element has node number {used.max() + 1}, of {len(points)} that there are")
     if not np.isfinite(points).all():
-        raise InputError(f"{path}: nodes have no finite place: export it again")
-    return points, tets, _surfaces(found, tets, path)
+        wrong = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+        raise InputError(f"{path}: node {wrong + 1} of {len(points)} has no finite place: {points[wrong].tolist()}")
+    return Assembled(points, tets, _surfaces(found, tets, path, form))
 
 
-def _surfaces(found: Any, tets: Integers, path: Path) -> dict[str, Integers]:
+def _opened(path: Path, form: str) -> IO[Any]:
+    """File as meshio wants it; ``InputError`` for what ends or begins otherwise, over which meshio says nothing."""
+    if form == "gmsh":
+        file = path.open("rb")
+        begin = file.readline().strip()
+        file.seek(0)
+        if begin not in (b"$MeshFormat", b"$Comments"):
+            file.close()
+            found = shown(begin.decode(errors="replace"))
+            raise InputError(f"{path}, line 1: not readable as gmsh ({found}; its files begin with $MeshFormat)")
+        return file
+    lines = path.read_text(errors="replace").splitlines()
+    cards = [line.strip().upper() for line in lines]
+    if included := [k for k, card in enumerate(cards, 1) if card.startswith("INCLUDE")]:
+        raise InputError(f"{path}, line {included[0]}: INCLUDE is not followed in Nastran files; write one file")
+    start = next((k for k, card in enumerate(cards) if card.startswith("BEGIN") and "BULK" in card), None)
+    if "ENDDATA" not in cards and start is not None:
+        raise InputError(f"{path}, line {len(lines)}: cut short: a Nastran file ends with ENDDATA; copy it again")
+    bulk = lines if start is None else lines[start + 1 :]
+    # Lines before the bulk data stay, so that a line's number is that of the file.
+    head = [*lines[:start], "BEGIN BULK"] if start is not None else ["BEGIN BULK"]
+    return StringIO("\n".join([*head, *bulk, *([] if "ENDDATA" in cards else ["ENDDATA"])]) + "\n")
+
+
+def _where(file: IO[Any]) -> str:
+    """Line, or byte, up to which a file was read."""
+    try:
+        offset = file.tell()
+        file.seek(0)
+        before = file.read(offset)
+    except (OSError, ValueError):
+        return ""
+    if isinstance(before, bytes):
+        if b"\0" in before:
+            return f", byte {offset}"
+        before = before.decode(errors="replace")
+    return f", line {max(1, before.count(chr(10)))}"
+
+
+def _surfaces(found: Any, tets: Integers, path: Path, form: str) -> dict[str, Integers]:
     """Triangles (k, 3) of each named surface, whatever way it was named."""
     pieces: dict[str, list[Integers]] = {}
 
     def add(name: str, triangles: Integers) -> None:
         if len(triangles):
-            pieces.setdefault(interface_name(name), []).append(triangles[:, :3])
+            pieces.setdefault(name, []).append(triangles[:, :3])
 
     groups = {int(tag): name for name, (tag, dimension) in found.field_data.items() if dimension == 2}
-    if FORMATS[path.suffix.lower()] == "nastran":
+    if form == "nastran":
         text = path.read_text(errors="replace")
         groups = {int(number): name for number, name in NAMED_PROPERTY.findall(text)}
     for key in ("gmsh:physical", "nastran:ref"):
@@ -92,16 +185,9 @@ def _surfaces(found: Any, tets: Integers, path: Path) -> dict[str, Integers]:
             if block.type in TRIANGLES and chosen is not None:
                 add(name, block.data[np.asarray(chosen, dtype=int)])
     if found.point_sets:
-        skin = _skin(tets)
+        skin = outer_faces(tets)
         for name, members in found.point_sets.items():
             inside = np.zeros(len(found.points), dtype=bool)
             inside[np.asarray(members, dtype=int)] = True
             add(name, skin[inside[skin].all(axis=1)])
     return {name: np.concatenate(parts) for name, parts in pieces.items()}
-
-
-def _skin(tets: Integers) -> Integers:
-    """Corner triangles (k, 3) that belong to one tetrahedron only."""
-    faces = np.concatenate([tets[:, list(corners)] for corners in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))])
-    _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-    return np.asarray(faces[first[count == 1]])

@@ -94,11 +94,20 @@ def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, In
         return model, interfaces, craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
 
 
+def _included(path: Path) -> list[Path]:
+    """Files that an input deck of Abaqus includes."""
+    from cranktrain.structure.fem.abaqus_deck import included_files
+
+    return included_files(path) if path.suffix.lower() == ".inp" else []
+
+
 def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:
     """Digest of a body's input data, and of the user's mesh if there is one."""
     content = {"schema": SCHEMA, **content}
     if mesh_file is not None and Path(mesh_file).is_file():
         content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
+        if included := _included(Path(mesh_file)):
+            content["mesh_included"] = [sha256(path.read_bytes()).hexdigest() for path in included]
         if mesh_unit(mesh_file) != "m":
             content["mesh_unit"] = mesh_unit(mesh_file)
     return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

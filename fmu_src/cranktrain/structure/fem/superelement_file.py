@@ -2,8 +2,11 @@
 
     stiffness = "crank_STIF1.mtx"          # Abaqus *MATRIX OUTPUT, CalculiX .sti, or Matrix Market
     mass = "crank_MASS1.mtx"               # or, for both: matrices = "crank.mtx" of *SUBSTRUCTURE MATRIX OUTPUT
-    dofs = "crank.dof"                     # for files of row, column, value: a line NODE.COMPONENT each row
-    nodes = "crank.inp"                    # *NODE lines; or a table [nodes] with 1001 = [x, y, z]
+                                           # or Nastran: a punch file with DMIG (.pch), OUTPUT4 (.op4)
+    stiffness_matrix = "KAAX"              # its name, where the file has several of K; mass_matrix likewise
+    dofs = "crank.dof"                     # for files of row, column, value and OUTPUT4: a line NODE.COMPONENT each row
+    nodes = "crank.inp"                    # *NODE lines, or GRID cards (.bdf, .dat, .nas, .pch);
+                                           # or a table [nodes] with 1001 = [x, y, z]
     units = "mm-t-s"                       # of all the files; m-kg-s where not given
     [interfaces]
     "main[1]" = 1001                       # a node with six components, or a list of nodes, averaged
@@ -15,6 +18,7 @@ modal coordinates.
 
 from __future__ import annotations
 
+import re
 from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any
@@ -27,6 +31,7 @@ from cranktrain.core.typed_file import Table, record
 from cranktrain.core.types import Array
 from cranktrain.core.user_file import beside, ending, is_number, read_toml, user_path
 from cranktrain.structure.fem.mesh_file import interface_name
+from cranktrain.structure.fem.named_matrices import is_named, named_matrix
 from cranktrain.structure.fem.superelement import Superelement
 
 Rows = list[tuple[int, int]]
@@ -36,6 +41,8 @@ UNITS = {"m-kg-s": (1.0, 1.0), "mm-t-s": (1e-3, 1e-3)}
 """Length in m and energy in J of a unit."""
 LARGEST_FILE, MOST_ROWS = 2_000_000_000, 6000
 """Bytes and rows that are read."""
+GRIDS = (".bdf", ".dat", ".nas", ".pch")
+"""Endings of files with GRID cards."""
 REMEDY = "see docs/how-to/own_elements.md"
 
 
@@ -54,6 +61,8 @@ class SuperelementTable(Table, kw_only=True):
     matrices: str | None = None
     stiffness: str | None = None
     mass: str | None = None
+    stiffness_matrix: str | None = None
+    mass_matrix: str | None = None
     dofs: str | None = None
     nodes: _Places = None
     units: Annotated[str, Meta(extra_json_schema={"enum": list(UNITS)})] = "m-kg-s"
@@ -79,7 +88,8 @@ def read_superelement(path: str | Path) -> Superelement:
     length, energy = UNITS[read.units]
     named = {key: getattr(read, key) for key in ("matrices", "stiffness", "mass", "dofs", "nodes")}
     files = {key: beside(source, name) for key, name in named.items() if isinstance(name, str)}
-    rows, stiffness, mass = _both(source, files)
+    names = {"stiffness": read.stiffness_matrix, "mass": read.mass_matrix}
+    rows, stiffness, mass = _both(source, files, names)
     places = _places(source, read.nodes, files.get("nodes"), length)
     known = {node for node, _ in rows}
     places = {node: place for node, place in places.items() if node in known}
@@ -105,12 +115,20 @@ def read_superelement(path: str | Path) -> Superelement:
     )
 
 
-def _both(source: Path, files: dict[str, Path]) -> tuple[Rows, Array, Array]:
-    """Rows, stiffness and mass in them, in the unit of the files."""
+def _both(source: Path, files: dict[str, Path], names: dict[str, str | None]) -> tuple[Rows, Array, Array]:
+    """Rows, stiffness and mass in them, in the unit of the files; ``names`` of matrices in files that have several."""
+    if "matrices" in files and is_named(files["matrices"]):
+        return _both(source, {**_without(files, "matrices"), **dict.fromkeys(names, files["matrices"])}, names)
     if "matrices" in files:
         rows, found = _user_element(files["matrices"])
     elif {"stiffness", "mass"} <= set(files):
-        entries = {kind: _entries(files[kind], files.get("dofs")) for kind in ("stiffness", "mass")}
+        dofs = files.get("dofs")
+        entries = {
+            kind: _named_entries(files[kind], kind, names[kind], dofs)
+            if is_named(files[kind])
+            else _entries(files[kind], dofs)
+            for kind in ("stiffness", "mass")
+        }
         rows = sorted({row for one in entries.values() for pair in one for row in pair})
         found = {kind: _assembled(files[kind], one, rows) for kind, one in entries.items()}
     else:
@@ -118,6 +136,38 @@ def _both(source: Path, files: dict[str, Path]) -> tuple[Rows, Array, Array]:
     if missing := {"stiffness", "mass"} - set(found):
         raise InputError(f"{files['matrices']}: no {missing.pop()} matrix; write it with MASS=YES, STIFFNESS=YES")
     return rows, found["stiffness"], found["mass"]
+
+
+def _without(files: dict[str, Path], key: str) -> dict[str, Path]:
+    return {own: path for own, path in files.items() if own != key}
+
+
+def _named_entries(
+    path: Path, kind: str, name: str | None, dofs: Path | None
+) -> dict[tuple[tuple[int, int], tuple[int, int]], float]:
+    """Entries of a matrix by name; rows of OUTPUT4 are those of the file of degrees of freedom."""
+    matrix = named_matrix(path, kind, name)
+    rows = matrix.rows
+    if rows is None:
+        if dofs is None:
+            raise InputError(f"{path}: gives rows by number; add dofs = with a line NODE.COMPONENT each row; {REMEDY}")
+        rows = _row_names(dofs, path, len(matrix.values))
+    i, j = np.nonzero(matrix.values)
+    # The diagonal keeps rows without entries.
+    entries = {(row, row): 0.0 for row in rows}
+    return entries | {
+        (rows[a], rows[b]): value
+        for a, b, value in zip(i.tolist(), j.tolist(), matrix.values[i, j].tolist(), strict=True)
+    }
+
+
+def _row_names(dofs: Path, path: Path, count: int) -> Rows:
+    """Node and component (from 0) of each row that a file of degrees of freedom names."""
+    named = [line.strip().partition(".") for line in _text(dofs).split()]
+    rows = [(int(node), int(component) - 1) for node, _, component in named if node.isdigit() and component.isdigit()]
+    if len(rows) != len(named) or len(rows) < count:
+        raise InputError(f"{dofs}: does not name the {count} rows of {path.name} as NODE.COMPONENT")
+    return rows
 
 
 def _text(path: Path) -> str:
@@ -204,6 +254,8 @@ def _symmetric(path: Path, matrix: Array) -> Array:
 def _entries(path: Path, dofs: Path | None) -> dict[tuple[tuple[int, int], tuple[int, int]], float]:
     """Entries of a matrix by row and column, each a node and a component."""
     text = _text(path)
+    if re.match(r"%%MatrixMarket\s+matrix\s+array", text, re.IGNORECASE):
+        text = _coordinates(path)
     lines = [line for line in text.splitlines() if line.strip() and line.lstrip()[0] not in "*%"]
     lines = lines[1:] if text.startswith("%%MatrixMarket") else lines  # the first holds sizes
     table = _numbers(path, lines)
@@ -217,14 +269,24 @@ def _entries(path: Path, dofs: Path | None) -> dict[tuple[tuple[int, int], tuple
     else:
         if dofs is None:
             raise InputError(f"{path}: gives rows by number; add dofs = with a line NODE.COMPONENT each row; {REMEDY}")
-        named = [line.strip().partition(".") for line in _text(dofs).split()]
-        rows = [
-            (int(node), int(component) - 1) for node, _, component in named if node.isdigit() and component.isdigit()
-        ]
-        if len(rows) != len(named) or where.min(initial=1) < 1 or where.max(initial=0) > len(rows):
-            raise InputError(f"{dofs}: does not name the {where.max(initial=0)} rows of {path.name} as NODE.COMPONENT")
+        rows = _row_names(dofs, path, int(where.max(initial=0)))
+        if where.min(initial=1) < 1:
+            raise InputError(f"{path}: row or column {where.min()}; they are counted from 1")
         pairs = [(rows[i - 1], rows[j - 1]) for i, j in where.tolist()]
     return dict(zip(pairs, table[:, -1].tolist(), strict=True))
+
+
+def _coordinates(path: Path) -> str:
+    """Dense Matrix Market, as Ansys exports it, as text of rows, columns and values."""
+    from scipy.io import mmread
+
+    try:
+        dense = np.asarray(mmread(path))
+    except (ValueError, OverflowError) as reason:
+        raise InputError(f"{path}: not readable as Matrix Market ({reason})") from None
+    i, j = np.nonzero(dense)
+    rows = zip((i + 1).tolist(), (j + 1).tolist(), dense[i, j].tolist(), strict=True)
+    return "\n".join(["%%MatrixMarket", "sizes", *(f"{a} {b} {value!r}" for a, b, value in rows)])
 
 
 def _assembled(path: Path, entries: dict[tuple[Any, Any], float], rows: Rows) -> Array:
@@ -243,7 +305,9 @@ def _assembled(path: Path, entries: dict[tuple[Any, Any], float], rows: Rows) ->
 def _places(source: Path, table: Any, file: Path | None, length: float) -> dict[int, Array]:
     """Place (3,) m of each node of a table, or of the ``*NODE`` lines of a file."""
     places: dict[int, Array] = {}
-    if file is not None:
+    if file is not None and file.suffix.lower() in GRIDS:
+        places = {node: length * place for node, place in _grids(file).items()}
+    elif file is not None:
         reading = True
         for line in _text(file).splitlines():
             if line.startswith("*"):
@@ -262,6 +326,32 @@ def _places(source: Path, table: Any, file: Path | None, length: float) -> dict[
     if not places:
         raise InputError(f"{source}: no coordinates; give nodes = with a file of *NODE lines, or a table [nodes]")
     return places
+
+
+def _grids(file: Path) -> dict[int, Array]:
+    """Place of each GRID of a Nastran file, in its unit; ``InputError`` for one in other than basic coordinates."""
+    found = {}
+    for number, line in enumerate(_text(file).splitlines(), 1):
+        if not line.upper().startswith("GRID"):
+            continue
+        wide = line[4:5] == "*"
+        if "," in line:
+            texts = [text.strip() for text in line.split(",")][1:]
+        else:
+            width = 16 if wide else 8
+            texts = [line[8 + width * k : 8 + width * (k + 1)].strip() for k in range(5)]
+        if wide:
+            rest = _text(file).splitlines()[number : number + 1] or [""]
+            texts = [*texts[:4], rest[0][8:24].strip()]
+        values = [re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", text.upper().replace("D", "E")) for text in texts[2:5]]
+        try:
+            node, place = int(texts[0]), np.array([float(value or 0.0) for value in values])
+        except ValueError:
+            raise InputError(f"{file}, line {number}: {shown(line.strip())} is no GRID") from None
+        if texts[1] not in ("", "0") or place.size != 3:
+            raise InputError(f"{file}, line {number}: GRID {node} is not in basic coordinates; export it so")
+        found[node] = place
+    return found
 
 
 def _interfaces(source: Path, table: dict[str, Any], places: dict[int, Array]) -> dict[str, tuple[int, ...]]:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.design.balance import free_forces
+from cranktrain.studies.design.crank_table import found_crankshaft
 from cranktrain.studies.design.document import Block, Document, Entry, chosen, derived
 from cranktrain.studies.design.fitting import (
     FALLOFF,
@@ -113,6 +114,8 @@ def _of_bore(s: Sizes, key: str, share: float, source: str) -> Entry:
 # In one piece: one table, value by value.
 def _crankshaft(s: Sizes, fitted: Fitted) -> Block:
     throws, b = len(s.layout.throws_deg), s.bore
+    if s.crank is not None:
+        return found_crankshaft(s.crank)
     bays = throws // 2 if s.layout.split else throws
     source = HEISLER if s.rods_on_pin == 1 else "two rods on a pin"
     pin = f"{s.pin_width / b:.3g} B, {HEISLER}" if s.rods_on_pin == 1 else "two big ends of 0.26 B and their fillets"
@@ -199,7 +202,7 @@ def _cylinders(s: Sizes) -> Block:
     )
     rods = "two rods on each pin" if s.rods_on_pin == 2 else "one rod on each pin"
     entries = [
-        _mm("bore", s.bore, "given", chosen),
+        _mm("bore", s.bore, s.bore_note, chosen),
         chosen("firing_order", layout.order, "", order),
         derived("pins", layout.pins, "", rods),
         chosen("bank_angles", layout.banks_deg, "deg", f"{layout.bank_deg:g} deg between the banks"),
@@ -244,7 +247,7 @@ def _film(s: Sizes, diameter: float, width: float, of: str) -> tuple[Entry, ...]
 
 
 def _mains(s: Sizes) -> Block:
-    diameter, width = MAIN_DIAMETER * s.bore, s.main_bearing_width
+    diameter, width = s.main_diameter, s.main_bearing_width
     film = SPECIFIC_LOAD * diameter * width / (5e-4 * diameter)
     block = IRON * width * 4.0 / 3.0
     loaded = "level linear: a load of 2.5 MPa over the projected area moves the journal by its clearance"
@@ -262,27 +265,27 @@ def _mains(s: Sizes) -> Block:
 
 def _big_ends(s: Sizes) -> Block:
     return Block("big_end_bearing", "Plain big ends; used where they float.",
-                 _film(s, PIN_DIAMETER * s.bore, s.big_end_width, "pin"))  # fmt: skip
+                 _film(s, s.pin_diameter, s.big_end_width, "pin"))  # fmt: skip
 
 
 def _thrust(s: Sizes) -> Block:
-    throws = len(s.layout.throws_deg) // (2 if s.layout.split else 1)
-    inner, outer = (MAIN_DIAMETER + 2.0 * FILLET) * s.bore, (MAIN_DIAMETER + 2.0 * FILLET + 0.24) * s.bore
+    inner = s.main_diameter + 2.0 * s.fillet
+    outer = inner + 0.24 * s.bore if s.crank is None else max(2.0 * s.crank.web_main_radius, 1.1 * inner)
     area = 0.25 * math.pi * (outer**2 - inner**2)
     return Block("thrust", "Axial bearing at one main; clearance is the whole axial play.", (
-        chosen("main", throws // 2 + 1, "", "the middle one"),
+        chosen("main", s.thrust_main, "", "the middle one" if s.crank is None else "see --thrust-main"),
         chosen("clearance", 0.2, "mm", "usual axial play"),
         _mm("inner_diameter", inner, "the journal's and its fillets"),
-        _mm("outer_diameter", outer, "a ring 0.12 B wide"),
+        _mm("outer_diameter", outer, "a ring 0.12 B wide" if s.crank is None else "the web's about the main axis"),
         chosen("pads", 4, "", "usual"),
         chosen("pad_fraction", 0.75, "1", "of the ring"),
         chosen("taper", 30.0, "um", "of the pads"),
         chosen("contact_height", 2.0, "um", "of the surfaces"),
-        derived("contact_stiffness", 0.5 * 210e9 * area / (MAIN_DIAMETER * s.bore), "N/m",
+        derived("contact_stiffness", 0.5 * 210e9 * area / s.main_diameter, "N/m",
                 "the ring's area of steel over two journal diameters"),
-        derived("block_stiffness", IRON * area / (MAIN_DIAMETER * s.bore), "N/m",
+        derived("block_stiffness", IRON * area / s.main_diameter, "N/m",
                 "the ring's area of cast iron over one journal diameter"),
-        derived("damping", DAMPING_TIME * 0.05 * IRON * area / (MAIN_DIAMETER * s.bore), "N s/m",
+        derived("damping", DAMPING_TIME * 0.05 * IRON * area / s.main_diameter, "N s/m",
                 "a twentieth of the block's stiffness times 80 us"),
     ))  # fmt: skip
 

@@ -14,6 +14,7 @@ import math
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.engine.parts import Crankshaft
 from cranktrain.studies.design.layouts import VEE, Layout
 
 RPM = math.pi / 30.0
@@ -72,7 +73,8 @@ class Sizes(NamedTuple):
     """Sizes and loads that all tables of an engine file follow from (SI).
 
     ``imep`` is that of the rated speed; ``displacement`` that of all cylinders; ``rod_given``, ``power_given`` and
-    ``speed_given`` tell whether the user stated them.
+    ``speed_given`` tell whether the user stated them. ``crank`` is a crankshaft found in CAD, whose dimensions replace
+    the proportions; ``bore_note`` says where the bore comes from.
     """
 
     layout: Layout
@@ -85,6 +87,9 @@ class Sizes(NamedTuple):
     rod_given: bool
     power_given: bool
     speed_given: bool
+    crank: Crankshaft | None = None
+    bore_note: str = "given"
+    stated_thrust_main: int = 0
 
     @property
     def fuel(self) -> Fuel:
@@ -152,14 +157,40 @@ class Sizes(NamedTuple):
         return 0.3 * self.fuel.rod * self.bore**3
 
     @property
+    def thrust_main(self) -> int:
+        """Main journal with the thrust bearing: the middle one, where nobody states another."""
+        if self.crank:
+            return self.stated_thrust_main or (len(self.crank.main_widths) + 1) // 2
+        return len(self.layout.throws_deg) // (2 if self.layout.split else 1) // 2 + 1
+
+    @property
+    def main_diameter(self) -> float:
+        """Diameter of the main journals, m."""
+        return self.crank.main_diameter if self.crank else MAIN_DIAMETER * self.bore
+
+    @property
+    def pin_diameter(self) -> float:
+        """Diameter of the pins, m."""
+        return self.crank.pin_diameter if self.crank else PIN_DIAMETER * self.bore
+
+    @property
+    def fillet(self) -> float:
+        """Radius of the fillets, m."""
+        return self.crank.fillet if self.crank else FILLET * self.bore
+
+    @property
     def pin_width(self) -> float:
         """Width of a pin between its webs, m."""
+        if self.crank:
+            return self.crank.pin_width
         share = self.rods_on_pin * VEE_BIG_END + 2.0 * FILLET if self.vee else PIN_WIDTH
         return share * self.bore
 
     @property
     def web(self) -> float:
         """Thickness of a web, m."""
+        if self.crank:
+            return self.crank.web_thickness
         return (VEE_WEB if self.vee else WEB) * self.bore
 
     @property
@@ -169,19 +200,21 @@ class Sizes(NamedTuple):
 
     @property
     def main_width(self) -> float:
-        """Width of a main journal between its webs, m."""
+        """Width of a main journal between its webs, m; the narrowest."""
+        if self.crank:
+            return min(self.crank.main_widths)
         share = VEE_MAIN if self.vee else PITCH - PIN_WIDTH - 2.0 * WEB
         return share * self.bore
 
     @property
     def big_end_width(self) -> float:
         """Width of a big end's bearing, m: the pin's without its fillets, divided by its rods."""
-        return self.pin_width / self.rods_on_pin - 2.0 * FILLET * self.bore / self.rods_on_pin
+        return self.pin_width / self.rods_on_pin - 2.0 * self.fillet / self.rods_on_pin
 
     @property
     def main_bearing_width(self) -> float:
         """Width of a main bearing, m: the journal's without its fillets."""
-        return self.main_width - 2.0 * FILLET * self.bore
+        return self.main_width - 2.0 * self.fillet
 
 
 def _round_speed(speed: float) -> float:
@@ -189,6 +222,7 @@ def _round_speed(speed: float) -> float:
     return float(f"{speed / RPM:.2g}") * RPM
 
 
+# In one piece: parameters are those of the verb `new`.
 def sizes(
     layout: Layout,
     bore: float,
@@ -197,6 +231,7 @@ def sizes(
     rod: float | None = None,
     power: float | None = None,
     rated: float | None = None,
+    crank: Crankshaft | None = None,
 ) -> Sizes:
     """Sizes of an engine (SI); what is None follows from the fuel and the proportions of this module.
 
@@ -205,6 +240,7 @@ def sizes(
     rod : length between the rod's eyes, m
     power : brake power at the rated speed, W
     rated : rated speed, rad/s
+    crank : dimensions of a crankshaft that was found in CAD
 
     Raises
     ------
@@ -220,8 +256,11 @@ def sizes(
             "engines have 0.3 to 5, check both"
         )
     throw = 0.5 * stroke
-    length = max(throw / LAMBDA, throw + bore) if rod is None else rod
-    least = throw + (WEB_ABOUT_MAIN + SKIRT + 0.03) * bore
+    web = WEB_ABOUT_MAIN * bore
+    if crank is not None:
+        web = max(crank.web_main_radius, crank.counterweight_radius if any(crank.counterweights) else 0.0)
+    least = throw + web + (SKIRT + 0.03) * bore
+    length = max(throw / LAMBDA, throw + bore, least) if rod is None else rod
     if length < least:
         raise InputError(
             f"--rod-mm {1e3 * length:g}: the piston would meet the crank's webs; give {1e3 * least:.4g} mm or more, or "
@@ -229,7 +268,7 @@ def sizes(
         )
     speed = _round_speed(math.pi * own.piston_speed / stroke) if rated is None else rated
     found = Sizes(layout, fuel, bore, stroke, length, speed, own.imep, rod is not None, power is not None,
-                  rated is not None)  # fmt: skip
+                  rated is not None, crank)  # fmt: skip
     if power is None:
         return found
     imep = power / found.brake_power * own.imep

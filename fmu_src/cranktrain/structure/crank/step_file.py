@@ -1,0 +1,249 @@
+"""A solid of a STEP file as netgen's CAD kernel reads it: its surface with numbered faces, and its mesh.
+
+The kernel converts every unit of a STEP file to mm. It runs in a process of its own, because a broken file can end it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+from cranktrain.structure.fem.cad_process import run_in_child
+from cranktrain.structure.fem.mesh import cad_mesh
+from cranktrain.structure.fem.own_mesh import UNITS
+
+Integers = NDArray[np.integer[Any]]
+
+SUFFIXES = (".step", ".stp")
+FINENESS, GRADING = 1.5, 0.7
+"""Sides to a radius of curvature, and growth of edges, of the surface in which a crank is looked for."""
+EDGES_ALONG = 30
+"""Largest edges of that surface over the length of the solid."""
+READ_SECONDS = 300.0
+MESH_GRADING = 0.5
+RETRIES = ((1.0, 0.4), (1.5, 0.3))
+"""Sides to a radius of curvature and growth of edges where the mesher fails: small bores want finer edges."""
+LEAST_LENGTH, LARGEST_LENGTH = 30.0, 25000.0
+"""Lengths of crankshafts, mm."""
+
+
+class StepSolid(NamedTuple):
+    """Surface of a solid, mm.
+
+    Attributes
+    ----------
+    nodes : (n, 3) mm, on the surface
+    triangles : (k, 3) into nodes, normals outwards
+    faces : (k,) number of each triangle's face in the file, from 0
+    volume : mm³
+    """
+
+    path: Path
+    nodes: Array
+    triangles: Integers
+    faces: Integers
+    volume: float
+    scale: float = 1.0
+    """mm of these nodes over mm of the CAD kernel."""
+
+
+def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
+    """Read the one solid of a STEP file, whose unit the file states; ``unit`` where it states a wrong one.
+
+    Raises ``InputError``: for a file that is missing or no STEP file, is cut short, holds no solid or several, or whose
+    surface is not closed. The line says what was found.
+    """
+    source = Path(path).expanduser()
+    if unit is not None and unit not in UNITS:
+        raise InputError(f"--step-unit '{unit}' does not exist; valid: {', '.join(UNITS)}")
+    _check_text(source)
+    with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
+        copy, target = Path(folder) / "crank.step", Path(folder) / "surface.npz"
+        shutil.copyfile(source, copy)
+        code = f"from {__name__} import surface_child; surface_child()"
+        ended = run_in_child(code, str(copy), target, READ_SECONDS)
+        if ended is not None:
+            raise InputError(f"{path}: the CAD kernel cannot read or mesh the solid ({ended}); repair it in CAD")
+        with np.load(target) as data:
+            if refused := str(data["refused"]):
+                raise InputError(f"{path}: {refused}")
+            solid = StepSolid(source, data["nodes"], data["triangles"], data["faces"], float(data["volume"]))
+    _check_closed(solid)
+    length = float(np.ptp(solid.nodes, axis=0).max())
+    # A stated unit counts for the numbers of the file, which the kernel has converted from the file's own.
+    factor = 1.0 if unit is None else 1e3 * UNITS[unit] / _stated_unit(source)
+    if not LEAST_LENGTH <= factor * length <= LARGEST_LENGTH:
+        raise InputError(
+            f"{path}: the solid is {factor * length:.4g} mm long, crankshafts are {LEAST_LENGTH:g} to "
+            f"{LARGEST_LENGTH:g} mm: state the unit of its coordinates, --step-unit {', '.join(UNITS)}"
+        )
+    return solid._replace(nodes=factor * solid.nodes, volume=factor**3 * solid.volume, scale=factor)
+
+
+def _stated_unit(path: Path) -> float:
+    """Unit of length that a STEP file states, mm."""
+    text = " ".join(path.read_text(errors="replace").split())
+    converted = re.search(r"CONVERSION_BASED_UNIT ?\( ?'(?:INCH|IN)'", text, re.IGNORECASE)
+    if converted:
+        return 25.4
+    prefix = re.search(r"LENGTH_UNIT\(\)[^;]*?SI_UNIT ?\( ?(\$|\.\w+\.) ?, ?\.METRE\.", text)
+    return {"$": 1e3, ".CENTI.": 10.0, ".MILLI.": 1.0, ".MICRO.": 1e-3}.get(prefix[1] if prefix else "", 1.0)
+
+
+def step_mesh(
+    solid: StepSolid, turn: Array, shift: Array, largest_edge: float, fineness: float
+) -> tuple[Array, Integers, Integers, Integers]:
+    """Mesh of the solid: nodes (n, 3) mm, tets (m, 10), triangles (k, 3) and the face (k,) of each.
+
+    Parameters
+    ----------
+    turn, shift : rotation (3, 3) and shift (3,) mm that are applied first; the mesher's grid follows the axes, and an
+        elongated solid across them gets a coarser mesh
+    largest_edge : mm
+    fineness : sides to a radius of curvature
+    """
+    with tempfile.TemporaryDirectory(prefix="cranktrain-step-") as folder:
+        copy = Path(folder) / "crank.step"
+        shutil.copyfile(solid.path, copy)
+        for sides, grading in ((fineness, MESH_GRADING), *RETRIES):
+            values = {
+                "path": str(copy),
+                "largest_edge": largest_edge / solid.scale,
+                "fineness": max(sides, fineness),
+                "grading": grading,
+                "turn": _axis_and_angle(turn),
+                "shift": (shift / solid.scale).tolist(),
+            }
+            try:
+                nodes, tets, triangles, labels, names = cad_mesh(
+                    f"{__name__}:_solid", values, str(solid.path), "--mesh-size-mm"
+                )
+                break
+            except InputError:
+                if grading == RETRIES[-1][1]:
+                    raise
+    return solid.scale * nodes, tets, triangles, np.array([int(name) for name in names])[labels]
+
+
+def _axis_and_angle(turn: Array) -> list[float]:
+    """Axis and angle, rad, of a rotation (3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    vector = Rotation.from_matrix(turn).as_rotvec()
+    angle = float(np.linalg.norm(vector))
+    return [*(vector / angle if angle > 0.0 else np.array([0.0, 0.0, 1.0])).tolist(), angle]
+
+
+def _check_text(path: Path) -> None:
+    """Refuse what is no whole STEP file; ``InputError``."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(4096)
+            file.seek(max(0, path.stat().st_size - 4096))
+            tail = file.read()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give a STEP file of the crankshaft") from None
+    if b"ISO-10303-21" not in head:
+        what = "is empty" if not head else "does not begin with ISO-10303-21"
+        raise InputError(f"{path}: no STEP file: it {what}; export the crankshaft as STEP (AP203, AP214 or AP242)")
+    if b"END-ISO-10303-21" not in tail:
+        raise InputError(f"{path}: cut short: a STEP file ends with END-ISO-10303-21; copy or export it again")
+
+
+def _check_closed(solid: StepSolid) -> None:
+    """Refuse a surface with open edges; ``InputError`` says where."""
+    edges = np.sort(np.concatenate([solid.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]), axis=1)
+    once, count = np.unique(edges, axis=0, return_counts=True)
+    if (count == 1).any():
+        x, y, z = solid.nodes[once[count == 1][0]].mean(axis=0)
+        raise InputError(
+            f"{solid.path}: the solid's surface is open at ({x:.1f}, {y:.1f}, {z:.1f}) mm: close it in CAD, or sew its "
+            "faces to a solid"
+        )
+
+
+def _read_shape(path: str) -> Any:
+    """Shape of a file, in the child; ``ValueError`` says what the file holds where that is not one solid."""
+    from netgen.occ import OCCGeometry
+
+    try:
+        shape = OCCGeometry(path).shape
+    # netgen's own exception derives from nothing more special.
+    except Exception as reason:
+        text = Path(path).read_text(errors="replace")
+        kinds = ("MANIFOLD_SOLID_BREP", "SHELL_BASED_SURFACE_MODEL", "GEOMETRIC_CURVE_SET", "TESSELLATED_SOLID")
+        found = [f"{len(re.findall(kind + r'[(_]', text))} {kind}" for kind in kinds if kind in text]
+        held = f"it names {', '.join(found)}" if found else "it names no solid"
+        raise ValueError(f"the CAD kernel finds no shape in it ({reason}); {held}: export it as a solid") from None
+    solids = list(shape.solids)
+    if len(solids) != 1:
+        if not solids:
+            faces, shells = len(list(shape.faces)), len(list(shape.shells))
+            held = f"no solid, but {shells} open shells with {faces} faces" if faces else "no solid and no faces"
+            raise ValueError(f"holds {held}: export the crankshaft as one solid")
+        volumes = ", ".join(f"{1e-3 * volume:.4g}" for volume in sorted((s.mass for s in solids), reverse=True)[:5])
+        raise ValueError(
+            f"holds {len(solids)} solids, the largest of {volumes} cm^3: export the crankshaft alone, as one solid"
+        )
+    solid = solids[0]
+    for number, face in enumerate(solid.faces):
+        face.name = str(number)
+    return solid
+
+
+def surface_child() -> None:
+    """Work of the child: the file that stdin names, its surface to the file that the first argument names."""
+    from netgen.meshing import MeshingStep
+    from netgen.occ import OCCGeometry
+
+    try:
+        shape = _read_shape(json.load(sys.stdin))
+    except ValueError as refused:
+        np.savez(sys.argv[1], refused=str(refused))
+        return
+    low, high = shape.bounding_box
+    length = max(b - a for a, b in zip(tuple(low), tuple(high), strict=True))
+    mesh = OCCGeometry(shape).GenerateMesh(
+        maxh=length / EDGES_ALONG,
+        grading=GRADING,
+        curvaturesafety=FINENESS,
+        segmentsperedge=1.0,
+        parallel_meshing=False,
+        perfstepsend=MeshingStep.MESHSURFACE,
+    )
+    skin = mesh.Elements2D().NumPy()
+    numbers = np.array([int(mesh.GetBCName(k)) for k in range(int(skin["index"].max()))])
+    np.savez(
+        sys.argv[1],
+        refused="",
+        nodes=mesh.Coordinates(),
+        triangles=skin["nodes"][:, :3] - 1,
+        faces=numbers[skin["index"] - 1],
+        volume=shape.mass,
+    )
+
+
+def _solid(values: Mapping[str, Any]) -> tuple[Any, float, float, float]:
+    """Shape, largest edge, fineness and grading, in the child that meshes."""
+    from netgen.occ import Axis, Pnt, Vec, gp_Dir
+
+    shape = _read_shape(os.fspath(values["path"]))
+    *axis, angle = values["turn"]
+    if angle:
+        shape = shape.Rotate(Axis(Pnt(0, 0, 0), gp_Dir(*axis)), np.degrees(angle))
+    shape = shape.Move(Vec(*values["shift"]))
+    for number, face in enumerate(shape.faces):
+        face.name = str(number)
+    return shape, values["largest_edge"], values["fineness"], values["grading"]

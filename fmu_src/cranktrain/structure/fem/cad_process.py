@@ -1,0 +1,63 @@
+"""A process of its own for netgen's CAD kernel, which can end its process on degenerate input."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+PR_SET_PDEATHSIG = 1
+
+
+def run_in_child(code: str, values: Any, target: Path, seconds: float) -> str | None:
+    """Run a line of Python in a process that dies with this one; how it failed, or None where it made its file.
+
+    Parameters
+    ----------
+    code : its ``sys.argv[1]`` is the file to make, its stdin ``values`` as JSON
+    seconds : after which it is ended
+    """
+    package_root = str(Path(__file__).resolve().parents[3])
+    paths = [package_root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
+    begin = f"import sys; from {__name__} import die_with; die_with(int(sys.argv[2])); "
+    try:
+        child = subprocess.run(
+            [sys.executable, "-c", begin + code, str(target), str(os.getpid())],
+            input=json.dumps(values),
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))},
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=seconds,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return f"took longer than {seconds:.0f} s"
+    if child.returncode or not target.exists():
+        last = (child.stderr.strip().splitlines() or ["no message"])[-1]
+        ended = f"signal {-child.returncode}" if child.returncode < 0 else f"code {child.returncode}"
+        return f"{ended}: {last}"
+    return None
+
+
+def die_with(parent: int) -> None:
+    """End this process when its parent does, however that ends: by the system on Linux, else by looking each second."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    elif hasattr(os, "getppid"):
+
+        def watch() -> None:
+            while os.getppid() == parent:
+                time.sleep(1.0)
+            os._exit(1)
+
+        threading.Thread(target=watch, daemon=True).start()
+    if os.getppid() != parent:  # it ended before this was asked for
+        os._exit(1)

@@ -1,0 +1,136 @@
+"""What readers of mesh files have in common: nodes by number, tetrahedra, and named surfaces of triangles.
+
+A surface is named by triangles, by nodes or by faces of tetrahedra. Readers collect numbers as the file has them;
+:func:`assembled` turns them into indices and refuses, with the line, what does not exist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+
+Integers = NDArray[np.integer[Any]]
+
+FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
+"""Corners of the faces 1 to 4 of a tetrahedron, as Abaqus numbers them."""
+
+
+class Place(NamedTuple):
+    """A file and a line of it, from 1, as a message shows them."""
+
+    path: Path
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.path}, line {self.line}"
+
+
+@dataclass
+class MeshParts:
+    """Parts of a mesh by the numbers of its file.
+
+    Attributes
+    ----------
+    nodes : number → (x, y, z)
+    elements : number → its nodes, of tetrahedra and triangles
+    places : line at which each element stands
+    others : number of solids of each kind that is no tetrahedron
+    surfaces : name → triangles given by their nodes
+    node_sets, element_sets : name → numbers
+    faces : name → (element, face 1 to 4)
+    """
+
+    nodes: dict[int, tuple[float, ...]] = field(default_factory=dict)
+    elements: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    places: dict[int, Place] = field(default_factory=dict)
+    others: dict[str, int] = field(default_factory=dict)
+    node_sets: dict[str, list[int]] = field(default_factory=dict)
+    element_sets: dict[str, list[int]] = field(default_factory=dict)
+    faces: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
+
+    def add_element(self, number: int, nodes: tuple[int, ...], place: Place) -> None:
+        """Add a tetrahedron or triangle; ``InputError`` for a number that is taken by another one."""
+        if self.elements.get(number, nodes) != nodes:
+            raise InputError(
+                f"{place}: element {number} stands at {self.places[number]} already, with other nodes; give each its "
+                "own number"
+            )
+        self.elements[number], self.places[number] = nodes, place
+
+    def add_node(self, number: int, place: tuple[float, ...], where: Place) -> None:
+        """Add a node; ``InputError`` for a number that is taken by another one."""
+        if self.nodes.get(number, place) != place:
+            raise InputError(f"{where}: node {number} is there already, at another place; give each its own number")
+        self.nodes[number] = place
+
+
+class Assembled(NamedTuple):
+    """Nodes (n, 3), tetrahedra (m, 4 or 10), and triangles (k, 3) of each named surface, as indices into the nodes."""
+
+    points: Array
+    tets: Integers
+    surfaces: dict[str, Integers]
+
+
+def assembled(path: Path, parts: MeshParts) -> Assembled:
+    """Arrays of the parts; ``InputError``: other solids, nodes that do not exist."""
+    by_count: dict[int, list[int]] = {}
+    for number, nodes in parts.elements.items():
+        by_count.setdefault(len(nodes), []).append(number)
+    kinds = [f"{len(by_count[n])} {n}-node tetrahedra" for n in (4, 10) if n in by_count]
+    kinds += [f"{count} {kind}" for kind, count in sorted(parts.others.items())]
+    if len(kinds) != 1 or parts.others:
+        held = ", ".join(kinds) or "no solids"
+        raise InputError(f"{path}: holds {held}: mesh the solid with tetrahedra of one kind, quadratic ones best")
+    count = 4 if 4 in by_count else 10
+    index = {number: k for k, number in enumerate(parts.nodes)}
+    for number, nodes in parts.elements.items():
+        missing = [node for node in nodes if node not in index]
+        if missing:
+            raise InputError(f"{parts.places[number]}: element {number} has node {missing[0]}, which does not exist")
+    points = np.array(list(parts.nodes.values()), dtype=np.float64).reshape(len(index), -1)
+    if points.shape[1] != 3 or not np.isfinite(points).all():
+        wrong = next((n for n, place in parts.nodes.items() if len(place) != 3 or not np.isfinite(place).all()), 0)
+        raise InputError(f"{path}: node {wrong} has no finite place in space")
+    tets = np.array([[index[node] for node in parts.elements[number]] for number in by_count[count]])
+    return Assembled(points, tets, _surfaces(parts, index, tets, set(by_count[count])))
+
+
+def _surfaces(parts: MeshParts, index: dict[int, int], tets: Integers, solid: set[int]) -> dict[str, Integers]:
+    """Triangles of each named surface; a set of tetrahedra names none."""
+    found: dict[str, list[Integers]] = {}
+
+    def add(name: str, triangles: Iterable[tuple[int, ...]]) -> None:
+        rows = np.array([[index[node] for node in nodes[:3]] for nodes in triangles], dtype=np.int64).reshape(-1, 3)
+        if len(rows):
+            found.setdefault(name, []).append(rows)
+
+    for name, numbers in parts.element_sets.items():
+        add(name, (parts.elements[k] for k in numbers if k in parts.elements and k not in solid))
+    for name, faces in parts.faces.items():
+        corners = ((parts.elements[k], FACES[face - 1]) for k, face in faces if k in solid)
+        add(name, (tuple(nodes[c] for c in face) for nodes, face in corners))
+        add(name, (parts.elements[k] for k, face in faces if face == 0 and k in parts.elements and k not in solid))
+    skin = outer_faces(tets) if parts.node_sets else np.zeros((0, 3), dtype=np.int64)
+    for name, numbers in parts.node_sets.items():
+        inside = np.zeros(len(index), dtype=bool)
+        inside[[index[node] for node in numbers if node in index]] = True
+        chosen = skin[inside[skin].all(axis=1)]
+        if len(chosen):
+            found.setdefault(name, []).append(chosen)
+    return {name: np.concatenate(pieces) for name, pieces in found.items()}
+
+
+def outer_faces(tets: Integers) -> Integers:
+    """Corner triangles (k, 3) that belong to one tetrahedron only."""
+    faces = np.concatenate([tets[:, list(corners)] for corners in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))])
+    _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+    return np.asarray(faces[first[count == 1]])

@@ -1,0 +1,237 @@
+"""Mesh files say the same in every form, and broken ones are refused with their reason and line, exit code 2."""
+
+import numpy as np
+import pytest
+from mesh_texts import Cube, by_meshio, deck, node_lines, numbered, universal
+
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.structure.fem.mesh_file import read_surfaces_and_tetrahedra
+from cranktrain.structure.fem.reduction import content_digest
+
+CUBE = Cube()
+NAMES = {"MAIN_1": "main[1]", "pin1": "pin[1]"}
+FIRST = len(CUBE.tets) + 1
+ABAQUS_FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
+
+
+def written(path, lines):
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def same_as_the_cube(path):
+    points, tets, surfaces = read_surfaces_and_tetrahedra(path)
+    assert points[tets[:, :4]].mean(axis=1) == pytest.approx(CUBE.points[CUBE.tets[:, :4]].mean(axis=1), abs=1e-12)
+    for k, (a, b) in enumerate(((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))):
+        middle = 0.5 * (points[tets[:, a]] + points[tets[:, b]])
+        assert points[tets[:, 4 + k]] == pytest.approx(middle, abs=1e-12)
+    for name, own in NAMES.items():
+        corners = np.sort(points[surfaces[own]].sum(axis=1), axis=0)
+        wanted = np.sort(CUBE.points[CUBE.faces[name][:, :3]].sum(axis=1), axis=0)
+        assert corners == pytest.approx(wanted, abs=1e-12), name
+
+
+@pytest.mark.parametrize("kind", ["CPS6", "S6", "M3D6", "STRI65", "CPE6", "SFM3D6", "CPS6M", "DS6"])
+def test_triangles_of_second_order_name_surfaces_in_a_deck_with_two_blocks_of_nodes(tmp_path, kind):
+    same_as_the_cube(written(tmp_path / "cube.INP", deck(CUBE, kind)))
+
+
+def side_of(row, triangle):
+    return next(k for k, face in enumerate(ABAQUS_FACES, 1) if {row[c] for c in face} == set(triangle))
+
+
+def faces_lines(name):
+    """Lines of *SURFACE with the element and its side for each triangle."""
+    lines = [f"*SURFACE, NAME={name}, TYPE=ELEMENT"]
+    for triangle in CUBE.faces[name][:, :3].tolist():
+        row = next(k for k, nodes in enumerate(CUBE.tets.tolist()) if set(triangle) <= set(nodes[:4]))
+        lines.append(f"{row + 1}, S{side_of(CUBE.tets[row].tolist(), triangle)}")
+    return lines
+
+
+def sets_by_side(name):
+    """The same by element sets, one for each side."""
+    sides = {}
+    for line in faces_lines(name)[1:]:
+        element, side = line.split(", ")
+        sides.setdefault(side, []).append(element)
+    lines = []
+    for side, members in sides.items():
+        lines += [f"*ELSET, ELSET=_{name}_{side}", *(f"{member}," for member in members)]
+    return [*lines, f"*SURFACE, TYPE=ELEMENT, NAME={name}", *(f"_{name}_{side}, {side}" for side in sides)]
+
+
+@pytest.mark.parametrize("form", ["faces", "sets", "nodes", "shells"])
+def test_surfaces_of_a_deck_are_faces_sets_of_faces_nodes_or_shells(tmp_path, form):
+    lines = deck(CUBE, surfaces=form == "shells")
+    for name, rows in CUBE.faces.items():
+        if form == "faces":
+            lines += faces_lines(name)
+        elif form == "sets":
+            lines += sets_by_side(name)
+        elif form == "nodes":
+            nodes = sorted(int(node) + 1 for node in np.unique(rows))
+            lines += [f"*NSET, NSET=n_{name}", *map(str, nodes), f"*SURFACE, TYPE=NODE, NAME={name}", f"n_{name},"]
+    if form == "shells":
+        lines = [line.replace("elset=MAIN_1", "elset=shell_1") for line in lines]
+        lines += ["*SURFACE, NAME=MAIN_1", "shell_1, SPOS"]
+    same_as_the_cube(written(tmp_path / "cube.inp", lines))
+
+
+def test_included_files_are_followed_and_change_the_digest(tmp_path):
+    (tmp_path / "sub").mkdir()
+    half = len(CUBE.points) // 2
+    written(tmp_path / "sub" / "nodes ü.inp", ["*NODE", *node_lines(CUBE.points[:half]), "*INCLUDE, INPUT=more.inp"])
+    written(tmp_path / "sub" / "more.inp", ["*NODE", *node_lines(CUBE.points[half:], half + 1)])
+    rest = deck(CUBE)
+    start = next(k for k, line in enumerate(rest) if line.startswith("*ELEMENT"))
+    path = written(tmp_path / "cube.inp", ['*Include, input="sub/nodes ü.inp"', *rest[start:]])
+    same_as_the_cube(path)
+    before = content_digest({}, path)
+    more = tmp_path / "sub" / "more.inp"
+    more.write_text(more.read_text() + "** changed\n")
+    assert content_digest({}, path) != before
+
+
+def test_elements_may_go_on_in_the_next_line_and_sets_may_be_generated(tmp_path):
+    lines = deck(CUBE)
+    start = next(k for k, line in enumerate(lines) if line.startswith("*ELEMENT"))
+    for k in range(start + 1, start + 1 + len(CUBE.tets)):
+        texts = lines[k].split(", ")
+        lines[k] = ", ".join(texts[:5]) + ",\n" + ", ".join(texts[5:])
+    count = len(CUBE.faces["MAIN_1"])
+    lines = [line.replace(", elset=MAIN_1", "") for line in lines]
+    lines += ["*ELSET, ELSET=MAIN_1,", "GENERATE", f"{FIRST}, {FIRST + count - 1}, 1"]
+    same_as_the_cube(written(tmp_path / "cube.inp", lines))
+
+
+def test_universal_gmsh_and_nastran_files_say_the_same(tmp_path):
+    same_as_the_cube(written(tmp_path / "cube.unv", universal(CUBE)))
+    same_as_the_cube(by_meshio(tmp_path / "cube.msh", CUBE, "gmsh"))
+    same_as_the_cube(by_meshio(tmp_path / "cube.bdf", CUBE, "nastran"))
+
+
+def test_a_universal_file_may_name_nodes(tmp_path):
+    lines = universal(CUBE)
+    at = next(k for k, line in enumerate(lines) if line.strip() == "2467") + 1
+    lines = lines[:at]
+    for k, (name, rows) in enumerate(CUBE.faces.items(), 1):
+        nodes = [int(node) + 1 for node in np.unique(rows)]
+        lines += ["".join(f"{value:10d}" for value in (k, 0, 0, 0, 0, 0, 0, len(nodes))), name]
+        lines += [f"{7:10d}{node:10d}{0:10d}{0:10d}" for node in nodes]
+    same_as_the_cube(written(tmp_path / "cube.unv", [*lines, "    -1"]))
+
+
+def changed(line, text, lines):
+    """Lines of which the first that begins so is another one."""
+    at = next(k for k, own in enumerate(lines) if own.startswith(line))
+    return [*lines[:at], *([] if text is None else text.split("\n")), *lines[at + 1 :]]
+
+
+ODD_DECKS = [
+    (lambda x: changed("3, ", "3, 1.0, zero, 0.0", x), r"line 7: .*zero.* is no node; expected is NUMBER, X, Y, Z"),
+    (lambda x: changed("3, ", "3, 1.0", x), r"line 7: node 3 has 1 coordinates"),
+    (lambda x: changed("*NODE", "*NODE\n3, 9., 9., 9.", x), r"line \d+: node 3 is there already, at another place"),
+    (lambda x: changed("1, ", None, x), r"line \d+: element \d+ has node 1, which does not exist"),
+    (lambda x: [*x, "*ELEMENT, TYPE=C3D10", "9000, 1, 2, 3, 4, 5, 6, 7, 8, 9"], r"element 9000 .* has 9 nodes, 10 are"),
+    (lambda x: [*x, "*ELEMENT, TYPE=C3D8", "9000, 1, 2, 3, 4, 5, 6, 7, 8"], r"holds \d+ 10-node tetrahedra, 1 C3D8"),
+    (lambda x: [*x, "*INCLUDE, INPUT=nowhere.inp"], r"line \d+: \*INCLUDE names nowhere.inp, which is not in"),
+    (lambda x: [*x, "*INCLUDE, INPUT=odd.inp"], r"line \d+: odd.inp includes itself"),
+    (lambda x: [*x, "*SURFACE, NAME=pin_2", "nothing, S1"], r"surface pin_2 names the set 'nothing', which does not"),
+    (lambda x: [*x, "*SURFACE, NAME=pin_2", "1, S7"], r"'S7' is no face of a tetrahedron"),
+    (lambda x: [*x, "*ELSET, ELSET=a, GENERATE", "9, 1, 1"], r"GENERATE wants FIRST, LAST, STEP; found '9, 1, 1'"),
+    (lambda x: [*x, "*ELSET, ELSET=a", "b"], r"set 'b' does not exist; define it before a"),
+    (lambda x: ["*PART, NAME=one", *x, "*PART, NAME=two"], r"a second part, 'two': export one part"),
+    (lambda x: [*x, "*INSTANCE, NAME=i, PART=p", "0., 0., 5."], r"an instance that is moved"),
+    (lambda x: [*x, "*ELEMENT, TYPE=C3D10", "1, 10, 2, 3, 4, 5, 6, 7, 8, 9, 11"], r"element 1 stands at .*, line"),
+    (lambda x: ["nothing at all"], r"holds no solids"),
+    (lambda x: [*x, "*ELEMENT, TYPE=C3D4", "9000, 1, 2, 3, 4"], r"holds 1 4-node tetrahedra, \d+ 10-node tetrahedra"),
+]  # fmt: skip
+
+ODD_UNIVERSAL = [
+    (lambda x: x[: len(x) // 2], r"the file ends within a dataset; it is cut short"),
+    (lambda x: [line.replace("2411", "2999") for line in x], r"no mesh: it holds 164, 2412, 2467, 2999"),
+    (lambda x: [line.replace("  2412", "  2413") for line in x], r"no mesh: it holds 164, 2411, 2413"),
+    (lambda x: changed("         1         1", f"{1:10d}{4:10d}{1:10d}{1:10d}", x), r"node 1 is in coordinate sys"),
+    (lambda x: [*x[:7], "   one two three", *x[8:]], r"line 8: .* is no node"),
+    (lambda x: [*x[:7], "  0.0D+00  0.0D+00", *x[8:]], r"line 8: node 1 has 2 coordinates"),
+    (lambda x: [line.replace("       118", "       116") for line in x], r"holds \d+ bricks: mesh the solid"),
+    (lambda x: [line.replace("       118", "       111") for line in x], r"of kind 111 has 10 nodes, 4 are expected"),
+    (lambda x: ["hello"], r"no mesh: it holds no dataset"),
+    (lambda x: [""], r"no mesh: it holds no dataset"),
+    (lambda x: [line.replace("         7        10", "         7        ab") for line in x], r"whole numbers are exp"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "says"), ODD_DECKS)
+def test_an_odd_deck_is_refused_with_its_reason(tmp_path, change, says):
+    path = written(tmp_path / "odd.inp", change(deck(CUBE)))
+    with pytest.raises(InputError, match=says) as caught:
+        read_surfaces_and_tetrahedra(path)
+    assert str(path) in str(caught.value) and "export it again" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("change", "says"), ODD_UNIVERSAL)
+def test_an_odd_universal_file_is_refused_with_its_reason(tmp_path, change, says):
+    path = written(tmp_path / "odd.unv", change(universal(CUBE)))
+    with pytest.raises(InputError, match=says) as caught:
+        read_surfaces_and_tetrahedra(path)
+    assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("ending", "change", "says"),
+    [
+        ("msh", lambda text: text.replace("$MeshFormat\n2.2", "$MeshFormat\n1.7"), r"line \d: .*mesh format.*1.7"),
+        ("msh", lambda text: "hello\n" + text, r"line 1: .*'hello'; its files begin with \$MeshF"),
+        ("msh", lambda text: "", r"line 1: .*''; its files begin"),
+        ("msh", lambda text: text[: len(text) // 3], r"line \d+: not readable as gmsh \(\w+"),
+        ("msh", lambda text: text.replace("$Nodes\n", "$Nodes\nmany\n", 1), r"line \d+: not readable as gmsh \(Val"),
+        ("bdf", lambda text: text[: len(text) // 2], r"line \d+: cut short: a Nastran file ends with ENDDATA"),
+        ("bdf", lambda text: text.replace("CTETRA", "CPENTA"), r"line \d+: not readable|holds \d+ wedge"),
+        ("bdf", lambda text: "", r"not readable as nastran|holds no solids"),
+        ("bdf", lambda text: text.replace("BEGIN BULK", "BEGIN BULK\nINCLUDE 'a.bdf'"), r"line \d+: INCLUDE is not"),
+    ],
+)  # fmt: skip
+def test_an_odd_gmsh_or_nastran_file_is_refused_with_its_reason(tmp_path, ending, change, says):
+    path = by_meshio(tmp_path / f"odd.{ending}", CUBE, {"msh": "gmsh", "bdf": "nastran"}[ending])
+    path.write_text(change(path.read_text()))
+    with pytest.raises(InputError, match=says) as caught:
+        read_surfaces_and_tetrahedra(path)
+    assert str(path) in str(caught.value) and "export it again" not in str(caught.value)
+
+
+def test_bulk_data_alone_are_read(tmp_path):
+    path = by_meshio(tmp_path / "bulk.nas", CUBE, "nastran")
+    text = path.read_text()
+    path.write_text(text[text.index("BEGIN BULK\n") + 11 :].replace("ENDDATA", ""))
+    same_as_the_cube(path)
+
+
+@pytest.mark.filterwarnings("ignore:.*linear tetrahedra:UserWarning")
+def test_four_node_tetrahedra_with_their_triangles(tmp_path):
+    cube = Cube(quadratic=False)
+    lines = deck(cube, "S3")
+    _, tets, surfaces = read_surfaces_and_tetrahedra(written(tmp_path / "cube.inp", lines))
+    assert tets.shape == cube.tets.shape
+    assert {frozenset(row) for row in surfaces["main[1]"].tolist()} == cube.triangles("MAIN_1")
+    assert numbered(cube.tets[:1], 1) == [lines[lines.index("*ELEMENT, TYPE=C3D4, ELSET=solid") + 1]]
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("crank.pch", "a Nastran punch file holds DMIG KAAX, no mesh: name it in a superelement's .toml"),
+        ("crank.op4", "a Nastran OUTPUT4 file holds matrices, no mesh"),
+        ("crank.sub", "an Ansys superelement file holds matrices, no mesh"),
+        ("crank.step", "CAD, no mesh: 'cranktrain new NAME --step crank.step' meshes it"),
+        ("crank.stl", "mesh format '.stl' is not known: use .msh, .inp, .unv"),
+    ],
+)
+def test_what_is_no_mesh_is_named_on_the_command_line(tmp_path, capsys, name, says):
+    path = tmp_path / name
+    path.write_text("DMIG    KAAX           0       6       1       0                      12\n")
+    assert main(["reduce", "diesel_i6", "--mesh", str(path)]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert says in said[-1] and said[-1].startswith("cranktrain: ")

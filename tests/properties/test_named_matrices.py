@@ -1,0 +1,187 @@
+"""Superelements in files of Nastran are those of any other file; what cannot be used is named with its reason."""
+
+import numpy as np
+import pytest
+from superelements import describe, shaft
+
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.structure.fem.own_body import read_body
+
+op4 = pytest.importorskip("pyyeti.nastran.op4")
+
+FRAME = shaft(4)
+STIFFNESS, MASS = FRAME.matrices()
+NODES = [101 + k for k in range(len(FRAME.positions))]
+PLACES = dict(zip(NODES, FRAME.positions, strict=True))
+ENDS = {"a": NODES[0], "b": NODES[-1]}
+
+
+def punch(path, matrices, wide=True):
+    """A punch file: symmetric DMIG, lower triangle by columns, in fields of 16 with FORTRAN's exponents."""
+    lines = ["$TITLE = SHAFT", "$SUBCASE 1"]
+    for name, matrix in matrices.items():
+        lines.append(f"DMIG    {name:8s}{0:8d}{6:8d}{2:8d}{0:8d}{'':8s}{len(matrix):8d}")
+        for j, column in enumerate(matrix.T):
+            lines.append(f"DMIG*   {name:8s}{'':8s}{NODES[j // 6]:16d}{j % 6 + 1:16d}")
+            for i in range(j, len(matrix)):
+                if column[i]:
+                    value = f"{column[i]:.9E}".replace("E", "D")
+                    lines.append(f"*       {NODES[i // 6]:16d}{i % 6 + 1:16d}{value:>16s}")
+    path.write_text("\n".join(lines) + "\n")
+
+
+def grids(path):
+    """GRID cards: one in free field, one in wide fields, the others in narrow ones."""
+    lines = []
+    for k, (node, (x, y, z)) in enumerate(PLACES.items()):
+        if k == 0:
+            lines.append(f"GRID,{node},,{x},{y},{z}")
+        elif k == 1:
+            lines += [f"GRID*   {node:16d}{'':16s}{x:16.9f}{y:16.9f}", f"*       {z:16.9f}"]
+        else:
+            lines.append(f"GRID    {node:8d}{'':8s}{x:8.4f}{y:8.4f}{z:8.4f}")
+    path.write_text("\n".join(lines) + "\n")
+
+
+def described(folder, **files):
+    return describe(folder / "super.toml", PLACES, ENDS, files)
+
+
+def frequencies(path):
+    return read_body(path).frequencies_hz[6:14]
+
+
+@pytest.fixture(scope="module")
+def wanted(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plain")
+    for name, matrix in (("k", STIFFNESS), ("m", MASS)):
+        rows, columns = np.nonzero(np.tril(matrix))
+        text = "".join(
+            f"{NODES[i // 6]},{i % 6 + 1}, {NODES[j // 6]},{j % 6 + 1}, {matrix[i, j]:.15e}\n"
+            for i, j in zip(rows, columns, strict=True)
+        )
+        (folder / f"{name}.mtx").write_text(text)
+    return frequencies(described(folder, stiffness="k.mtx", mass="m.mtx"))
+
+
+def test_a_punch_file_with_both_matrices(tmp_path, wanted):
+    punch(tmp_path / "s.pch", {"KAAX": STIFFNESS, "MAAX": MASS})
+    assert frequencies(described(tmp_path, matrices="s.pch")) == pytest.approx(wanted, rel=1e-6)
+
+
+def test_nodes_are_grids_of_bulk_data(tmp_path, wanted):
+    punch(tmp_path / "s.PCH", {"KAAX": STIFFNESS, "MAAX": MASS})
+    grids(tmp_path / "s.bdf")
+    path = tmp_path / "super.toml"
+    path.write_text(f'matrices = "s.PCH"\nnodes = "s.bdf"\n[interfaces]\na = {ENDS["a"]}\nb = {ENDS["b"]}\n')
+    assert frequencies(path) == pytest.approx(wanted, rel=1e-6)
+
+
+@pytest.mark.parametrize("form", [(True, "dense"), (False, "dense"), (True, "bigmat"), (False, "nonbigmat")])
+def test_output4_in_text_and_binary_dense_and_sparse(tmp_path, wanted, form):
+    binary, sparse = form
+    op4.write(tmp_path / "s.op4", {"kaa": STIFFNESS, "maa": MASS, "baa": 0.0 * MASS}, binary=binary, sparse=sparse)
+    (tmp_path / "s.dof").write_text("".join(f"{n}.{c}\n" for n in NODES for c in range(1, 7)))
+    assert frequencies(described(tmp_path, matrices="s.op4", dofs="s.dof")) == pytest.approx(wanted, rel=1e-9)
+
+
+def test_one_of_several_matrices_is_named(tmp_path, wanted):
+    punch(tmp_path / "s.pch", {"KAAX": STIFFNESS, "K4AAX": 2.0 * STIFFNESS, "MAAX": MASS})
+    with pytest.raises(InputError, match=r"it holds several: KAAX, K4AAX; name one by stiffness_matrix ="):
+        read_body(described(tmp_path, matrices="s.pch"))
+    path = described(tmp_path, matrices="s.pch", stiffness_matrix="k4aax")
+    assert frequencies(path) == pytest.approx(np.sqrt(2.0) * wanted, rel=1e-6)
+
+
+def test_dense_matrix_market_as_ansys_exports_it(tmp_path, wanted):
+    from scipy.io import mmwrite
+
+    for name, matrix in (("k", STIFFNESS), ("m", MASS)):
+        mmwrite(tmp_path / f"{name}.mtx", matrix, precision=16)
+    (tmp_path / "s.dof").write_text("".join(f"{n}.{c}\n" for n in NODES for c in range(1, 7)))
+    found = frequencies(described(tmp_path, stiffness="k.mtx", mass="m.mtx", dofs="s.dof"))
+    assert found == pytest.approx(wanted, rel=1e-9)
+
+
+def edited(text, new):
+    return lambda path: path.write_text(path.read_text().replace(text, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (edited("$TITLE", "$TITLE"), None),
+        (lambda path: path.write_text("hello\n"), "no DMIG; it holds hello: write it by EXTSEOUT"),
+        (lambda path: path.write_bytes(b""), "no DMIG; it holds no cards"),
+        (edited("DMIG    MAAX           0", "DMIG    XAAX           0"), r"not readable|it holds none, but"),
+        (edited("D+0", "Q+0"), r"line \d+: .*; a DMIG's line has node, component and value"),
+        (edited("       6       2", "       6       4"), r"line 3: a complex DMIG"),
+        (lambda path: path.write_text(path.read_text().replace("MAAX", "KBBX")), "holds several: KAAX, KBBX"),
+        (lambda path: path.write_text(path.read_text().replace("MAAX", "BAAX")), "of mass matrices .* none, but BAAX"),
+        (lambda path: path.unlink(), "no such file; put it beside the superelement"),
+        (lambda path: path.write_text(path.read_text().replace("D+", "D-")), r"mass in rigid motions|rigid"),
+        (lambda path: path.write_text(path.read_text().replace(f"{NODES[0]:16d}", f"{'x':>16s}", 1)), r"not|line"),
+    ],
+)  # fmt: skip
+def test_an_odd_punch_file_is_refused_in_one_line(tmp_path, capsys, change, says):
+    punch(tmp_path / "s.pch", {"KAAX": STIFFNESS, "MAAX": MASS})
+    change(tmp_path / "s.pch")
+    path = described(tmp_path, matrices="s.pch")
+    if says is None:
+        read_body(path)
+        return
+    with pytest.raises(InputError, match=says) as caught:
+        read_body(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("size", [0, 7, 200])
+def test_output4_cut_short_is_refused(tmp_path, size):
+    for binary in (True, False):
+        op4.write(tmp_path / "s.op4", {"kaa": STIFFNESS, "maa": MASS}, binary=binary)
+        whole = (tmp_path / "s.op4").read_bytes()
+        (tmp_path / "s.op4").write_bytes(whole[:size])
+        (tmp_path / "s.dof").write_text("".join(f"{n}.{c}\n" for n in NODES for c in range(1, 7)))
+        with pytest.raises(InputError, match=r"s\.op4: (not readable as a Nastran OUTPUT4|of \w+ matrices)"):
+            read_body(described(tmp_path, matrices="s.op4", dofs="s.dof"))
+
+
+def test_output4_needs_the_degrees_of_freedom(tmp_path):
+    op4.write(tmp_path / "s.op4", {"kaa": STIFFNESS, "maa": MASS})
+    with pytest.raises(InputError, match=r"gives rows by number; add dofs = with a line NODE.COMPONENT each row"):
+        read_body(described(tmp_path, matrices="s.op4"))
+    (tmp_path / "s.dof").write_text("1.1\n1.2\n")
+    with pytest.raises(InputError, match=r"s\.dof: does not name the 30 rows of s\.op4"):
+        read_body(described(tmp_path, matrices="s.op4", dofs="s.dof"))
+
+
+def test_files_of_ansys_are_refused_by_name_on_the_command_line(tmp_path, capsys):
+    (tmp_path / "crank.sub").write_bytes(b"\0" * 100)
+    path = described(tmp_path, matrices="crank.sub")
+    assert main(["reduce", "diesel_i6", "--body", str(path)]) == 2
+    said = capsys.readouterr().err.strip().splitlines()[-1]
+    assert "crank.sub: binary matrices of Ansys" in said and "*EXPORT,K,MMF,k.mtx" in said
+
+
+def test_without_pyyeti_one_line_says_what_to_install(tmp_path, monkeypatch):
+    punch(tmp_path / "s.pch", {"KAAX": STIFFNESS, "MAAX": MASS})
+    monkeypatch.setattr("cranktrain.structure.fem.named_matrices.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"needs pyyeti to be read; pip install cranktrain\[matrices\]"):
+        read_body(described(tmp_path, matrices="s.pch"))
+
+
+def test_a_matrix_of_two_components_is_too_small(tmp_path):
+    """A DMIG as a user sent it: two components of one node."""
+    (tmp_path / "s.pch").write_text(
+        "DMIG    KAAX           0       6       1       0                      12\n"
+        "DMIG*   KAAX                        1001               1\n"
+        "*                   1001               1 1.234000000D+06\n"
+        "*                   1001               2-2.100000000D+03\n"
+        "DMIG*   KAAX                        1001               2\n"
+        "*                   1001               2 2.234000000D+06\n"
+    )
+    with pytest.raises(InputError, match=r"s\.pch: 2 components; a superelement has 7 to 6000: condense the body"):
+        read_body(described(tmp_path, stiffness="s.pch", mass="s.pch", mass_matrix="KAAX"))
+    with pytest.raises(InputError, match=r"of mass matrices \(names with M\) it holds none, but KAAX"):
+        read_body(described(tmp_path, matrices="s.pch"))
