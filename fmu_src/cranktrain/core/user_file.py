@@ -14,9 +14,22 @@ LARGEST_FILE = 10_000_000
 """Bytes of the largest text that is read: a thousand times what an engine takes."""
 
 
+def user_path(path: str | Path) -> Path:
+    """A path that a user gave, with ``~`` and ``~name`` as the home folder; a leading ~ of no user stands as it is."""
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:
+        return Path(path)
+
+
+def ending(path: str | Path) -> str:
+    """Ending of a file's name with its dot, in small letters."""
+    return Path(path).suffix.lower()
+
+
 def read_text(path: str | Path, what: str, remedy: str) -> str:
     """Text of a user's file, which is to be ``what``; ``InputError`` ends with the remedy where it cannot be read."""
-    shown, path = f"{path}", Path(path)
+    shown, path = f"{path}", user_path(path)
     try:
         if not path.is_file():
             raise InputError(f"{shown}: no such {what}; {remedy}")

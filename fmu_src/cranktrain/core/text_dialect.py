@@ -1,0 +1,195 @@
+"""The dialect of a text table, found from its first lines: separator, decimal sign, thousands, and where values begin.
+
+Each separator (tab, ``;``, ``|``, ``,``, blanks) is tried with each way of writing numbers. That with the most lines of
+one width whose cells are numbers is taken. Two ways that read the same cells as different numbers are refused, such as
+``1,600`` for 1600 or 1.6: nothing is guessed.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
+
+from cranktrain.core.errors import InputError, shown
+
+SEPARATORS = ("\t", ";", "|", ",", " ")
+NUMBERS = ((".", ""), (",", ""), (".", ","), (",", "."), (".", "'"), (".", " "), (",", " "))
+"""Decimal sign and thousands separator, the usual ones first."""
+LINES = 1000
+"""Lines of values from which a dialect is found."""
+MISSING = frozenset(("", "-", "--", "nan", "na", "n/a", "#n/a", "#nv", "null", "none"))
+"""Small-letter words for a value that is missing."""
+# A % alone is a unit, # before a digit a number: cylinder #1.
+_COMMENT = re.compile(r"(?:^|(?<=[\s;,|]))(?:#(?!\d)|//|%(?=\s*[^\s;,|%]))")
+_LEADING = ("#", "%", "//")
+_WIDE = re.compile(r"\d[,;|\t]\d")
+
+
+class Dialect(NamedTuple):
+    """How a table is written.
+
+    Attributes
+    ----------
+    separator : one character; a blank stands for any number of blanks and tabs
+    decimal, thousands : signs within numbers; ``thousands`` may be empty
+    width : columns of values
+    numeric : for each column whether its values are numbers
+    """
+
+    separator: str
+    decimal: str
+    thousands: str
+    width: int
+    numeric: tuple[bool, ...]
+
+    def number(self, text: str) -> float:
+        """A number of a cell; ``ValueError`` where it is none, NaN where it is missing."""
+        if text.lower() in MISSING:
+            return float("nan")
+        if not _number(self.decimal, self.thousands).fullmatch(text):
+            raise ValueError(text)
+        if self.thousands:
+            text = text.replace(self.thousands, "")
+        return float(re.sub("[dD]", "e", text.replace(self.decimal, ".").replace("−", "-")))
+
+    def is_row(self, cells: Sequence[str]) -> bool:
+        """Whether cells are values: those of numeric columns are numbers or missing, and at least one is a number."""
+        pattern, found = _number(self.decimal, self.thousands), 0
+        if len(cells) < min(2, self.width):
+            return False
+        for cell, numeric in zip(cells, self.numeric, strict=False):
+            if numeric and cell.lower() not in MISSING:
+                if not pattern.fullmatch(cell):
+                    return False
+                found += 1
+        return found > 0
+
+
+def without_comment(line: str) -> tuple[str, str]:
+    """A line without its comment (``#``, ``%`` or ``//`` to its end), and the comment; neither within quotes."""
+    text = line.strip(" \r\n\x1a\f\v") if "\x1a" in line or "\f" in line else line
+    lead = text.lstrip()
+    if lead.startswith(_LEADING):
+        return "", lead.lstrip("#%/").strip()
+    if "#" not in text and "%" not in text and "//" not in text:
+        return text, ""
+    for match in _COMMENT.finditer(text):
+        if text.count('"', 0, match.start()) % 2 == 0:
+            return text[: match.start()], text[match.end() :].strip()
+    return text, ""
+
+
+def split(line: str, separator: str) -> list[str]:
+    """Cells of a line without blanks and quotes around them."""
+    text = line.strip(" \n\r")
+    if separator == "|":
+        text = text.strip().removeprefix("|")
+    if separator == " ":
+        if '"' not in text:
+            return text.split()
+        text = re.sub(r"\s+", " ", text)
+    if '"' not in text:
+        return [cell.strip() for cell in text.split(separator)]
+    return [cell.strip() for cell in next(csv.reader([text], delimiter=separator, skipinitialspace=True))]
+
+
+def trimmed(cells: list[str]) -> list[str]:
+    """Cells without empty ones at the end."""
+    count = len(cells)
+    while count and not cells[count - 1]:
+        count -= 1
+    return cells[:count]
+
+
+def sniff(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str) -> Dialect:
+    """The dialect of lines (number and text, without comments and empty ones).
+
+    Raises
+    ------
+    InputError
+        one line: nothing but text, or numbers that can be read in two ways
+    """
+    best, score = None, 0.0
+    for separator in SEPARATORS:
+        if not any(separator in text or (separator == " " and "\t" in text) for _, text in lines):
+            continue
+        rows = [trimmed(split(text, separator)) for _, text in lines]
+        for decimal, thousands in NUMBERS:
+            if separator in (decimal, thousands) and not (separator == decimal and any('"' in t for _, t in lines)):
+                continue
+            own, dialect = _score(rows, separator, decimal, thousands)
+            if own > score * (1.0 + 1e-9):
+                best, score = dialect, own
+    if best is None:
+        number, text = lines[0] if lines else (1, "")
+        raise InputError(f"{name}: line {number}: {shown(text.strip())} begins no {what}; {remedy}")
+    _refuse_two_meanings(best, lines, name)
+    return best
+
+
+def _score(rows: list[list[str]], separator: str, decimal: str, thousands: str) -> tuple[float, Dialect]:
+    """How many lines of one width a dialect reads, each by its part of numbers; and the dialect."""
+    pattern = _number(decimal, thousands)
+    found = [tuple(bool(pattern.fullmatch(cell)) for cell in row) for row in rows]
+    widths = Counter(len(row) for row, own in zip(rows, found, strict=True) if len(row) > 1 and any(own))
+    if not widths:
+        return 0.0, Dialect(separator, decimal, thousands, 0, ())
+    width = max(widths, key=lambda count: (widths[count], count))
+    total = 0.0
+    numbers, filled = [0] * width, [0] * width
+    for row, own in zip(rows, found, strict=True):
+        if not 1 < len(row) <= width or not any(own):
+            continue
+        used = [k for k, cell in enumerate(row) if cell.lower() not in MISSING]
+        if any(not own[k] and _WIDE.search(row[k]) for k in used):
+            continue
+        total += sum(own[k] for k in used) / len(used) * (1.0 if len(row) == width else 0.5)
+        for k in used:
+            filled[k] += 1
+            numbers[k] += own[k]
+    numeric = tuple(n > 0.5 * f or f == 0 for n, f in zip(numbers, filled, strict=True))
+    return total, Dialect(separator, decimal, thousands, width, numeric)
+
+
+def _refuse_two_meanings(dialect: Dialect, lines: Sequence[tuple[int, str]], name: str) -> None:
+    """Refuse commas that may be decimal ones or separate thousands, where no cell tells."""
+    if dialect.decimal != "," and dialect.thousands != ",":
+        return
+    doubtful: tuple[int, str, str] | None = None
+    both = {"point": False, "other": False}
+    groups = re.compile(r"[+\-−]?[1-9]\d{0,2}(?:,\d{3})+")
+    for number, text in lines:
+        cells = trimmed(split(text, dialect.separator))
+        if not dialect.is_row(cells):
+            continue
+        for cell, numeric in zip(cells, dialect.numeric, strict=False):
+            if not numeric:
+                continue
+            both["point"] |= "." in cell
+            if "," in cell:
+                if not groups.fullmatch(cell) or cell.count(",") > 1:
+                    both["other"] = True
+                doubtful = doubtful or (number, cell, text)
+            elif "." in cell and not re.fullmatch(r"[+\-−]?[1-9]\d{0,2}(?:\.\d{3})+", cell):
+                both["other"] = True
+    if doubtful is not None and not both["other"]:
+        number, cell, _ = doubtful
+        plain = cell.replace(",", "")
+        raise InputError(
+            f"{name}: line {number}: {shown(cell)} may be {plain} or {cell.replace(',', '.')}; write numbers without "
+            "thousands separators"
+        )
+
+
+@cache
+def _number(decimal: str, thousands: str) -> re.Pattern[str]:
+    """Pattern of a number."""
+    whole = r"\d+"
+    if thousands:
+        whole = rf"(?:\d{{1,3}}(?:{re.escape(thousands)}\d{{3}})+|\d+)"
+    point = re.escape(decimal)
+    return re.compile(rf"[+\-−]?(?:{whole}(?:{point}\d*)?|{point}\d+)(?:[eEdD][+\-]?\d+)?")

@@ -1,0 +1,362 @@
+"""Units as engineers write them, converted to SI.
+
+``UNITS`` is a quick table of the units that cranktrain itself writes. Every other spelling (``kN·m/rad``, ``kg cm²``,
+``lbf in s^2``, ``1/min``, ``°C``, ``bar(g)``) is read by pint, which is loaded when such a spelling comes.
+
+A plane angle is a dimension of its own here, so ``N m/rad`` and ``N m`` are two things, and ``rev/min`` is no
+frequency. Three spellings have a second meaning that is taken only where the first one does not have the dimension
+asked for: ``lb`` and ``kg`` as forces (``lb in`` as a torque, ``kg/cm2`` as a pressure), a product after a slash as
+divisor (``W/m2 K``), and ``1/min`` as a speed of rotation.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from difflib import get_close_matches
+from functools import cache
+from typing import Any, NamedTuple
+
+from cranktrain.core.errors import InputError, nearest, shown
+
+ZERO_CELSIUS = 273.15
+ATMOSPHERE = 101325.0
+"""Zero of gauge pressures, Pa."""
+
+_PRESSURES = {"Pa": 1.0, "kPa": 1e3, "bar": 1e5, "MPa": 1e6, "GPa": 1e9}
+# dimension: its units and their factors to SI, the unit of SI first; frequencies stay in Hz
+UNITS: dict[str, dict[str, float]] = {
+    "1": {"1": 1.0, "%": 0.01},
+    "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
+    "angle": {"rad": 1.0, "deg": math.pi / 180.0},
+    "velocity": {"m/s": 1.0},
+    "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6},
+    "inertia": {"kg m^2": 1.0},
+    "density": {"kg/m^3": 1.0},
+    "pressure": _PRESSURES,
+    "absolute pressure": _PRESSURES,
+    "gauge pressure": _PRESSURES,
+    "force": {"N": 1.0, "kN": 1e3},
+    "torque": {"N m": 1.0, "kN m": 1e3},
+    "stiffness": {"N/m": 1.0, "N/mm": 1e3},
+    "damping": {"N s/m": 1.0},
+    "torsional stiffness": {"N m/rad": 1.0},
+    "torsional damping": {"N m s/rad": 1.0},
+    "viscosity": {"Pa s": 1.0, "mPa s": 1e-3},
+    "kinematic viscosity": {"m^2/s": 1.0, "mm^2/s": 1e-6},
+    "pressure coefficient": {"1/Pa": 1.0, "1/GPa": 1e-9},
+    "heat capacity": {"J/(kg K)": 1.0},
+    "temperature": {"K": 1.0, "degC": 1.0},
+    "temperature difference": {"K": 1.0},
+    "speed": {"rad/s": 1.0, "rev/min": math.pi / 30.0},
+    "frequency": {"Hz": 1.0},
+    "rate": {"1/s": 1.0},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+    "area": {"m^2": 1.0, "cm^2": 1e-4, "mm^2": 1e-6},
+    "second moment of area": {"m^4": 1.0, "cm^4": 1e-8, "mm^4": 1e-12},
+    "heat transfer": {"W/(m^2 K)": 1.0},
+    "pressure times velocity": {"Pa m/s": 1.0, "MPa m/s": 1e6},
+    "heat flux": {"W/m^2": 1.0, "kW/m^2": 1e3},
+    "power": {"W": 1.0, "kW": 1e3, "MW": 1e6},
+    "energy": {"J": 1.0, "kJ": 1e3},
+    "specific energy": {"J/kg": 1.0, "MJ/kg": 1e6},
+}
+OFFSETS = {"degC": ZERO_CELSIUS}
+FURTHER = {
+    "volume": "m^3", "acceleration": "m/s^2", "angular acceleration": "rad/s^2", "volume flow": "m^3/s",
+    "mass flow": "kg/s", "angular jerk": "rad/s^3", "voltage": "V", "current": "A",
+}  # fmt: skip
+"""Dimensions of measured signals that no engine file states, and their unit of SI."""
+
+_SPELT = {
+    "µ": "u", "μ": "u", "·": "*", "⋅": "*", "∙": "*", "•": "*", "×": "*", "−": "-", "–": "-", "÷": "/", "∕": "/",
+    "⁄": "/", "″": '"', "”": '"', "º": "°", "²": "^2", "³": "^3", "⁴": "^4", "⁻¹": "^-1", "⁻²": "^-2", "⁻³": "^-3",
+    "**": "^", "㎜": "mm", "Ω": "ohm", "\u00a0": " ", "\u202f": " ", "\u2009": " ",
+}  # fmt: skip
+_DEGREES = re.compile(
+    r"°\s*(?:c\.?a\.?(?:d)?|cr\.?a|cra|kw|crank)?|(?:deg(?:rees?)?|grad)[\s_.*-]*(?:c\.?a\.?|cra|kw|crank)|cad|d?ca|kw°"
+)
+_KELVINS = {
+    "°c": "degC", "c": "degC", "degc": "degC", "celsius": "degC", "deg c": "degC", "grad c": "degC", "°f": "degF",
+    "f": "degF", "degf": "degF", "fahrenheit": "degF", "deg f": "degF", "k": "kelvin", "°k": "kelvin",
+    "kelvin": "kelvin", "degk": "kelvin", "deg k": "kelvin", "°r": "degR", "degr": "degR", "rankine": "degR",
+}  # fmt: skip
+_GAUGE = re.compile(r"(.*?[^\s(])\s*\(?\s*(g|gauge|ga|rel|relative?|ü|a|abs|absolute?)\s*\)?", re.IGNORECASE)
+_TOKEN = re.compile(r"\s*(?:([^\W\d_]+|%|‰|\")(?:\^?\(?([+-]?\d+)\)?)?|(1(?:0+(?:\.0)?)?)(?:\^([+-]?\d+))?|([*/()]))")
+# What engineers write, in pint's words. Concatenations such as kNm or mPas are products of these.
+_WORDS = {
+    **{word: word for word in (
+        "m mm cm dm km um nm kg g mg N kN MN mN s ms us Pa hPa kPa MPa GPa mPa bar mbar psi ksi J kJ MJ "
+        "mJ W kW MW mW Hz kHz K slug kip dyn torr mmHg inHg V mV A ft yd h lbf ozf kgf"
+    ).split()},
+    "in": "inch", "inch": "inch", "inches": "inch", "Zoll": "inch", "zoll": "inch", '"': "inch", "mil": "thou",
+    "thou": "thou", "t": "tonne", "to": "tonne", "lb": "pound", "lbs": "pound", "lbm": "pound", "oz": "ounce",
+    "kp": "kgf", "pdl": "poundal", "sec": "second", "min": "minute", "hr": "hour", "std": "hour", "d": "day",
+    **dict.fromkeys(("rad", "radian", "radians"), "plane_radian"), "mrad": "milliplane_radian",
+    "urad": "microplane_radian", "mdeg": "milliplane_degree",
+    **dict.fromkeys(("deg", "degree", "degrees", "Grad", "grad", "Deg", "DEG"), "plane_degree"),
+    **dict.fromkeys(("rev", "revs", "revolution", "revolutions", "U", "Umdr", "Umdrehung", "Umdrehungen", "r", "turn",
+                     "turns"), "plane_turn"),
+    **dict.fromkeys(("rpm", "upm", "Upm", "UPM", "RPM"), "(plane_turn/minute)"), "rps": "(plane_turn/second)",
+    "gon": "(plane_turn/400)", "arcmin": "(plane_degree/60)", "arcsec": "(plane_degree/3600)", "at": "technical_atmosphere", "atm": "atm", "Torr": "torr", "psf": "(lbf/foot**2)",
+    "P": "poise", "cP": "centipoise", "cp": "centipoise", "cPs": "centipoise", "St": "stokes", "cSt": "centistokes",
+    "cst": "centistokes", "hp": "horsepower", "HP": "horsepower", "bhp": "horsepower", "PS": "metric_horsepower",
+    "ps": "metric_horsepower", "cv": "metric_horsepower", "CV": "metric_horsepower", "l": "liter", "L": "liter",
+    "ml": "milliliter", "mL": "milliliter", "cc": "cm**3", "ccm": "cm**3", "cl": "centiliter", "Btu": "Btu",
+    "BTU": "Btu", "cal": "cal", "kcal": "kcal", "Wh": "Wh", "kWh": "kWh", "%": "percent", "‰": "permille",
+    "ppm": "ppm", "PSI": "psi", "BAR": "bar", "MM": "mm", "KG": "kg", "Bar": "bar",
+    "mph": "(mile/hour)", "kmh": "(km/hour)", "kph": "(km/hour)", "fps": "(foot/second)", "ohm": "ohm", "M": "m",
+    "Nm": "(N*m)", "NM": "(N*m)", "KN": "kN", "MPA": "MPa", "GPA": "GPa",
+    "mmHtO": "(centimeter_H2O/10)", "inHtO": "inch_H2O", "KW": "kW", "KPA": "kPa", "Psi": "psi", "HZ": "Hz", "hz": "Hz",
+}  # fmt: skip
+_ANGLES = (
+    "plane_radian = [angle]", f"plane_turn = {2.0 * math.pi!r} * plane_radian", "plane_degree = plane_turn / 360",
+)  # fmt: skip
+_FORCES = {"pound": "lbf", "kg": "kgf", "g": "gram_force", "ounce": "ozf", "tonne": "(1000*kgf)"}
+_EXAMPLES = "'N m/rad', 'kg cm^2', 'rev/min', 'degC'"
+_PARTS = sorted((word for word in _WORDS if word.isalpha() and word not in ("r", "d", "U", "M")), key=len, reverse=True)
+
+
+class UnitFactor(NamedTuple):
+    """A unit in SI: value · ``scale`` + ``zero`` is in the unit ``si``."""
+
+    scale: float
+    zero: float
+    si: str
+
+
+def to_si(value: Any, unit: str, dimension: str | None = None) -> Any:
+    """A number or array in SI.
+
+    Raises ``InputError``: a unit that is not known, or not of the ``dimension``, a key of ``UNITS``.
+    """
+    scale, zero, _ = unit_factor(unit, dimension)
+    return value * scale + zero
+
+
+def unit_factor(unit: str, dimension: str | None = None) -> UnitFactor:
+    """Scale, zero and SI unit of a spelling; without a ``dimension`` what the unit measures is taken from it.
+
+    Raises
+    ------
+    InputError
+        one line: the unit is not known, or measures something else; with the nearest valid spelling
+    """
+    if dimension is None:
+        for known in UNITS.values():
+            if unit in known:
+                return UnitFactor(known[unit], OFFSETS.get(unit, 0.0), next(iter(known)))
+    elif unit in UNITS.get(dimension, ()):
+        shift = 0.0 if dimension == "temperature difference" else OFFSETS.get(unit, 0.0)
+        return UnitFactor(UNITS[dimension][unit], shift, next(iter(UNITS[dimension])))
+    found = _read(unit, dimension)
+    if isinstance(found, str):
+        raise InputError(found)
+    return found
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is the spelling of a unit, ``-`` and an empty text excluded."""
+    return any(text in known for known in UNITS.values()) or not isinstance(_read(text, None), str)
+
+
+@cache
+def _read(unit: str, dimension: str | None) -> UnitFactor | str:
+    """The unit by pint; the line of an error where it is not known or measures something else."""
+    text = " ".join(_plain(unit).split())
+    if dimension == "1" and text.lower() in ("", "-", "none"):
+        return UnitFactor(1.0, 0.0, "1")
+    if dimension in (None, "temperature", "temperature difference") and (degrees := _KELVINS.get(text.lower())):
+        if dimension or len(text) > 1:
+            found = _temperature(degrees)
+            return found._replace(zero=0.0) if dimension == "temperature difference" else found
+    if (gauge := _gauge(text, dimension)) is not None:
+        return gauge
+    others, strange = list[str](), None
+    for expression in _readings(text, dimension):
+        quantity = _quantity(expression)
+        if quantity is None:
+            continue
+        for name, own in _dimensions(dimension).items():
+            if own == quantity.dimensionality:
+                return _factor(quantity, name)
+        strange = strange or UnitFactor(float(quantity.magnitude), 0.0, _base(quantity))
+        others += [name for name, own in _dimensions(None).items() if own == quantity.dimensionality]
+    valid = [known for name in UNITS if dimension in (None, name) for known in UNITS[name]]
+    if strange and dimension is None:
+        return strange
+    if strange:
+        what = f"measures {others[0]}, not {dimension}" if others else f"does not measure {dimension}"
+        return f"unit {shown(unit)} {what}; {nearest(unit, valid)}"
+    if dimension is None and not get_close_matches(unit, valid, n=1, cutoff=0.5):
+        return f"unit {shown(unit)} is not known; write it as in {_EXAMPLES}"
+    return f"unit {shown(unit)} is not known; {nearest(unit, valid)}"
+
+
+def _plain(unit: str) -> str:
+    """A spelling in ASCII, degrees of crank angle as degrees."""
+    text = unit.strip().replace("H2O", "HtO")
+    for written, plain in _SPELT.items():
+        text = text.replace(written, plain)
+    text = text.strip("[]{}").strip()
+    if text.startswith("(") and text.endswith(")") and text.count("(") == 1:
+        text = text[1:-1].strip()
+    if text in ("''",):
+        return '"'
+    if text.lower() in _KELVINS:
+        return text
+    if text.startswith("/"):
+        text = f"1{text}"
+    if _DEGREES.fullmatch(text.lower()):
+        return "deg"
+    return re.sub(r"°(?:\s*(?:CA|KW|CrA))?(?![CFK]\b)", "deg", text).replace("°C", "kelvin").replace("°", "deg")
+
+
+def _gauge(text: str, dimension: str | None) -> UnitFactor | None:
+    """A pressure that is said to be gauge or absolute; None for all other units."""
+    if dimension not in (None, "pressure", "absolute pressure", "gauge pressure"):
+        return None
+    match = _GAUGE.fullmatch(text.replace("atü", "at ü"))
+    if match is None or text in _WORDS:
+        return None
+    inner = _read(match[1], "pressure")
+    if isinstance(inner, str):
+        return None
+    gauge = match[2][0].lower() in "grü"
+    if dimension == "pressure" and gauge or dimension == "gauge pressure" and not gauge:
+        return None
+    return inner._replace(zero=ATMOSPHERE if gauge and dimension != "gauge pressure" else 0.0)
+
+
+def _readings(text: str, dimension: str | None) -> Iterator[str]:
+    """Meanings of a spelling as expressions of pint, the plain one first."""
+    terms = _terms(text)
+    if terms is None:
+        return
+    per_minute = "".join(terms) in ("1/minute", "minute**-1")
+    if per_minute and dimension in (None, "speed"):
+        yield "plane_turn/minute"
+    forced = [re.sub(r"^(pound|kg|g|ounce|tonne)\b", lambda found: _FORCES[found[0]], term) for term in terms]
+    for words in (terms, forced):
+        yield "".join(words)
+        if words.count("/") == 1 and "(" not in words:
+            at = words.index("/")
+            yield "".join((*words[:at], "/(", *words[at + 1 :], ")"))
+
+
+def _terms(text: str) -> list[str] | None:
+    """Words of pint and signs between them; None where a word is not known."""
+    # N-m and N.m are products, min-1 is a power.
+    text = re.sub(r"(?<=[^\W\d_])[.\-](?=[^\W\d_])", "*", text)
+    text = re.sub(r"(?<=\d)[.\-](?=[^\W\d_])", "*", text)
+    terms, at = list[str](), 0
+    while at < len(text):
+        match = _TOKEN.match(text, at)
+        if match is None:
+            return None
+        word, power, number, exponent, sign = match.groups()
+        at = match.end()
+        if sign is None or sign == "(":
+            if terms and terms[-1] not in ("*", "/", "("):
+                terms.append("*")
+        if sign is not None:
+            terms.append(sign)
+            continue
+        if number is not None:
+            terms.append(f"{number}**{exponent}" if exponent else number)
+            continue
+        known = _word(word)
+        if known is None:
+            return None
+        for k, part in enumerate(known):
+            own = f"**{power}" if power and k == len(known) - 1 else ""
+            terms += [*(["*"] if k else []), f"{part}{own}"]
+    return terms
+
+
+def _word(word: str) -> list[str] | None:
+    """A word of a unit as words of pint: several where it is a product without a sign between, as in kNm."""
+    if word in _WORDS:
+        return [_WORDS[word]]
+    if (parts := _split(word)) is not None:
+        return [_WORDS[part] for part in parts]
+    registry = _registry()
+    for own in (word, word.lower()):
+        try:
+            registry.parse_units(own)
+        except Exception:  # pint's parser raises what Python's tokenizer does, too
+            continue
+        return [own]
+    return None
+
+
+def _split(word: str) -> list[str] | None:
+    """Known symbols of which a word consists, longest first."""
+    for part in _PARTS:
+        if word.startswith(part):
+            rest = word[len(part) :]
+            if not rest:
+                return [part]
+            if (others := _split(rest)) is not None:
+                return [part, *others]
+    return None
+
+
+@cache
+def _registry() -> Any:
+    """Units of pint; exact fractions, and the plane angle a dimension."""
+    from fractions import Fraction
+
+    import pint
+
+    registry: Any = pint.UnitRegistry(non_int_type=Fraction)
+    for line in _ANGLES:
+        registry.define(line)
+    return registry
+
+
+@cache
+def _quantity(expression: str) -> Any:
+    """One of a unit in base units; None where pint cannot make it one."""
+    try:
+        return _registry().parse_expression(expression or "1").to_base_units()
+    except AttributeError:  # a plain number
+        return None if re.search(r"[a-z]", expression) else _registry().Quantity(1, "")
+    except Exception:  # of pint, its tokenizer and arithmetic: the text is no unit
+        return None
+
+
+@cache
+def _dimensions(dimension: str | None) -> dict[str, Any]:
+    """Dimensionality of one quantity, or of all."""
+    names = {name: next(iter(known)) for name, known in UNITS.items()} | FURTHER
+    if dimension is not None:
+        names = {dimension: names[dimension]}
+    return {
+        name: _quantity("".join(_terms(unit) or ())).dimensionality for name, unit in names.items() if unit is not None
+    }
+
+
+def _base(quantity: Any) -> str:
+    """Base units of a quantity that is none of the table's."""
+    powers = dict(quantity.unit_items()).items()
+    return " ".join(str(unit) if power == 1 else f"{unit}^{power}" for unit, power in powers)
+
+
+def _factor(quantity: Any, dimension: str) -> UnitFactor:
+    """The factor to SI; that of the quick table where it is the same unit."""
+    factor = float(quantity.magnitude)
+    known = UNITS.get(dimension, {FURTHER.get(dimension, ""): 1.0})
+    for own in known.values():
+        if math.isclose(own, factor, rel_tol=1e-14):
+            factor = own
+    return UnitFactor(factor, 0.0, next(iter(known)))
+
+
+def _temperature(name: str) -> UnitFactor:
+    """A scale of temperature; Kelvin's has no zero of its own."""
+    if name == "degC":
+        return UnitFactor(1.0, ZERO_CELSIUS, "K")
+    zero, one = (_registry().Quantity(degrees, name).to("kelvin").magnitude for degrees in (0, 1))
+    return UnitFactor(float(one - zero), float(zero), "K")
