@@ -125,10 +125,15 @@ def sniff(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str) -
             if own > score * (1.0 + 1e-9):
                 best, score = dialect, own
     if best is None:
-        number, text = lines[0] if lines else (1, "")
-        raise InputError(f"{name}: line {number}: {shown(text.strip())} begins no {what}; {remedy}")
+        raise InputError(no_values(lines, name, what, remedy))
     _refuse_two_meanings(best, lines, name)
     return best
+
+
+def no_values(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str) -> str:
+    """Message for a file without a line of values."""
+    number, text = lines[0]
+    return f"{name}: no points or values of a {what}; it begins with line {number}, {shown(text.strip())}; {remedy}"
 
 
 def _score(rows: list[list[str]], separator: str, decimal: str, thousands: str) -> tuple[float, Dialect]:

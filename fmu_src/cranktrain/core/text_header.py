@@ -12,6 +12,10 @@ _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\})\s*$")
 _SLASH = re.compile(r"^(.*\S)\s+(?:/|in)\s+(\S+)$")
 
 
+_BOTH = frozenset("ca kw cad v p t n s a m f u r h l d c k g w j cp at phi".split())
+"""Plain names of quantities that are units too."""
+
+
 def header_cells(line: str, separator: str, width: int) -> list[str] | None:
     """Cells of a line above the values if it has one for each of ``width`` columns (2 at least), else None.
 
@@ -31,21 +35,22 @@ def header_cells(line: str, separator: str, width: int) -> list[str] | None:
 def names_and_units(rows: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names and units of columns from header rows of ``width`` cells; empty texts where the rows do not say.
 
-    A row of which most cells are units gives units; the last other row gives names, whose brackets may state units.
+    A row of which most cells are units gives units; the last other row gives names, whose brackets may state units. A
+    row such as ``CA; V; p``, whose letters name quantities as well as units, is one of names unless names stand above.
     """
-    from cranktrain.core.units import is_unit
-
     names, units = [""] * width, [""] * width
-    of_units = [_of_units(row) for row in rows]
-    last = max((k for k, own in enumerate(of_units) if not own), default=None)
+    kinds = list[bool]()
+    for row in rows:
+        clear = any(_is_unit(cell) and plain_name(cell) not in _BOTH for cell in row)
+        kinds.append(_of_units(row) and (clear or False in kinds))
+    last = max((k for k, own in enumerate(kinds) if not own), default=None)
     if last is not None:
         for k, cell in enumerate(rows[last]):
             names[k], units[k] = named(cell)
-    for row, own in zip(rows, of_units, strict=True):
+    for row, own in zip(rows, kinds, strict=True):
         if own:
             for k, cell in enumerate(row):
-                text = cell.strip("[](){}").strip() if not is_unit(cell) else cell
-                units[k] = text if text.lower() not in MISSING else units[k]
+                units[k] = _bare(cell) if cell.lower() not in MISSING else units[k]
     return tuple(names), tuple(units)
 
 
@@ -66,12 +71,22 @@ def named(cell: str) -> tuple[str, str]:
 
 
 def _of_units(row: Sequence[str]) -> bool:
-    """Whether a row states units: at least half of its cells, and the others are empty or a dash."""
+    """Whether a row may state units: more than half of its cells that say something."""
+    stated = [cell for cell in row if cell.lower() not in MISSING]
+    return bool(stated) and sum(map(_is_unit, stated)) > 0.5 * len(stated)
+
+
+def _is_unit(cell: str) -> bool:
+    """Whether a cell is a unit, with or without brackets."""
     from cranktrain.core.units import is_unit
 
-    stated = [cell for cell in row if cell.lower() not in MISSING]
-    found = sum(1 for cell in stated if is_unit(cell) or re.fullmatch(r"[\[(]([^\])]*)[\])]", cell))
-    return bool(stated) and found > 0.5 * len(stated)
+    return cell.lower() not in MISSING and (is_unit(cell) or is_unit(_bare(cell)))
+
+
+def _bare(cell: str) -> str:
+    """A cell without the brackets around it."""
+    match = re.fullmatch(r"[\[({](.*)[\])}]", cell)
+    return match[1].strip() if match else cell
 
 
 def plain_name(name: str) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.text_dialect import LINES, Dialect, sniff, split, trimmed, without_comment
+from cranktrain.core.text_dialect import LINES, Dialect, no_values, sniff, split, trimmed, without_comment
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_header import chosen, header_cells, names_and_units
 
@@ -85,9 +85,7 @@ class _Begun(NamedTuple):
     """Lines from the first of the values on that were read already; their first one has number ``line``."""
 
 
-def read_table(
-    path: str | Path, what: str, remedy: str, *, columns: Sequence[str] | None = None
-) -> TextTable:
+def read_table(path: str | Path, what: str, remedy: str, *, columns: Sequence[str] | None = None) -> TextTable:
     """A table of numbers, whole.
 
     Parameters
@@ -170,8 +168,7 @@ def _begin(file: TextIO, name: str, what: str, remedy: str) -> _Begun:
     dialect = sniff(kept, name, what, remedy)
     first = next((k for k, (_, text) in enumerate(kept) if dialect.is_row(split(text, dialect.separator))), None)
     if first is None:
-        number, text = kept[0]
-        raise InputError(f"{name}: line {number}: {shown(text.strip())} begins no {what}; {remedy}")
+        raise InputError(no_values(kept, name, what, remedy))
     line = kept[first][0]
     above = [cells for _, text in kept[:first] if (cells := trimmed(split(text, dialect.separator)))]
     dialect, rows = _with_header(dialect, kept[:first])
@@ -181,9 +178,7 @@ def _begin(file: TextIO, name: str, what: str, remedy: str) -> _Begun:
         above += [list(cells) for cells in rows]
     names, units = names_and_units(rows, dialect.width)
     notes = tuple(text for number, text in comments if number <= line)
-    return _Begun(
-        dialect, names, units, tuple(map(tuple, above)), notes, line, "".join(raw[line - 1 :])
-    )
+    return _Begun(dialect, names, units, tuple(map(tuple, above)), notes, line, "".join(raw[line - 1 :]))
 
 
 def _with_header(dialect: Dialect, above: list[tuple[int, str]]) -> tuple[Dialect, list[list[str]]]:
@@ -231,7 +226,9 @@ def _lines(block: str, first: int) -> list[tuple[int, str]]:
     lines = block.split("\n")
     if "#" in block or "%" in block or "//" in block:
         lines = [without_comment(line)[0] for line in lines]
-    return [(number, line) for number, line in enumerate(lines, first) if line and not line.isspace() and line != "\x1a"]
+    return [
+        (number, line) for number, line in enumerate(lines, first) if line and not line.isspace() and line != "\x1a"
+    ]
 
 
 def _parsed(block: str, first: int, dialect: Dialect, name: str) -> tuple[Array, NDArray[np.int64]]:

@@ -19,6 +19,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.unit_words import ANGLES, BASES, FORCES, KELVINS, PARTS, SIGNS, WORDS
 
 ZERO_CELSIUS = 273.15
 ATMOSPHERE = 101325.0
@@ -69,53 +70,12 @@ FURTHER = {
 }  # fmt: skip
 """Dimensions of measured signals that no engine file states, and their unit of SI."""
 
-_SPELT = {
-    "µ": "u", "μ": "u", "·": "*", "⋅": "*", "∙": "*", "•": "*", "×": "*", "−": "-", "–": "-", "÷": "/", "∕": "/",
-    "⁄": "/", "″": '"', "”": '"', "º": "°", "²": "^2", "³": "^3", "⁴": "^4", "⁻¹": "^-1", "⁻²": "^-2", "⁻³": "^-3",
-    "**": "^", "㎜": "mm", "Ω": "ohm", "\u00a0": " ", "\u202f": " ", "\u2009": " ",
-}  # fmt: skip
 _DEGREES = re.compile(
     r"°\s*(?:c\.?a\.?(?:d)?|cr\.?a|cra|kw|crank)?|(?:deg(?:rees?)?|grad)[\s_.*-]*(?:c\.?a\.?|cra|kw|crank)|cad|d?ca|kw°"
 )
-_KELVINS = {
-    "°c": "degC", "c": "degC", "degc": "degC", "celsius": "degC", "deg c": "degC", "grad c": "degC", "°f": "degF",
-    "f": "degF", "degf": "degF", "fahrenheit": "degF", "deg f": "degF", "k": "kelvin", "°k": "kelvin",
-    "kelvin": "kelvin", "degk": "kelvin", "deg k": "kelvin", "°r": "degR", "degr": "degR", "rankine": "degR",
-}  # fmt: skip
 _GAUGE = re.compile(r"(.*?[^\s(])\s*\(?\s*(g|gauge|ga|rel|relative?|ü|a|abs|absolute?)\s*\)?", re.IGNORECASE)
 _TOKEN = re.compile(r"\s*(?:([^\W\d_]+|%|‰|\")(?:\^?\(?([+-]?\d+)\)?)?|(1(?:0+(?:\.0)?)?)(?:\^([+-]?\d+))?|([*/()]))")
-# What engineers write, in pint's words. Concatenations such as kNm or mPas are products of these.
-_WORDS = {
-    **{word: word for word in (
-        "m mm cm dm km um nm kg g mg N kN MN mN s ms us Pa hPa kPa MPa GPa mPa bar mbar psi ksi J kJ MJ "
-        "mJ W kW MW mW Hz kHz K slug kip dyn torr mmHg inHg V mV A ft yd h lbf ozf kgf"
-    ).split()},
-    "in": "inch", "inch": "inch", "inches": "inch", "Zoll": "inch", "zoll": "inch", '"': "inch", "mil": "thou",
-    "thou": "thou", "t": "tonne", "to": "tonne", "lb": "pound", "lbs": "pound", "lbm": "pound", "oz": "ounce",
-    "kp": "kgf", "pdl": "poundal", "sec": "second", "min": "minute", "hr": "hour", "std": "hour", "d": "day",
-    **dict.fromkeys(("rad", "radian", "radians"), "plane_radian"), "mrad": "milliplane_radian",
-    "urad": "microplane_radian", "mdeg": "milliplane_degree",
-    **dict.fromkeys(("deg", "degree", "degrees", "Grad", "grad", "Deg", "DEG"), "plane_degree"),
-    **dict.fromkeys(("rev", "revs", "revolution", "revolutions", "U", "Umdr", "Umdrehung", "Umdrehungen", "r", "turn",
-                     "turns"), "plane_turn"),
-    **dict.fromkeys(("rpm", "upm", "Upm", "UPM", "RPM"), "(plane_turn/minute)"), "rps": "(plane_turn/second)",
-    "gon": "(plane_turn/400)", "arcmin": "(plane_degree/60)", "arcsec": "(plane_degree/3600)", "at": "technical_atmosphere", "atm": "atm", "Torr": "torr", "psf": "(lbf/foot**2)",
-    "P": "poise", "cP": "centipoise", "cp": "centipoise", "cPs": "centipoise", "St": "stokes", "cSt": "centistokes",
-    "cst": "centistokes", "hp": "horsepower", "HP": "horsepower", "bhp": "horsepower", "PS": "metric_horsepower",
-    "ps": "metric_horsepower", "cv": "metric_horsepower", "CV": "metric_horsepower", "l": "liter", "L": "liter",
-    "ml": "milliliter", "mL": "milliliter", "cc": "cm**3", "ccm": "cm**3", "cl": "centiliter", "Btu": "Btu",
-    "BTU": "Btu", "cal": "cal", "kcal": "kcal", "Wh": "Wh", "kWh": "kWh", "%": "percent", "‰": "permille",
-    "ppm": "ppm", "PSI": "psi", "BAR": "bar", "MM": "mm", "KG": "kg", "Bar": "bar",
-    "mph": "(mile/hour)", "kmh": "(km/hour)", "kph": "(km/hour)", "fps": "(foot/second)", "ohm": "ohm", "M": "m",
-    "Nm": "(N*m)", "NM": "(N*m)", "KN": "kN", "MPA": "MPa", "GPA": "GPa",
-    "mmHtO": "(centimeter_H2O/10)", "inHtO": "inch_H2O", "KW": "kW", "KPA": "kPa", "Psi": "psi", "HZ": "Hz", "hz": "Hz",
-}  # fmt: skip
-_ANGLES = (
-    "plane_radian = [angle]", f"plane_turn = {2.0 * math.pi!r} * plane_radian", "plane_degree = plane_turn / 360",
-)  # fmt: skip
-_FORCES = {"pound": "lbf", "kg": "kgf", "g": "gram_force", "ounce": "ozf", "tonne": "(1000*kgf)"}
 _EXAMPLES = "'N m/rad', 'kg cm^2', 'rev/min', 'degC'"
-_PARTS = sorted((word for word in _WORDS if word.isalpha() and word not in ("r", "d", "U", "M")), key=len, reverse=True)
 
 
 class UnitFactor(NamedTuple):
@@ -143,22 +103,41 @@ def unit_factor(unit: str, dimension: str | None = None) -> UnitFactor:
     InputError
         one line: the unit is not known, or measures something else; with the nearest valid spelling
     """
-    if dimension is None:
-        for known in UNITS.values():
-            if unit in known:
-                return UnitFactor(known[unit], OFFSETS.get(unit, 0.0), next(iter(known)))
-    elif unit in UNITS.get(dimension, ()):
-        shift = 0.0 if dimension == "temperature difference" else OFFSETS.get(unit, 0.0)
-        return UnitFactor(UNITS[dimension][unit], shift, next(iter(UNITS[dimension])))
-    found = _read(unit, dimension)
+    found = _quick(unit, dimension) or _read(unit, dimension)
     if isinstance(found, str):
         raise InputError(found)
     return found
 
 
+def known_factor(unit: str, dimension: str | None = None) -> UnitFactor | None:
+    """As :func:`unit_factor`; None where the unit is not known or measures something else."""
+    found = _quick(unit, dimension) or _read(unit, dimension)
+    return None if isinstance(found, str) else found
+
+
 def is_unit(text: str) -> bool:
     """Whether a text is the spelling of a unit, ``-`` and an empty text excluded."""
-    return any(text in known for known in UNITS.values()) or not isinstance(_read(text, None), str)
+    return known_factor(text) is not None
+
+
+def base_powers(si: str) -> dict[str, int]:
+    """Powers of kg, m, s, A, K, mol, cd and rad in a unit of SI."""
+    items = dict(_quantity("".join(_terms(_plain(si)) or ())).unit_items())
+    return {BASES[unit]: int(power) for unit, power in items.items() if unit in BASES}
+
+
+def other_units(dimension: str) -> list[str]:
+    """Units of the quick table that do not measure a dimension."""
+    own = UNITS[dimension]
+    return list(dict.fromkeys(unit for units in UNITS.values() for unit in units if unit not in own))
+
+
+def _quick(unit: str, dimension: str | None) -> UnitFactor | None:
+    """A unit of the quick table."""
+    for known in UNITS.values() if dimension is None else (UNITS.get(dimension, {}),):
+        if unit in known:
+            return UnitFactor(known[unit], OFFSETS.get(unit, 0.0), next(iter(known)))
+    return None
 
 
 @cache
@@ -167,10 +146,9 @@ def _read(unit: str, dimension: str | None) -> UnitFactor | str:
     text = " ".join(_plain(unit).split())
     if dimension == "1" and text.lower() in ("", "-", "none"):
         return UnitFactor(1.0, 0.0, "1")
-    if dimension in (None, "temperature", "temperature difference") and (degrees := _KELVINS.get(text.lower())):
-        if dimension or len(text) > 1:
-            found = _temperature(degrees)
-            return found._replace(zero=0.0) if dimension == "temperature difference" else found
+    degrees = KELVINS.get(text.lower()) if dimension in (None, "temperature") else None
+    if degrees and (dimension or len(text) > 1):
+        return _temperature(degrees)
     if (gauge := _gauge(text, dimension)) is not None:
         return gauge
     others, strange = list[str](), None
@@ -179,7 +157,7 @@ def _read(unit: str, dimension: str | None) -> UnitFactor | str:
         if quantity is None:
             continue
         for name, own in _dimensions(dimension).items():
-            if own == quantity.dimensionality:
+            if own == quantity.dimensionality and not (dimension == "temperature difference" and "deg" in expression):
                 return _factor(quantity, name)
         strange = strange or UnitFactor(float(quantity.magnitude), 0.0, _base(quantity))
         others += [name for name, own in _dimensions(None).items() if own == quantity.dimensionality]
@@ -197,14 +175,14 @@ def _read(unit: str, dimension: str | None) -> UnitFactor | str:
 def _plain(unit: str) -> str:
     """A spelling in ASCII, degrees of crank angle as degrees."""
     text = unit.strip().replace("H2O", "HtO")
-    for written, plain in _SPELT.items():
+    for written, plain in SIGNS.items():
         text = text.replace(written, plain)
     text = text.strip("[]{}").strip()
     if text.startswith("(") and text.endswith(")") and text.count("(") == 1:
         text = text[1:-1].strip()
     if text in ("''",):
         return '"'
-    if text.lower() in _KELVINS:
+    if text.lower() in KELVINS:
         return text
     if text.startswith("/"):
         text = f"1{text}"
@@ -218,13 +196,13 @@ def _gauge(text: str, dimension: str | None) -> UnitFactor | None:
     if dimension not in (None, "pressure", "absolute pressure", "gauge pressure"):
         return None
     match = _GAUGE.fullmatch(text.replace("atü", "at ü"))
-    if match is None or text in _WORDS:
+    if match is None or text in WORDS:
         return None
     inner = _read(match[1], "pressure")
     if isinstance(inner, str):
         return None
     gauge = match[2][0].lower() in "grü"
-    if dimension == "pressure" and gauge or dimension == "gauge pressure" and not gauge:
+    if (dimension == "pressure" and gauge) or (dimension == "gauge pressure" and not gauge):
         return None
     return inner._replace(zero=ATMOSPHERE if gauge and dimension != "gauge pressure" else 0.0)
 
@@ -237,7 +215,7 @@ def _readings(text: str, dimension: str | None) -> Iterator[str]:
     per_minute = "".join(terms) in ("1/minute", "minute**-1")
     if per_minute and dimension in (None, "speed"):
         yield "plane_turn/minute"
-    forced = [re.sub(r"^(pound|kg|g|ounce|tonne)\b", lambda found: _FORCES[found[0]], term) for term in terms]
+    forced = [re.sub(r"^(pound|kg|g|ounce|tonne)\b", lambda found: FORCES[found[0]], term) for term in terms]
     for words in (terms, forced):
         yield "".join(words)
         if words.count("/") == 1 and "(" not in words:
@@ -257,9 +235,8 @@ def _terms(text: str) -> list[str] | None:
             return None
         word, power, number, exponent, sign = match.groups()
         at = match.end()
-        if sign is None or sign == "(":
-            if terms and terms[-1] not in ("*", "/", "("):
-                terms.append("*")
+        if sign in (None, "(") and terms and terms[-1] not in ("*", "/", "("):
+            terms.append("*")
         if sign is not None:
             terms.append(sign)
             continue
@@ -277,10 +254,10 @@ def _terms(text: str) -> list[str] | None:
 
 def _word(word: str) -> list[str] | None:
     """A word of a unit as words of pint: several where it is a product without a sign between, as in kNm."""
-    if word in _WORDS:
-        return [_WORDS[word]]
+    if word in WORDS:
+        return [WORDS[word]]
     if (parts := _split(word)) is not None:
-        return [_WORDS[part] for part in parts]
+        return [WORDS[part] for part in parts]
     registry = _registry()
     for own in (word, word.lower()):
         try:
@@ -293,7 +270,7 @@ def _word(word: str) -> list[str] | None:
 
 def _split(word: str) -> list[str] | None:
     """Known symbols of which a word consists, longest first."""
-    for part in _PARTS:
+    for part in PARTS:
         if word.startswith(part):
             rest = word[len(part) :]
             if not rest:
@@ -311,7 +288,7 @@ def _registry() -> Any:
     import pint
 
     registry: Any = pint.UnitRegistry(non_int_type=Fraction)
-    for line in _ANGLES:
+    for line in ANGLES:
         registry.define(line)
     return registry
 

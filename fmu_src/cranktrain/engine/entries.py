@@ -11,6 +11,7 @@ import math
 import sys
 from collections.abc import Collection, Sequence
 from dataclasses import MISSING, fields
+from difflib import get_close_matches
 from functools import cache
 from typing import Annotated, Any, Literal
 
@@ -19,6 +20,7 @@ from msgspec import Meta
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.typed_file import Entry, Fault, Table
+from cranktrain.core.units import known_factor, other_units
 from cranktrain.engine import quantities as q
 from cranktrain.engine.quantities import OFFSETS, ROUNDING, UNITS, OneOf, Quantity, kinds
 
@@ -80,7 +82,10 @@ def _si(entry: Any, kind: tuple[type, bool, Any], where: str) -> Any:
         raise InputError(f"{where}: a value of origin '{entry.origin}' needs a note that names that number")
     if plain is not float:
         return tuple(entry.value) if many else entry.value
-    scale, shift = UNITS[_dimension(rule)][entry.unit], OFFSETS.get(entry.unit, 0.0)
+    found = known_factor(entry.unit, dimension := _dimension(rule))
+    if found is None:
+        raise InputError(f"{where}: {_no_measure(entry.unit, dimension)}")
+    scale, shift, _ = found
     return tuple(value * scale + shift for value in entry.value) if many else entry.value * scale + shift
 
 
@@ -99,8 +104,7 @@ def said(fault: Fault, where: str) -> str:
         place = place.removesuffix(f".{fault.key}")
         if fault.key == "origin":
             return f"{place}: origin '{given}' is not known; {nearest(str(given), ORIGINS)}"
-        unit, valid = "1" if given is None else given, UNITS[entry.dimension]
-        return f"{place}: unit '{unit}' does not measure its {entry.dimension}; use one of: {', '.join(valid)}"
+        return f"{place}: {_no_measure('1' if given is None else given, entry.dimension)}"
     if fault.key == "value" and isinstance(value, list) != entry.many:
         return f"{place}: {'a list of values' if entry.many else 'a single value'} is wanted, got {shown(value)}"
     return ""
@@ -116,6 +120,14 @@ def rules() -> dict[str, dict[str, Any]]:
             held += [_in_unit(rule, unit, many, beyond) for unit in UNITS[rule.dimension]]
         found[name] = {"description": _described(rule, many), "allOf": held}
     return found
+
+
+def _no_measure(unit: Any, dimension: str) -> str:
+    """What a message says of a wrong unit."""
+    valid = UNITS[dimension]
+    close = isinstance(unit, str) and get_close_matches(unit, valid, n=1, cutoff=0.5)
+    meant = f"did you mean '{close[0]}'? " if close else ""
+    return f"unit '{unit}' does not measure its {dimension}; {meant}use one of: {', '.join(valid)}"
 
 
 def _dimension(rule: Any) -> str:
@@ -135,7 +147,9 @@ def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) 
     own: Any = plain
     if isinstance(rule, OneOf):
         own = Annotated[plain, Meta(extra_json_schema={"enum": list(rule.names)})]
-    unit: Any = Literal[tuple(UNITS[dimension])]
+    # Other spellings are read too; editors offer these, and know that the other dimensions' units are none.
+    known = {"anyOf": [{"enum": list(UNITS[dimension])}, {"not": {"enum": other_units(dimension)}}]}
+    unit: Any = Annotated[str, Meta(extra_json_schema=known)]
     # No table of a file is named so: their rules are found by the name.
     name = f"{title}{'_entries' if many else '_entry'}{'' if beyond is None else '_or_none'}"
     while name in _made:

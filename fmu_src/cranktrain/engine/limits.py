@@ -9,7 +9,7 @@ from cranktrain.engine.quantities import Quantity
 
 VibrationLimit = Annotated[float, Quantity("angle", 1e-3, 20.0, "deg", "engines have 0.1 to 1 deg")]
 PistonSpeedLimit = Annotated[float, Quantity("velocity", 0.1, 50.0, hint="engines have 5 to 25 m/s")]
-PressureLimit = Annotated[float, Quantity("pressure", 1.0, 1000.0, "bar", "it is absolute; check its unit")]
+PressureLimit = Annotated[float, Quantity("absolute pressure", 1.0, 1000.0, "bar", "it is absolute; check its unit")]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,7 @@
 """Quantities and ranges of an engine file's values: the annotations of their fields.
 
-The reader of engine files takes units from them, :func:`check_values` bounds. Everything is a float in SI.
+The reader of engine files takes units from them (:mod:`cranktrain.core.units`), :func:`check_values` bounds. Everything
+is a float in SI.
 """
 
 from __future__ import annotations
@@ -12,47 +13,13 @@ from itertools import pairwise
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.units import OFFSETS as OFFSETS
+from cranktrain.core.units import UNITS as UNITS
+from cranktrain.core.units import ZERO_CELSIUS as ZERO_CELSIUS
 
-ZERO_CELSIUS = 273.15
 SLOWEST_RPM, FASTEST_RPM = 20.0, 20000.0
 """Speeds of runs over cycles, rev/min: from slow marine engines to small racing engines. The FMU takes any from 0."""
 
-# dimension: its units and their factors to SI, the unit of SI first; frequencies stay in Hz
-UNITS: dict[str, dict[str, float]] = {
-    "1": {"1": 1.0, "%": 0.01},
-    "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
-    "angle": {"rad": 1.0, "deg": math.pi / 180.0},
-    "velocity": {"m/s": 1.0},
-    "mass": {"kg": 1.0, "g": 1e-3, "mg": 1e-6},
-    "inertia": {"kg m^2": 1.0},
-    "density": {"kg/m^3": 1.0},
-    "pressure": {"Pa": 1.0, "kPa": 1e3, "bar": 1e5, "MPa": 1e6, "GPa": 1e9},
-    "force": {"N": 1.0, "kN": 1e3},
-    "torque": {"N m": 1.0, "kN m": 1e3},
-    "stiffness": {"N/m": 1.0, "N/mm": 1e3},
-    "damping": {"N s/m": 1.0},
-    "torsional stiffness": {"N m/rad": 1.0},
-    "torsional damping": {"N m s/rad": 1.0},
-    "viscosity": {"Pa s": 1.0, "mPa s": 1e-3},
-    "kinematic viscosity": {"m^2/s": 1.0, "mm^2/s": 1e-6},
-    "pressure coefficient": {"1/Pa": 1.0, "1/GPa": 1e-9},
-    "heat capacity": {"J/(kg K)": 1.0},
-    "temperature": {"K": 1.0, "degC": 1.0},
-    "temperature difference": {"K": 1.0},
-    "speed": {"rad/s": 1.0, "rev/min": math.pi / 30.0},
-    "frequency": {"Hz": 1.0},
-    "rate": {"1/s": 1.0},
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
-    "area": {"m^2": 1.0, "cm^2": 1e-4, "mm^2": 1e-6},
-    "second moment of area": {"m^4": 1.0, "cm^4": 1e-8, "mm^4": 1e-12},
-    "heat transfer": {"W/(m^2 K)": 1.0},
-    "pressure times velocity": {"Pa m/s": 1.0, "MPa m/s": 1e6},
-    "heat flux": {"W/m^2": 1.0, "kW/m^2": 1e3},
-    "power": {"W": 1.0, "kW": 1e3, "MW": 1e6},
-    "energy": {"J": 1.0, "kJ": 1e3},
-    "specific energy": {"J/kg": 1.0, "MJ/kg": 1e6},
-}
-OFFSETS = {"degC": ZERO_CELSIUS}
 ROUNDING = 1e-9
 """Relative tolerance at the ends of a range, for values converted to SI."""
 
@@ -150,10 +117,10 @@ Modulus = Annotated[float, Quantity("pressure", 1e-3, 1e4, "GPa", "steel has 210
 ContactPressure = Annotated[float, Quantity("pressure", 0.1, 1e5, "MPa")]
 ContactShear = Annotated[float, Quantity("pressure", 0.0, 1e4, "MPa")]
 Stress = Annotated[float, Quantity("pressure", 1.0, 1e9)]
-GasPressure = Annotated[float, Quantity("pressure", 0.01, 50.0, "bar", "it is absolute; check its unit")]
-CompressedGas = Annotated[float, Quantity("pressure", 0.01, 5000.0, "bar", "it is absolute; check its unit")]
-TracePressure = Annotated[float, Quantity("pressure", 0.0, 1000.0, "bar", "it is absolute; check its unit")]
-GaugePressure = Annotated[float, Quantity("pressure", 0.0, 1000.0, "bar")]
+GasPressure = Annotated[float, Quantity("absolute pressure", 0.01, 50.0, "bar", "it is absolute; check its unit")]
+CompressedGas = Annotated[float, Quantity("absolute pressure", 0.01, 5000.0, "bar", "it is absolute; check its unit")]
+TracePressure = Annotated[float, Quantity("absolute pressure", 0.0, 1000.0, "bar", "it is absolute; check its unit")]
+GaugePressure = Annotated[float, Quantity("gauge pressure", 0.0, 1000.0, "bar")]
 
 Stiffness = Annotated[float, Quantity("stiffness", 1e-3, 1e13)]
 SupportStiffness = Annotated[float, Quantity("stiffness", 0.0, 1e13)]

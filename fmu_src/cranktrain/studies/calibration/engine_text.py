@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import unit_factor
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import UNITS
 from cranktrain.store.whole_file import Kind, check_place
@@ -44,7 +45,8 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
         old = document[table].get(name)
         rule = values.quantity(engine, key)
         unit = old["unit"] if old else next(iter(UNITS[rule.dimension]))
-        number = _number(change.value / UNITS[rule.dimension][unit])
+        scale, zero, _ = unit_factor(unit, rule.dimension)
+        number = _number((change.value - zero) / scale)
         if old and isinstance(old["value"], list):
             entries = [_number(entry) for entry in old["value"]]
             entries = [number if index in (None, str(i)) else entry for i, entry in enumerate(entries, 1)]

@@ -14,6 +14,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.units import known_factor
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import UNITS, Quantity, kinds
 
@@ -65,11 +66,11 @@ def with_value(engine: Engine, key: str, number: float) -> Engine:
 
 def to_si(number: float, unit: str, where: str, dimension: str = "") -> float:
     """Number in SI from a unit of a dimension, or of any; ``InputError`` for a unit that is unknown there."""
-    known = UNITS[dimension] if dimension else {u: f for units in UNITS.values() for u, f in units.items()}
-    if not isinstance(unit, str) or unit not in known:
-        of = f" does not measure its {dimension}; use one of: {', '.join(known)}" if dimension else " is not known"
-        raise InputError(f"{where}: unit '{unit}'{of}")
-    return number * known[unit]
+    found = known_factor(unit, dimension or None) if isinstance(unit, str) else None
+    if found is None:
+        of = f" does not measure its {dimension}; use one of: {', '.join(UNITS[dimension])}" if dimension else ""
+        raise InputError(f"{where}: unit '{unit}'{of or ' is not known'}")
+    return number * found.scale
 
 
 def formula_value(text: str, engine: Engine, names: Mapping[str, float], where: str) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.units import base_powers, known_factor
 from cranktrain.coupling.connections import conversion
 from cranktrain.coupling.unit import DIMENSIONS, Port
 
@@ -33,7 +34,7 @@ MEASURED = {
 
 def named(unit: str, where: str) -> str:
     """A unit of measurement that is known, or none; ``InputError``."""
-    if unit and unit not in MEASURED:
+    if unit and _port(unit) is None:
         raise InputError(f"{where}: unit '{unit}' is not known; {nearest(unit, MEASURED)}")
     return unit
 
@@ -45,5 +46,18 @@ def between(unit: str, port: Port, where: str, difference: bool = False) -> tupl
     """
     if not unit:
         return 1.0, 0.0
-    factor, shift = conversion(MEASURED[unit], port, where)
+    own = _port(unit)
+    if own is None:
+        raise InputError(f"{where}: unit '{unit}' is not known; {nearest(unit, MEASURED)}")
+    factor, shift = conversion(own, port, where)
     return factor, 0.0 if difference else shift
+
+
+def _port(unit: str) -> Port | None:
+    """A unit of the table, or any other spelling that :mod:`cranktrain.core.units` knows."""
+    if unit in MEASURED:
+        return MEASURED[unit]
+    if (found := known_factor(unit)) is None:
+        return None
+    powers = base_powers(found.si)
+    return Port(unit, found.scale, found.zero, tuple(powers.get(name, 0) for name in DIMENSIONS))
