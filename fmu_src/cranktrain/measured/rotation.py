@@ -38,6 +38,8 @@ class Rotation:
     errors : (teeth,) rad, pitch errors that were taken off
     mean : mean rotation over time
     remarks : one line each
+    cycle_known : whether angle 0 is firing dead centre of cylinder 1; else it may be a revolution off, which turns the
+        phases of half orders by 180 degrees
     """
 
     name: str
@@ -48,6 +50,7 @@ class Rotation:
     errors: Array
     mean: MeanRotation
     remarks: tuple[str, ...] = field(default=())
+    cycle_known: bool = False
 
     @property
     def phase(self) -> Array:
@@ -80,6 +83,26 @@ class Rotation:
         mean = MeanRotation(self.mean.angle - by, self.mean.times)
         return replace(self, angle=self.angle - by, mean=mean)
 
+    def with_firing(self, pressure: Channel) -> Rotation:
+        """Rotate by a revolution where the pressure of cylinder 1 peaks a revolution from angle 0; ``InputError``."""
+        first = math.ceil(self.angle[0] / CYCLE + 0.5)
+        count = min(8, math.floor(self.angle[-1] / CYCLE - 0.5) - first + 1)
+        if count < 1:
+            raise InputError(f"{self.name}: less than 2 cycles are recorded, so the pressure cannot say which revolution fires")
+        swings = []
+        for shift in (0.0, math.tau):
+            ends = [(first + k) * CYCLE + shift + side * 0.5 * math.pi for k in range(count) for side in (-1, 1)]
+            places = (np.interp(ends, self.angle, self.times) - pressure.start) / pressure.step
+            parts = [pressure.values(max(0, int(a)), int(b) + 1) for a, b in zip(places[::2], places[1::2], strict=True) if b > 0]
+            swings.append(float(np.mean([np.ptp(part) for part in parts if part.size > 1] or [0.0])))
+        low, high = min(swings), max(swings)
+        if high <= 1.3 * low:
+            raise InputError(
+                f"{pressure.source}, channel {pressure.name}: swings by {swings[0]:.3g} and {swings[1]:.3g} {pressure.unit} around "
+                "the two dead centres of a cycle; it does not say which one fires"
+            )
+        return replace(self.turned(math.tau if swings[1] > swings[0] else 0.0), cycle_known=True)
+
     def against(self, other: Rotation) -> Rotation:
         """Rotation with another's mean rotation as reference, for twist between two places; ``InputError``.
 
@@ -106,7 +129,7 @@ class Rotation:
             "channel": self.name, "teeth": self.wheel.teeth, "missing": self.wheel.missing,
             "pulses": int(self.times.size), "revolutions": float((self.angle[-1] - self.angle[0]) / math.tau),
             "speed_rpm": [low * RPM, high * RPM], "lost_pulses": self.numbered.lost,
-            "double_pulses": self.numbered.doubled, "slips": [list(slip) for slip in self.numbered.slips],
+            "cycle_known": self.cycle_known, "double_pulses": self.numbered.doubled, "slips": [list(slip) for slip in self.numbered.slips],
             "tooth_error_percent": 100.0 * float(np.std(self.errors)) / pitch if self.errors.any() else None,
             "remarks": list(self.remarks),
         }  # fmt: skip

@@ -58,7 +58,7 @@ class Orders:
     orders : (o,)
     amplitudes : (s, o) complex, zero to peak, x = Re Σ a exp(i n φ); not a number where the points do not have them
     errors : (s, o) standard error of |a|
-    coherence : (s, o) |mean a|² / mean |a|² of the fits in a bin; 1 for a single fit
+    coherence : (s, o) |mean a|² / mean |a|² of the fits in a bin; of less than three fits with the error in place of scatter
     fits : (s,) fits in each bin
     cycles : cycles that a fit spans
     name, unit : of the signal
@@ -284,6 +284,8 @@ def _joined(fits: list[tuple[ComplexArray, Array]]) -> tuple[ComplexArray, Array
     power = np.mean(np.abs(found) ** 2, axis=0)
     coherence = np.where(power > 0.0, np.abs(mean) ** 2 / np.where(power > 0.0, power, 1.0), 0.0)
     if len(fits) < 3:
-        return mean, np.sqrt(np.mean(own**2, axis=0) / len(fits)), coherence
+        noise = 2.0 * np.mean(own**2, axis=0)  # of both parts of an amplitude; a few fits do not show their scatter
+        single = np.abs(mean) ** 2 / np.maximum(np.abs(mean) ** 2 + noise, 1e-300)
+        return mean, np.sqrt(np.mean(own**2, axis=0) / len(fits)), single
     scatter = np.sqrt(np.sum(np.abs(found - mean) ** 2, axis=0) / (len(fits) - 1) / 2.0)
     return mean, np.maximum(scatter, 0.0) / math.sqrt(len(fits)), coherence
