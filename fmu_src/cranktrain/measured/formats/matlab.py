@@ -51,7 +51,7 @@ def _add(name: str, value: Any, unit: str, into: tuple[list[Named], dict[str, fl
         _add(name, value.ravel()[0], unit, into, source)
         return
     if value.dtype.kind not in "biuf":
-        if value.dtype.kind not in "US":
+        if value.dtype.kind not in "US" or value.size > 1:
             remarks.append(f"{source}, channel {name}: holds no plain numbers and is left out")
         return
     if value.size == 1:
