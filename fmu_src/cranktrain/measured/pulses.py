@@ -4,9 +4,9 @@ A rising crossing counts when the signal has been below ``level − h`` since th
 its time is that of the last passage of the level before. Between samples a straight line, or the cubic through four
 samples, is taken. Samples are read in blocks, so a channel of any length takes bounded memory.
 
-Level and hysteresis follow the signal where they are not given: half of the range between the signal's 2nd and 98th
-percentile of a block, because the amplitude of inductive pick-ups changes with the speed. A block whose range is below
-``FAINT`` of the largest is at rest.
+Level and hysteresis follow the signal where they are not given: they are taken from the range between its 2nd and 98th
+percentile in each ``STRETCH`` samples, because the amplitude of inductive pick-ups changes with the speed. A stretch
+whose range is below ``FAINT`` of the largest is at rest.
 """
 
 from __future__ import annotations
@@ -21,10 +21,12 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.types import Array
 from cranktrain.measured.channels import BLOCK, TIME, Channel
 
-HYSTERESIS = 0.2
+HYSTERESIS = 0.1
 """Half width of the hysteresis, as a fraction of the range of the signal."""
 FAINT = 0.02
 """Range of a block, as a fraction of the largest, below which nothing turns."""
+STRETCH, PROBES = 2**16, 64
+"""Samples of a stretch of one level; stretches whose range is looked at before the others."""
 FEWEST_SAMPLES = 3.0
 """Samples a pulse below which it is undersampled."""
 TIMES = ("s", "ms", "us", "µs", "ns")
@@ -98,33 +100,45 @@ def _crossings(
 ) -> tuple[list[Array], tuple[float, float], list[str]]:
     """Places of crossings in samples, the level and hysteresis that were used last, and remarks."""
     memory = np.array([-1.0, math.nan, math.nan, math.nan, math.nan])
-    out = np.empty(BLOCK // 2 + 2)
+    out = np.empty(STRETCH // 2 + 2)
     parts: list[Array] = []
-    largest, used, missing = 0.0, (math.nan, math.nan), 0
+    largest, used, missing = _largest_range(channel), (math.nan, math.nan), 0
     for first, values in channel.blocks():
-        low, high = _range(values)
-        missing += int(values.size - np.count_nonzero(np.isfinite(values))) if not math.isfinite(values.sum()) else 0
-        if not math.isfinite(high - low):
-            continue
-        largest = max(largest, high - low)
-        own_level = _level(low, high) if level is None else level
-        width = HYSTERESIS * (high - low) if hysteresis is None else hysteresis
-        width = max(width, HYSTERESIS * FAINT * largest) if hysteresis is None else width
-        if width <= 0.0:
-            continue
-        used = own_level, width
-        signed = np.ascontiguousarray(sign * values)
-        count = int(find_crossings(signed, float(first), sign * own_level, width, int(cubic), memory, out))
-        parts.append(out[:count].copy())
+        if not math.isfinite(values.sum()):
+            missing += int(values.size - np.count_nonzero(np.isfinite(values)))
+        for begin in range(0, values.size, STRETCH):
+            part = values[begin : begin + STRETCH]
+            low, high = _range(part)
+            if not math.isfinite(high - low):
+                continue
+            largest = max(largest, high - low)
+            own_level = _level(low, high) if level is None else level
+            width = HYSTERESIS * max(high - low, FAINT * largest) if hysteresis is None else hysteresis
+            if width <= 0.0:
+                continue
+            used = own_level, width
+            signed = np.ascontiguousarray(sign * part)
+            count = int(find_crossings(signed, float(first + begin), sign * own_level, width, int(cubic), memory, out))
+            parts.append(out[:count].copy())
     remarks = []
     if missing:
         remarks.append(f"{channel.source}, channel {channel.name}: {missing} of {channel.size} samples are not numbers")
     return parts, used, remarks
 
 
+def _largest_range(channel: Channel) -> float:
+    """Largest range of some stretches over the whole channel: what is far below it is noise at rest."""
+    if channel.size <= STRETCH * 2:
+        return 0.0
+    short = min(STRETCH // 8, channel.size // PROBES)
+    places = np.linspace(0, channel.size - short, PROBES).astype(int).tolist()
+    ranges = [high - low for low, high in (_range(channel.values(place, place + short)) for place in places)]
+    return float(np.nanmax(ranges)) if np.isfinite(ranges).any() else 0.0
+
+
 def _range(values: Array) -> tuple[float, float]:
     """2nd and 98th percentile of some 20 000 samples of a block."""
-    some = values[:: max(1, values.size // 20011)]
+    some = values[:: max(1, values.size // 4099)]
     some = some[np.isfinite(some)]
     if some.size < 2:
         return math.nan, math.nan
@@ -136,7 +150,8 @@ def _range(values: Array) -> tuple[float, float]:
 
 def _level(low: float, high: float) -> float:
     """Zero for a signal about zero, as of inductive pick-ups, else the middle."""
-    return 0.0 if -3.0 < low / high < -1.0 / 3.0 else 0.5 * (low + high)
+    about_zero = low < 0.0 < high and 1.0 / 3.0 < -low / high < 3.0
+    return 0.0 if about_zero else 0.5 * (low + high)
 
 
 def _times(channel: Channel, places: Array) -> Array:

@@ -106,7 +106,8 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
             f"{where}: {channel.rate:g} Hz resolve order {0.4 * channel.rate / fastest:.3g} at {60 * fastest:.0f} rev/min, "
             f"not {highest:g} (aliasing)"
         )
-    start, step, values = decimated(channel, 2.5 * needed)
+    # Integrals want some 25 samples a period, the fit 5.
+    start, step, values = decimated(channel, (12.5 if integrals else 2.5) * needed)
     if integrals:
         values = _integrated(values, step, integrals)
     times = start + step * np.arange(values.size, dtype=np.float64)
