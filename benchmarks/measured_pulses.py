@@ -24,7 +24,7 @@ import numpy as np
 
 RATE, BLOCK = 500e3, 2**20
 RPM = math.pi / 30.0
-ONE_CORE = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")}
+ONE_CORE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 
 
 def make(path: Path, samples: int) -> None:
@@ -56,8 +56,26 @@ def main() -> None:
     with tempfile.TemporaryDirectory(dir=asked.folder) as folder:
         path = Path(folder) / "pulses.h5"
         make(path, asked.samples)
-        command = [sys.executable, "-m", "cranktrain.cli.main", "measured", str(path), "--rotation", "front", "--teeth", "60",
-                   "--missing", "2", "--second", "rear", "--second-teeth", "120", "--orders", "0.5-12", "--json"]  # fmt: skip
+        command = [
+            sys.executable,
+            "-m",
+            "cranktrain.cli.main",
+            "measured",
+            str(path),
+            "--rotation",
+            "front",
+            "--teeth",
+            "60",
+            "--missing",
+            "2",
+            "--second",
+            "rear",
+            "--second-teeth",
+            "120",
+            "--orders",
+            "0.5-12",
+            "--json",
+        ]
         begin = time.perf_counter()
         done = subprocess.run(command, capture_output=True, text=True, check=True, env=os.environ | ONE_CORE)
         seconds = time.perf_counter() - begin
@@ -66,10 +84,20 @@ def main() -> None:
     twist = told["orders"][-1]
     k = twist["orders"].index(6.0)
     found = [row[k] for row in twist["amplitudes"]]
-    print(json.dumps({
-        "samples_per_channel": asked.samples, "channels": 2, "seconds": round(seconds, 1), "peak_memory_gb": round(peak, 2),
-        "pulses": [one["pulses"] for one in told["rotation"]], "twist_order_6_deg": [min(found), max(found)], "true_deg": 0.1,
-    }, indent=2))  # fmt: skip
+    print(
+        json.dumps(
+            {
+                "samples_per_channel": asked.samples,
+                "channels": 2,
+                "seconds": round(seconds, 1),
+                "peak_memory_gb": round(peak, 2),
+                "pulses": [one["pulses"] for one in told["rotation"]],
+                "twist_order_6_deg": [min(found), max(found)],
+                "true_deg": 0.1,
+            },
+            indent=2,
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -7,7 +7,9 @@ ENDINGS = {"uff": ".uff", "uffb": ".UFF"}
 
 
 def write(folder, kind, time, columns, units=None, name="run"):
-    """Write columns (name → (n,)) over times (n,) s; returns the path. Columns may be empty or texts where a format can."""
+    """Write columns (name → (n,)) over times (n,) s; returns the path. Columns may be empty or texts where a format
+    can.
+    """
     path = folder / f"{name}{ENDINGS.get(kind, '.' + kind)}"
     units = units or {}
     globals()[f"_{kind}"](path, np.asarray(time, dtype=float), columns, units)
@@ -21,16 +23,32 @@ def _uff(path, time, columns, units, binary=0):
     even = bool(time.size > 1 and np.ptp(np.diff(time)) < 1e-6)
     for node, (name, values) in enumerate(columns.items(), start=1):
         n = min(time.size, len(values))
-        # fmt: off
-        file.write_sets({
-            "type": 58, "binary": binary, "func_type": 1, "rsp_ent_name": name, "rsp_node": 0, "rsp_dir": 0, "ref_dir": 0,
-            "ref_node": 0, "id1": f"run {node}", "data": np.asarray(values[:n], dtype=float), "x": time[:n], "num_pts": n,
-            "abscissa_spec_data_type": 17, "abscissa_axis_units_lab": "s", "ordinate_spec_data_type": 0,
-            "ordinate_axis_units_lab": units.get(name, "NONE"), "orddenom_spec_data_type": 0, "ord_data_type": 4,
-            "abscissa_spacing": int(even), "abscissa_min": float(time[0]) if n else 0.0,
-            "abscissa_inc": float(time[1] - time[0]) if even else 0.0,
-        }, "add")
-        # fmt: on
+        file.write_sets(
+            {
+                "type": 58,
+                "binary": binary,
+                "func_type": 1,
+                "rsp_ent_name": name,
+                "rsp_node": 0,
+                "rsp_dir": 0,
+                "ref_dir": 0,
+                "ref_node": 0,
+                "id1": f"run {node}",
+                "data": np.asarray(values[:n], dtype=float),
+                "x": time[:n],
+                "num_pts": n,
+                "abscissa_spec_data_type": 17,
+                "abscissa_axis_units_lab": "s",
+                "ordinate_spec_data_type": 0,
+                "ordinate_axis_units_lab": units.get(name, "NONE"),
+                "orddenom_spec_data_type": 0,
+                "ord_data_type": 4,
+                "abscissa_spacing": int(even),
+                "abscissa_min": float(time[0]) if n else 0.0,
+                "abscissa_inc": float(time[1] - time[0]) if even else 0.0,
+            },
+            "add",
+        )
 
 
 def _uffb(path, time, columns, units):
@@ -68,7 +86,9 @@ def _tdms(path, time, columns, units):
             if even:
                 held |= {"wf_increment": float(time[1] - time[0]), "wf_start_offset": float(time[0])}
             values = np.asarray(values)
-            objects.append(ChannelObject("run", name, list(values) if values.dtype.kind in "US" else values, properties=held))
+            objects.append(
+                ChannelObject("run", name, list(values) if values.dtype.kind in "US" else values, properties=held)
+            )
         file.write_segment(objects)
 
 
@@ -116,5 +136,7 @@ def _csv(path, time, columns, units):
     lines = [";".join(["time [s]", *(f"{name} [{units[name]}]" if name in units else name for name in columns)])]
     for k, t in enumerate(time):
         cells = [values[k] if k < len(values) else "" for values in columns.values()]
-        lines.append(";".join([f"{t:.9g}", *(f"{c:.17g}" if isinstance(c, float | np.floating) else str(c) for c in cells)]))
+        lines.append(
+            ";".join([f"{t:.9g}", *(f"{c:.17g}" if isinstance(c, float | np.floating) else str(c) for c in cells)])
+        )
     path.write_text("\n".join(lines) + "\n", "utf-8")

@@ -1,4 +1,6 @@
-"""Signals of wheels on a shaft whose rotation is known: speed, torsion, teeth, gaps, noise and jitter as of a real chain."""
+"""Signals of wheels on a shaft whose rotation is known: speed, torsion, teeth, gaps, noise and jitter as of a real
+chain.
+"""
 
 import math
 
@@ -42,7 +44,9 @@ def tooth_phase(theta, teeth, errors=None):
 
 
 def sine_signal(theta, teeth, missing=0, errors=None, noise=0.0, seed=1):
-    """Voltage (n,) of an inductive pick-up, of amplitude 1: rises through 0 at each tooth's place; noise is its deviation."""
+    """Voltage (n,) of an inductive pick-up, of amplitude 1: rises through 0 at each tooth's place; noise is its
+    deviation.
+    """
     s = tooth_phase(theta, teeth, errors)
     y = np.sin(math.tau * s)
     if missing:

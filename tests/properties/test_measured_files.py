@@ -1,4 +1,6 @@
-"""Measurement files of every format, made by the formats' own libraries: read to the last digit, odd ones told in a line."""
+"""Measurement files of every format, made by the formats' own libraries: read to the last digit, odd ones told in a
+line.
+"""
 
 import json
 

@@ -1,8 +1,8 @@
 """Rotation and orders from pulses of known motions: teeth, gaps, lost and double pulses, twist, vibrometers, ramps.
 
 The chain of the precise tests: an inductive pick-up with noise of 0.1 % of its amplitude (60 dB), sampled at 200 or
-400 kHz; teeth are wrong by 3 % of a pitch (standard deviation). The noise moves a crossing by 0.06 % of a pitch at a time:
-0.5 mdeg with 120 teeth.
+400 kHz; teeth are wrong by 3 % of a pitch (standard deviation). The noise moves a crossing by 0.06 % of a pitch at a
+time: 0.5 mdeg with 120 teeth.
 """
 
 import json
@@ -16,9 +16,9 @@ from pulse_signals import RPM, channel, crossing_times, motion, pitch_errors, si
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
+from cranktrain.measured.channels import Measurement
 from cranktrain.measured.pulses import pulse_times
 from cranktrain.measured.rotation import rotation, tachos
-from cranktrain.measured.channels import Measurement
 from cranktrain.measured.tracking import channel_points, torsion_points, track
 from cranktrain.measured.vold_kalman import envelopes
 from cranktrain.measured.wheel import Wheel, number_teeth
@@ -41,10 +41,14 @@ def test_small_torsion_is_found_through_wrong_teeth_and_noise(teeth, missing, ra
     torsion = {n: (0.01, 0.3 * n) for n in ORDERS}
     t, phi, theta = motion(rate, 20.0, rpm, torsion, until=15.0)
     errors = pitch_errors(teeth, 3.0)
-    turning = rotation(channel(sine_signal(theta, teeth, missing, errors, 1e-3), rate), Wheel(teeth, missing), learn=(15.1, 20.0))
+    turning = rotation(
+        channel(sine_signal(theta, teeth, missing, errors, 1e-3), rate), Wheel(teeth, missing), learn=(15.1, 20.0)
+    )
     points = torsion_points(turning)
     end = np.searchsorted(points.phase, np.interp(14.5, turning.mean.times, turning.mean.angle))
-    found = track(points._replace(phase=points.phase[:end], values=points.values[:end]), turning, ORDERS, step_rpm=100.0)
+    found = track(
+        points._replace(phase=points.phase[:end], values=points.values[:end]), turning, ORDERS, step_rpm=100.0
+    )
     middle = 0.5 * (points.phase[0] + points.phase[end])
     shift = middle - np.interp(np.interp(middle, turning.mean.angle, turning.mean.times), t, phi)
     ratio = found_over_true(found, torsion, shift)
@@ -59,7 +63,9 @@ def test_teeth_that_are_not_learned_are_told_and_taken_for_whole_orders():
     _, _, theta = motion(1e5, 6.0, (1500, 1500), {1.5: (0.05, 0.0)})
     errors = pitch_errors(60, 3.0)
     turning = rotation(channel(sine_signal(theta, 60, 2, errors), 1e5), Wheel(60, 2))
-    assert any("recur each revolution with 3" in text or "recur each revolution with 2." in text for text in turning.remarks)
+    assert any(
+        "recur each revolution with 3" in text or "recur each revolution with 2." in text for text in turning.remarks
+    )
     found = track(torsion_points(turning), turning, np.array([1.0, 1.5, 2.0]))
     wheel = 2.0 / 60.0 * np.abs(np.sum(errors[:58] * np.exp(-1j * np.arange(58) * math.tau / 60)))
     assert abs(found.amplitudes[0, 0]) == pytest.approx(wheel, rel=0.1)
@@ -73,7 +79,9 @@ def test_learning_from_all_removes_what_recurs_each_revolution_and_keeps_half_or
     wave = channel(sine_signal(theta, 120), 1e5)
     for eccentricity, left in (("keep", 0.2), ("remove", 0.0)):
         turning = rotation(wave, Wheel(120), learn=True, eccentricity=eccentricity)
-        sizes = np.degrees(np.abs(track(torsion_points(turning), turning, np.array([0.5, 1.0, 3.0, 4.5])).amplitudes[0]))
+        sizes = np.degrees(
+            np.abs(track(torsion_points(turning), turning, np.array([0.5, 1.0, 3.0, 4.5])).amplitudes[0])
+        )
         np.testing.assert_allclose(sizes, [0.1, left, 0.0, 0.05], atol=1e-3)
 
 
@@ -88,7 +96,9 @@ def test_an_eccentric_wheel_alone_is_order_one():
 
 
 @settings(max_examples=25, deadline=None)
-@given(st.integers(0, 10_000), st.sampled_from([(60, 2), (36, 1), (60, 0), (120, 0)]), st.integers(0, 6), st.integers(0, 6))
+@given(
+    st.integers(0, 10_000), st.sampled_from([(60, 2), (36, 1), (60, 0), (120, 0)]), st.integers(0, 6), st.integers(0, 6)
+)
 def test_lost_and_double_pulses_leave_no_slip(seed, wheel, lost, doubled):
     """Single pulses that are lost or doubled change neither number nor place of the others."""
     rng = np.random.default_rng(seed)
@@ -254,7 +264,9 @@ def test_level_edge_and_drifting_signals():
     """A square wave with an offset, its two edges, and a signal whose amplitude grows with the speed."""
     t, _, theta = motion(1e5, 2.0, (600, 3000), {})
     square = np.where(np.sin(30.0 * theta) > 0.0, 4.8, 0.2)
-    rising, falling = (pulse_times(channel(square, 1e5), edge=edge, cubic=False).times for edge in ("rising", "falling"))
+    rising, falling = (
+        pulse_times(channel(square, 1e5), edge=edge, cubic=False).times for edge in ("rising", "falling")
+    )
     true = crossing_times(t, theta, 30)
     assert abs(rising.size - true.size) <= 1 and np.abs(rising[-50:] - true[-50:]).max() < 1e-5
     assert np.interp(falling[50], t, 30.0 * theta / math.tau) % 1.0 == pytest.approx(0.5, abs=0.02)
@@ -275,15 +287,25 @@ def test_blocks_of_a_long_channel_join_without_a_seam(monkeypatch):
 
 
 def test_the_command_writes_orders_that_the_run_up_reads(tmp_path, capsys):
+    import scipy.io
+
     from cranktrain.results.orders.measured import band_of, phases_of, read_measured_orders
     from cranktrain.results.run_up.run_up import TORSION
-
-    import scipy.io
 
     t, _, theta = motion(5e4, 8.0, (1000, 1500), {3.0: (0.5, 0.0), 1.5: (0.2, 0.4)})
     scipy.io.savemat(tmp_path / "run.mat", {"time": t, "pulley": sine_signal(theta, 60, 2)})
     out = tmp_path / "orders.csv"
-    command = ["measured", str(tmp_path / "run.mat"), "--rotation", "pulley", "--orders", "1.5,3", "--output", str(out), "--json"]
+    command = [
+        "measured",
+        str(tmp_path / "run.mat"),
+        "--rotation",
+        "pulley",
+        "--orders",
+        "1.5,3",
+        "--output",
+        str(out),
+        "--json",
+    ]
     assert main(command) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["rotation"][0]["teeth"] == 60 and told["rotation"][0]["missing"] == 2

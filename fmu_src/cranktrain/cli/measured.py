@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Show and analyse measured signals: channels, rotation from pulses, orders over speed, cylinder pressures.
 
-Files: UFF 58, MDF4, TDMS, WAV, HDF5, MATLAB, Parquet, text tables. Without further options the channels are listed, with
-units, sampling and the channels that look like pulses.
+Files: UFF 58, MDF4, TDMS, WAV, HDF5, MATLAB, Parquet, text tables. Without further options the channels are listed,
+with units, sampling and the channels that look like pulses.
 
     cranktrain measured run.mf4
     cranktrain measured run.mf4 --rotation pulley --teeth 60 --missing 2 --orders 0.5-12 --output orders.csv
@@ -49,15 +49,36 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def _add_rotation(group: Any) -> None:
     add = group.add_argument
     add("--rotation", default="", metavar="CHANNEL", help="channel of pulses, or of rising times of pulses")
-    add("--teeth", type=number(1, 100_000, "teeth", int), default=None, help="teeth a revolution, those missing included")
+    add(
+        "--teeth",
+        type=number(1, 100_000, "teeth", int),
+        default=None,
+        help="teeth a revolution, those missing included",
+    )
     add("--missing", type=number(0, 50_000, "teeth", int), default=None, help="teeth missing in the gap (2 for 60-2)")
     add("--edge", type=word(("rising", "falling")), default="rising", help="rising (default) or falling edges")
     add("--level", type=finite, default=None, help="crossing level in the channel's unit (default: found)")
-    add("--learn-teeth", type=stretch, default=False, metavar="FROM,TO", help="learn pitch errors between two times, s; or 'all'")
-    add("--eccentricity", type=word(("keep", "remove")), default="keep", help="order 1 of constant size: keep (default) or remove")
+    add(
+        "--learn-teeth",
+        type=stretch,
+        default=False,
+        metavar="FROM,TO",
+        help="learn pitch errors between two times, s; or 'all'",
+    )
+    add(
+        "--eccentricity",
+        type=word(("keep", "remove")),
+        default="keep",
+        help="order 1 of constant size: keep (default) or remove",
+    )
     add("--index", default="", metavar="CHANNEL", help="once-a-revolution pulse that marks tooth 0")
     add("--dead-centre-deg", type=finite, default=0.0, help="angle from tooth 0 to firing dead centre of cylinder 1")
-    add("--firing", default="", metavar="CHANNEL", help="pressure of cylinder 1, which says in which revolution it fires")
+    add(
+        "--firing",
+        default="",
+        metavar="CHANNEL",
+        help="pressure of cylinder 1, which says in which revolution it fires",
+    )
     add("--second", default="", metavar="CHANNEL", help="pulses of a second place, for the twist between both")
     add("--second-teeth", type=number(1, 100_000, "teeth", int), default=None, help="teeth of the second place")
     add("--second-missing", type=number(0, 50_000, "teeth", int), default=0, help="teeth missing there")
@@ -67,9 +88,19 @@ def _add_orders(group: Any) -> None:
     add = group.add_argument
     add("--orders", type=order_range, default=[], metavar="LIST", help="orders to track, e.g. 0.5-12 or 3,4.5,6")
     add("--of", type=names, default=[], metavar="LIST", help="channels whose orders are tracked (default: the torsion)")
-    add("--integrate", type=number(0, 2, "times", int), default=0, help="integrals over time: 1 for velocity (vibrometer), 2 for acceleration")
+    add(
+        "--integrate",
+        type=number(0, 2, "times", int),
+        default=0,
+        help="integrals over time: 1 for velocity (vibrometer), 2 for acceleration",
+    )
     add("--step-rpm", type=positive, default=0.0, help="width of the bins of speed (default: a 40th of the range)")
-    add("--cycles", type=number(1, 64, "cycles", int), default=None, help="cycles that a fit spans (default: what it needs)")
+    add(
+        "--cycles",
+        type=number(1, 64, "cycles", int),
+        default=None,
+        help="cycles that a fit spans (default: what it needs)",
+    )
 
 
 def _add_pressure(group: Any) -> None:
@@ -78,8 +109,18 @@ def _add_pressure(group: Any) -> None:
     add("--engine", default="", metavar="ENGINE", help="engine of these pressures")
     add("--cylinders", type=names, default=[], metavar="LIST", help="numbers of their cylinders (default 1, 2, …)")
     add("--unit", default="", help="unit of the pressures, where the file states none")
-    add("--samples-per-cycle", type=number(36, 1_000_000, "samples", int), default=0, help="of encoder-triggered channels")
-    add("--first-deg", type=finite, default=-360.0, help="crank angle of their first sample after dead centre of cylinder 1 (default -360)")
+    add(
+        "--samples-per-cycle",
+        type=number(36, 1_000_000, "samples", int),
+        default=0,
+        help="of encoder-triggered channels",
+    )
+    add(
+        "--first-deg",
+        type=finite,
+        default=-360.0,
+        help="crank angle of their first sample after dead centre of cylinder 1 (default -360)",
+    )
     add("--speed", type=positive, default=None, metavar="RPM", help="speed of encoder-triggered channels")
     add("--pegging", type=word(PEGGING), default="compression", help=f"zero by {', '.join(PEGGING)}")
     add("--exponent", type=number(1.0, 1.67, "", float), default=1.34, help="of --pegging polytropic (default 1.34)")
@@ -183,7 +224,7 @@ def _rotations(measurement: Measurement, options: argparse.Namespace) -> list[Ro
         rows = []
         for rotation in rotations:
             told = rotation.summary()
-            low, high = told["speed_rpm"]  # type: ignore[misc]
+            low, high = told["speed_rpm"]
             error = told["tooth_error_percent"]
             rows.append((rotation.name, f"{told['teeth']}-{told['missing']}", f"{told['revolutions']:.1f}",
                          f"{low:.1f} to {high:.1f}", f"{told['lost_pulses']}", f"{told['double_pulses']}",
@@ -192,7 +233,8 @@ def _rotations(measurement: Measurement, options: argparse.Namespace) -> list[Ro
         show_rows("Rotation", header, rows)
     if options.orders and not rotations[0].cycle_known and any((2 * order) % 2 for order in options.orders):
         say(
-            "cranktrain: remark: which revolution of a cycle fires is not known, so phases of half orders may be 180 deg off; "
+            "cranktrain: remark: which revolution of a cycle fires is not known, so phases of half orders may "
+            "be 180 deg off; "
             "give --firing CHANNEL, the pressure of cylinder 1"
         )
     return rotations
@@ -202,34 +244,60 @@ def _orders(measurement: Measurement, rotations: list[Rotation], options: argpar
     """Show, write and return the orders over speed."""
     from cranktrain.measured.order_table import write_orders
 
-    found = orders_of(measurement, rotations, options.orders, options.of, options.integrate, options.step_rpm, options.cycles)
+    found = orders_of(
+        measurement, rotations, options.orders, options.of, options.integrate, options.step_rpm, options.cycles
+    )
     result = []
     for orders in found:
         angle = orders.unit == "rad"
         scale, unit = (180.0 / math.pi, "deg") if angle else (1.0, orders.unit)
         rpm = orders.speeds * (30.0 / math.pi)
         sizes = scale * abs(orders.amplitudes)
-        result.append({
-            "signal": orders.name, "unit": unit, "cycles_per_fit": orders.cycles, "speeds_rpm": rpm.tolist(),
-            "orders": orders.orders.tolist(), "amplitudes": sizes.tolist(),
-            "phases_deg": [[math.degrees(math.atan2(a.imag, a.real)) for a in row] for row in orders.amplitudes.tolist()],
-            "errors": (scale * orders.errors).tolist(), "coherence": orders.coherence.tolist(), "fits": orders.fits.tolist(),
-        })  # fmt: skip
+        result.append(
+            {
+                "signal": orders.name,
+                "unit": unit,
+                "cycles_per_fit": orders.cycles,
+                "speeds_rpm": rpm.tolist(),
+                "orders": orders.orders.tolist(),
+                "amplitudes": sizes.tolist(),
+                "phases_deg": [
+                    [math.degrees(math.atan2(a.imag, a.real)) for a in row] for row in orders.amplitudes.tolist()
+                ],
+                "errors": (scale * orders.errors).tolist(),
+                "coherence": orders.coherence.tolist(),
+                "fits": orders.fits.tolist(),
+            }
+        )
         if not options.json:
             rows = []
             for k, order in enumerate(orders.orders):
                 s = int(sizes[:, k].argmax())
                 value = complex(orders.amplitudes[s, k])
-                rows.append((f"{order:g}", f"{rpm[s]:.0f}", f"{sizes[s, k]:.4g}", f"{1.96 * scale * orders.errors[s, k]:.2g}",
-                             f"{math.degrees(math.atan2(value.imag, value.real)):.1f}", f"{orders.coherence[s, k]:.3f}"))  # fmt: skip
+                rows.append(
+                    (
+                        f"{order:g}",
+                        f"{rpm[s]:.0f}",
+                        f"{sizes[s, k]:.4g}",
+                        f"{1.96 * scale * orders.errors[s, k]:.2g}",
+                        f"{math.degrees(math.atan2(value.imag, value.real)):.1f}",
+                        f"{orders.coherence[s, k]:.3f}",
+                    )
+                )
             title = f"Orders of {orders.name}, {len(rpm)} speeds from {rpm[0]:.0f} to {rpm[-1]:.0f} rev/min"
-            show_rows(title, ("order", "largest at / rev/min", f"amplitude / {unit}", "band ±", "phase / deg", "coherence"), rows)
+            show_rows(
+                title,
+                ("order", "largest at / rev/min", f"amplitude / {unit}", "band ±", "phase / deg", "coherence"),
+                rows,
+            )
     if options.output and not options.pressure:
         write_orders(options.output, found)
     return result
 
 
-def _pressures(measurement: Measurement, rotations: list[Rotation], options: argparse.Namespace) -> list[dict[str, Any]]:
+def _pressures(
+    measurement: Measurement, rotations: list[Rotation], options: argparse.Namespace
+) -> list[dict[str, Any]]:
     """Show, write and return the cycles of cylinder pressures."""
     from cranktrain.engine.file import load_engine
     from cranktrain.measured.order_table import write_trace
@@ -246,18 +314,40 @@ def _pressures(measurement: Measurement, rotations: list[Rotation], options: arg
             say(f"cranktrain: remark: {remark}")
     if not options.json:
         rows = [
-            (str(one["channel"]), f"{one['cycles']}", f"{one['peak_bar']:.2f}", f"{one['peak_deg']:.1f}", f"{one['imep_bar']:.3f}",
-             _said(one["imep_cov_percent"], ".2f"), f"{one['zero_bar']:+.3f}", _said(one.get("dead_centre_shift_deg"), "+.2f"),
-             _said(one.get("loss_angle_deg"), ".2f"), _said(one.get("polytropic_exponent"), ".3f"))
+            (
+                str(one["channel"]),
+                f"{one['cycles']}",
+                f"{one['peak_bar']:.2f}",
+                f"{one['peak_deg']:.1f}",
+                f"{one['imep_bar']:.3f}",
+                _said(one["imep_cov_percent"], ".2f"),
+                f"{one['zero_bar']:+.3f}",
+                _said(one.get("dead_centre_shift_deg"), "+.2f"),
+                _said(one.get("loss_angle_deg"), ".2f"),
+                _said(one.get("polytropic_exponent"), ".3f"),
+            )
             for one in result
-        ]  # fmt: skip
-        header = ("quantity", "cycles", "peak / bar", "at / deg", "imep / bar", "cov / %", "zero / bar", "shift / deg", "loss / deg", "n")
+        ]
+        header = (
+            "quantity",
+            "cycles",
+            "peak / bar",
+            "at / deg",
+            "imep / bar",
+            "cov / %",
+            "zero / bar",
+            "shift / deg",
+            "loss / deg",
+            "n",
+        )
         show_rows("Cylinder pressures", header, rows)
     for one in result:
         if (hum := one["resonance"]) is not None:
             say(
-                f"cranktrain: remark: {one['channel']}: oscillates at {hum['hz']:.0f} Hz with {1e-5 * hum['amplitude']:.2g} bar; an "
-                f"indicating channel of {1e3 * hum['channel_m']:.0f} mm does so, the chamber at {hum['chamber_hz']:.0f} Hz"
+                f"cranktrain: remark: {one['channel']}: oscillates at {hum['hz']:.0f} Hz with "
+                f"{1e-5 * hum['amplitude']:.2g} bar; an "
+                f"indicating channel of {1e3 * hum['channel_m']:.0f} mm does so, the chamber at "
+                f"{hum['chamber_hz']:.0f} Hz"
             )
     if options.output:
         write_trace(options.output, found[0][0].angle, [cycles.mean for cycles, _, _ in found])

@@ -23,7 +23,7 @@ from cranktrain.measured.wheel import Wheel
 
 @dataclass(frozen=True)
 class RotationAsked:
-    """Rotation of one or two places, as options and keywords ask for it; see :func:`cranktrain.measured.rotation.rotation`.
+    """Rotation of one or two places as options ask for it; see :func:`cranktrain.measured.rotation.rotation`.
 
     ``teeth`` and ``missing`` may be None: a wheel with a gap that recurs says them itself.
     """
@@ -51,7 +51,7 @@ def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotatio
         found = {one["channel"]: one for one in tachos(Measurement((channel,)))}.get(channel.name, {})
         if "teeth" not in found:
             raise InputError(f"channel '{channel.name}' has no gap that says its teeth a revolution; give --teeth N")
-        teeth, missing = int(str(found["teeth"])), int(str(found["missing"])) if missing is None else missing
+        teeth, missing = found["teeth"], found["missing"] if missing is None else missing
     index = measurement[asked.index] if asked.index else None
     first = rotation(
         channel, Wheel(teeth, missing or 0), level=asked.level, edge=asked.edge, learn=asked.learn,
@@ -63,10 +63,16 @@ def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotatio
         return [first]
     other = measurement[asked.second]
     if asked.second_teeth is None:
-        raise InputError(f"the second place, channel '{other.name}', needs its teeth a revolution; give --second-teeth N")
+        raise InputError(
+            f"the second place, channel '{other.name}', needs its teeth a revolution; give --second-teeth N"
+        )
     learn = asked.learn if isinstance(asked.learn, bool | tuple) else False
     second = rotation(
-        other, Wheel(asked.second_teeth, asked.second_missing), edge=asked.edge, learn=learn, eccentricity=asked.eccentricity
+        other,
+        Wheel(asked.second_teeth, asked.second_missing),
+        edge=asked.edge,
+        learn=learn,
+        eccentricity=asked.eccentricity,
     )
     return [first, second.against(first)]
 
@@ -144,12 +150,15 @@ def pressures_of(
             if not math.isfinite(speed):
                 raise InputError("--samples-per-cycle needs the speed; give --speed RPM or --rotation CHANNEL")
             first = asked.first_deg - math.degrees(firing)
-            cycles = cycles_by_encoder(channel, asked.samples_per_cycle, first, speed, cycle=cylinder.cycle, unit=asked.unit)
+            cycles = cycles_by_encoder(
+                channel, asked.samples_per_cycle, first, speed, cycle=cylinder.cycle, unit=asked.unit
+            )
         elif turning is not None:
             cycles = cycles_by_rotation(channel, turning, firing=firing, cycle=cylinder.cycle, unit=asked.unit)
         else:
             raise InputError(
-                f"channel '{name}': its crank angle is not known; give --rotation CHANNEL --teeth N, or --samples-per-cycle N"
+                f"channel '{name}': its crank angle is not known; give --rotation CHANNEL --teeth N, or "
+                f"--samples-per-cycle N"
             )
         if asked.low_pass_deg:
             cycles = cycles.low_passed(math.radians(asked.low_pass_deg))

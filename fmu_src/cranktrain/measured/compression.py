@@ -2,13 +2,14 @@
 
     dp/dθ = [−γ p dV/dθ − (γ − 1) Q̇/ω] / V,    Q̇ = C α A (T − T_w),    T = T₀ p V / (p₀ V₀)
 
-γ(T) is that of air, by the polynomials of :mod:`cranktrain.modules.combustion.gas`, and α Woschni's coefficient without its combustion term. The measured
-trace is p − z at θ + δ. A least-squares fit finds the shift δ, the zero z, p₀, T₀, the factor C of the heat and a change
-of the heat capacity (mixture, residual gas). T₀, C and the heat capacity are held near usual values by their usual
-scatter, since a noisy trace does not determine them; the standard errors of δ and z include this.
+γ(T) is that of air, by the polynomials of :mod:`cranktrain.modules.combustion.gas`, and α Woschni's coefficient
+without its combustion term. The measured trace is p − z at θ + δ. A least-squares fit finds the shift δ, the zero z,
+p₀, T₀, the factor C of the heat and a change of the heat capacity (mixture, residual gas). T₀, C and the heat capacity
+are held near usual values by their usual scatter, since a noisy trace does not determine them; the standard errors of
+δ and z include this.
 
-Of a motored trace the fit takes both flanks: its peak lies before dead centre by the thermodynamic loss angle, which the
-heat determines. Of a fired trace it takes the compression until heat is released, and δ is less certain.
+Of a motored trace the fit takes both flanks: its peak lies before dead centre by the thermodynamic loss angle, which
+the heat determines. Of a fired trace it takes the compression until heat is released, and δ is less certain.
 """
 
 from __future__ import annotations
@@ -32,7 +33,13 @@ HALF_WAY, NEAR = math.radians(50.0), math.radians(8.0)
 """A trace is motored if its peak is within ``NEAR`` of dead centre and its pressure ``HALF_WAY`` after the peak exceeds
 that before by less than this ratio, both above the pressure 110 degrees before the peak."""
 HEAT, TEMPERATURE, CAPACITY = (0.0, 0.3), (65.0, 20.0), (0.0, 0.005)
-"""Usual value and scatter of ln C, of T₀ above the intake's temperature (K), of the relative change of heat capacity."""
+"""Usual value and scatter of ln C, of T₀ above the intake's temperature (K), of the relative change of heat
+capacity.
+"""
+UNUSUAL, IMPOSSIBLE = 4.0, 25.0
+"""Standard deviations by which one of these is told as unusual, and refused. A compression ratio that is 0.3 off
+makes 5.
+"""
 MODEL_ERROR = 1.0e-3
 """Relative error of the model's pressure, by which points are weighted besides their noise."""
 _AIR = tuple(
@@ -55,6 +62,7 @@ class Compression(NamedTuple):
     motored : whether both flanks were taken
     range : fitted angles, rad
     residual : root mean square of what is left, Pa
+    doubt : a remark where the fit needs unusual heat, temperature or heat capacity; else empty
     """
 
     shift: float
@@ -67,6 +75,7 @@ class Compression(NamedTuple):
     motored: bool
     range: tuple[float, float]
     residual: float
+    doubt: str = ""
 
 
 def is_motored(angle: Array, pressure: Array) -> bool:
@@ -107,7 +116,8 @@ def fit_compression(
     inside = (angle >= first) & (angle <= last)
     if np.count_nonzero(inside) < 12 or last < math.radians(-60.0):
         raise InputError(
-            f"{cylinder.name}: no compression from {FIRST_DEG:g} to {math.degrees(last):.0f} deg after dead centre in the "
+            f"{cylinder.name}: no compression from {FIRST_DEG:g} to {math.degrees(last):.0f} deg after dead "
+            f"centre in the "
             f"trace; its peak lies at {math.degrees(angle[np.argmax(pressure)]):.0f} deg; check the dead centre"
         )
     theta, p = angle[inside], pressure[inside]
@@ -118,9 +128,11 @@ def fit_compression(
         by = x[0] if shift is None else shift
         model = _pressure(theta + by, cylinder, speed, (x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature))
         priors = [
-            (x[3] - TEMPERATURE[0]) / TEMPERATURE[1], (x[4] - HEAT[0]) / HEAT[1], (x[5] - CAPACITY[0]) / CAPACITY[1],
+            (x[3] - TEMPERATURE[0]) / TEMPERATURE[1],
+            (x[4] - HEAT[0]) / HEAT[1],
+            (x[5] - CAPACITY[0]) / CAPACITY[1],
             0.0 if shift is None else x[0],
-        ]  # fmt: skip
+        ]
         return np.concatenate((weight * (model - x[1] - p), priors))
 
     scale = np.array([0.01, 1e4, 1e4, 20.0, 0.3, 0.01])
@@ -133,9 +145,14 @@ def fit_compression(
     by = float(x[0]) if shift is None else shift
     left = float(np.sqrt(np.mean((found.fun[:points] / weight) ** 2)))
     limit = 0.03 * float(np.ptp(p)) + 3.0 * noise
+    pulls = found.fun[points : points + 3]
+    doubt = _doubt(x, pulls, intake_temperature, cylinder) if np.abs(pulls).max() > UNUSUAL else ""
+    if np.abs(pulls).max() > IMPOSSIBLE:
+        raise InputError(f"{doubt}; the trace is of another engine, or its unit or dead centre are wrong")
     if left > limit or abs(by) > math.radians(20.0):
         raise InputError(
-            f"{cylinder.name}: its compression misses the trace by {1e-5 * left:.3g} bar (shift {math.degrees(by):.2f} deg, "
+            f"{cylinder.name}: its compression misses the trace by {1e-5 * left:.3g} bar (shift "
+            f"{math.degrees(by):.2f} deg, "
             f"zero {1e-5 * x[1]:+.3g} bar); the trace is of another engine, or its unit or dead centre are wrong"
         )
     ends = _pressure(theta + by, cylinder, speed, (x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature))
@@ -150,8 +167,33 @@ def fit_compression(
         k = int(np.argmax(curve))
         a, b, c = curve[k - 1 : k + 2]
         loss = -float(path[k] + 0.5 * (a - c) / (a - 2.0 * b + c) * math.radians(0.05))
-    return Compression(by, float(x[1]), exponent, loss, math.exp(float(x[4])), float(errors[0]) if shift is None else 0.0,
-                       float(errors[1]), motored, (float(theta[0]), float(theta[-1])), left)  # fmt: skip
+    return Compression(
+        by,
+        float(x[1]),
+        exponent,
+        loss,
+        math.exp(float(x[4])),
+        float(errors[0]) if shift is None else 0.0,
+        float(errors[1]),
+        motored,
+        (float(theta[0]), float(theta[-1])),
+        left,
+        doubt,
+    )
+
+
+def _doubt(x: Array, pulls: Array, intake_temperature: float, cylinder: Cylinder) -> str:
+    """What a fit needs that is unusual, in numbers."""
+    said = (
+        f"{x[3] + intake_temperature:.0f} K at the begin of the compression",
+        f"{math.exp(float(x[4])):.2f} times the usual heat to the walls",
+        f"a heat capacity {100.0 * x[5]:+.1f} % off that of air",
+    )
+    worst = said[int(np.argmax(np.abs(pulls)))]
+    return (
+        f"{cylinder.name}: its compression fits the trace only with {worst}; check compression ratio "
+        f"({cylinder.compression_ratio:g}), dead centre, speed and intake temperature"
+    )
 
 
 def burn_begins(angle: Array, pressure: Array, cylinder: Cylinder) -> float:
@@ -169,15 +211,21 @@ def burn_begins(angle: Array, pressure: Array, cylinder: Cylinder) -> float:
     return float(theta[below[-1]]) if below.size else float(theta[0])
 
 
-def two_point_zero(angle: Array, pressure: Array, cylinder: Cylinder, exponent: float = 1.34,
-                   points: tuple[float, float] = (-100.0, -65.0)) -> float:  # fmt: skip
+def two_point_zero(
+    angle: Array,
+    pressure: Array,
+    cylinder: Cylinder,
+    exponent: float = 1.34,
+    points: tuple[float, float] = (-100.0, -65.0),
+) -> float:
     """Zero z (Pa, to be added) for which p V^n is the same at two angles, deg; means over 2 degrees around each."""
     means, powers = [], []
     for point in points:
         near = np.abs(angle - math.radians(point)) <= math.radians(1.0)
-        means.append(float(np.mean(pressure[near])))
-        powers.append(float(np.mean(cylinder.volume(angle[near])[0] ** exponent)))
-    return (means[1] * powers[1] - means[0] * powers[0]) / (powers[0] - powers[1])
+        power = cylinder.volume(angle[near])[0] ** exponent
+        means.append(float(np.mean(pressure[near] * power)))
+        powers.append(float(np.mean(power)))
+    return (means[1] - means[0]) / (powers[0] - powers[1])
 
 
 def _start(theta: Array, p: Array, cylinder: Cylinder) -> tuple[float, float]:
@@ -188,7 +236,9 @@ def _start(theta: Array, p: Array, cylinder: Cylinder) -> tuple[float, float]:
     return -float(shift), float(slope * power[0])
 
 
-def _pressure(angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, float, float, float, float]) -> Array:
+def _pressure(
+    angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, float, float, float, float]
+) -> Array:
     """Pressure (n,) Pa along rising angles (n,) rad by Runge and Kutta's method, a step between two angles.
 
     ``numbers``: pressure and temperature at the first angle, ln C, change of the heat capacity, wall temperature.

@@ -25,7 +25,7 @@ class Cylinder:
     name: str = "the cylinder"
 
     def __post_init__(self) -> None:
-        if not (0.0 < self.bore and 0.0 < self.stroke < 2.0 * self.rod and self.compression_ratio > 1.0):
+        if not (self.bore > 0.0 and 0.0 < self.stroke < 2.0 * self.rod and self.compression_ratio > 1.0):
             raise InputError(
                 f"{self.name}: bore {self.bore:g} m, stroke {self.stroke:g} m, rod {self.rod:g} m, compression ratio "
                 f"{self.compression_ratio:g} are no cylinder; check their units"

@@ -1,7 +1,7 @@
 """Tables of measured orders: curves of UFF files and tables over speed, and the table that tracking writes.
 
-The written table is the one that ``--measured`` of run-up pictures and reports reads: speed_rpm, order, amplitude, unit,
-phase_deg, band (half of the 95 % band, in the same unit).
+The written table is the one that ``--measured`` of run-up pictures and reports reads: speed_rpm, order, amplitude,
+unit, phase_deg, band (half of the 95 % band, in the same unit).
 """
 
 from __future__ import annotations
@@ -78,7 +78,8 @@ def write_orders(path: str | Path, found: Sequence[Orders], unit: str = "deg") -
                 if math.isfinite(abs(value)):
                     name = orders.name.replace(",", " ").replace('"', "'")
                     lines.append(
-                        f"{speed * RPM:.6g},{order:g},{scale * abs(value):.8g},{own},{math.degrees(np.angle(value)):.3f},"
+                        f"{speed * RPM:.6g},{order:g},{scale * abs(value):.8g},{own},"
+                        f"{math.degrees(np.angle(value)):.3f},"
                         f"{BAND * scale * float(orders.errors[s, k]):.3g},{name}"
                     )
     with whole_file(path, marked("table of measured orders", MARK)) as temporary:

@@ -1,4 +1,4 @@
-"""Cycles of measured cylinder pressures: from encoder-triggered or time-sampled channels to a mean cycle with its scatter.
+"""Cycles of measured cylinder pressures: mean and scatter, from encoder-triggered or time-sampled channels.
 
 A cycle goes from −360 to 360 degrees around firing dead centre of its cylinder (two-strokes: −180 to 180). Time-sampled
 channels are taken at equal steps of the measured rotation, torsion included. The zero of each cycle (drift of a charge
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +32,9 @@ INTAKE_RANGE = (-190.0, -170.0)
 RESONANCE_FROM = 1500.0
 """Frequency, Hz, from which oscillations of the indicating channel and of the chamber are looked for."""
 SPEED_OF_SOUND = 900.0, 450.0
-"""In burning gas and in the gas of an indicating channel, m/s; for the frequency of the chamber and a channel's length."""
+"""In burning gas and in the gas of an indicating channel, m/s; for the frequency of the chamber and a channel's
+length.
+"""
 UNUSUAL = 2e4, 3e7
 """Range between lowest and highest pressure, Pa, outside which a trace has another unit."""
 
@@ -71,7 +74,9 @@ class Cycles:
 
     def turned(self, by: float) -> Cycles:
         """Move the cycles by an angle, rad: what was at θ is at θ + by."""
-        moved = np.array([np.interp(self.angle - by, self.angle, row, period=_period(self.angle)) for row in self.pressure])
+        moved = np.array(
+            [np.interp(self.angle - by, self.angle, row, period=_period(self.angle)) for row in self.pressure]
+        )
         return replace(self, pressure=moved)
 
     def low_passed(self, shortest: float) -> Cycles:
@@ -79,7 +84,8 @@ class Cycles:
         step = float(self.angle[1] - self.angle[0])
         if shortest < 2.0 * step:
             raise InputError(
-                f"{self.name}: a low-pass of {math.degrees(shortest):.3g} deg is finer than two samples, {math.degrees(2 * step):.3g} deg"
+                f"{self.name}: a low-pass of {math.degrees(shortest):.3g} deg is finer than two samples, "
+                f"{math.degrees(2 * step):.3g} deg"
             )
         lines = np.fft.rfft(self.pressure, axis=1)
         order = np.fft.rfftfreq(self.angle.size, step) * shortest  # 1 at the shortest wave
@@ -128,13 +134,18 @@ def cycles_by_encoder(
 
 
 def cycles_by_rotation(
-    channel: Channel, rotation: Rotation, *, firing: float = 0.0, step_deg: float = STEP_DEG, cycle: float = 4.0 * math.pi,
+    channel: Channel,
+    rotation: Rotation,
+    *,
+    firing: float = 0.0,
+    step_deg: float = STEP_DEG,
+    cycle: float = 4.0 * math.pi,
     unit: str = "",
-) -> Cycles:  # fmt: skip
+) -> Cycles:
     """Cycles of a channel sampled over time, at equal steps of the measured rotation.
 
-    ``firing``: crank angle, rad, of the cylinder's firing dead centre after that of cylinder 1. Where the rotation does not
-    know which of two revolutions fires, the one with the higher pressure does.
+    ``firing``: crank angle, rad, of the cylinder's firing dead centre after that of cylinder 1. Where the rotation
+    does not know which of two revolutions fires, the one with the higher pressure does.
     """
     scale, zero = pascal(channel, unit)
     if not math.isfinite(channel.rate):
@@ -146,7 +157,8 @@ def cycles_by_rotation(
     cycles = math.floor((high - begin) / cycle)
     if cycles < 1:
         raise InputError(
-            f"{channel.source}, channel {channel.name}: {max(0.0, high - low) / cycle:.2g} cycles lie within the rotation; one is needed"
+            f"{channel.source}, channel {channel.name}: {max(0.0, high - low) / cycle:.2g} cycles lie within "
+            f"the rotation; one is needed"
         )
     relative = cycle / count * np.arange(count, dtype=np.float64)
     rows = []
@@ -155,7 +167,9 @@ def cycles_by_rotation(
         rows.append(_sampled_at(channel, times))
     values, remarks = _whole(np.array(rows) * scale + zero, channel)
     speed = cycles * cycle / float(np.ptp(np.interp([begin, begin + cycles * cycle], rotation.angle, rotation.times)))
-    made = Cycles(channel.name, relative - 0.5 * cycle, values, speed, channel.rate, np.zeros(len(values)), tuple(remarks))
+    made = Cycles(
+        channel.name, relative - 0.5 * cycle, values, speed, channel.rate, np.zeros(len(values)), tuple(remarks)
+    )
     return _checked(_firing_revolution(made), channel)
 
 
@@ -181,7 +195,9 @@ def _whole(rows: Array, channel: Channel) -> tuple[Array, list[str]]:
     if not good.any():
         raise InputError(f"{channel.source}, channel {channel.name}: every cycle has values that are not numbers")
     lost = int(np.count_nonzero(~good))
-    told = [f"{channel.source}, channel {channel.name}: {lost} of {len(rows)} cycles have missing values and are left out"]
+    told = [
+        f"{channel.source}, channel {channel.name}: {lost} of {len(rows)} cycles have missing values and are left out"
+    ]
     return rows[good], told * bool(lost)
 
 
@@ -202,16 +218,24 @@ def _checked(cycles: Cycles, channel: Channel) -> Cycles:
     swing = float(np.ptp(cycles.mean))
     if not UNUSUAL[0] < swing < UNUSUAL[1]:
         raise InputError(
-            f"{channel.source}, channel {channel.name}: its pressure swings by {1e-5 * swing:.3g} bar over a cycle; check its "
+            f"{channel.source}, channel {channel.name}: its pressure swings by {1e-5 * swing:.3g} bar over a "
+            f"cycle; check its "
             f"unit ({channel.unit or 'none stated'})"
         )
     return cycles
 
 
 def pegged(
-    cycles: Cycles, cylinder: Cylinder, *, method: str = MODEL, exponent: float = 1.34, intake_pressure: float | None = None,
-    intake_temperature: float = 310.0, wall_temperature: float = 430.0, correct_shift: bool = False,
-) -> tuple[Cycles, Compression | None]:  # fmt: skip
+    cycles: Cycles,
+    cylinder: Cylinder,
+    *,
+    method: str = MODEL,
+    exponent: float = 1.34,
+    intake_pressure: float | None = None,
+    intake_temperature: float = 310.0,
+    wall_temperature: float = 430.0,
+    correct_shift: bool = False,
+) -> tuple[Cycles, Compression | None]:
     """Cycles with true zeros, and the fit of their mean's compression (None where its method is another and it fails).
 
     Raises ``InputError``: an unknown method, no intake pressure for ``intake``, another engine's data.
@@ -227,12 +251,21 @@ def pegged(
         raise InputError("pegging by the intake needs its pressure; give it, absolute")
     noise = _noise(cycles)
     try:
-        fit = fit_compression(cycles.angle, cycles.mean, cylinder, cycles.speed, intake_temperature=intake_temperature,
-                              wall_temperature=wall_temperature, noise=noise)  # fmt: skip
+        fit = fit_compression(
+            cycles.angle,
+            cycles.mean,
+            cylinder,
+            cycles.speed,
+            intake_temperature=intake_temperature,
+            wall_temperature=wall_temperature,
+            noise=noise,
+        )
     except InputError:
         if method == MODEL:
             raise
         fit = None
+    if fit is not None and fit.doubt:
+        cycles = replace(cycles, remarks=(*cycles.remarks, f"{cycles.name}: {fit.doubt}"))
     if fit is not None and correct_shift:
         cycles = cycles.turned(fit.shift)
     if method == KEPT:
@@ -291,42 +324,57 @@ def resonance(cycles: Cycles, cylinder: Cylinder) -> dict[str, float] | None:
     if power[k] < 20.0 * floor or amplitude < 0.002 * float(np.ptp(cycles.mean)):
         return None
     return {
-        "hz": float(hz[k]), "amplitude": amplitude, "chamber_hz": 1.841 * SPEED_OF_SOUND[0] / (math.pi * cylinder.bore),
+        "hz": float(hz[k]),
+        "amplitude": amplitude,
+        "chamber_hz": 1.841 * SPEED_OF_SOUND[0] / (math.pi * cylinder.bore),
         "channel_m": SPEED_OF_SOUND[1] / (4.0 * float(hz[k])),
-    }  # fmt: skip
+    }
 
 
 def _smooth(values: Array, step: float) -> Array:
     """Mean over a period of the lowest frequency of interest, twice."""
     wide = max(3, round(1.0 / (RESONANCE_FROM * step)) | 1)
     for _ in range(2):
-        values = np.convolve(np.pad(values, wide // 2, mode="reflect", reflect_type="odd"), np.ones(wide) / wide, mode="valid")
+        values = np.convolve(
+            np.pad(values, wide // 2, mode="reflect", reflect_type="odd"), np.ones(wide) / wide, mode="valid"
+        )
     return values
 
 
-def statistics(cycles: Cycles, cylinder: Cylinder, fit: Compression | None) -> dict[str, object]:
-    """Numbers of the cycles for tables and JSON: peaks, indicated mean effective pressure, scatter, zeros, dead centre."""
+def statistics(cycles: Cycles, cylinder: Cylinder, fit: Compression | None) -> dict[str, Any]:
+    """Numbers of the cycles for tables and JSON: peaks, work, scatter, zeros, dead centre."""
     volume, derivative = cylinder.volume(cycles.angle)
     step = float(cycles.angle[1] - cycles.angle[0])
     work = cycles.pressure @ derivative * step / float(np.ptp(volume))
     peaks = cycles.pressure.max(axis=1)
     places = np.degrees(cycles.angle[cycles.pressure.argmax(axis=1)])
     found = resonance(cycles, cylinder)
-    told: dict[str, object] = {
-        "channel": cycles.name, "cycles": len(cycles.pressure), "speed_rpm": cycles.speed * RPM,
-        "peak_bar": 1e-5 * float(peaks.mean()), "peak_scatter_bar": 1e-5 * _deviation(peaks),
-        "peak_deg": float(places.mean()), "peak_deg_scatter": _deviation(places),
+    told: dict[str, Any] = {
+        "channel": cycles.name,
+        "cycles": len(cycles.pressure),
+        "speed_rpm": cycles.speed * RPM,
+        "peak_bar": 1e-5 * float(peaks.mean()),
+        "peak_scatter_bar": 1e-5 * _deviation(peaks),
+        "peak_deg": float(places.mean()),
+        "peak_deg_scatter": _deviation(places),
         "imep_bar": 1e-5 * float(work.mean()),
         "imep_cov_percent": 100.0 * _deviation(work) / abs(float(work.mean())) if work.mean() else None,
-        "zero_bar": 1e-5 * float(cycles.zeros.mean()), "zero_scatter_bar": 1e-5 * _deviation(cycles.zeros),
-        "zero_drift_bar_per_cycle": _slope(cycles.zeros) * 1e-5, "resonance": found, "remarks": list(cycles.remarks),
-    }  # fmt: skip
+        "zero_bar": 1e-5 * float(cycles.zeros.mean()),
+        "zero_scatter_bar": 1e-5 * _deviation(cycles.zeros),
+        "zero_drift_bar_per_cycle": _slope(cycles.zeros) * 1e-5,
+        "resonance": found,
+        "remarks": list(cycles.remarks),
+    }
     if fit is not None:
         told |= {
-            "motored": fit.motored, "dead_centre_shift_deg": math.degrees(fit.shift),
-            "dead_centre_error_deg": math.degrees(fit.shift_error), "zero_error_bar": 1e-5 * fit.zero_error,
-            "loss_angle_deg": math.degrees(fit.loss), "polytropic_exponent": fit.exponent, "heat_factor": fit.heat,
-        }  # fmt: skip
+            "motored": fit.motored,
+            "dead_centre_shift_deg": math.degrees(fit.shift),
+            "dead_centre_error_deg": math.degrees(fit.shift_error),
+            "zero_error_bar": 1e-5 * fit.zero_error,
+            "loss_angle_deg": math.degrees(fit.loss),
+            "polytropic_exponent": fit.exponent,
+            "heat_factor": fit.heat,
+        }
     return told
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
 from cranktrain.core.types import Array
-from cranktrain.measured.channels import BLOCK, TIME, Channel
+from cranktrain.measured.channels import TIME, Channel
 
 HYSTERESIS = 0.1
 """Half width of the hysteresis, as a fraction of the range of the signal."""
@@ -219,4 +219,3 @@ def _fraction(a, b, c, d, level, cubic):
     if x < 0.0 or x > 1.0:
         return s
     return x
-

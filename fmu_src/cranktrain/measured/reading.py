@@ -80,9 +80,7 @@ def _read_file(path: Path) -> Listing:
         raise InputError(f"{path.name}: its sizes are beyond this machine's memory; the file is damaged") from None
     except Exception as error:  # readers of others raise whatever a damaged file makes them stumble over
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(
-            f"{path.name}: not a {kind.name} file, or a damaged one ({reason}); export it again"
-        ) from None
+        raise InputError(f"{path.name}: not a {kind.name} file, or a damaged one ({reason}); export it again") from None
     remarks = remarks + [
         f"{path.name}, channel {channel.name}: is empty and left out" for channel in channels if not channel.size
     ]

@@ -1,14 +1,15 @@
 """Rotation of a shaft from the pulses of a wheel: angle, speed, torsional vibration, twist between two places.
 
 Angles count from firing dead centre of cylinder 1 where its place is given, else from the wheel's tooth 0. The mean
-rotation φ(t) is free of what recurs each cycle; torsional vibration is δ = θ − φ at the pulses, and its orders are lines
-over φ (:mod:`cranktrain.measured.tracking`).
+rotation φ(t) is free of what recurs each cycle; torsional vibration is δ = θ − φ at the pulses, and its orders are
+lines over φ (:mod:`cranktrain.measured.tracking`).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -88,17 +89,24 @@ class Rotation:
         first = math.ceil(self.angle[0] / CYCLE + 0.5)
         count = min(8, math.floor(self.angle[-1] / CYCLE - 0.5) - first + 1)
         if count < 1:
-            raise InputError(f"{self.name}: less than 2 cycles are recorded, so the pressure cannot say which revolution fires")
+            raise InputError(
+                f"{self.name}: less than 2 cycles are recorded, so the pressure cannot say which revolution fires"
+            )
         swings = []
         for shift in (0.0, math.tau):
             ends = [(first + k) * CYCLE + shift + side * 0.5 * math.pi for k in range(count) for side in (-1, 1)]
             places = (np.interp(ends, self.angle, self.times) - pressure.start) / pressure.step
-            parts = [pressure.values(max(0, int(a)), int(b) + 1) for a, b in zip(places[::2], places[1::2], strict=True) if b > 0]
-            swings.append(float(np.mean([np.ptp(part) for part in parts if part.size > 1] or [0.0])))
+            parts = [
+                pressure.values(max(0, int(a)), int(b) + 1)
+                for a, b in zip(places[::2], places[1::2], strict=True)
+                if b > 0
+            ]
+            swings.append(float(np.mean([np.ptp(part) for part in parts if part.size > 1] or [np.float64(0.0)])))
         low, high = min(swings), max(swings)
         if high <= 1.3 * low:
             raise InputError(
-                f"{pressure.source}, channel {pressure.name}: swings by {swings[0]:.3g} and {swings[1]:.3g} {pressure.unit} around "
+                f"{pressure.source}, channel {pressure.name}: swings by {swings[0]:.3g} and {swings[1]:.3g} "
+                f"{pressure.unit} around "
                 "the two dead centres of a cycle; it does not say which one fires"
             )
         return replace(self.turned(math.tau if swings[1] > swings[0] else 0.0), cycle_known=True)
@@ -115,24 +123,32 @@ class Rotation:
         turns, others = (np.ptp(one.mean.at(np.array([first, last]))) for one in (self, other))
         if abs(turns / others - 1.0) > DISAGREE:
             raise InputError(
-                f"two tachos disagree: from {first:.3g} to {last:.3g} s {self.name} turns {turns / math.tau:.2f} times, "
-                f"{other.name} {others / math.tau:.2f} times, a ratio of {turns / others:.4f}; check the pulses a revolution"
+                f"two tachos disagree: from {first:.3g} to {last:.3g} s {self.name} turns "
+                f"{turns / math.tau:.2f} times, "
+                f"{other.name} {others / math.tau:.2f} times, a ratio of {turns / others:.4f}; check the pulses "
+                f"a revolution"
             )
         shift = float(np.mean(self.angle[own] - other.mean.at(self.times[own])))
         return replace(self, times=self.times[own], angle=self.angle[own] - shift, mean=other.mean)
 
-    def summary(self) -> dict[str, object]:
+    def summary(self) -> dict[str, Any]:
         """Numbers for tables and JSON."""
         low, high = self.speed_range
         pitch = math.tau / self.wheel.teeth
         return {
-            "channel": self.name, "teeth": self.wheel.teeth, "missing": self.wheel.missing,
-            "pulses": int(self.times.size), "revolutions": float((self.angle[-1] - self.angle[0]) / math.tau),
-            "speed_rpm": [low * RPM, high * RPM], "lost_pulses": self.numbered.lost,
-            "cycle_known": self.cycle_known, "double_pulses": self.numbered.doubled, "slips": [list(slip) for slip in self.numbered.slips],
+            "channel": self.name,
+            "teeth": self.wheel.teeth,
+            "missing": self.wheel.missing,
+            "pulses": int(self.times.size),
+            "revolutions": float((self.angle[-1] - self.angle[0]) / math.tau),
+            "speed_rpm": [low * RPM, high * RPM],
+            "lost_pulses": self.numbered.lost,
+            "cycle_known": self.cycle_known,
+            "double_pulses": self.numbered.doubled,
+            "slips": [list(slip) for slip in self.numbered.slips],
             "tooth_error_percent": 100.0 * float(np.std(self.errors)) / pitch if self.errors.any() else None,
             "remarks": list(self.remarks),
-        }  # fmt: skip
+        }
 
 
 def rotation(
@@ -182,7 +198,7 @@ def rotation(
         errors = learn
     elif learn is not False:
         errors = learn_errors(numbered, wheel, None if learn is True else learn, where)
-    angle = numbered.teeth * (math.tau / wheel.teeth)
+    angle = np.asarray(numbered.teeth * (math.tau / wheel.teeth), dtype=np.float64)
     if eccentricity == REMOVE:
         errors = _with_order_one(numbered, angle, errors, wheel)
     elif learn is True:
@@ -210,7 +226,7 @@ def _without_order_one(errors: Array) -> Array:
     lines = np.fft.rfft(errors)
     if lines.size > 1:
         lines[1] = 0.0
-    return np.fft.irfft(lines, errors.size)
+    return np.asarray(np.fft.irfft(lines, errors.size), dtype=np.float64)
 
 
 def _turning_part(numbered: Numbered, wheel: Wheel, where: str) -> tuple[Numbered, list[str]]:
@@ -236,7 +252,9 @@ def _told(numbered: Numbered, wheel: Wheel, where: str) -> list[str]:
     """Remarks on lost and double pulses and slips."""
     remarks = []
     if numbered.lost:
-        remarks.append(f"{where}: {numbered.lost} of {numbered.times.size + numbered.lost} pulses are missing and were bridged")
+        remarks.append(
+            f"{where}: {numbered.lost} of {numbered.times.size + numbered.lost} pulses are missing and were bridged"
+        )
     if numbered.doubled:
         remarks.append(f"{where}: {numbered.doubled} double pulses were removed")
     if numbered.slips:
@@ -248,14 +266,14 @@ def _told(numbered: Numbered, wheel: Wheel, where: str) -> list[str]:
     return remarks
 
 
-def _from_index(
-    numbered: Numbered, wheel: Wheel, marks: Array, names: tuple[str, str]
-) -> tuple[Numbered, list[str]]:
+def _from_index(numbered: Numbered, wheel: Wheel, marks: Array, names: tuple[str, str]) -> tuple[Numbered, list[str]]:
     """Number teeth from the index pulse; ``InputError`` where pulses and index disagree."""
     where, index = names
     inside = marks[(marks > numbered.times[0]) & (marks < numbered.times[-1])]
     if inside.size < 2:
-        raise InputError(f"{where}: the index channel {index} has {inside.size} pulses within these pulses; give another")
+        raise InputError(
+            f"{where}: the index channel {index} has {inside.size} pulses within these pulses; give another"
+        )
     places = np.interp(inside, numbered.times, numbered.teeth.astype(np.float64))
     apart = np.diff(places)
     usual = float(np.median(apart))
@@ -268,7 +286,8 @@ def _from_index(
     told = []
     if off.size:
         told.append(
-            f"{where}: {off.size} of {apart.size} revolutions between index pulses of {index} do not have {wheel.teeth} "
+            f"{where}: {off.size} of {apart.size} revolutions between index pulses of {index} do not have "
+            f"{wheel.teeth} "
             f"teeth; the first at {inside[off[0]]:.4g} s has {apart[off[0]]:.1f}"
         )
     first = math.ceil(float(np.median(places % wheel.teeth)) - 1e-6) % wheel.teeth
@@ -288,11 +307,12 @@ def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where
         return []
     return [
         f"{where}: the teeth's places recur each revolution with {100 * share:.2g} % of a pitch "
-        f"({math.degrees(float(np.std(found))):.2g} deg), which whole orders hold; learn them from a stretch without torsion"
+        f"({math.degrees(float(np.std(found))):.2g} deg), which whole orders hold; learn them from a stretch "
+        f"without torsion"
     ]
 
 
-def tachos(measurement: Measurement) -> list[dict[str, object]]:
+def tachos(measurement: Measurement) -> list[dict[str, Any]]:
     """Channels that look like pulses: name, pulses a second, evenness, and the gap that recurs, if one does."""
     found = []
     for channel in measurement.channels:
@@ -302,14 +322,14 @@ def tachos(measurement: Measurement) -> list[dict[str, object]]:
     return found
 
 
-def _looks_like_pulses(channel: Channel) -> dict[str, object]:
+def _looks_like_pulses(channel: Channel) -> dict[str, Any]:
     """Pulses of the channel's first million samples; nothing where they are too few or too uneven."""
     part = replace(channel, size=min(channel.size, 1_000_000))
     try:
         times = pulse_times(part).times
     except InputError:
         return {}
-    if times.size < 16 or channel.step > 0.0 and times.size > part.size / 4:
+    if times.size < 16 or (channel.step > 0.0 and times.size > part.size / 4):
         return {}
     from scipy.ndimage import median_filter
 
@@ -319,7 +339,7 @@ def _looks_like_pulses(channel: Channel) -> dict[str, object]:
     if uneven > 0.02:
         return {}
     steps = np.maximum(1, np.rint(ratio)).astype(int)
-    told: dict[str, object] = {"pulses": int(times.size), "pulses_hz": float(1.0 / np.median(intervals))}
+    told: dict[str, Any] = {"pulses": int(times.size), "pulses_hz": float(1.0 / np.median(intervals))}
     gaps = np.flatnonzero((steps > 1) & (steps <= 4))
     if gaps.size >= 3:
         apart = np.diff(np.cumsum(steps)[gaps])

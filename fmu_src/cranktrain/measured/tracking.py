@@ -4,9 +4,9 @@ Points need not be equidistant: pulses of a wheel with a gap, or samples over ti
 
     x(φ) = trend + Re Σ_n (a_n + a_n' τ + a_n'' τ²) exp(i n φ),   τ = φ − φ₀,
 
-is fitted by least squares under a window cos⁴ with all half orders up to the highest one wanted, so neighbours do not leak
-into one another at any change of speed. Points are taken where they are, so nothing is interpolated. The standard error
-of an order follows from the residual and the fit; where several fits share a bin of speed, from their scatter.
+is fitted by least squares under a window cos⁴ with all half orders up to the highest one wanted, so neighbours do not
+leak into one another at any change of speed. Points are taken where they are, so nothing is interpolated. The standard
+error of an order follows from the residual and the fit; where several fits share a bin of speed, from their scatter.
 """
 
 from __future__ import annotations
@@ -58,7 +58,8 @@ class Orders:
     orders : (o,)
     amplitudes : (s, o) complex, zero to peak, x = Re Σ a exp(i n φ); not a number where the points do not have them
     errors : (s, o) standard error of |a|
-    coherence : (s, o) |mean a|² / mean |a|² of the fits in a bin; of less than three fits with the error in place of scatter
+    coherence : (s, o) |mean a|² / mean |a|² of the fits in a bin; of less than three fits with the error in place of
+        scatter
     fits : (s,) fits in each bin
     cycles : cycles that a fit spans
     name, unit : of the signal
@@ -82,7 +83,7 @@ class Orders:
 
 
 def torsion_points(rotation: Rotation) -> Points:
-    """Torsional vibration at the pulses, rad; half a cycle at either end has no mean rotation of its own and is left out."""
+    """Torsional vibration at the pulses, rad, without half a cycle at either end, which has no mean rotation."""
     inside = (rotation.times >= rotation.mean.times[0]) & (rotation.times <= rotation.mean.times[-1])
     phase = rotation.mean.at(rotation.times[inside])
     torsion = rotation.angle[inside] - phase
@@ -103,7 +104,8 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
     needed = 2.0 * highest * fastest
     if channel.rate < 1.25 * needed:
         raise InputError(
-            f"{where}: {channel.rate:g} Hz resolve order {0.4 * channel.rate / fastest:.3g} at {60 * fastest:.0f} rev/min, "
+            f"{where}: {channel.rate:g} Hz resolve order {0.4 * channel.rate / fastest:.3g} at "
+            f"{60 * fastest:.0f} rev/min, "
             f"not {highest:g} (aliasing)"
         )
     # Integrals want some 25 samples a period, the fit 5.
@@ -114,7 +116,8 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
     inside = (times >= rotation.mean.times[0]) & (times <= rotation.mean.times[-1])
     if np.count_nonzero(inside) < 32:
         raise InputError(
-            f"{where}: runs from {times[0]:.4g} to {times[-1]:.4g} s, the rotation from {rotation.mean.times[0]:.4g} to "
+            f"{where}: runs from {times[0]:.4g} to {times[-1]:.4g} s, the rotation from "
+            f"{rotation.mean.times[0]:.4g} to "
             f"{rotation.mean.times[-1]:.4g} s; take channels of one recording"
         )
     phase = rotation.mean.at(times[inside])
@@ -122,7 +125,7 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
 
 
 def decimated(channel: Channel, rate: float) -> tuple[float, float, Array]:
-    """Start, step and values of a channel low-passed without delay and thinned to ``rate`` Hz or more, block by block."""
+    """Start, step and values of a channel, low-passed without delay and thinned to ``rate`` Hz or more."""
     from scipy.signal import firwin, upfirdn
 
     factor = max(1, math.floor(channel.rate / rate))
@@ -135,7 +138,9 @@ def decimated(channel: Channel, rate: float) -> tuple[float, float, Array]:
     for first in range(0, channel.size, block):
         low, high = max(0, first - half), min(channel.size, first + block + half)
         values = channel.values(low, high)
-        values = np.where(np.isfinite(values), values, np.nanmean(values)) if not math.isfinite(values.sum()) else values
+        values = (
+            np.where(np.isfinite(values), values, np.nanmean(values)) if not math.isfinite(values.sum()) else values
+        )
         values = np.pad(values, (half - (first - low), max(0, first + block + half - high)), mode="edge")
         kept = math.ceil(min(block, channel.size - first) / factor)
         # upfirdn's output k is centred on sample k·factor − half of its input.
@@ -144,7 +149,7 @@ def decimated(channel: Channel, rate: float) -> tuple[float, float, Array]:
 
 
 def _integrated(values: Array, step: float, times: int) -> Array:
-    """Integrals over time without their mean, by the trapezoidal rule corrected at the ends of each step (4th order)."""
+    """Integrals over time of values without their mean; fourth order in the step."""
     for _ in range(times):
         values = values - values.mean()
         slope = np.gradient(values)
@@ -165,7 +170,8 @@ def track(
 ) -> Orders:
     """Orders of points in bins of the mean speed.
 
-    Raises ``InputError``: orders that are no multiples of a half or that the points do not resolve, too short recordings.
+    Raises ``InputError``: orders that are no multiples of a half or that the points do not resolve, too short
+    recordings.
 
     Parameters
     ----------
@@ -180,15 +186,16 @@ def track(
     steady = (high - low) / high < 0.005
     degree = (0 if steady else DEGREE) if degree is None else degree
     highest = float(wanted.max())
-    lines = 0.5 * np.arange(1, math.floor(2.0 * min(highest + 1.0, 0.96 * points.resolved) + 1e-9) + 1)
-    lines = lines if lines.size and lines[-1] >= highest else 0.5 * np.arange(1, round(2.0 * highest) + 1)
+    reach = math.floor(2.0 * min(highest + 1.0, 0.96 * points.resolved) + 1e-9)
+    lines = np.arange(1, max(reach, round(2.0 * highest)) + 1, dtype=np.float64) / 2.0
     a_cycle = points.phase.size / max(1e-9, np.ptp(points.phase)) * CYCLE
     unknowns = TREND + 2 * lines.size * (degree + 1)
     least = max(CYCLES, math.ceil(SPARE * unknowns / (WEIGHT * a_cycle)))
     cycles = least if cycles is None else cycles
     if cycles > MOST_CYCLES or WEIGHT * a_cycle * cycles < unknowns:
         raise InputError(
-            f"{points.name}: {a_cycle:.3g} points a cycle over {cycles} cycles do not determine orders up to {highest:g} "
+            f"{points.name}: {a_cycle:.3g} points a cycle over {cycles} cycles do not determine orders up to "
+            f"{highest:g} "
             f"({unknowns} unknowns); ask for lower orders, more cycles or degree 0"
         )
     places = _places(points, cycles)
@@ -224,9 +231,7 @@ def _places(points: Points, cycles: int) -> Array:
     half = 0.5 * cycles * CYCLE
     first, last = points.phase[0] + half, points.phase[-1] - half
     if last < first:
-        raise InputError(
-            f"{points.name}: {np.ptp(points.phase) / CYCLE:.2g} cycles are recorded; a fit spans {cycles}"
-        )
+        raise InputError(f"{points.name}: {np.ptp(points.phase) / CYCLE:.2g} cycles are recorded; a fit spans {cycles}")
     count = max(1, math.floor((last - first) / half))
     return np.asarray(first + (last - first) / count * np.arange(count + 1)) if last > first else np.array([first])
 
@@ -274,7 +279,7 @@ def _solved(normal: Array, right: Array) -> tuple[Array, Array]:
         inverse = np.linalg.inv(normal)
     except np.linalg.LinAlgError:
         inverse = np.linalg.pinv(normal)
-    return inverse @ right, inverse
+    return np.asarray(inverse @ right), np.asarray(inverse, dtype=np.float64)
 
 
 def _joined(fits: list[tuple[ComplexArray, Array]]) -> tuple[ComplexArray, Array, Array]:

@@ -2,9 +2,9 @@
 
     min Σ_t |x − Re Σ_n a_n(t) exp(i n φ(t))|² + Σ_n r² Σ_t |∇^p a_n|²
 
-The structural equation says that an envelope's p-th difference is small. Envelopes have real and imaginary parts, so the
-normal equations are real, symmetric and banded; they are solved at once, which separates orders that cross or beat. The
-envelope's transfer function is ½ / (½ + r² (2 − 2 cos ω)^p), which gives r for a bandwidth (−3 dB).
+The structural equation says that an envelope's p-th difference is small. Envelopes have real and imaginary parts, so
+the normal equations are real, symmetric and banded; they are solved at once, which separates orders that cross or
+beat. The envelope's transfer function is ½ / (½ + r² (2 − 2 cos ω)^p), which gives r for a bandwidth (−3 dB).
 
 Source: H. Vold, J. Leuridan, High resolution order tracking at extreme slew rates, using Kalman tracking filters, SAE
 931288 (1993); J. Tuma, Setting the passband width in the Vold–Kalman order tracking filter, ICSV12 (2005).
@@ -47,7 +47,8 @@ def envelopes(
     fastest = float(np.diff(phase).max()) / step / math.tau
     if float(orders.max()) * fastest > 0.5 / step:
         raise InputError(
-            f"Vold-Kalman: order {orders.max():g} reaches {orders.max() * fastest:.4g} Hz, samples resolve {0.5 / step:.4g} Hz (aliasing)"
+            f"Vold-Kalman: order {orders.max():g} reaches {orders.max() * fastest:.4g} Hz, samples resolve "
+            f"{0.5 / step:.4g} Hz (aliasing)"
         )
     width, unknowns = 2 * count, 2 * count * n
     band = width * poles

@@ -133,7 +133,7 @@ def _without_doubles(times: Array, wheel: Wheel) -> tuple[Array, int]:
                 drop.append(int(k if abs(times[k] - expected) > abs(times[k + 1] - expected) else k + 1))
             else:
                 drop.append(int(k if before < after else k + 1))
-            taken = k + 1
+            taken = int(k) + 1
         if not drop:
             break
         times = np.delete(times, drop)
@@ -161,7 +161,8 @@ def _from_the_gap(
         places = np.diff(teeth[candidates])
         usual = int(np.median(places)) if places.size else 0
         raise InputError(
-            f"{where}: gaps of {wheel.missing} teeth are {usual} teeth apart, not {wheel.teeth}; check the count of teeth"
+            f"{where}: gaps of {wheel.missing} teeth are {usual} teeth apart, not {wheel.teeth}; check the "
+            f"count of teeth"
         )
     anchor = None
     for c in candidates:
@@ -174,7 +175,7 @@ def _from_the_gap(
         off = (apart + wheel.teeth // 2) % wheel.teeth - wheel.teeth // 2
         if off == 0:
             found.append(int(c))
-        elif abs(off) <= 3 and _recurs(teeth, candidates, c, wheel):
+        elif abs(off) <= 3 and _recurs(teeth, candidates, int(c), wheel):
             slips.append((apart // wheel.teeth, off))
             shift -= off
             result[c:] -= off

@@ -49,7 +49,7 @@ def plain_arrays(path: Path) -> tuple[list[PlainArray], dict[str, float], list[s
             scalars.update(_numbers(item))
             return
         if item.dtype.kind not in "biuf" or name.startswith("#") or "MATLAB_empty" in item.attrs:
-            if name.startswith("#") or item.attrs.get("CLASS") == b"DIMENSION_SCALE" and item.dtype.kind not in "biuf":
+            if name.startswith("#") or (item.attrs.get("CLASS") == b"DIMENSION_SCALE" and item.dtype.kind not in "biuf"):
                 return
             remarks.append(f"{path.name}, channel {name}: holds no plain numbers and is left out")
             return
@@ -57,7 +57,7 @@ def plain_arrays(path: Path) -> tuple[list[PlainArray], dict[str, float], list[s
             scalars[name] = float(np.asarray(item[()]).ravel()[0])
             return
         shape = [n for n in item.shape if n != 1] or [item.size]
-        if len(shape) > 2 or min(shape) > MOST_COLUMNS and len(shape) == 2:
+        if len(shape) > 2 or (min(shape) > MOST_COLUMNS and len(shape) == 2):
             remarks.append(f"{path.name}, channel {name}: is an array of {item.shape}, no signal, and left out")
             return
         found.append(_array(name, item, shape))

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
 from cranktrain.measured.channels import Channel, time_base
@@ -28,9 +29,7 @@ class Named(NamedTuple):
     step: float = math.nan
 
 
-def as_channels(
-    arrays: Sequence[Named], scalars: Mapping[str, float], source: str
-) -> tuple[list[Channel], list[str]]:
+def as_channels(arrays: Sequence[Named], scalars: Mapping[str, float], source: str) -> tuple[list[Channel], list[str]]:
     """Channels of arrays, with the time array of the same length and group, or a stated rate."""
     remarks: list[str] = []
     found: list[Channel] = []
@@ -66,7 +65,7 @@ def is_time(name: str) -> bool:
     return name.rpartition("/")[2].partition("[")[0].partition("(")[0].strip().lower() in TIME_NAMES
 
 
-def _clock(base: Named, source: str, remarks: list[str]) -> tuple[float, float, Array | None, Array | None]:
+def _clock(base: Named, source: str, remarks: list[str]) -> tuple[float, float, Array | None, NDArray[np.int64] | None]:
     """Start, step, times where they are uneven, and their order where they are not sorted."""
     times = base.read(0, base.size, 0) * TIME_UNITS.get(base.unit.strip().lower(), 1.0)
     start, step, own, told = time_base(times, f"{source}, channel {base.name}")
@@ -87,7 +86,7 @@ def _held(values: Array) -> Callable[[int, int], Array]:
     return lambda first, last: values[first:last]
 
 
-def _column(one: Named, k: int, order: Array | None) -> Callable[[int, int], Array]:
+def _column(one: Named, k: int, order: NDArray[np.int64] | None) -> Callable[[int, int], Array]:
     """Reader of one column; sorted by time where the file is not."""
     if order is None:
         return lambda first, last: one.read(first, last, k)

@@ -21,7 +21,8 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
     file = MDF(str(path))
     found: list[Channel] = []
     remarks: list[str] = []
-    for group, entry in enumerate(file.groups):
+    groups: Any = file.groups
+    for group, entry in enumerate(groups):
         size = int(entry.channel_group.cycles_nr)
         master = file.masters_db.get(group)
         about = str(getattr(entry.channel_group, "acq_name", "") or "")
@@ -32,7 +33,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
             if not size:
                 remarks.append(f"{path.name}, channel {name}: is empty and left out")
                 continue
-            probe = np.asarray(file.get(name, group, index, record_count=1, samples_only=True)[0])  # type: ignore[index]
+            probe = np.asarray(file.get(name, group, index, record_count=1, samples_only=True)[0])
             if probe.ndim != 1 or probe.dtype.kind not in "biuf":
                 remarks.append(f"{path.name}, channel {name}: holds no plain numbers and is left out")
                 continue

@@ -51,7 +51,13 @@ def _incomplete(file: Any) -> bool:
 
 def _is_time(channel: Any) -> bool:
     """Whether a channel is the time base of its group."""
-    return "wf_increment" not in channel.properties and channel.name.strip().lower() in ("time", "zeit", "t", "x", "time [s]")
+    return "wf_increment" not in channel.properties and channel.name.strip().lower() in (
+        "time",
+        "zeit",
+        "t",
+        "x",
+        "time [s]",
+    )
 
 
 def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel, list[str]]:
@@ -69,10 +75,14 @@ def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel,
     if base is not None and len(base):
         told = []
         if len(base) != len(channel):
-            told = [f"{source}, channel {channel.name}: {len(channel)} samples and {len(base)} times; the shorter counts"]
+            told = [
+                f"{source}, channel {channel.name}: {len(channel)} samples and {len(base)} times; the shorter counts"
+            ]
         n = min(len(base), len(channel))
         made, more = sampled(channel.name, unit, np.asarray(base[:n]), read(0, n), source, group)
         return made, told + more
     told = [f"{source}, channel {channel.name}: states no sampling; its samples are counted from 0, one a second"]
-    made = Channel(channel.name, unit, len(channel), source, read, 0.0, 1.0, abscissa="sample", abscissa_unit="1", about=group)
+    made = Channel(
+        channel.name, unit, len(channel), source, read, 0.0, 1.0, abscissa="sample", abscissa_unit="1", about=group
+    )
     return made, told if math.isfinite(made.step) else []

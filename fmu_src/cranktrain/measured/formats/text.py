@@ -21,7 +21,9 @@ from cranktrain.measured.formats.arrays import TIME_UNITS, Named, as_channels, i
 WHAT, REMEDY = "table of measured signals", "export it again with one column a channel under a line of names"
 LARGE = 50_000_000
 """Values of a table that are held in memory; of larger ones a temporary file of float64."""
-RATE = re.compile(r"(?i)\b(?:fs|rate|sampl\w*(?:[ _]?rate|[ _]?freq\w*)?|abtastrate)\b\s*[:=]?\s*([0-9.eE+]+)\s*(k?hz|1/s)?")
+RATE = re.compile(
+    r"(?i)\b(?:fs|rate|sampl\w*(?:[ _]?rate|[ _]?freq\w*)?|abtastrate)\b\s*[:=]?\s*([0-9.eE+]+)\s*(k?hz|1/s)?"
+)
 STEP = re.compile(r"(?i)\b(?:dt|delta[ _]?t|increment)\b\s*[:=]?\s*([0-9.eE+-]+)\s*(s|ms|us)?\b")
 SPEEDS = ("rpm", "1/min", "rev/min", "min-1", "u/min", "min^-1")
 
@@ -39,7 +41,9 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
             continue
         if missing:
             first = int(table.first_line + np.flatnonzero(np.isnan(values[:, k]))[0])
-            remarks.append(f"{path.name}, channel {name}: {missing} of {values.shape[0]} values are missing, from line {first}")
+            remarks.append(
+                f"{path.name}, channel {name}: {missing} of {values.shape[0]} values are missing, from line {first}"
+            )
         if k == 0 and is_time_unit(unit) and not is_time(name):
             name = "time"
         arrays.append(Named(name, unit, values.shape[0], 1, _reader(values, k)))
@@ -71,7 +75,7 @@ def _values(path: Path) -> tuple[TextTable, np.ndarray]:
         first = part if first is None else first
         held += part.values.size
         if spill is None and held > LARGE:
-            spill = tempfile.TemporaryFile(prefix="cranktrain-")
+            spill = tempfile.TemporaryFile(prefix="cranktrain-")  # noqa: SIM115 - the channels read it later
             for kept in parts:
                 spill.write(np.ascontiguousarray(kept).tobytes())
             parts = []

@@ -43,7 +43,8 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
                 data = np.asarray(one["data"])
                 if data.size != int(one["num_pts"]):
                     remarks.append(
-                        f"{path.name}, data set {k + 1}: {data.size} of {int(one['num_pts'])} values are there; it is cut short"
+                        f"{path.name}, data set {k + 1}: {data.size} of {int(one['num_pts'])} values are there; "
+                        f"it is cut short"
                     )
                 channel, told = _channel(one, data, path.name)
             except Exception as error:  # of pyuff, whatever stopped it
@@ -81,7 +82,9 @@ def _channel(one: dict[str, Any], data: np.ndarray, source: str) -> tuple[Channe
     ordinate = str(one.get("ordinate_axis_units_lab") or "").strip()
     node, direction = int(one.get("rsp_node") or 0), int(one.get("rsp_dir") or 0)
     name = entity if entity.lower() not in NOTHING else (titles[0] if titles[0].lower() not in NOTHING else "channel")
-    name += f":{node}" * (node > 0) + (f":{'+' if direction > 0 else '-'}{'xyz'[abs(direction) - 1]}" if 0 < abs(direction) < 4 else "")
+    name += f":{node}" * (node > 0) + (
+        f":{'+' if direction > 0 else '-'}{'xyz'[abs(direction) - 1]}" if 0 < abs(direction) < 4 else ""
+    )
     if abscissa == "speed" and (order := re.search(r"[Oo]rder\D{0,3}(\d+(?:\.\d+)?)", about)):
         name += f" order {float(order[1]):g}"
     ordinate = "" if ordinate.lower() in NOTHING else ordinate

@@ -9,6 +9,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.orders.measured import Measured, phases_of
 from cranktrain.results.run_up.run_up import AXIAL, RunUp
 from cranktrain.results.tables import NOTHING, Table
@@ -23,8 +24,8 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
 
     ``speed_percent``: peak of the computed over that of the measured curve, less 1; ``amplitude_percent``: the same of
     their heights; ``rms_percent``: root mean square difference of the amplitudes over that of the measured ones;
-    ``phase_deg``: mean difference of the phases, computed less measured, weighted by the measured amplitudes. None where
-    one has no peak, or phases are not known.
+    ``phase_deg``: mean difference of the phases, computed less measured, weighted by the measured amplitudes. None
+    where one has no peak, or phases are not known.
     """
     rows = []
     for output, by_order in measured.items():
@@ -41,20 +42,24 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
             peak, base = _peak(at, own), _peak(run_up.speeds[keep], np.abs(computed)[keep])
             phases = phases_of(measured, output, order)
             power = float(np.sqrt(np.mean(own**2)))
-            rows.append({
-                "output": output, "order": order, "points": int(own.size),
-                "measured_peak_rpm": None if peak is None else peak[0] * RPM,
-                "computed_peak_rpm": None if base is None else base[0] * RPM,
-                "speed_percent": None if peak is None or base is None else 100.0 * (base[0] / peak[0] - 1.0),
-                "amplitude_percent": None if peak is None or base is None else 100.0 * (base[1] / peak[1] - 1.0),
-                "rms_percent": 100.0 * float(np.sqrt(np.mean((there - own) ** 2))) / power if power > 0.0 else None,
-                "phase_deg": None if phases is None else _phase(run_up.speeds, computed, at, own, phases[inside]),
-            })  # fmt: skip
+            rows.append(
+                {
+                    "output": output,
+                    "order": order,
+                    "points": int(own.size),
+                    "measured_peak_rpm": None if peak is None else peak[0] * RPM,
+                    "computed_peak_rpm": None if base is None else base[0] * RPM,
+                    "speed_percent": None if peak is None or base is None else 100.0 * (base[0] / peak[0] - 1.0),
+                    "amplitude_percent": None if peak is None or base is None else 100.0 * (base[1] / peak[1] - 1.0),
+                    "rms_percent": 100.0 * float(np.sqrt(np.mean((there - own) ** 2))) / power if power > 0.0 else None,
+                    "phase_deg": None if phases is None else _phase(run_up.speeds, computed, at, own, phases[inside]),
+                }
+            )
     return rows
 
 
 def of_another_engine(rows: list[dict[str, Any]]) -> str:
-    """Remark where the peaks of measured orders lie beyond ``FOREIGN`` of the computed ones; empty where they do not."""
+    """Remark where all peaks of measured orders are further than ``FOREIGN`` from the computed ones; else empty."""
     found = [row["speed_percent"] for row in rows if row["speed_percent"] is not None]
     if found and min(abs(value) for value in found) > 100.0 * FOREIGN:
         return (
@@ -82,17 +87,33 @@ def deviation_table(rows: list[dict[str, Any]]) -> Table:
         return NOTHING if value is None else format(value, form)
 
     texts = tuple(
-        ("axial" if row["output"] == AXIAL else "torsion", f"{row['order']:g}", str(row["points"]),
-         said(row["measured_peak_rpm"], ".0f"), said(row["speed_percent"], "+.1f"), said(row["amplitude_percent"], "+.0f"),
-         said(row["rms_percent"], ".0f"), said(row["phase_deg"], "+.0f"))
+        (
+            "axial" if row["output"] == AXIAL else "torsion",
+            f"{row['order']:g}",
+            str(row["points"]),
+            said(row["measured_peak_rpm"], ".0f"),
+            said(row["speed_percent"], "+.1f"),
+            said(row["amplitude_percent"], "+.0f"),
+            said(row["rms_percent"], ".0f"),
+            said(row["phase_deg"], "+.0f"),
+        )
         for row in rows
-    )  # fmt: skip
-    header = ("motion", "order", "points", "measured peak / rev/min", "speed / %", "amplitude / %", "rms / %", "phase / deg")
+    )
+    header = (
+        "motion",
+        "order",
+        "points",
+        "measured peak / rev/min",
+        "speed / %",
+        "amplitude / %",
+        "rms / %",
+        "phase / deg",
+    )
     return Table("Computed against measured orders", header, texts)
 
 
 def _peak(speeds: Array, sizes: Array) -> tuple[float, float] | None:
-    """Speed and height of the largest amplitude within a curve, by the parabola through three points; None at an end."""
+    """Speed and height of a curve's peak, by the parabola through three points; None for a peak at an end."""
     if speeds.size < 3:
         return None
     k = int(np.argmax(sizes))
@@ -104,7 +125,7 @@ def _peak(speeds: Array, sizes: Array) -> tuple[float, float] | None:
     return float(speeds[k] - 0.5 * b / a), float(c - 0.25 * b * b / a)
 
 
-def _phase(speeds: Array, computed: Array, at: Array, sizes: Array, phases: Array) -> float | None:
+def _phase(speeds: Array, computed: ComplexArray, at: Array, sizes: Array, phases: Array) -> float | None:
     """Mean difference of phases, deg, weighted by the measured amplitudes; None where no phase is known."""
     good = np.isfinite(phases)
     if not good.any():

@@ -6,9 +6,9 @@
 
 Amplitudes are zero to peak. A unit of angle belongs to the pulley's torsion, one of length to its axial motion. The
 unit may stand in each line, in a row of units or in the header, as ``amplitude [deg]``; a speed without unit is in
-rev/min. The table may be written in any dialect of :mod:`cranktrain.core.text_table`, with further columns: ``phase_deg`` and
-``band``, half the width of an amplitude's band in its unit, are taken. Other files hold curves over speed, such as data
-sets 58 of a UFF file (:mod:`cranktrain.measured`).
+rev/min. The table may be written in any dialect of :mod:`cranktrain.core.text_table`, with further columns:
+``phase_deg`` and ``band``, half the width of an amplitude's band in its unit, are taken. Other files hold curves over
+speed, such as data sets 58 of a UFF file (:mod:`cranktrain.measured`).
 """
 
 from __future__ import annotations

@@ -108,7 +108,9 @@ def plot_orders_over_speed(
             top = max(top, float(curve.measured[1].max()))
             if curve.band is not None:
                 rpm, sizes = curve.measured
-                ax.vlines(rpm, np.maximum(sizes - curve.band, 0.0), sizes + curve.band, color=colour, lw=1.0, zorder=3.5)
+                ax.vlines(
+                    rpm, np.maximum(sizes - curve.band, 0.0), sizes + curve.band, color=colour, lw=1.0, zorder=3.5
+                )
         if published and speeds[0] <= published.get(curve.order, 0.0) <= speeds[-1]:
             ax.plot(
                 published[curve.order], 0.0, "^", transform=ax.get_xaxis_transform(), ms=8, mfc=colour, mec="white",
