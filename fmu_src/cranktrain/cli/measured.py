@@ -96,6 +96,13 @@ def _add_orders(group: Any) -> None:
     )
     add("--step-rpm", type=positive, default=0.0, help="width of the bins of speed (default: a 40th of the range)")
     add(
+        "--bandwidth-hz",
+        type=positive,
+        default=0.0,
+        metavar="HZ",
+        help="track by the Vold-Kalman filter of this bandwidth in place of fits over cycles",
+    )
+    add(
         "--cycles",
         type=number(1, 64, "cycles", int),
         default=None,
@@ -245,7 +252,14 @@ def _orders(measurement: Measurement, rotations: list[Rotation], options: argpar
     from cranktrain.measured.order_table import write_orders
 
     found = orders_of(
-        measurement, rotations, options.orders, options.of, options.integrate, options.step_rpm, options.cycles
+        measurement,
+        rotations,
+        options.orders,
+        options.of,
+        options.integrate,
+        options.step_rpm,
+        options.cycles,
+        options.bandwidth_hz,
     )
     result = []
     for orders in found:
@@ -291,7 +305,8 @@ def _orders(measurement: Measurement, rotations: list[Rotation], options: argpar
                 rows,
             )
     if options.output and not options.pressure:
-        write_orders(options.output, found)
+        places = ("pulley.torsion", "flywheel.torsion", "twist") if not options.of else ()
+        write_orders(options.output, found, places)
     return result
 
 

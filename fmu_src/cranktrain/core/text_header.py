@@ -12,7 +12,7 @@ _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\})\s*$")
 _SLASH = re.compile(r"^(.*\S)\s+(?:/|in)\s+(\S+)$")
 
 
-_BOTH = frozenset("ca kw cad v p t n s a m f u r h l d c k g w j cp at phi".split())
+_BOTH = frozenset(["ca", "kw", "cad", "v", "p", "t", "n", "s", "a", "m", "f", "u", "r", "h", "l", "d", "c", "k", "g", "w", "j", "cp", "at", "phi"])
 """Plain names of quantities that are units too."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,10 @@ from cranktrain.engine.model import Engine
 from cranktrain.measured.channels import Measurement
 from cranktrain.measured.compression import Compression
 from cranktrain.measured.cylinder import Cylinder
+from cranktrain.measured.filtered import filtered_orders
 from cranktrain.measured.pressure import Cycles, cycles_by_encoder, cycles_by_rotation, pegged
 from cranktrain.measured.rotation import KEEP, RPM, Rotation, rotation, tachos
-from cranktrain.measured.tracking import Orders, Points, channel_points, check_orders, torsion_points, track
+from cranktrain.measured.tracking import Orders, Points, channel_points, check_orders, fit_shape, torsion_points, track
 from cranktrain.measured.wheel import Wheel
 
 
@@ -79,11 +80,21 @@ def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotatio
 
 def orders_of(
     measurement: Measurement, rotations: Sequence[Rotation], orders: Sequence[float], of: Sequence[str] = (),
-    integrals: int = 0, step_rpm: float = 0.0, cycles: int | None = None,
+    integrals: int = 0, step_rpm: float = 0.0, cycles: int | None = None, bandwidth: float = 0.0,
 ) -> list[Orders]:  # fmt: skip
-    """Orders of the named channels, or of the torsion of each place and, of two places, of the twist between them."""
-    wanted = np.asarray(orders, dtype=np.float64)
-    base = rotations[0]
+    """Orders of the named channels, or of the torsion of each place and, of two places, of the twist between them.
+
+    By fits over cycles, or with a ``bandwidth`` (Hz) by the Vold–Kalman filter.
+    """
+    wanted, base = np.asarray(orders, dtype=np.float64), rotations[0]
+    if bandwidth:
+        if integrals:
+            raise InputError("the Vold-Kalman filter takes signals as they are; leave out the bandwidth to integrate")
+        sources = [measurement[name] for name in of] if of else rotations
+        found = [filtered_orders(source, base, wanted, bandwidth, step_rpm) for source in sources]
+        if of:
+            found = [_in_si(one, *angle_unit(one.unit, 0)) for one in found]
+        return found if of or len(found) < 2 else [*found, _twist(found[0], found[1])]
     if of:
         points: list[Points] = []
         for name in of:
@@ -96,9 +107,14 @@ def orders_of(
         check_orders(wanted, one)
     if cycles is None and len(points) > 1 and not of:
         # Both places are fitted over the same cycles, so that their difference is that of the same motion.
-        cycles = max(track(one, base, wanted, step_rpm=1e9).cycles for one in points)
+        cycles = max(fit_shape(one, base, wanted).cycles for one in points)
     found = [track(one, base, wanted, step_rpm=step_rpm, cycles=cycles) for one in points]
     return found if of or len(found) < 2 else [*found, _twist(found[0], found[1])]
+
+
+def _in_si(orders: Orders, scale: float, unit: str) -> Orders:
+    """Orders in another unit."""
+    return replace(orders, amplitudes=orders.amplitudes * scale, errors=orders.errors * scale, unit=unit)
 
 
 def angle_unit(unit: str, integrals: int) -> tuple[float, str]:

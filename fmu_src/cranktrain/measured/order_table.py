@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -67,10 +68,14 @@ def order_curves(measurement: Measurement) -> list[OrderCurve]:
     return curves
 
 
-def write_orders(path: str | Path, found: Sequence[Orders], unit: str = "deg") -> Path:
-    """Write tracked orders as a table; angles in ``unit`` ``deg``, others in the unit of their signal."""
-    lines = [MARK, "speed_rpm,order,amplitude,unit,phase_deg,band,signal"]
-    for orders in found:
+def write_orders(path: str | Path, found: Sequence[Orders], outputs: Sequence[str] = (), unit: str = "deg") -> Path:
+    """Write tracked orders as a table; angles in ``unit`` ``deg``, others in the unit of their signal.
+
+    ``outputs``: output of a run-up that each signal is laid over; by default its unit decides when the table is read.
+    """
+    lines = [MARK, "speed_rpm,order,amplitude,unit,phase_deg,band,output,signal"]
+    for orders, output in zip_longest(found, outputs[: len(found)], fillvalue=""):
+        assert isinstance(orders, Orders)
         scale, own = (180.0 / math.pi, unit) if orders.unit == "rad" else (1.0, orders.unit or "1")
         for k, order in enumerate(orders.orders):
             for s, speed in enumerate(orders.speeds):
@@ -80,7 +85,7 @@ def write_orders(path: str | Path, found: Sequence[Orders], unit: str = "deg") -
                     lines.append(
                         f"{speed * RPM:.6g},{order:g},{scale * abs(value):.8g},{own},"
                         f"{math.degrees(np.angle(value)):.3f},"
-                        f"{BAND * scale * float(orders.errors[s, k]):.3g},{name}"
+                        f"{BAND * scale * float(orders.errors[s, k]):.3g},{output},{name}"
                     )
     with whole_file(path, marked("table of measured orders", MARK)) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -26,6 +26,8 @@ from cranktrain.measured.wheel import CYCLE
 
 ComplexArray = NDArray[np.complex128]
 CYCLES, DEGREE = 4, 2
+STEADY = 0.005
+"""Relative change of speed below which the amplitudes of a fit do not vary."""
 TREND = 3
 WEIGHT = 0.42
 """Points that count under the window, as a fraction of all."""
@@ -46,6 +48,14 @@ class Points(NamedTuple):
     resolved: float
     name: str
     unit: str
+
+
+class FitShape(NamedTuple):
+    """Cycles that a fit spans, degree of its amplitudes, and its lines (o,): half orders up to beyond the highest."""
+
+    cycles: int
+    degree: int
+    lines: Array
 
 
 @dataclass(frozen=True)
@@ -182,22 +192,8 @@ def track(
     """
     wanted = np.atleast_1d(np.asarray(orders, dtype=np.float64))
     check_orders(wanted, points)
+    cycles, degree, lines = fit_shape(points, rotation, wanted, cycles, degree)
     low, high = rotation.speed_range
-    steady = (high - low) / high < 0.005
-    degree = (0 if steady else DEGREE) if degree is None else degree
-    highest = float(wanted.max())
-    reach = math.floor(2.0 * min(highest + 1.0, 0.96 * points.resolved) + 1e-9)
-    lines = np.arange(1, max(reach, round(2.0 * highest)) + 1, dtype=np.float64) / 2.0
-    a_cycle = points.phase.size / max(1e-9, np.ptp(points.phase)) * CYCLE
-    unknowns = TREND + 2 * lines.size * (degree + 1)
-    least = max(CYCLES, math.ceil(SPARE * unknowns / (WEIGHT * a_cycle)))
-    cycles = least if cycles is None else cycles
-    if cycles > MOST_CYCLES or WEIGHT * a_cycle * cycles < unknowns:
-        raise InputError(
-            f"{points.name}: {a_cycle:.3g} points a cycle over {cycles} cycles do not determine orders up to "
-            f"{highest:g} "
-            f"({unknowns} unknowns); ask for lower orders, more cycles or degree 0"
-        )
     places = _places(points, cycles)
     speeds = _speeds_at(rotation, places)
     width = step_rpm / RPM if step_rpm > 0.0 else max(10.0 / RPM, (high - low) / 40.0)
@@ -212,6 +208,28 @@ def track(
     found, errors, coherence = (np.array([row[k] for row in rows])[:, keep] for k in (1, 2, 3))
     return Orders(np.array([row[0] for row in rows]), wanted, found, errors, coherence,
                   np.array([row[4] for row in rows]), cycles, points.name, points.unit)  # fmt: skip
+
+
+def fit_shape(
+    points: Points, rotation: Rotation, wanted: Array, cycles: int | None = None, degree: int | None = None
+) -> FitShape:
+    """Cycles, degree and lines of the fits that determine some orders; ``InputError`` where none does."""
+    low, high = rotation.speed_range
+    steady = (high - low) / high < STEADY
+    degree = (0 if steady else DEGREE) if degree is None else degree
+    highest = float(wanted.max())
+    reach = math.floor(2.0 * min(highest + 1.0, 0.96 * points.resolved) + 1e-9)
+    lines = np.arange(1, max(reach, round(2.0 * highest)) + 1, dtype=np.float64) / 2.0
+    a_cycle = points.phase.size / max(1e-9, np.ptp(points.phase)) * CYCLE
+    unknowns = TREND + 2 * lines.size * (degree + 1)
+    least = max(CYCLES, math.ceil(SPARE * unknowns / (WEIGHT * a_cycle)))
+    cycles = least if cycles is None else cycles
+    if cycles > MOST_CYCLES or WEIGHT * a_cycle * cycles < unknowns:
+        raise InputError(
+            f"{points.name}: {a_cycle:.3g} points a cycle over {cycles} cycles do not determine orders up to "
+            f"{highest:g} ({unknowns} unknowns); ask for lower orders, more cycles or degree 0"
+        )
+    return FitShape(cycles, degree, lines)
 
 
 def check_orders(orders: Array, points: Points) -> None:

@@ -49,7 +49,8 @@ def plain_arrays(path: Path) -> tuple[list[PlainArray], dict[str, float], list[s
             scalars.update(_numbers(item))
             return
         if item.dtype.kind not in "biuf" or name.startswith("#") or "MATLAB_empty" in item.attrs:
-            if name.startswith("#") or (item.attrs.get("CLASS") == b"DIMENSION_SCALE" and item.dtype.kind not in "biuf"):
+            scale = item.attrs.get("CLASS") == b"DIMENSION_SCALE"
+            if name.startswith("#") or scale:
                 return
             remarks.append(f"{path.name}, channel {name}: holds no plain numbers and is left out")
             return

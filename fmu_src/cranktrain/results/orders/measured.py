@@ -26,9 +26,10 @@ from cranktrain.core.text_table import TextRows, read_rows
 from cranktrain.core.units import UNITS, known_factor
 from cranktrain.measured.order_table import order_curves
 from cranktrain.measured.reading import file_format, read_measured
-from cranktrain.results.run_up.run_up import AXIAL, TORSION
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION
 
 COLUMNS = {"speed": "speed_rpm", "order": "order", "amplitude": "amplitude", "unit": "unit"}
+LAID_OVER = (TORSION, AXIAL, FLYWHEEL, "twist")
 FURTHER = {"phase": ("phase_deg", "phase", "phase [deg]"), "band": ("band", "band_95", "uncertainty")}
 """Columns that a table may have besides: names in lower case."""
 OUTPUTS = {"angle": TORSION, "length": AXIAL}
@@ -79,6 +80,7 @@ def read_measured_orders(path: str | Path) -> Measured:
     table = read_rows(path, "file of measured orders", REMEDY)
     columns = _columns(table, name)
     further = _further(table)
+    named = next((k for k, title in enumerate(table.names) if title.strip().lower() == "output"), None)
     speed_scale = _speed_scale(table.units[columns["speed"]], name)
     points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
     for number, cells in table.rows:
@@ -94,12 +96,20 @@ def read_measured_orders(path: str | Path) -> Measured:
             count = sum(map(bool, cells))
             raise InputError(f"{where}: {count} values in place of {len(cells)}, and no unit; {REMEDY}")
         output, scale = _amplitude_unit(unit, where)
+        output = _named_output(cells[named].strip(), output, where) if named is not None else output
         phase, band = (_optional(table, cells, further.get(key)) for key in FURTHER)
         point = speed * speed_scale, scale * amplitude, math.radians(phase), scale * band
         points.setdefault(output, {}).setdefault(order, []).append(point)
     if not points:
         raise InputError(f"{name}: holds no points; {REMEDY}")
     return _measured(points)
+
+
+def _named_output(name: str, by_unit: str, where: str) -> str:
+    """Output that a row names, or that of its unit."""
+    if name and name not in LAID_OVER:
+        raise InputError(f"{where}: output {shown(name)} takes no measured orders; {nearest(name, LAID_OVER)}")
+    return name or by_unit
 
 
 def _of_curves(path: str | Path) -> Measured:
