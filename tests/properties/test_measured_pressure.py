@@ -200,7 +200,7 @@ def test_the_resonance_of_an_indicating_channel_is_told():
     ("change", "says"),
     [
         ({"unit": "bar"}, r"pressure swings by .* bar over a cycle; check its unit"),
-        ({"unit": "V"}, r"V"),
+        ({"unit": "V"}, r"bench, channel p: .*'V'"),
         ({"unit": ""}, r"states no unit; give one, e.g. bar"),
         ({"samples": 144_000}, r"hold no whole cycle of 144000"),
         ({"low": 0.5}, r"low-pass of 0\.5 deg is finer than two samples, 1 deg"),

@@ -17,6 +17,7 @@ from pulse_signals import RPM, channel, crossing_times, motion, pitch_errors, si
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.measured.channels import Measurement
+from cranktrain.measured.filtered import filtered_orders
 from cranktrain.measured.pulses import pulse_times
 from cranktrain.measured.rotation import rotation, tachos
 from cranktrain.measured.tracking import channel_points, torsion_points, track
@@ -252,7 +253,7 @@ def test_aliasing_and_standstill_are_told_with_numbers():
     with pytest.raises(InputError, match=r"300 Hz resolve order 2\.4 at 3000 rev/min, not 6 \(aliasing\)"):
         channel_points(channel(np.zeros(900), 300.0, "slow"), turning, 6.0)
     still = np.zeros(20_000)
-    with pytest.raises(InputError, match=r"0 pulses cross"):
+    with pytest.raises(InputError, match=r"does not vary, 0 pulses in 20000 samples at 0 V; the shaft stands still"):
         pulse_times(channel(still, 5e3))
     theta = np.concatenate((theta, np.full(30_000, theta[-1]), theta[-1] + theta[:4000]))
     stopped = rotation(channel(sine_signal(theta, 20), 5e3), Wheel(20))
@@ -316,3 +317,40 @@ def test_the_command_writes_orders_that_the_run_up_reads(tmp_path, capsys):
     assert phases_of(measured, TORSION, 3.0).size == band_of(measured, TORSION, 3.0).size == sizes.size
     assert main([*command[:3], "puley", *command[4:]]) == 2
     assert "did you mean 'pulley'?" in capsys.readouterr().err
+
+
+def test_the_filter_and_the_fits_give_the_same_orders():
+    t, phi, theta = motion(5e4, 12.0, (1000, 1600), {1.5: (0.2, 0.4), 3.0: (0.5, -1.0)})
+    turning = rotation(channel(sine_signal(theta, 120), 5e4), Wheel(120))
+    orders = np.array([1.5, 3.0, 4.5])
+    filtered = filtered_orders(turning, turning, orders, 1.0, step_rpm=50.0)
+    fitted = track(torsion_points(turning), turning, orders, step_rpm=50.0)
+    np.testing.assert_allclose(
+        np.degrees(np.abs(filtered.amplitudes)), np.tile([0.2, 0.5, 0.0], (len(filtered.speeds), 1)), atol=2e-3
+    )
+    same = [int(np.argmin(np.abs(fitted.speeds - speed))) for speed in filtered.speeds]
+    np.testing.assert_allclose(filtered.amplitudes, fitted.amplitudes[same], atol=math.radians(5e-3))
+    with pytest.raises(InputError, match=r"11\.9 s are too short for a bandwidth of 0\.1 Hz, which needs 40 s"):
+        filtered_orders(turning, turning, orders, 0.1)
+    assert t.size == phi.size
+
+
+def test_the_firing_pressure_says_which_revolution_it_is():
+    """A pulse of pressure a revolution away from angle 0 turns the zero by 360 deg; equal pulses say nothing."""
+    _, _, theta = motion(2e4, 4.0, (1000, 1200), {})
+    turning = rotation(channel(sine_signal(theta, 60), 2e4), Wheel(60))
+    for revolution in (0, 1):
+        zero = theta - turning_zero(turning, theta, 2e4) - math.tau * revolution
+        pressure = 1.0 + 60.0 * np.exp(-(((zero + math.tau) % (2 * math.tau) - math.tau) ** 2) / 0.05)
+        found = turning.with_firing(channel(pressure, 2e4, "p1", "bar"))
+        assert found.cycle_known and (turning.angle[0] - found.angle[0]) == pytest.approx(math.tau * revolution)
+    both = 1.0 + 60.0 * np.cos(0.5 * (theta - turning_zero(turning, theta, 2e4))) ** 40
+    with pytest.raises(InputError, match="does not say which one fires"):
+        turning.with_firing(channel(both, 2e4, "p1", "bar"))
+
+
+def turning_zero(turning, theta, rate):
+    """Rotation, rad, at which the wheel's tooth 0 of the first revolution passed."""
+    return np.interp(np.interp(0.0, turning.angle, turning.times) * rate, np.arange(theta.size), theta) - np.interp(
+        np.interp(0.0, turning.angle, turning.times), turning.times, turning.angle
+    )

@@ -98,7 +98,10 @@ def pascal(channel: Channel, unit: str = "") -> tuple[float, float]:
     stated = unit or channel.unit
     if not stated:
         raise InputError(f"{channel.source}, channel {channel.name}: states no unit; give one, e.g. bar")
-    scale, zero, _ = unit_factor(stated, "pressure")
+    try:
+        scale, zero, _ = unit_factor(stated, "pressure")
+    except InputError as error:
+        raise InputError(f"{channel.source}, channel {channel.name}: {error}") from None
     return float(scale), float(zero)
 
 

@@ -69,6 +69,12 @@ def pulse_times(
     sign = 1.0 if edge == "rising" else -1.0
     parts, used, remarks = _crossings(channel, level, hysteresis, sign, cubic)
     places = np.concatenate(parts) if parts else np.zeros(0)
+    if not math.isfinite(used[1]):
+        some = channel.values(0, min(channel.size, 2**16))
+        raise InputError(
+            f"{where}: does not vary, 0 pulses in {channel.size} samples at {float(np.nanmean(some)):.4g} {channel.unit}; "
+            "the shaft stands still, or it is another channel"
+        )
     if places.size < 2:
         raise InputError(
             f"{where}: {places.size} pulses cross {used[0]:.4g} {channel.unit} with a hysteresis of {used[1]:.3g}; "
