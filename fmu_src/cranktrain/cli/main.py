@@ -16,6 +16,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
@@ -23,6 +24,7 @@ from cranktrain import __version__
 from cranktrain.cli.console import Interrupted, jsonable, say
 from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.core.user_file import user_path
 from cranktrain.structure.fem.own_mesh import UNITS
 
 ENGINE_VERBS = ("modal", "reduce", "simulate", "runup", "stress", "fatigue", "bearing-loads", "picture")
@@ -80,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str]) -> int:
     """Run the verb, and print what it found where JSON is wanted; an exit code."""
-    options = _parser(*arguments[:1]).parse_args(arguments)
+    options = with_homes(_parser(*arguments[:1]).parse_args(arguments))
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {one_line(str(message))}")
         result = options.verb(options)
@@ -90,6 +92,17 @@ def _run(arguments: Sequence[str]) -> int:
     if result.get("interrupted"):
         return 128 + signal.SIGINT
     return FAILED if result.get("passed") is False else 0
+
+
+def with_homes(options: argparse.Namespace) -> argparse.Namespace:
+    """Options whose texts that begin with ~/ are paths in the home folder: a shell leaves --mesh=~/crank.msh alone."""
+    for key, value in vars(options).items():
+        if isinstance(value, str | Path) and str(value).startswith("~"):
+            setattr(options, key, type(value)(user_path(value)))
+        elif isinstance(value, list):
+            homes = [str(user_path(one)) if isinstance(one, str) and one.startswith("~") else one for one in value]
+            setattr(options, key, homes)
+    return options
 
 
 def _parser(asked: str = "") -> _Parser:

@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     """Design the engine, write its file, and read it back."""
     from cranktrain.studies.design.rules import document
 
-    name = options.name.removesuffix(".toml")
+    name = options.name[:-5] if options.name.lower().endswith(".toml") else options.name
     check_name(name, "NAME")
     path = Path(f"{name}.toml")
     if path.exists() and not options.force:

@@ -9,6 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from cranktrain.core.text_header import plain_name
+from cranktrain.core.units import is_unit
 
 WORDS: Mapping[str, tuple[str, ...]] = {
     "angle": (
@@ -20,7 +21,7 @@ WORDS: Mapping[str, tuple[str, ...]] = {
         "pressure", "p", "pcyl", "pcylinder", "cylinderpressure", "cylpressure", "pz", "pzyl", "pzylinder", "druck",
         "zylinderdruck", "zyldruck", "pcylbar", "pbar", "pressurebar", "druckbar", "pind", "indicatedpressure",
         "gaspressure", "gasdruck", "brennraumdruck", "combustionpressure", "incylinderpressure", "pcomb", "cyl",
-        "cylinder", "zyl", "zylinder", "pmean", "pavg", "meanpressure",
+        "cylinder", "zyl", "zylinder", "pmean", "pavg", "meanpressure", "pmpa", "pkpa", "ppa", "ppsi",
     ),
     "volume": ("v", "volume", "cylindervolume", "volumen", "zylindervolumen", "vcyl", "vzyl", "hubvolumen"),
     "speed": (
@@ -34,18 +35,50 @@ WORDS: Mapping[str, tuple[str, ...]] = {
     "unit": ("unit", "units", "einheit", "dim", "dimension"),
     "load": ("load", "last", "loadfraction", "lastanteil"),
     "file": ("file", "datei", "filename", "dateiname", "path", "pfad", "trace"),
+    "disc": ("disc", "disk", "mass", "name", "scheibe", "drehmasse", "masse", "element", "station"),
+    "inertia": ("inertia", "j", "momentofinertia", "trägheit", "trägheitsmoment", "massenträgheit", "theta",
+                "massenträgheitsmoment", "drehträgheit", "polarinertia"),
+    "damping": ("damping", "discdamping", "absolutedamping", "dämpfung", "absolutdämpfung", "massendämpfung"),
+    "to": ("to", "nach", "bis", "next", "zu"),
+    "stiffness": ("stiffness", "k", "torsionalstiffness", "steifigkeit", "drehsteifigkeit", "torsionssteifigkeit",
+                  "drehfedersteifigkeit"),
+    "shaft_damping": ("shaftdamping", "relativedamping", "wellendämpfung", "relativdämpfung"),
+    "loss_factor": ("lossfactor", "verlustfaktor"),
+    "ratio": ("ratio", "gearratio", "übersetzung", "i"),
+    "torques": ("torques", "drehmomente", "momente"),
+    "twists": ("twists", "verdrehwinkel", "verdrehungen"),
+    "frequencies": ("frequencies", "frequenzen"),
+    "frequency": ("frequency", "frequenz"),
+    "friction": ("friction", "reibung", "reibmoment"),
+    "slip_speed": ("slipspeed",),
+    "diameter": ("diameter", "durchmesser", "d"),
+    "bore": ("bore", "bohrung"),
+    "strength": ("strength", "festigkeit", "zugfestigkeit"),
+    "section": ("section", "querschnitt"),
 }  # fmt: skip
+
+
+NEUTRAL = frozenset(
+    ("at", "in", "of", "no", "nr", "mean", "avg", "average", "mittel", "mittelwert", "cyl", "cylinder", "zyl",
+     "zylinder", "the", "for")
+)  # fmt: skip
+"""Words beside that of a kind which say no more than which one it is."""
 
 
 def kind_of(name: str, kinds: Sequence[str] = tuple(WORDS)) -> str:
     """Kind of a column by its name, of ``kinds``; empty where it is none of them."""
-    plain = plain_name(name)
-    short = re.sub(r"\d+$", "", plain)
-    for own in (plain, short):
-        found = [kind for kind in kinds if own in WORDS[kind]]
-        if found:
-            return found[0]
+    parts = [plain_name(part) for part in re.split(r"[^\w°]+|_", name)]
+    telling = [part for part in parts if part and part not in NEUTRAL and not part.isdigit()]
+    for own in (plain_name(name), "".join(telling), "".join(telling[:-1]) if _ends_in_unit(telling) else ""):
+        for plain in (own, re.sub(r"\d+$", "", own)):
+            found = [kind for kind in kinds if plain in WORDS[kind]]
+            if found:
+                return found[0]
     return ""
+
+
+def _ends_in_unit(parts: Sequence[str]) -> bool:
+    return len(parts) > 1 and is_unit(parts[-1])
 
 
 def columns_of(names: Sequence[str], kinds: Sequence[str]) -> dict[str, list[int]]:

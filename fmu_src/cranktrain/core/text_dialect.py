@@ -17,7 +17,7 @@ from typing import NamedTuple
 from cranktrain.core.errors import InputError, shown
 
 SEPARATORS = ("\t", ";", "|", ",", " ")
-NUMBERS = ((".", ""), (",", ""), (".", ","), (",", "."), (".", "'"), (".", " "), (",", " "))
+NUMBERS = ((".", ""), (",", ""), (".", ","), (",", "."), (".", "'"), (",", "'"), (".", " "), (",", " "))
 """Decimal sign and thousands separator, the usual ones first."""
 LINES = 1000
 """Lines of values from which a dialect is found."""
@@ -38,6 +38,7 @@ class Dialect(NamedTuple):
     decimal, thousands : signs within numbers; ``thousands`` may be empty
     width : columns of values
     numeric : for each column whether its values are numbers
+    lists : whether numbers with slashes between, 2e4/3e4, are values too
     """
 
     separator: str
@@ -45,6 +46,7 @@ class Dialect(NamedTuple):
     thousands: str
     width: int
     numeric: tuple[bool, ...]
+    lists: bool = False
 
     def number(self, text: str) -> float:
         """A number of a cell; ``ValueError`` where it is none, NaN where it is missing."""
@@ -58,7 +60,7 @@ class Dialect(NamedTuple):
 
     def is_row(self, cells: Sequence[str]) -> bool:
         """Whether cells are values: those of numeric columns are numbers or missing, and at least one is a number."""
-        pattern, found = _number(self.decimal, self.thousands), 0
+        pattern, found = _number(self.decimal, self.thousands, self.lists), 0
         if len(cells) < min(2, self.width):
             return False
         for cell, numeric in zip(cells, self.numeric, strict=False):
@@ -105,23 +107,26 @@ def trimmed(cells: list[str]) -> list[str]:
     return cells[:count]
 
 
-def sniff(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str) -> Dialect:
+def sniff(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str, given: Dialect | None = None) -> Dialect:
     """The dialect of lines (number and text, without comments and empty ones).
+
+    Of a ``given`` dialect, whose columns are named, only the way of writing numbers is looked for.
 
     Raises
     ------
     InputError
         one line: nothing but text, or numbers that can be read in two ways
     """
-    best, score = None, 0.0
-    for separator in SEPARATORS:
+    best, score = given, 0.0
+    for separator in SEPARATORS if given is None else (given.separator,):
         if not any(separator in text or (separator == " " and "\t" in text) for _, text in lines):
             continue
         rows = [trimmed(split(text, separator)) for _, text in lines]
         for decimal, thousands in NUMBERS:
             if separator in (decimal, thousands) and not (separator == decimal and any('"' in t for _, t in lines)):
                 continue
-            own, dialect = _score(rows, separator, decimal, thousands)
+            start = Dialect(separator, decimal, thousands, 0, ()) if given is None else given
+            own, dialect = _score(rows, start._replace(decimal=decimal, thousands=thousands))
             if own > score * (1.0 + 1e-9):
                 best, score = dialect, own
     if best is None:
@@ -130,20 +135,32 @@ def sniff(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str) -
     return best
 
 
+def with_later_mark(dialect: Dialect, lines: Sequence[tuple[int, str]], name: str) -> Dialect:
+    """The dialect once a decimal comma appears in lines behind whole numbers; as it is where points are there too."""
+    if dialect.decimal == "," or dialect.thousands or dialect.separator == ",":
+        return dialect
+    commas = [(number, text) for number, text in lines if re.search(r"\d,\d", text)]
+    if not commas or any(re.search(r"\d\.\d", text) for _, text in lines):
+        return dialect
+    later = dialect._replace(decimal=",")
+    _refuse_two_meanings(later, commas[:LINES], name)
+    return later
+
+
 def no_values(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str) -> str:
     """Message for a file without a line of values."""
     number, text = lines[0]
     return f"{name}: no points or values of a {what}; it begins with line {number}, {shown(text.strip())}; {remedy}"
 
 
-def _score(rows: list[list[str]], separator: str, decimal: str, thousands: str) -> tuple[float, Dialect]:
+def _score(rows: list[list[str]], dialect: Dialect) -> tuple[float, Dialect]:
     """How many lines of one width a dialect reads, each by its part of numbers; and the dialect."""
-    pattern = _number(decimal, thousands)
+    pattern = _number(dialect.decimal, dialect.thousands, dialect.lists)
     found = [tuple(bool(pattern.fullmatch(cell)) for cell in row) for row in rows]
     widths = Counter(len(row) for row, own in zip(rows, found, strict=True) if len(row) > 1 and any(own))
     if not widths:
-        return 0.0, Dialect(separator, decimal, thousands, 0, ())
-    width = max(widths, key=lambda count: (widths[count], count))
+        return 0.0, dialect
+    width = dialect.width or max(widths, key=lambda count: (widths[count], count))
     total = 0.0
     numbers, filled = [0] * width, [0] * width
     for row, own in zip(rows, found, strict=True):
@@ -156,8 +173,8 @@ def _score(rows: list[list[str]], separator: str, decimal: str, thousands: str) 
         for k in used:
             filled[k] += 1
             numbers[k] += own[k]
-    numeric = tuple(n > 0.5 * f or f == 0 for n, f in zip(numbers, filled, strict=True))
-    return total, Dialect(separator, decimal, thousands, width, numeric)
+    numeric = tuple(2 * n >= f for n, f in zip(numbers, filled, strict=True))
+    return total, dialect._replace(width=width, numeric=numeric)
 
 
 def _refuse_two_meanings(dialect: Dialect, lines: Sequence[tuple[int, str]], name: str) -> None:
@@ -191,10 +208,11 @@ def _refuse_two_meanings(dialect: Dialect, lines: Sequence[tuple[int, str]], nam
 
 
 @cache
-def _number(decimal: str, thousands: str) -> re.Pattern[str]:
-    """Pattern of a number."""
+def _number(decimal: str, thousands: str, lists: bool = False) -> re.Pattern[str]:
+    """Pattern of a number, or of several with slashes between."""
     whole = r"\d+"
     if thousands:
         whole = rf"(?:\d{{1,3}}(?:{re.escape(thousands)}\d{{3}})+|\d+)"
     point = re.escape(decimal)
-    return re.compile(rf"[+\-−]?(?:{whole}(?:{point}\d*)?|{point}\d+)(?:[eEdD][+\-]?\d+)?")
+    number = rf"[+\-−]?(?:{whole}(?:{point}\d*)?|{point}\d+)(?:[eEdD][+\-]?\d+)?"
+    return re.compile(rf"{number}(?:\s*/\s*{number})*" if lists else number)

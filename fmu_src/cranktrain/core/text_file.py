@@ -31,7 +31,7 @@ def open_text(path: str | Path, what: str, remedy: str) -> TextIO:
     shown, path = f"{path}", user_path(path)
     try:
         if path.is_dir():
-            raise InputError(f"{shown}: is a folder, not a {what}; {remedy}")
+            raise InputError(f"{shown}: no such {what}, it is a folder; {remedy}")
         if not path.is_file():
             raise InputError(f"{shown}: no such {what}; {remedy}")
         found = _encoding(path)

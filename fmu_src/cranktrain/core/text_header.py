@@ -12,7 +12,7 @@ _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\})\s*$")
 _SLASH = re.compile(r"^(.*\S)\s+(?:/|in)\s+(\S+)$")
 
 
-_BOTH = frozenset(["ca", "kw", "cad", "v", "p", "t", "n", "s", "a", "m", "f", "u", "r", "h", "l", "d", "c", "k", "g", "w", "j", "cp", "at", "phi"])
+_BOTH = frozenset(("ca", "kw", "cad", "cp", "at", "phi", *"vptnsamfurhldckgwj"))
 """Plain names of quantities that are units too."""
 
 
@@ -23,13 +23,20 @@ def header_cells(line: str, separator: str, width: int) -> list[str] | None:
     """
     options = [trimmed(split(line, separator))]
     if separator == " ":
-        joined = re.sub(r"\s+(?=[\[(])", "\u00a0", line.strip())
-        joined = re.sub(r"[\[(][^\])]*[\])]", lambda found: found[0].replace(" ", "\u00a0"), joined)
-        options.append([cell.replace("\u00a0", " ") for cell in re.split(r"[ \t]+", joined)])
+        options.append(words(line, separator))
         options.append([cell.strip() for cell in re.split(r"\t+|\s{2,}", line.strip())])
     for other in (";", "\t", ",", "|") if separator == " " else ():
         options.append([cell for cell in trimmed(split(line, other)) if cell])
     return next((cells for cells in options if len(cells) == width), None)
+
+
+def words(line: str, separator: str) -> list[str]:
+    """Cells of a line of names; where blanks separate, a bracket belongs to the word before it."""
+    if separator != " " or '"' in line:
+        return trimmed(split(line, separator))
+    joined = re.sub(r"\s+(?=[\[(])", "\u00a0", line.strip())
+    joined = re.sub(r"[\[(][^\])]*[\])]", lambda found: found[0].replace(" ", "\u00a0"), joined)
+    return [cell.replace("\u00a0", " ") for cell in re.split(r"[ \t]+", joined)]
 
 
 def names_and_units(rows: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -42,7 +49,7 @@ def names_and_units(rows: Sequence[Sequence[str]], width: int) -> tuple[tuple[st
     kinds = list[bool]()
     for row in rows:
         clear = any(_is_unit(cell) and plain_name(cell) not in _BOTH for cell in row)
-        kinds.append(_of_units(row) and (clear or False in kinds))
+        kinds.append(is_unit_row(row) and (clear or False in kinds))
     last = max((k for k, own in enumerate(kinds) if not own), default=None)
     if last is not None:
         for k, cell in enumerate(rows[last]):
@@ -70,9 +77,11 @@ def named(cell: str) -> tuple[str, str]:
     return cell, ""
 
 
-def _of_units(row: Sequence[str]) -> bool:
+def is_unit_row(row: Sequence[str]) -> bool:
     """Whether a row may state units: more than half of its cells that say something."""
     stated = [cell for cell in row if cell.lower() not in MISSING]
+    if any(re.fullmatch(r"[\d.,eE+-]+", cell) and cell != "1" for cell in stated):
+        return False
     return bool(stated) and sum(map(_is_unit, stated)) > 0.5 * len(stated)
 
 
@@ -80,7 +89,7 @@ def _is_unit(cell: str) -> bool:
     """Whether a cell is a unit, with or without brackets."""
     from cranktrain.core.units import is_unit
 
-    return cell.lower() not in MISSING and (is_unit(cell) or is_unit(_bare(cell)))
+    return cell.lower() not in MISSING and not cell.isdigit() and (is_unit(cell) or is_unit(_bare(cell)))
 
 
 def _bare(cell: str) -> str:

@@ -56,6 +56,9 @@ permille           | ‰
 (km/hour)          | kmh kph
 (foot/second)      | fps
 (N*m)              | Nm NM
+(kN*m)             | kNm KNm
+(MN*m)             | MNm
+(mN*m)             | mNm
 psi                | PSI Psi
 bar                | BAR Bar
 mm                 | MM

@@ -147,6 +147,8 @@ def _read(unit: str, dimension: str | None) -> UnitFactor | str:
     if dimension == "1" and text.lower() in ("", "-", "none"):
         return UnitFactor(1.0, 0.0, "1")
     degrees = KELVINS.get(text.lower()) if dimension in (None, "temperature") else None
+    if dimension == "temperature difference" and KELVINS.get(text.lower(), "kelvin") != "kelvin":
+        return f"unit {shown(unit)} measures temperature, not temperature difference; did you mean 'K'?"
     if degrees and (dimension or len(text) > 1):
         return _temperature(degrees)
     if (gauge := _gauge(text, dimension)) is not None:
@@ -157,7 +159,7 @@ def _read(unit: str, dimension: str | None) -> UnitFactor | str:
         if quantity is None:
             continue
         for name, own in _dimensions(dimension).items():
-            if own == quantity.dimensionality and not (dimension == "temperature difference" and "deg" in expression):
+            if own == quantity.dimensionality:
                 return _factor(quantity, name)
         strange = strange or UnitFactor(float(quantity.magnitude), 0.0, _base(quantity))
         others += [name for name, own in _dimensions(None).items() if own == quantity.dimensionality]

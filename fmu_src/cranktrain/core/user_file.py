@@ -14,12 +14,21 @@ LARGEST_FILE = 10_000_000
 """Bytes of the largest text that is read: a thousand times what an engine takes."""
 
 
+TABLES = (".csv", ".txt", ".dat", ".tsv", ".tab", ".asc", ".prn")
+"""Endings of text tables, in small letters."""
+
+
 def user_path(path: str | Path) -> Path:
     """A path that a user gave, with ``~`` and ``~name`` as the home folder; a leading ~ of no user stands as it is."""
     try:
         return Path(path).expanduser()
     except RuntimeError:
         return Path(path)
+
+
+def beside(file: str | Path, text: str) -> Path:
+    """A path that a user's file names: from the folder of that file, from the home folder (~), or absolute."""
+    return Path(file).parent / user_path(text)
 
 
 def ending(path: str | Path) -> str:

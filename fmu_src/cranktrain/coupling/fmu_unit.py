@@ -24,6 +24,7 @@ from fmpy.model_description import ModelDescription, ModelVariable
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.user_file import ending
 from cranktrain.coupling.unit import DIMENSIONS, Port, UnitError
 
 STATUS = {fmi2.fmi2Warning: "warning", fmi2.fmi2Discard: "discard", fmi2.fmi2Error: "error", fmi2.fmi2Fatal: "fatal"}
@@ -232,7 +233,7 @@ def described(path: Path) -> ModelDescription:
         raise InputError(f"{path}: not a readable FMU ({_line(error)}); use another one") from None
     if description.coSimulation is None:
         raise InputError(f"{path}: FMI {version}, model exchange; give an FMI 2.0 co-simulation FMU")
-    if path.suffix == ".xml":
+    if ending(path) == ".xml":
         return description
     there = fmpy.supported_platforms(str(path))
     if fmpy.platform not in there:
@@ -245,7 +246,7 @@ def described(path: Path) -> ModelDescription:
 def _version(path: Path) -> str:
     """Version of FMI that a file names; empty where it names none: other versions' descriptions are not read."""
     with suppress(OSError, KeyError, zipfile.BadZipFile, ElementTree.ParseError):
-        if path.suffix == ".xml":
+        if ending(path) == ".xml":
             return ElementTree.parse(path).getroot().get("fmiVersion", "")
         with zipfile.ZipFile(path) as archive:
             return ElementTree.fromstring(archive.read("modelDescription.xml")).get("fmiVersion", "")

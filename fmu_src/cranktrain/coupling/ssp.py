@@ -12,6 +12,7 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.user_file import ending
 from cranktrain.coupling.connections import Connection, checked
 from cranktrain.coupling.unit import DIMENSIONS, Port, Unit
 from cranktrain.store.whole_file import check_place, marked, whole_file
@@ -57,7 +58,7 @@ def write_ssp(
 
 def check_target(path: Path) -> None:
     """Refuse a place that an SSP must not take, before the work; ``InputError``."""
-    if path.suffix != ".ssp":
+    if ending(path) != ".ssp":
         raise InputError(f"{path}: an SSP's name ends in .ssp; name it {path.with_suffix('.ssp')}")
     check_place(path, _KIND)
 

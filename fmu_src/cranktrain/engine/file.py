@@ -24,7 +24,7 @@ from msgspec import Meta
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.typed_file import record
-from cranktrain.core.user_file import read_toml
+from cranktrain.core.user_file import ending, read_toml, user_path
 from cranktrain.engine.additions import TABLES, located
 from cranktrain.engine.additions import TEXTS as TEXTS_OF
 from cranktrain.engine.checks.engine import check_engine
@@ -61,8 +61,8 @@ def engine_names() -> list[str]:
 def engine_path(name_or_path: str | Path) -> Path:
     """Path of an engine file, by path or by the name of one that ships with the package."""
     text = str(name_or_path)
-    if text.endswith(".toml"):
-        return Path(text)
+    if ending(text) == ".toml":
+        return user_path(text)
     if text not in engine_names():
         raise InputError(
             f"unknown engine '{text}': {nearest(text, engine_names())} (or give the path of a .toml engine file)"

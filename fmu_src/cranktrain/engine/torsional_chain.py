@@ -15,7 +15,7 @@ A shaft may have its ``stiffness`` over ``torques``, its torque over ``twists``,
 ``frequencies``, and ``friction``, see :mod:`cranktrain.engine.line_elements`; ``diameter``, ``bore``, ``strength`` and
 ``section`` are for its stress (:mod:`cranktrain.results.strength.iacs_m68`).
 
-The same as CSV, one line a disc and the shaft that leaves it, to the disc of the next line or to ``to``:
+The same as a text table (CSV), one line a disc and the shaft that leaves it, to the disc of the next line or to ``to``:
 
     disc,inertia,damping,to,stiffness,shaft_damping,loss_factor,ratio
     main[7],0.02,0,,1.9e6,2.0,,
@@ -23,7 +23,8 @@ The same as CSV, one line a disc and the shaft that leaves it, to the disc of th
 
 A line has a shaft if one of the shaft's columns is filled. A disc with several shafts has several lines, with its
 inertia on the first. An end that is not a disc is written in the same way, without inertia. Lists are written with
-slashes, as in ``2e4/3e4/6e4``.
+slashes, as in ``2e4/3e4/6e4``. The table may be written in any dialect (:mod:`cranktrain.core.text_table`) and name its
+units, as ``inertia [kg cm^2]``.
 
 In place of a crank a chain is taken by :mod:`cranktrain.structure.crank.chain`. As drive line behind the flywheel, see
 :mod:`cranktrain.loads.torsional_line`, it begins at ``flywheel`` and ends at ``dynamometer``, which are no discs of the
@@ -32,18 +33,24 @@ table; without a shaft to ``dynamometer`` its far end is free.
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from io import StringIO
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 
+from cranktrain.core.column_names import kind_of
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.user_file import is_number, read_text, read_toml
+from cranktrain.core.text_dialect import Dialect
+from cranktrain.core.text_header import named
+from cranktrain.core.text_rows import read_rows
+from cranktrain.core.text_table import first_words
+from cranktrain.core.units import known_factor
+from cranktrain.core.user_file import TABLES, ending, is_number, read_toml
 from cranktrain.engine import quantities as q
 from cranktrain.engine.line_elements import Shaft, element_values
 from cranktrain.engine.quantities import kinds
@@ -77,6 +84,9 @@ SHAFT_COLUMNS = {
 }
 """Columns of a CSV table for a shaft, and the corresponding keys."""
 DISC_COLUMNS = {"disc": "name", "inertia": "inertia", "damping": "damping"}
+COLUMNS = (*DISC_COLUMNS, *SHAFT_COLUMNS)
+TEXTS = ("disc", "to", "section")
+"""Columns of words."""
 TWIST = get_args(q.Twist)[1]
 LISTS = ("stiffness", "damping", "torques", "twists", "frequencies")
 """Keys of a shaft that may be lists."""
@@ -107,9 +117,9 @@ class Chain:
 def is_chain(path: str | Path) -> bool:
     """Whether a file is a table of discs."""
     try:
-        if Path(path).suffix == ".csv":
-            return read_text(path, "chain", "").startswith("disc")
-        return Path(path).suffix == ".toml" and "disc" in read_toml(path, "chain", "")
+        if ending(path) in TABLES:
+            return any(kind_of(word, COLUMNS) == "disc" for word in first_words(path, "chain", ""))
+        return ending(path) == ".toml" and "disc" in read_toml(path, "chain", "")
     except InputError:
         return False
 
@@ -120,13 +130,7 @@ def read_chain(path: str | Path, ends: tuple[str, ...] = (GROUND,)) -> Chain:
     ``ends`` are what shafts may end at besides discs.
     """
     what, mend = "table of discs and shafts", "give a table of [[disc]] and [[shaft]]"
-    if Path(path).suffix == ".csv":
-        try:
-            content = _csv_content(path, read_text(path, what, "give a table of discs as CSV"), ends)
-        except csv.Error as error:
-            raise InputError(f"{path}: not a CSV file: {error}; separate entries by commas") from None
-    else:
-        content = read_toml(path, what, mend)
+    content = _table_content(path, ends) if ending(path) in TABLES else read_toml(path, what, mend)
     for key in content:
         if key not in ("disc", "shaft"):
             raise InputError(f"{path}: '{key}' is not a part of a chain; {nearest(key, ('disc', 'shaft'))}")
@@ -142,31 +146,41 @@ def read_chain(path: str | Path, ends: tuple[str, ...] = (GROUND,)) -> Chain:
     return chain
 
 
-def _csv_content(path: str | Path, text: str, ends: tuple[str, ...]) -> dict[str, Any]:
-    """Rows of a CSV table as TOML would give them."""
-    reader = csv.DictReader(StringIO(text), skipinitialspace=True, strict=True)
-    columns = [name.strip() for name in reader.fieldnames or ()]
+def _table_content(path: str | Path, ends: tuple[str, ...]) -> dict[str, Any]:
+    """Rows of a text table as TOML would give them, numbers in SI by the units of their columns."""
     valid = (*DISC_COLUMNS, *SHAFT_COLUMNS)
-    for name in columns:
-        if name not in valid:
-            raise InputError(f"{path}: column '{name}' does not exist; {nearest(name, valid)}")
-    if "disc" not in columns:
-        raise InputError(f"{path}: has no column 'disc'; name the columns in the first line: {', '.join(valid)}")
-    reader.fieldnames = columns
+    remedy = f"name the columns in the first line: {', '.join(valid)}"
+
+    def check(names: Sequence[str]) -> None:
+        columns = [_column(name) for name in names]
+        for name, column in zip(names, columns, strict=True):
+            if not column and name and get_close_matches(name.lower(), valid, n=1, cutoff=0.7):
+                raise InputError(f"{path}: column '{name}' does not exist; {nearest(name.lower(), valid)}")
+            if not column and name:
+                warnings.warn(f"{path}: column '{name}' is none of a chain and is not read", stacklevel=6)
+            if column and columns.count(column) > 1:
+                raise InputError(f"{path}: column '{column}' is there {columns.count(column)} times; leave one of them")
+        if "disc" not in columns:
+            raise InputError(f"{path}: has no column 'disc'; {remedy}")
+
+    table = read_rows(path, "table of discs and shafts", remedy, lambda word: bool(_column(named(word)[0])), check)
+    columns = [_column(name) for name in table.names]
+    stated = zip(table.names, columns, table.units, strict=True)
+    scales = [_scale(f"{path}: column '{name}'", column, unit) for name, column, unit in stated]
     lines = []
-    for line in reader:
-        where = f"{path}: line {reader.line_num}"
-        if None in line:
-            raise InputError(f"{where}: has more entries than there are columns; take commas out of names")
-        if any(filled := {key: text.strip() for key, text in line.items() if text and text.strip()}):
+    for number, cells in table.rows:
+        where = f"{path}: line {number}"
+        rows = zip(columns, cells, scales, strict=True)
+        filled = {
+            key: text if key in TEXTS else _numbers(where, key, text, table.dialect, scale)
+            for key, text, scale in rows
+            if key and text not in ("", "-", "--")
+        }
+        if filled:
             lines.append((where, filled))
     discs, shafts = list[dict[str, Any]](), list[dict[str, Any]]()
-    for k, (where, filled) in enumerate(lines):
-        name = filled.get("disc", "")
-        values = {
-            key: text if key in ("disc", "to", "section") else _numbers(where, key, text)
-            for key, text in filled.items()
-        }
+    for k, (where, values) in enumerate(lines):
+        name = values.get("disc", "")
         disc = {DISC_COLUMNS[key]: value for key, value in values.items() if key in DISC_COLUMNS}
         if len(disc) > 1 or not (name in ends or any(row["name"] == name for row in discs)):
             discs.append(disc)
@@ -179,16 +193,35 @@ def _csv_content(path: str | Path, text: str, ends: tuple[str, ...]) -> dict[str
     return {"disc": discs, "shaft": shafts}
 
 
-def _numbers(where: str, key: str, text: str) -> float | list[float]:
+def _column(name: str) -> str:
+    """Column of a table that a word names; empty where it names none."""
+    return name if name in COLUMNS else kind_of(name, COLUMNS)
+
+
+def _scale(where: str, column: str, unit: str) -> float:
+    """A column's unit in SI; ``InputError`` where it measures something else."""
+    if column in (*TEXTS, "") or not unit:
+        return 1.0
+    rule = _rule(Disc, column) if column in ("inertia", "damping") else _rule(Shaft, SHAFT_COLUMNS[column])
+    found = known_factor(unit, rule.dimension)
+    if found is None:
+        raise InputError(
+            f"{where}: unit '{unit}' does not measure its {rule.dimension}; use one of: "
+            f"{', '.join(q.UNITS[rule.dimension])}"
+        )
+    return found.scale
+
+
+def _numbers(where: str, key: str, text: str, dialect: Dialect, scale: float) -> float | list[float]:
     """A number, or those of a list with slashes."""
     if SHAFT_COLUMNS.get(key, "") in LISTS and "/" in text:
-        return [_number(where, key, part.strip()) for part in text.split("/")]
-    return _number(where, key, text)
+        return [scale * _number(where, key, part.strip(), dialect) for part in text.split("/")]
+    return scale * _number(where, key, text, dialect)
 
 
-def _number(where: str, key: str, text: str) -> float:
+def _number(where: str, key: str, text: str, dialect: Dialect) -> float:
     try:
-        return float(text)
+        return dialect.number(text)
     except ValueError:
         raise InputError(f"{where}: {key} = '{text}' is not a number; write it with a decimal point") from None
 

@@ -10,7 +10,7 @@ from typing import Any
 from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import this_platform
 from cranktrain.core.types import Progress
-from cranktrain.core.user_file import read_toml
+from cranktrain.core.user_file import ending, read_toml
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
@@ -150,7 +150,7 @@ def whole_model(
 def is_scene(name: str | Path) -> bool:
     """Whether a name is the path of a scene: TOML that names its engine."""
     try:
-        return Path(name).suffix == ".toml" and isinstance(read_toml(name, "scene file", "").get("engine"), str)
+        return ending(name) == ".toml" and isinstance(read_toml(name, "scene file", "").get("engine"), str)
     except InputError:
         return False
 

@@ -16,7 +16,6 @@ Sources: F. N. Fritsch and R. E. Carlson, SIAM J. Numer. Anal. 17 (1980) 238; C.
 from __future__ import annotations
 
 import math
-import re
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -25,17 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from cranktrain.core.errors import InputError, shown
-from cranktrain.core.user_file import read_text
+from cranktrain.core.errors import InputError
+from cranktrain.core.text_table import split_columns
 from cranktrain.engine.model import Engine
-from cranktrain.loads.pressure_units import (
-    HIGHEST_PEAK,
-    LOWEST_PEAK,
-    PressureUnit,
-    header_unit,
-    named_unit,
-    unit_of_size,
-)
+from cranktrain.loads.pressure_level import refuse_any_unit, unit_of_trace
+from cranktrain.loads.pressure_points import FEWEST, PressurePoints, read_points
+from cranktrain.loads.pressure_units import PressureUnit, header_unit, named_unit, unit_in_text
 from cranktrain.loads.trace_doubts import trace_doubts
 
 Array = NDArray[np.float64]
@@ -43,9 +37,8 @@ Array = NDArray[np.float64]
 WIDEST_GAP = 40.0
 FARTHEST_PEAK = 60.0
 """Distance (deg) of the peak from firing dead centre within which dead centre is found by the peak."""
-HEADER_LINES = 3
-LARGEST = 1e12
-"""Beyond which a number is no angle or pressure in any unit."""
+LOWEST_PEAK, HIGHEST_PEAK = 3e5, 6e7
+"""Peaks of cylinders, Pa: a stated unit that gives another one is wrong."""
 # Warnings about a trace, issued after it is read.
 LEAST_RATIO = 3.0
 """Least ratio of peak to lowest pressure: that of the weakest compression of the intake's pressure."""
@@ -59,8 +52,6 @@ GAP_AT_PEAK, NEAR_PEAK = 10.0, 15.0
 """Gap (deg) within so many degrees of the peak in which the true peak may hide."""
 PERIOD = 720.0
 _FINE = 2880
-_INDEX = re.compile(r"(?<=\w)\[\s*(\d+)\s*\]")
-_BRACKETS = re.compile(r"\[[^\]]*\]|\([^)]*\)")
 
 
 def read_pressure(
@@ -76,8 +67,10 @@ def read_pressure(
 
     Parameters
     ----------
-    path : file with one point per line; ``;``, ``,``, tab or blanks between; a header may name the pressure's unit
-    unit : see :mod:`cranktrain.loads.pressure_units`; None takes it from the header or the size of the peak
+    path : text table of any dialect with one point per line (:mod:`cranktrain.core.text_table`); behind a colon the
+        names or numbers of its columns, ``bench.csv:PCYL2``, where the file has others too
+    unit : see :mod:`cranktrain.loads.pressure_units`; None takes it from the header, or from the trace where only one
+        unit fits (:mod:`cranktrain.loads.pressure_level`)
     dead_centre_deg : angle of the file that is firing dead centre, of cylinder 1 where all angles count from there;
         None takes 0 or 360, whichever is within 60 degrees of the peak
     n : number of samples; divides 2880
@@ -91,119 +84,74 @@ def read_pressure(
     Warns, one line each, of an unlikely cylinder pressure: constant, noisy, with two peaks, contradictory points, or a
     gap at the peak; else of one that is hardly of this engine (:mod:`cranktrain.loads.trace_doubts`).
     """
-    name, period, phases = Path(path).name, math.degrees(engine.cylinders.cycle), np.degrees(engine.firing_angles)
-    angle, pressures, found = _points(path, name, unit, len(phases))
-    pressures = _absolute(pressures, found, name)
+    place, columns = split_columns(path)
+    name, period, phases = place.name, math.degrees(engine.cylinders.cycle), np.degrees(engine.firing_angles)
     if dead_centre_deg is not None and not math.isfinite(dead_centre_deg):
         raise InputError(f"{name}: dead centre at {dead_centre_deg} deg is not an angle")
-    peaks = angle[pressures.argmax(axis=0)]
-    first = _dead_centre(float(peaks[0]), name) if dead_centre_deg is None else dead_centre_deg
-    centres, base = _centres(peaks, first, phases, period, name)
+    points = read_points(place, columns, len(phases))
+    stated = _stated(points, unit, name)
+    _refuse_impossible(points, stated, name)
+    first = _dead_centre(float(points.peak_angles[0]), name) if dead_centre_deg is None else dead_centre_deg
+    centres, base = _centres(points.peak_angles, first, phases, period, name)
+    cycles = _cycles(points, centres, name, period)
+    found = stated or unit_of_trace(name, engine, *cycles[0][:2])
     rows, noises = [], []
-    for k, (centre, pressure) in enumerate(zip(centres, pressures.T, strict=True), 1):
+    for k, (x, raw, conflict) in enumerate(cycles, 1):
         own = name if len(centres) == 1 else f"{name}, cylinder {k}"
-        x, y, conflict = _one_cycle(angle - centre, pressure, own, period)
+        y = raw * found.scale + found.zero
         noises.append(_noise(x, y))
         rows.append(_smooth(x, y, noises[-1]))
-        doubts = list(_doubts(x, y, noises[-1], rows[-1], conflict, period))
+        doubts = list(_doubts(x, y, noises[-1], rows[-1], (conflict[0] * found.scale, conflict[1]), period))
         for doubt in doubts or trace_doubts(engine, rows[-1]):
             warnings.warn(f"{own}: {doubt}", stacklevel=3)
         if rows[-1].min() <= 0.0:
             raise InputError(f"{own}: smoothing gives a pressure below zero; the points scatter by {noises[-1]:.3g} Pa")
     source = (
-        f"{name}: {x.size * period / PERIOD:.0f} points in {found.how}, firing dead centre at {first:g} deg of the "
-        f"file{base}, noise {1e-5 * max(noises):.2g} bar"
+        f"{name}: {cycles[-1][0].size * period / PERIOD:.0f} points in {found.how}, firing dead centre at {first:g} "
+        f"deg of the file{base}, noise {1e-5 * max(noises):.2g} bar"
     )
     return [np.ascontiguousarray(row[:: _FINE // n]) for row in rows], source
 
 
-def _points(path: str | Path, name: str, unit: str | None, cylinders: int) -> tuple[Array, Array, PressureUnit]:
-    """Angles (N,) deg, pressures as written (N, 1) or (N, cylinders), and their unit."""
-    lines = read_text(path, "pressure file", "give a text file of angle in degrees and pressure").splitlines()
-    rows: list[list[float]] = []
-    header: list[list[str]] = []
-    for number, line in enumerate(lines, start=1):
-        text = line.strip()
-        if not text or text.startswith("#"):
-            continue
-        separator = next((s for s in (";", "\t", ",") if s in text), None)
-        cells = [cell.strip() for cell in (text.split(separator) if separator else text.split())]
-        if separator in (";", "\t"):
-            cells = [cell.replace(",", ".") for cell in cells]
-        try:
-            values = [float(cell) for cell in cells]
-        except ValueError:
-            if rows or len(header) == HEADER_LINES:
-                raise InputError(f"{name}: line {number}: {shown(text)} is not two numbers") from None
-            header.append(cells)
-            continue
-        if len(values) not in (2, 1 + cylinders) or (rows and len(values) != len(rows[0]) - 1):
-            each = f", or a pressure for each of the {cylinders} cylinders" if cylinders > 1 else ""
-            raise InputError(
-                f"{name}: line {number}: {len(values)} columns; give two, angle in degrees and pressure{each}"
-            )
-        if not all(abs(value) <= LARGEST for value in values):
-            raise InputError(f"{name}: line {number}: {shown(text)} holds a value that is not finite; remove the line")
-        rows.append([*values, number])
-    if not rows:
-        raise InputError(f"{name}: no points; give lines of angle in degrees and pressure")
-    header = [[_INDEX.sub(r"\1", cell) for cell in cells] for cells in header]
-    data = np.array(rows)
-    found = _stated(header, unit, name, data.shape[1] - 2)
-    angle, pressures = data[:, 0], data[:, 1:-1][:, _columns(header, data.shape[1] - 2)]
-    if found is None or found.zero == 0.0:
-        for value, number in zip(pressures.min(axis=1), data[:, -1], strict=True):
-            if value >= 0.0:
-                continue
-            raise InputError(
-                f"{name}: line {number:.0f}: pressure {value:g} is negative; absolute pressure is wanted, or a gauge "
-                "unit such as barg"
-            )
-    if len(rows) < 20:
-        raise InputError(f"{name}: {len(rows)} points are too few for a cycle; give at least 20")
-    return angle, pressures, found or unit_of_size(float(pressures.max()), name)
-
-
-def _columns(header: list[list[str]], count: int) -> list[int]:
-    """Columns of pressure by cylinder: as the numbers of a header with all of 1..count say, else as they stand."""
-    for cells in header:
-        found = [re.findall(r"\d+", _BRACKETS.sub(" ", cell)) for cell in cells[1:]]
-        numbers = [int(one[0]) for one in found if len(one) == 1 and len(one[0]) < 4]
-        if sorted(numbers) == list(range(1, count + 1)) and len(cells) == count + 1:
-            return [numbers.index(k) for k in range(1, count + 1)]
-    return list(range(count))
-
-
-def _stated(header: list[list[str]], unit: str | None, name: str, count: int = 1) -> PressureUnit | None:
-    """The unit that option or header state, if they do; all ``count`` columns of pressure have it."""
-    if any("rad" in re.findall(r"[a-z]+", cell.lower()) for cells in header for cell in cells):
-        raise InputError(f"{name}: the header says rad; angles are wanted in degrees")
+def _stated(points: PressurePoints, unit: str | None, name: str) -> PressureUnit | None:
+    """The unit that option or header state, if they do; all columns of pressure have it."""
     if unit is not None:
         return named_unit(unit)
-    units: list[PressureUnit] = []
-    for cells in header:
-        own = [[cells[0], cell] for cell in cells[1:]] if len(cells) == count + 1 > 2 else [cells]
-        stated = {found for one in own if (found := header_unit(one, name)) is not None}
-        if len(stated) > 1:
-            names = ", ".join(sorted(found.name for found in stated))
-            raise InputError(f"{name}: the header states several pressure units, {names}; give all columns in one")
-        units += stated
-    return units[-1]._replace(how=f"{units[-1].how} by the header") if units else None
+    angle = points.head.names[points.columns[0]] or "deg"
+    own = [
+        [angle, f"{column} [{text}]" if text else column]
+        for column, text in zip(points.names, points.units, strict=True)
+    ]
+    stated = {found for cells in own if (found := header_unit(cells, name)) is not None}
+    if len(stated) > 1:
+        names = ", ".join(sorted(found.name for found in stated))
+        raise InputError(f"{name}: the header states several pressure units, {names}; give all columns in one")
+    if not stated:
+        stated = {found for cells in points.head.header[-1:] if (found := unit_in_text(cells[-1])) is not None}
+    return next((found._replace(how=f"{found.how} by the header") for found in stated), None)
 
 
-def _absolute(pressure: Array, unit: PressureUnit, name: str) -> Array:
-    """Pressures (N, k) in Pa; refuses values that no engine has."""
-    absolute = pressure * unit.scale + unit.zero
-    for own, peak in zip(pressure.max(axis=0), absolute.max(axis=0), strict=True):
-        if 0.1 * LOWEST_PEAK <= peak <= 2.0 * HIGHEST_PEAK:
-            continue
+def _refuse_impossible(points: PressurePoints, unit: PressureUnit | None, name: str) -> None:
+    """Refuse too few points, and values that no cylinder has."""
+    if points.negative is not None and (unit is None or unit.zero == 0.0):
+        number, value = points.negative
         raise InputError(
-            f"{name}: a peak of {own:g} {unit.name} is no cylinder pressure of an engine (0.3 to 60 MPa); "
-            "state another unit"
+            f"{name}: line {number}: pressure {value:g} is negative; absolute pressure is wanted, or a gauge unit such "
+            "as barg"
         )
-    if absolute.min() < 0.0:
-        raise InputError(f"{name}: {pressure.min():g} {unit.name} is less than nothing; state another unit")
-    return np.asarray(absolute)
+    if points.count < FEWEST:
+        raise InputError(f"{name}: {points.count} points are too few for a cycle; give at least {FEWEST}")
+    if unit is None:
+        refuse_any_unit(name, float(points.peaks.max()))
+        return
+    for own in points.peaks:
+        if not LOWEST_PEAK <= own * unit.scale + unit.zero <= HIGHEST_PEAK:
+            raise InputError(
+                f"{name}: a peak of {own:g} {unit.name} is no cylinder pressure of an engine (0.3 to 60 MPa); state "
+                "another unit"
+            )
+    if points.low * unit.scale + unit.zero < 0.0:
+        raise InputError(f"{name}: {points.low:g} {unit.name} is less than nothing; state another unit")
 
 
 def _dead_centre(peak: float, name: str) -> float:
@@ -238,33 +186,61 @@ def _centres(peaks: Array, first: float, phases: Array, period: float, name: str
     )
 
 
-def _one_cycle(angle: Array, pressure: Array, name: str, period: float) -> tuple[Array, Array, tuple[float, float]]:
-    """Points folded into [0, 720), ordered, those within a quarter degree averaged; refuse what leaves a cycle open.
+def _cycles(
+    points: PressurePoints, centres: Array, name: str, period: float
+) -> list[tuple[Array, Array, tuple[float, float]]]:
+    """Points of each column folded into [0, 720), ordered, those within a quarter degree averaged.
 
-    Of a two-stroke they are folded into 360 and repeated. Also the largest range (Pa) of points that were averaged, and
-    its angle.
+    Of a two-stroke they are folded into 360 and repeated. Also the largest range of points that were averaged, as
+    written, and its angle. ``InputError`` for what leaves a cycle open.
     """
-    turns = round(PERIOD / period)
-    once = angle % period
-    once[once >= period] = 0.0  # a remainder that rounding made a whole period
-    folded = np.concatenate([once + k * period for k in range(turns)])
-    pressure = np.tile(pressure, turns)
-    cell = np.floor(folded * (_FINE / PERIOD)).astype(int) % _FINE
-    order = np.argsort(cell, kind="stable")
-    _, start, count = np.unique(cell[order], return_index=True, return_counts=True)
-    x = np.add.reduceat(folded[order], start) / count
-    y = np.add.reduceat(pressure[order], start) / count
-    spread = np.maximum.reduceat(pressure[order], start) - np.minimum.reduceat(pressure[order], start)
-    gaps = np.diff(np.append(x, x[0] + PERIOD))
-    if gaps.max() > WIDEST_GAP:
-        at = int(gaps.argmax())
-        two_stroke = "; of a two-stroke state cylinders.cycle = 360 deg" if 320.0 < gaps[at] < period else ""
-        raise InputError(
-            f"{name}: no points over {gaps[at]:.0f} deg after {x[at]:.0f} deg past firing dead centre; "
-            f"a whole cycle of {period:g} deg is wanted, with gaps of {WIDEST_GAP:.0f} deg at most{two_stroke}"
-        )
-    widest = int(spread.argmax())
-    return x, y, (float(spread[widest]), float(x[widest]))
+    folded = [_Cells(period) for _ in centres]
+    for angle, pressures in points.parts():
+        for cells, centre, pressure in zip(folded, centres, pressures.T, strict=True):
+            cells.add(angle - centre, pressure)
+    own = [name if len(centres) == 1 else f"{name}, cylinder {k}" for k in range(1, len(centres) + 1)]
+    return [cells.cycle(one) for cells, one in zip(folded, own, strict=True)]
+
+
+class _Cells:
+    """Sums over the points in each quarter of a degree of a cycle."""
+
+    def __init__(self, period: float) -> None:
+        self.period, self.count = period, np.zeros(_FINE)
+        self.x, self.y = np.zeros(_FINE), np.zeros(_FINE)
+        self.low, self.high = np.full(_FINE, np.inf), np.full(_FINE, -np.inf)
+
+    def add(self, angle: Array, pressure: Array) -> None:
+        """Add points (n,) deg after firing dead centre, in any cycle."""
+        turns = round(PERIOD / self.period)
+        once = angle % self.period
+        once[once >= self.period] = 0.0  # a remainder that rounding made a whole period
+        folded = np.concatenate([once + k * self.period for k in range(turns)])
+        pressure = np.tile(pressure, turns)
+        cell = np.floor(folded * (_FINE / PERIOD)).astype(int) % _FINE
+        order = np.argsort(cell, kind="stable")
+        at, start, count = np.unique(cell[order], return_index=True, return_counts=True)
+        self.count[at] += count
+        self.x[at] += np.add.reduceat(folded[order], start)
+        self.y[at] += np.add.reduceat(pressure[order], start)
+        self.low[at] = np.minimum(self.low[at], np.minimum.reduceat(pressure[order], start))
+        self.high[at] = np.maximum(self.high[at], np.maximum.reduceat(pressure[order], start))
+
+    def cycle(self, name: str) -> tuple[Array, Array, tuple[float, float]]:
+        """Means (k,) of angle and pressure in cells with points; the largest range of pressures, and its angle."""
+        filled = self.count > 0.0
+        x, y = (sums[filled] / self.count[filled] for sums in (self.x, self.y))
+        spread = self.high[filled] - self.low[filled]
+        gaps = np.diff(np.append(x, x[0] + PERIOD))
+        if gaps.max() > WIDEST_GAP:
+            at, period = int(gaps.argmax()), self.period
+            two_stroke = "; of a two-stroke state cylinders.cycle = 360 deg" if 320.0 < gaps[at] < period else ""
+            raise InputError(
+                f"{name}: no points over {gaps[at]:.0f} deg after {x[at]:.0f} deg past firing dead centre; "
+                f"a whole cycle of {period:g} deg is wanted, with gaps of {WIDEST_GAP:.0f} deg at most{two_stroke}"
+            )
+        widest = int(spread.argmax())
+        return x, y, (float(spread[widest]), float(x[widest]))
 
 
 def _doubts(

@@ -15,21 +15,26 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from cranktrain.core.column_names import kind_of
 from cranktrain.core.errors import InputError, nearest, shown
-from cranktrain.core.user_file import read_text
+from cranktrain.core.text_header import named
+from cranktrain.core.text_rows import read_rows
+from cranktrain.core.text_table import first_words, split_columns
+from cranktrain.core.user_file import TABLES, beside, ending, user_path
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas, GasTrace
+from cranktrain.loads.pressure_points import REMEDY, WHAT
 
 RPM = math.pi / 30.0
-SUFFIXES = (".csv", ".txt", ".dat")
 COLUMNS = ("speed_rpm", "load", "file")
+KINDS = ("speed", "load", "file")
 _NAME = re.compile(r"(\d+(?:\.\d+)?)(?:rpm)?(?:_(full|\d+(?:\.\d+)?%))?", re.IGNORECASE)
 FULL = 1.0
 HIGHEST_RPM, HIGHEST_LOAD = 30000.0, 2.0
@@ -110,7 +115,7 @@ def read_gas(path: str | Path, engine: Engine, unit: str | None = None, dead_cen
 
     Arguments as of :meth:`GasTrace.from_csv`. Raises ``InputError``: one line that names file and row.
     """
-    place = Path(path)
+    place = user_path(path)
     rows = _folder(place) if place.is_dir() else _index(place)
     if rows is None:
         return GasTrace.from_csv(place, engine, unit, dead_centre_deg)
@@ -136,7 +141,7 @@ def _folder(place: Path) -> list[tuple[float, float, Path]]:
     """Speed (rev/min), load and file of each trace in a folder."""
     rows = []
     for file in sorted(place.iterdir()):
-        if file.suffix.lower() not in SUFFIXES or file.name.startswith("."):
+        if ending(file) not in TABLES or file.name.startswith("."):
             continue
         found = _NAME.fullmatch(file.stem)
         if found is None:
@@ -155,44 +160,49 @@ def _folder(place: Path) -> list[tuple[float, float, Path]]:
 
 def _index(place: Path) -> list[tuple[float, float, Path]] | None:
     """Rows of an index file; None where the file is none."""
-    lines = read_text(place, "pressure file", "give a text file of angle in degrees and pressure").splitlines()
-    cells = [[cell.strip() for cell in re.split(r"[;,\t]", line)] for line in lines]
-    kept = [(number, row) for number, row in enumerate(cells, 1) if any(row) and not row[0].startswith("#")]
-    if not kept or "file" not in kept[0][1]:
+    place, _ = split_columns(place)
+    if "file" not in first_words(place, WHAT, REMEDY):
         return None
-    names = kept[0][1]
-    for name in names:
-        if name not in COLUMNS:
+    remedy = "give lines of speed_rpm, load and file under this header"
+    table = read_rows(place, "index of pressure files", remedy, lambda word: bool(kind_of(named(word)[0], KINDS)))
+    kinds = ["speed_rpm" if (kind := kind_of(name, KINDS)) == "speed" else kind for name in table.names]
+    for name, kind in zip(table.names, kinds, strict=True):
+        if not kind:
             raise InputError(f"{place.name}: unknown column {shown(name)}; {nearest(name, COLUMNS)}")
-    if "speed_rpm" not in names or len(set(names)) != len(names):
-        raise InputError(f"{place.name}: columns are {', '.join(names)}; give speed_rpm, load (or none) and file, once")
+    if "speed_rpm" not in kinds or len(set(kinds)) != len(kinds):
+        names = ", ".join(table.names)
+        raise InputError(f"{place.name}: columns are {names}; give speed_rpm, load (or none) and file, once")
     rows = []
-    for number, row in kept[1:]:
+    for number, row in table.rows:
         where = f"{place.name}: line {number}"
-        if len(row) != len(names):
-            raise InputError(f"{where}: {len(row)} values for {len(names)} columns; give one for each")
-        own = dict(zip(names, row, strict=True))
-        rows.append(_checked(where, own["speed_rpm"], own.get("load", "1"), place.parent / own["file"]))
+        own = dict(zip(kinds, row, strict=True))
+        if not all(row):
+            raise InputError(f"{where}: {sum(map(bool, row))} values for {len(row)} columns; give one for each")
+        numbers = (own["speed_rpm"], own.get("load", "1"))
+        rows.append(_checked(where, *numbers, beside(place, own["file"]), table.dialect.number))
     if not rows:
         raise InputError(f"{place.name}: names no trace; give a line of speed_rpm, load and file for each")
     return rows
 
 
-def _checked(where: str, speed: str, load: str, file: Path) -> tuple[float, float, Path]:
+def _checked(
+    where: str, speed: str, load: str, file: Path, number: Callable[[str], float] = float
+) -> tuple[float, float, Path]:
     """A row of a map as numbers; ``InputError`` where they are none, or no speed or load of an engine."""
+    values = []
     for text, what, most in (
         (speed, "a speed in rev/min", HIGHEST_RPM),
         (load, "a fraction of full load", HIGHEST_LOAD),
     ):
         try:
-            value = float(text)
+            values.append(number(text))
         except ValueError:
-            value = math.nan
-        if not 0.0 <= value <= most:
+            values.append(math.nan)
+        if not 0.0 <= values[-1] <= most:
             raise InputError(f"{where}: {shown(text)} is not {what}, 0 to {most:g}")
-    if not file.is_file():
+    if not split_columns(file)[0].is_file():
         raise InputError(f"{where}: {shown(str(file))} does not exist; paths start at the index file's folder")
-    return float(speed), float(load), file
+    return values[0], values[1], file
 
 
 def _between(places: Sequence[float], value: float) -> list[tuple[float, float]]:

@@ -1,4 +1,4 @@
-"""Units of measured pressures: as an option names them, as a header states them, or by the size of the peak."""
+"""Units of measured pressures: as an option or as a header states them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, shown
+from cranktrain.core.units import known_factor
 
 ATMOSPHERE = 101325.0
 _PSI, _AT = 6894.757293168, 98066.5
@@ -14,11 +15,9 @@ UNITS = {
     "atm": ATMOSPHERE, "MPa": 1e6, "N/mm2": 1e6,
 }  # fmt: skip
 """Pa in each unit; followed by g (psig, barg, kPag) it counts from one standard atmosphere, by a it is absolute."""
-BY_SIZE = ("Pa", "kPa", "bar", "MPa")
-"""Units that can be distinguished by the size of an engine's peak, ``LOWEST_PEAK`` to ``HIGHEST_PEAK``, Pa."""
-LOWEST_PEAK, HIGHEST_PEAK = 3e6, 3e7
 _SPELT = {unit.lower().replace("/", ""): unit for unit in UNITS}
-_FOREIGN = {"torr", "mmhg", "inhg", "mmh2o", "inh2o", "psf", "ksi", "gpa", "dbar", "ubar", "tsi", "pz", "v"}
+_FOREIGN = {"v", "mv", "pc"}
+"""What charge amplifiers write, which is no pressure."""
 _ANGLES = {"deg", "degree", "degrees", "degca", "ca", "cad", "°", "°ca", "grad"}
 _GAUGE, _ABSOLUTE = {"g", "gauge", "rel", "relative"}, {"a", "abs", "absolute"}
 _ENDINGS = {ending: gauge for gauge, endings in ((True, _GAUGE), (False, _ABSOLUTE)) for ending in endings}
@@ -40,7 +39,7 @@ def known_units() -> str:
 
 def named_unit(text: str) -> PressureUnit:
     """The unit of an option; ``InputError`` for one that is not known."""
-    found = _unit(_plain(text))
+    found = _unit(_plain(text)) or _spelt(text)
     if found is None:
         raise InputError(f"unknown pressure unit {shown(text)}; known: {known_units()}")
     return found
@@ -52,6 +51,7 @@ def header_unit(cells: list[str], name: str) -> PressureUnit | None:
     Brackets, a last word, or a cell of nothing but a unit state one. Raises ``InputError``: a unit that is not known.
     """
     cell = _plain(cells[-1])
+    written = [text.strip() for text in re.findall(r"[\[({]([^\])}]*)[\])}]", cells[-1])] or [cells[-1].strip()]
     bracketed = [text.strip() for text in re.findall(r"[\[({]([^\])}]*)[\])}]", cell)]
     words = [word for word in re.split(r"[\s_,;:/\[\](){}]+", cell) if word]
     stated = [unit for word in words for unit in (_unit(word),) if unit is not None]
@@ -60,22 +60,21 @@ def header_unit(cells: list[str], name: str) -> PressureUnit | None:
     if stated:
         unit, gauge = stated[-1], [_ENDINGS[word] for word in words if word in _ENDINGS]
         return _with_zero(unit.name, gauge[-1]) if gauge and unit.zero == 0.0 else unit
+    if (found := _spelt(written[-1])) is not None:
+        return found
     alone = bool(words) and len(cells) > 1 and cells[0].strip().lower() in _ANGLES
     unknown = bracketed or [word for word in words if word in _FOREIGN] or (words if alone else [])
     unknown = [word for word in unknown if word not in _ENDINGS and word not in ("", "p", "pressure")]
     if unknown:
-        found = shown(unknown[-1])
-        raise InputError(f"{name}: the header's pressure unit {found} is not known; known: {known_units()}")
+        said = shown(unknown[-1])
+        raise InputError(f"{name}: the header's pressure unit {said} is not known; known: {known_units()}")
     return None
 
 
-def unit_of_size(peak: float, name: str) -> PressureUnit:
-    """The unit that makes a peak one of an engine; ``InputError`` where none does."""
-    fits = [key for key in BY_SIZE if LOWEST_PEAK <= peak * UNITS[key] < HIGHEST_PEAK]
-    if not fits:
-        raise InputError(f"{name}: no unit is stated and a peak of {peak:g} fits none; state one of {known_units()}")
-    how = f"{fits[0]} (not stated; the only unit that fits a peak of {peak:.4g})"
-    return PressureUnit(fits[0], UNITS[fits[0]], 0.0, how)
+def unit_in_text(text: str) -> PressureUnit | None:
+    """A unit that is the last word of a line, or of a bracket at its end; None where there is none."""
+    words = [word for word in re.split(r"[\s,;:\[\](){}]+", _plain(text)) if word]
+    return _unit(words[-1]) if words and words[-1] != "at" else None
 
 
 def _plain(text: str) -> str:
@@ -92,6 +91,15 @@ def _unit(word: str) -> PressureUnit | None:
     if word[:-1] in _SPELT and word[-1:] in ("a", "g"):
         return _with_zero(_SPELT[word[:-1]], word[-1] == "g")
     return None
+
+
+def _spelt(text: str) -> PressureUnit | None:
+    """A unit that is none of the table, in any spelling of :mod:`cranktrain.core.units`."""
+    found = known_factor(text, "absolute pressure")
+    if found is None:
+        return None
+    gauge = " plus one atmosphere (1.01325 bar)" if found.zero else ""
+    return PressureUnit(text.strip(), found.scale, found.zero, f"{text.strip()}{gauge}")
 
 
 def _with_zero(name: str, gauge: bool) -> PressureUnit:

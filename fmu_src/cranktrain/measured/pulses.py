@@ -72,7 +72,8 @@ def pulse_times(
     if not math.isfinite(used[1]):
         some = channel.values(0, min(channel.size, 2**16))
         raise InputError(
-            f"{where}: does not vary, 0 pulses in {channel.size} samples at {float(np.nanmean(some)):.4g} {channel.unit}; "
+            f"{where}: does not vary, 0 pulses in {channel.size} samples at {float(np.nanmean(some)):.4g} "
+            f"{channel.unit}; "
             "the shaft stands still, or it is another channel"
         )
     if places.size < 2:

@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeVar, get_type_hints
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.typed_file import record
-from cranktrain.core.user_file import read_toml
+from cranktrain.core.user_file import beside, ending, read_toml, user_path
 from cranktrain.engine import quantities
 from cranktrain.engine.entries import part_of, said, stated, table_of
 from cranktrain.engine.file import TEXT_KINDS, check_name, check_title, load_engine
@@ -81,12 +81,12 @@ class ModuleFile(Generic[Settings]):
         InputError
             one line with file, table and key, for what is unknown, missing or impossible
         """
-        path = Path(path)
+        path = user_path(path)
         read = record(self.document, read_toml(path, "module file", f"an example is {self.like}"), path.name, said)
         check_name(read.name, f"{path.name}: name")
         check_title(read.title, f"{path.name}: title")
         found = {name: part_of(kind, getattr(read, name), f"{path.name}: {name}") for name, kind in self.tables.items()}
-        engine = load_engine(path.parent / read.engine if read.engine.endswith(".toml") else read.engine)
+        engine = load_engine(beside(path, read.engine) if ending(read.engine) == ".toml" else read.engine)
         try:
             for name, table in found.items():
                 check_values(table, name)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.named import Named, resolve
-from cranktrain.core.user_file import read_toml
+from cranktrain.core.user_file import ending, read_toml, user_path
 
 FOLDER = Path(__file__).parent
 
@@ -107,7 +107,7 @@ def module_path(name: str | Path) -> Path | None:
     ``InputError`` for a name that begins as a module's does and is not known.
     """
     text = str(name)
-    if not text.endswith(".toml"):
+    if ending(text) != ".toml":
         known = module_files()
         if text in known:
             return known[text]
@@ -117,7 +117,7 @@ def module_path(name: str | Path) -> Path | None:
             )
         return None
     try:
-        return Path(name) if "module" in read_toml(name, "module file", "") else None
+        return user_path(name) if "module" in read_toml(name, "module file", "") else None
     except InputError:
         return None
 

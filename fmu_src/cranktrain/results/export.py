@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.user_file import ending, user_path
 from cranktrain.results.files import output_unit
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.store.archive import write_archive
@@ -109,10 +110,10 @@ def export(source: str | Path, target: str | Path, group: str = "", progress: Pr
     -------
     ``table``, ``rows``, ``columns``, and ``left_out``: names of data that are not columns
     """
-    path = Path(target)
-    if path.suffix not in FORMATS:
+    path = user_path(target)
+    if ending(path) not in FORMATS:
         raise InputError(f"{target}: tables end with {', '.join(FORMATS)}; name it {path.stem or 'table'}.csv")
-    write, kind = FORMATS[path.suffix]
+    write, kind = FORMATS[ending(path)]
     check_place(path, kind)
     table: Table
     if is_run_up(source):

@@ -15,6 +15,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.user_file import ending, user_path
 from cranktrain.engine.model import Engine
 from cranktrain.results import plots
 from cranktrain.results.orders.harmonics import last_cycle
@@ -51,11 +52,11 @@ def save_figure(figure: Any, path: str | Path) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-    target = Path(path)
-    if target.suffix not in (".png", ".svg"):
+    target = user_path(path)
+    if ending(target) not in (".png", ".svg"):
         raise InputError(f"{path}: pictures end with .png or .svg; name it {target.with_suffix('.png').name}")
     with whole_file(target, PICTURE) as temporary:
-        if target.suffix == ".svg":
+        if ending(target) == ".svg":
             FigureCanvasSVG(figure).print_svg(str(temporary), metadata={"Date": None, "Creator": "Cranktrain"})
         else:
             FigureCanvasAgg(figure).print_png(str(temporary), metadata={"Software": "Cranktrain"})

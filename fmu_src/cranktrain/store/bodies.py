@@ -23,6 +23,7 @@ from scipy.io import mmread, mmwrite
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
 from cranktrain.core.types import Array
+from cranktrain.core.user_file import ending, user_path
 from cranktrain.store.archive import write_archive
 from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, load_body, save_body
 from cranktrain.store.whole_file import check_place, marked, whole_file
@@ -38,17 +39,17 @@ DAMAGED = (KeyError, OSError, ValueError, TypeError, AttributeError, EOFError, z
 
 def is_stored_body(path: str | Path) -> bool:
     """Whether a path looks like a reduced body: ``.h5``, ``.npz``, or a folder with ``body.json``."""
-    place = Path(path)
-    return place.suffix in (".h5", ".npz") or (place / FOLDER_HEADER).is_file()
+    place = user_path(path)
+    return ending(place) in (".h5", ".npz") or (place / FOLDER_HEADER).is_file()
 
 
 def check_body_place(path: str | Path) -> None:
     """Refuse, before the work, a place that a body must not take; ``InputError``."""
-    target = Path(path)
-    if target.suffix in ("", ".mtx"):
+    target = user_path(path)
+    if ending(target) in ("", ".mtx"):
         _check_folder(target)
-    elif target.suffix in (".h5", ".npz"):
-        check_place(target, BODY if target.suffix == ".h5" else ARCHIVE)
+    elif ending(target) in (".h5", ".npz"):
+        check_place(target, BODY if ending(target) == ".h5" else ARCHIVE)
     else:
         raise InputError(f"{path}: a reduced body is a .h5 or .npz file, or a folder; change the name")
 
@@ -60,11 +61,11 @@ def export_body(path: str | Path, body: ReducedBody) -> Path:
     written.
     """
     check_body_place(path)
-    target = Path(path)
-    if target.suffix == ".h5":
+    target = user_path(path)
+    if ending(target) == ".h5":
         return save_body(target, body, kind=BODY)
     arrays, header = _split(body)
-    if target.suffix == ".npz":
+    if ending(target) == ".npz":
         with whole_file(target, ARCHIVE) as temporary:
             write_archive(temporary, [(HEADER, np.array(json.dumps(header))), *arrays.items()])
         return target
@@ -77,8 +78,8 @@ def export_body(path: str | Path, body: ReducedBody) -> Path:
 
 def import_body(path: str | Path) -> ReducedBody:
     """Read a body that :func:`export_body` wrote; ``StoreError``: missing, cut short, foreign, of another schema."""
-    source = Path(path)
-    if source.suffix == ".h5":
+    source = user_path(path)
+    if ending(source) == ".h5":
         return load_body(source)
     try:
         header, arrays = _read_folder(source) if source.is_dir() else _read_archive(source)

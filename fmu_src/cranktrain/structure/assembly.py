@@ -16,6 +16,7 @@ import numpy as np
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Progress
+from cranktrain.core.user_file import TABLES, ending
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
@@ -130,14 +131,14 @@ def _is_table(mesh: str | Path) -> bool:
     """Whether an own crankshaft is to be a table of discs and shafts."""
     from cranktrain.structure.fem.own_body import is_body
 
-    return Path(mesh).suffix in (".toml", ".csv") and not is_body(mesh)
+    return ending(mesh) in (".toml", *TABLES) and not is_body(mesh)
 
 
 def check_mesh(mesh: str | Path | None, surfaces: str) -> None:
     """Refuse a user's own mesh, or reduced body, that is not there; ``InputError``."""
     if mesh is None or Path(mesh).is_file() or (Path(mesh) / FOLDER_HEADER).is_file():
         return
-    if Path(mesh).suffix in ("", ".h5", ".npz"):
+    if ending(mesh) in ("", ".h5", ".npz"):
         raise InputError(f"{mesh}: no such reduced body; write one by 'cranktrain reduce ENGINE --output'")
     raise InputError(f"{mesh}: no such mesh file; give a .msh, .inp or .bdf file with named {surfaces}")
 

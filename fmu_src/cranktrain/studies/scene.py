@@ -38,8 +38,9 @@ from typing import Annotated, Any
 from msgspec import Meta
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.text_table import split_columns
 from cranktrain.core.typed_file import Table, between, record
-from cranktrain.core.user_file import read_toml
+from cranktrain.core.user_file import beside, ending, read_toml, user_path
 from cranktrain.engine.file import check_title, load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, Levels
 from cranktrain.engine.model import Engine
@@ -178,7 +179,7 @@ def load_scene(path: str | Path) -> Scene:
     InputError
         one line with file and key, for anything unknown, missing, of a wrong type, or that cannot be had
     """
-    path = Path(path)
+    path = user_path(path)
     document = read_toml(path, "scene file", "give the path of a scene.toml")
     try:
         return _scene(path, document)
@@ -193,7 +194,7 @@ def _scene(path: Path, document: Mapping[str, Any]) -> Scene:
     check_title(path.stem, "the file's name")
     title = path.stem if read.title is None else read.title
     check_title(title, "title")
-    engine = load_engine(path.parent / read.engine if read.engine.endswith(".toml") else read.engine)
+    engine = load_engine(beside(path, read.engine) if ending(read.engine) == ".toml" else read.engine)
     outputs, stress = scene_outputs(engine, read.outputs)
     lowest = lowest_levels(outputs, rollers=engine.rollers_only)
     scene = Scene(
@@ -232,8 +233,8 @@ def _pressure(path: Path, gas: GasTable | None) -> Pressure | None:
     """Measured trace of a scene."""
     if gas is None:
         return None
-    file = path.parent / gas.pressure_file
-    if not file.exists():
+    file = beside(path, gas.pressure_file)
+    if not split_columns(file)[0].exists():
         raise InputError(f"gas.pressure_file: {file} does not exist; paths start at the scene's folder")
     return Pressure(file, gas.pressure_unit, gas.tdc_deg)
 

@@ -19,15 +19,17 @@ from pathlib import Path
 
 import numpy as np
 
-from cranktrain.core.column_names import columns_of
+from cranktrain.core.column_names import columns_of, kind_of
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.text_table import TextRows, read_rows
+from cranktrain.core.text_header import named
+from cranktrain.core.text_rows import TextRows, read_rows
 from cranktrain.core.units import UNITS, known_factor
 from cranktrain.measured.order_table import order_curves
 from cranktrain.measured.reading import file_format, read_measured
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION
 
+KINDS = ("speed", "order", "amplitude", "unit")
 COLUMNS = {"speed": "speed_rpm", "order": "order", "amplitude": "amplitude", "unit": "unit"}
 LAID_OVER = (TORSION, AXIAL, FLYWHEEL, "twist")
 FURTHER = {"phase": ("phase_deg", "phase", "phase [deg]"), "band": ("band", "band_95", "uncertainty")}
@@ -77,10 +79,10 @@ def read_measured_orders(path: str | Path) -> Measured:
     name = Path(path).name
     if Path(path).is_file() and file_format(Path(path)).module != "text":
         return _of_curves(path)
-    table = read_rows(path, "file of measured orders", REMEDY)
+    table = read_rows(path, "file of measured orders", REMEDY, lambda word: bool(kind_of(named(word)[0], KINDS)))
     columns = _columns(table, name)
     further = _further(table)
-    named = next((k for k, title in enumerate(table.names) if title.strip().lower() == "output"), None)
+    outputs = next((k for k, title in enumerate(table.names) if title.strip().lower() == "output"), None)
     speed_scale = _speed_scale(table.units[columns["speed"]], name)
     points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
     for number, cells in table.rows:
@@ -96,7 +98,7 @@ def read_measured_orders(path: str | Path) -> Measured:
             count = sum(map(bool, cells))
             raise InputError(f"{where}: {count} values in place of {len(cells)}, and no unit; {REMEDY}")
         output, scale = _amplitude_unit(unit, where)
-        output = _named_output(cells[named].strip(), output, where) if named is not None else output
+        output = _named_output(cells[outputs].strip(), output, where) if outputs is not None else output
         phase, band = (_optional(table, cells, further.get(key)) for key in FURTHER)
         point = speed * speed_scale, scale * amplitude, math.radians(phase), scale * band
         points.setdefault(output, {}).setdefault(order, []).append(point)
@@ -148,7 +150,7 @@ def _optional(table: TextRows, cells: list[str], column: int | None) -> float:
 
 def _columns(table: TextRows, name: str) -> dict[str, int]:
     """Columns of speed, order, amplitude and, where there is one, unit."""
-    found = columns_of(table.names, tuple(COLUMNS))
+    found = columns_of(table.names, KINDS)
     for kind, places in found.items():
         if len(places) > 1:
             said = " and ".join(shown(table.names[k]) for k in places)

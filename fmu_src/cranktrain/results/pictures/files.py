@@ -60,7 +60,7 @@ def save_picture(
 
 def check_picture(path: Path) -> Writer:
     """Refuse, before the work, an ending that is none of WRITERS, lacks its coder, or a place that is taken."""
-    writer = WRITERS.get(path.suffix)
+    writer = WRITERS.get(path.suffix.lower())
     if writer is None:
         endings = ", ".join(f"{ending} ({row.what})" for ending, row in WRITERS.items())
         raise InputError(f"{path}: unknown kind of picture; end the name with {endings}")

@@ -25,7 +25,7 @@ from msgspec import Meta, field
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.typed_file import Table, record
 from cranktrain.core.types import Array
-from cranktrain.core.user_file import is_number, read_toml
+from cranktrain.core.user_file import beside, ending, is_number, read_toml, user_path
 from cranktrain.structure.fem.mesh_file import interface_name
 from cranktrain.structure.fem.superelement import Superelement
 
@@ -62,7 +62,7 @@ class SuperelementTable(Table, kw_only=True):
 
 def is_superelement(path: str | Path) -> bool:
     """Whether a file describes a superelement."""
-    if Path(path).suffix != ".toml":
+    if ending(path) != ".toml":
         return False
     try:
         return bool({"matrices", "stiffness"} & set(read_toml(path, "superelement", REMEDY)))
@@ -72,13 +72,13 @@ def is_superelement(path: str | Path) -> bool:
 
 def read_superelement(path: str | Path) -> Superelement:
     """The superelement of a TOML file; ``InputError`` where it or a file that it names cannot be used."""
-    source = Path(path)
+    source = user_path(path)
     read = record(SuperelementTable, read_toml(source, "superelement", REMEDY), str(source))
     if read.units not in UNITS:
         raise InputError(f"{source}: units {shown(read.units)} do not exist; valid: {', '.join(UNITS)}")
     length, energy = UNITS[read.units]
     named = {key: getattr(read, key) for key in ("matrices", "stiffness", "mass", "dofs", "nodes")}
-    files = {key: source.parent / name for key, name in named.items() if isinstance(name, str)}
+    files = {key: beside(source, name) for key, name in named.items() if isinstance(name, str)}
     rows, stiffness, mass = _both(source, files)
     places = _places(source, read.nodes, files.get("nodes"), length)
     known = {node for node, _ in rows}

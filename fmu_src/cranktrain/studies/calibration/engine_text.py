@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.units import unit_factor
+from cranktrain.core.user_file import ending
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import UNITS
 from cranktrain.store.whole_file import Kind, check_place
@@ -64,7 +65,7 @@ def new_path(path: Path) -> Path:
     """Path of a new engine file; ``InputError`` if the file exists or its name does not end in .toml."""
     if path.exists():
         raise InputError(f"{path}: exists and is not overwritten; give another name with --out")
-    if path.suffix != ".toml":
+    if ending(path) != ".toml":
         raise InputError(f"{path}: an engine file ends in .toml; give such a name with --out")
     check_place(path)
     return path

@@ -31,7 +31,7 @@ from msgspec import Meta, field
 
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.core.typed_file import Fault, Table, between, record
-from cranktrain.core.user_file import read_toml
+from cranktrain.core.user_file import ending, read_toml, user_path
 from cranktrain.engine.file import engine_folder
 from cranktrain.engine.levels import BLOCKS
 from cranktrain.engine.model import Engine
@@ -158,7 +158,7 @@ class Task:
 def targets_path(name_or_path: str | Path) -> Path:
     """Path of a targets file, by path or by the name of a shipped engine that has one."""
     text = str(name_or_path)
-    path = Path(text) if text.endswith(".toml") else engine_folder() / f"{text}{SUFFIX}"
+    path = user_path(text) if ending(text) == ".toml" else engine_folder() / f"{text}{SUFFIX}"
     if not path.is_file():
         shipped = ", ".join(sorted(p.name.removesuffix(SUFFIX) for p in engine_folder().glob(f"*{SUFFIX}")))
         raise InputError(f"{text}: no such targets file; shipped ones: {shipped}")

@@ -31,7 +31,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.typed_file import record
-from cranktrain.core.user_file import read_toml
+from cranktrain.core.user_file import read_toml, user_path
 from cranktrain.coupling.modules import CRANKTRAIN, OWN, RECONSTRUCTIONS
 from cranktrain.coupling.reconstruction import DEGREES
 from cranktrain.coupling.run import Bond, Steps
@@ -57,7 +57,7 @@ def load_harness(path: str | Path) -> Harness:
     InputError
         one line with file and entry, for anything unknown, missing, of a wrong type, or that cannot be
     """
-    path = Path(path)
+    path = user_path(path)
     document = read_toml(path, "harness file", "give the path of a harness.toml")
     try:
         return _harness(path, document)

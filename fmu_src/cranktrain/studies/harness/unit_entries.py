@@ -9,6 +9,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.typed_file import record
+from cranktrain.core.user_file import beside, ending
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain.engine.file import load_engine
 from cranktrain.modules.register import module_of_engine, module_path, shipped_for_engines
@@ -35,7 +36,7 @@ def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
         build = defaults.get(name) if table.build is None and table.fmu is None else table.build
         if build is None and table.fmu is None:
             raise InputError(f'{where}: fmu or build is missing; name a file, fmu = "my.fmu", or what to build')
-        fmu = None if table.fmu is None else path.parent / table.fmu
+        fmu = None if table.fmu is None else beside(path, table.fmu)
         if fmu is not None and not fmu.is_file():
             raise InputError(f"{where}.fmu: {fmu} does not exist; paths start at the harness file's folder")
         if table.build is not None:
@@ -74,7 +75,7 @@ def _defaults(path: Path, document: HarnessTable) -> dict[str, str]:
 
 def _built(path: Path, name: str, where: str) -> str:
     """Engine or module to build an FMU of, by a name that holds wherever it is read; ``InputError``."""
-    name = str(path.parent / name) if name.endswith(".toml") else name
+    name = str(beside(path, name)) if ending(name) == ".toml" else name
     try:
         if module_path(name) is None:
             load_engine(name)

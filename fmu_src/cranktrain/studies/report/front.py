@@ -8,6 +8,7 @@ import platform
 import numpy as np
 
 from cranktrain import __version__
+from cranktrain.core.user_file import ending
 from cranktrain.engine.file import engine_path
 from cranktrain.engine.firing import firing_text
 from cranktrain.engine.model import Engine
@@ -89,7 +90,7 @@ def layout_text(engine: Engine) -> str:
 
 def _made_rows(found: Findings) -> list[tuple[str, str]]:
     name = found.asked.name
-    file = name if name.endswith(".toml") else f"{engine_path(name).name}, shipped with cranktrain"
+    file = name if ending(name) == ".toml" else f"{engine_path(name).name}, shipped with cranktrain"
     return [
         ("date", found.date),
         ("engine file", file),

@@ -1,0 +1,166 @@
+"""Points of a measured pressure as they stand in a text file: its columns of angle and pressure, checked line by line.
+
+Files of any size are read in parts. Up to ``KEPT`` lines stay in memory; a longer file is read once more when its
+points are folded into a cycle.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.column_names import kind_of
+from cranktrain.core.errors import InputError, shown
+from cranktrain.core.text_header import chosen
+from cranktrain.core.text_table import TextHead, TextTable, line_text, table_chunks, table_head
+from cranktrain.core.units import known_factor
+
+Array = NDArray[np.float64]
+WHAT, REMEDY = "pressure file", "give a text file of angle in degrees and pressure"
+LARGEST = 1e12
+"""Beyond which a number is no angle or pressure in any unit."""
+FEWEST = 20
+KEPT = 1_000_000
+"""Lines of a file that stay in memory."""
+_INDEX = re.compile(r"(?<=\w)\[\s*(\d+)\s*\]")
+_BRACKETS = re.compile(r"\[[^\]]*\]|\([^)]*\)")
+
+
+@dataclass
+class PressurePoints:
+    """Points of a file, checked.
+
+    Attributes
+    ----------
+    path : file
+    head : names, units and dialect of its columns
+    columns : numbers (from 0) of the columns of angle and pressures, these by cylinder
+    peaks, peak_angles : (k,) largest pressure of each column as written, and its angle (deg)
+    low : least pressure as written
+    negative : number of the first line with a pressure below zero, and this pressure; None where there is none
+    count : number of points
+    """
+
+    path: Path
+    head: TextHead
+    columns: tuple[int, ...]
+    peaks: Array = field(init=False)
+    peak_angles: Array = field(init=False)
+    low: float = np.inf
+    negative: tuple[int, float] | None = None
+    count: int = 0
+    _kept: list[TextTable] | None = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Read the file once, line by line checked."""
+        self.peaks = np.full(len(self.columns) - 1, -np.inf)
+        self.peak_angles = np.zeros(len(self.columns) - 1)
+        for part in self._read():
+            self._check(part)
+            angle, pressures = part.values[:, 0], part.values[:, 1:]
+            at = pressures.argmax(axis=0)
+            largest = pressures[at, np.arange(at.size)]
+            higher = largest > self.peaks
+            self.peaks[higher], self.peak_angles[higher] = largest[higher], angle[at][higher]
+            self.low = min(self.low, float(pressures.min()))
+            self.count += len(part.lines)
+            if self._kept is not None:
+                self._kept.append(part)
+            if self.count > KEPT:
+                self._kept = None
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns of pressure."""
+        return [self.head.names[k] for k in self.columns[1:]]
+
+    @property
+    def units(self) -> list[str]:
+        """Units of the columns of pressure that the file states; empty texts where it does not."""
+        return [self.head.units[k] for k in self.columns[1:]]
+
+    def parts(self) -> Iterator[tuple[Array, Array]]:
+        """Angles (n,) deg and pressures as written (n, k), part by part."""
+        for part in self._read() if self._kept is None else self._kept:
+            yield part.values[:, 0], part.values[:, 1:]
+
+    def _read(self) -> Iterator[TextTable]:
+        return table_chunks(self.path, WHAT, REMEDY, columns=[f"#{k + 1}" for k in self.columns])
+
+    def _check(self, part: TextTable) -> None:
+        """Refuse lines that hold no numbers of an angle and pressures; note the first negative pressure."""
+        within = np.abs(part.values) <= LARGEST
+        if not within.all():
+            number = int(part.lines[np.flatnonzero(~within.all(axis=1))[0]])
+            text = shown(line_text(self.path, number))
+            raise InputError(
+                f"{self.path.name}: line {number}: {text} holds a value that is not finite; remove the line"
+            )
+        least = part.values[:, 1:].min(axis=1)
+        if self.negative is None and least.min() < 0.0:
+            first = int(np.flatnonzero(least < 0.0)[0])
+            self.negative = int(part.lines[first]), float(least[first])
+
+
+def read_points(path: Path, columns: Sequence[str] | None, cylinders: int) -> PressurePoints:
+    """Points of a file; ``columns`` are names or numbers of those wanted, that of the angle may be left out.
+
+    Raises ``InputError``: one line that names file, line and text, or the columns that are there.
+    """
+    head = table_head(path, WHAT, REMEDY)
+    for cell in (cell for cells in head.header for cell in cells):
+        if "rad" in re.findall(r"[a-z]+", cell.lower()):
+            raise InputError(f"{path.name}: the header says rad; angles are wanted in degrees")
+    return PressurePoints(path, head, _columns(path.name, head, columns, cylinders))
+
+
+def _columns(name: str, head: TextHead, wanted: Sequence[str] | None, cylinders: int) -> tuple[int, ...]:
+    """Columns of angle and pressures, these in the order of the cylinders."""
+    usable = [k for k, numeric in enumerate(head.dialect.numeric) if numeric]
+    kinds = {k: _kind(head, k) for k in usable}
+    angles = [k for k in usable if kinds[k] == "angle"] or [k for k in usable if kinds[k] == "angle by unit"]
+    angle = angles[0] if angles else usable[0]
+    if wanted is not None:
+        picked = [chosen(column, head.names, head.units, name) for column in wanted]
+        named = [k for k in picked if kinds.get(k, "").startswith("angle")]
+        angle = named[0] if named else angle
+        pressures = [k for k in picked if k != angle]
+    else:
+        pressures = [k for k in usable if kinds[k] == "pressure"] or [k for k in usable if kinds[k] == "by unit"]
+        if not (angles and len(pressures) in (1, cylinders)) and len(usable) in (2, 1 + cylinders):
+            pressures = [k for k in usable if k != angle]
+    if len(usable) < 2 or len(pressures) not in (1, cylinders):
+        each = f", or a pressure for each of the {cylinders} cylinders" if cylinders > 1 else ""
+        own = [head.names[k] or f"#{k + 1}" for k in usable]
+        example = own[-1] if len(own) > 1 else "#2"
+        raise InputError(
+            f"{name}: line {head.first_line}: {head.dialect.width} columns; give two, angle in degrees and pressure"
+            f"{each}, or name that of the pressure behind the file, {name}:{example}; numbers are in {', '.join(own)}"
+        )
+    return angle, *(pressures[k] for k in _by_cylinder([head.names[k] for k in pressures]))
+
+
+def _kind(head: TextHead, column: int) -> str:
+    """What a column is by its name, else by its unit; empty where neither says."""
+    name, unit = head.names[column], head.units[column]
+    kind = kind_of(name, ("angle", "pressure", "volume", "speed"))
+    if not kind and unit:
+        if known_factor(unit, "angle"):
+            return "angle by unit"
+        return "by unit" if known_factor(unit, "absolute pressure") else ""
+    return kind
+
+
+def _by_cylinder(names: Sequence[str]) -> list[int]:
+    """Order of the columns of pressure: as numbers 1, 2, … in their names say, else as they stand."""
+    plain = [_BRACKETS.sub(" ", _INDEX.sub(r"\1", name)) for name in names]
+    found = [re.findall(r"\d+", name) for name in plain]
+    numbers = [int(one[0]) for one in found if len(one) == 1 and len(one[0]) < 4]
+    if sorted(numbers) == list(range(1, len(names) + 1)):
+        return [numbers.index(k) for k in range(1, len(names) + 1)]
+    return list(range(len(names)))

@@ -1,0 +1,188 @@
+"""One table, written in sixty dialects, is read alike to the last digit; what cannot be read is named by its line."""
+
+import random
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from table_dialects import Column, dialects
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.text_table import read_table, table_chunks
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.torsional_chain import read_chain
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.pressure_points import read_points
+from cranktrain.results.orders.measured import read_measured_orders
+
+DIALECTS = dialects()
+IDS = [f"{k}" for k in range(len(DIALECTS))]
+ANGLE = Column(("Crank angle", "Kurbelwinkel"), ("deg", "°KW", "°", "°CA", "Grad"))
+PRESSURE = Column(("Cylinder pressure", "Zylinderdruck"), ("bar",))
+VOLUME = Column(("V", "Volumen"), ("cm3", "cm³", "ccm"))
+
+
+def trace():
+    """Angles and pressures with all digits, above and below a thousand."""
+    rng = random.Random(4)
+    return [(-360.0 + 7.5 * k, rng.uniform(1.0, 3200.0), rng.uniform(50.0, 2000.0)) for k in range(97)]
+
+
+@pytest.mark.parametrize("dialect", DIALECTS, ids=IDS)
+def test_pressures_are_alike_to_the_last_digit(dialect, tmp_path):
+    rows = trace()
+    path = tmp_path / "p.CSV"
+    path.write_bytes(dialect.written([ANGLE, VOLUME, PRESSURE], [(a, v, p) for a, p, v in rows]))
+    points = read_points(path, None, 6)
+    ((angle, pressure),) = points.parts()
+    assert angle.tolist() == [row[0] for row in rows] and pressure[:, 0].tolist() == [row[1] for row in rows]
+    assert points.units == ["bar"]
+
+
+@pytest.mark.parametrize("dialect", DIALECTS, ids=IDS)
+def test_orders_are_alike_to_the_last_digit(dialect, tmp_path):
+    rng = random.Random(5)
+    rows = [(1600.0 + 100.0 * k, 0.5 * (k % 5 + 1), rng.uniform(0.0, 0.3), "deg") for k in range(20)]
+    columns = (
+        Column(("speed_rpm", "Drehzahl")), Column(("order", "Ordnung")), Column(("amplitude", "Amplitude")),
+        Column(("unit", "Einheit")),
+    )  # fmt: skip
+    plain, path = tmp_path / "plain.csv", tmp_path / "orders.Txt"
+    lines = [",".join(map(str, row)) for row in rows]
+    plain.write_text("speed_rpm,order,amplitude,unit\n" + "\n".join(lines))
+    path.write_bytes(dialect.written(columns, rows))
+    expected, found = read_measured_orders(plain), read_measured_orders(path)
+    assert expected.keys() == found.keys()
+    for output, orders in expected.items():
+        assert orders.keys() == found[output].keys()
+        for order, pair in orders.items():
+            for one, other in zip(pair, found[output][order], strict=True):
+                assert one.tolist() == other.tolist()
+
+
+@pytest.mark.parametrize("dialect", DIALECTS, ids=IDS)
+def test_drive_lines_are_alike_to_the_last_digit(dialect, tmp_path):
+    rng = random.Random(6)
+    columns = (
+        Column(("disc", "Scheibe")), Column(("inertia", "Trägheitsmoment"), ("kg m^2", "kg m²", "kg*m^2")),
+        Column(("damping", "Dämpfung"), ("N m s/rad", "Nms/rad")), Column(("to", "nach")),
+        Column(("stiffness", "Steifigkeit"), ("N m/rad", "Nm/rad", "N·m/rad")),
+        Column(("loss_factor", "Verlustfaktor")),
+    )  # fmt: skip
+    rows = [(f"m{k}", rng.uniform(1e-3, 2.0), 0.0, None, rng.uniform(1e4, 1e6), rng.uniform(0, 0.1)) for k in range(6)]
+    rows += [("m6", 0.25, 0.0, "m1", 2e5, None)]
+    path, plain = tmp_path / "line.TSV", tmp_path / "plain.csv"
+    lines = [",".join("" if cell is None else str(cell) for cell in row) for row in rows]
+    plain.write_text("disc,inertia,damping,to,stiffness,loss_factor\n" + "\n".join(lines))
+    path.write_bytes(dialect.written(columns, rows))
+    assert read_chain(path) == read_chain(plain)
+
+
+@pytest.mark.parametrize(
+    ("text", "names", "units"),
+    [
+        ("CA [deg];p [bar]\n0;1\n1;2\n", ("CA", "p"), ("deg", "bar")),
+        ("CA;V;p\ndeg;cm3;bar\n0;1;2\n1;2;3\n", ("CA", "V", "p"), ("deg", "cm3", "bar")),
+        ("1;2\nCA;p\ndeg;bar\n0;1\n1;2\n", ("CA", "p"), ("deg", "bar")),
+        ("% angle pressure\n% deg bar\n 0 1\n 1 2\n", ("angle", "pressure"), ("deg", "bar")),
+        ("| CA [deg] | p [bar] |\n|---|---|\n| 0 | 1 |\n| 1 | 2 |\n", ("CA", "p"), ("deg", "bar")),
+        ("Bench 3\nSpeed;3000\nCA;p\n(deg);(bar)\n0;1\n1;2\n", ("CA", "p"), ("deg", "bar")),
+        ("  CA    p\n  deg   bar\n   0.00  1\n   1.00  2\n", ("CA", "p"), ("deg", "bar")),
+        ("CA in deg;p / bar;\n0;1;\n1;2;\n", ("CA", "p"), ("deg", "bar")),
+        ("0 1\n1 2\n", ("", ""), ("", "")),
+    ],
+)
+def test_names_and_units_are_found_above_the_values(tmp_path, text, names, units):
+    path = tmp_path / "t.csv"
+    path.write_text(text)
+    table = read_table(path, "table", "give one")
+    assert (table.names, table.units) == (names, units)
+    assert table.values[:, -1].tolist() in ([1.0, 2.0], [2.0, 3.0]) and table.values[:, 0].tolist() == [0.0, 1.0]
+
+
+def test_columns_are_chosen_by_name_or_number(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text("t [s];CA [deg];PCYL1 [bar];state\n0;10;1,5;ok\n1;20;2,5;ok\n")
+    for columns in (("PCYL1", "CA"), ("#3", "#2"), ("pcyl1 [bar]", "ca")):
+        table = read_table(path, "table", "give one", columns=columns)
+        assert table.values.tolist() == [[1.5, 10.0], [2.5, 20.0]] and table.units == ("bar", "deg")
+    with pytest.raises(InputError, match=r"t\.csv: no column 'PCYL2'; did you mean 'PCYL1'\?"):
+        read_table(path, "table", "give one", columns=["PCYL2"])
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("CA;p\n0;1\n1;1x\n2;3\n", "line 3: '1;1x' is not two numbers, for '1x' in column 2"),
+        ("CA;p\n0;1\n1;2;3;4\n2;3\n", "line 3: '1;2;3;4' has 4 columns in place of 2"),
+        ("CA;p\n0;1\n# a note\n\n1;2\nEnd\n", "line 6: 'End' is not two numbers"),
+        ("n;p\n1,600;1,200\n800;950\n", "line 2: '1,600' may be 1600 or 1.600; write numbers without thousands"),
+        ("one line of text\n", "no points or values of a table; it begins with line 1, 'one line of text'; give one"),
+        ("", "no points or values of a table, it is empty; give one"),
+        ("a\0\1\2;b", "holds bytes that are no text"),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_the_first_line_that_does_not_fit_is_named(tmp_path, text, says, encoding):
+    if "\0" in text and encoding != "utf-8":
+        return
+    path = tmp_path / "t.csv"
+    path.write_bytes(text.encode(encoding))
+    with pytest.raises(InputError, match=re.escape(says)) as caught:
+        read_table(path, "table", "give one")
+    assert "\n" not in str(caught.value) and "t.csv" in str(caught.value)
+
+
+def test_a_bad_line_far_down_a_long_file_has_its_own_number(tmp_path):
+    """Beyond the first block that is parsed at once; the lines before it are read."""
+    path, count = tmp_path / "long.csv", 400_000
+    lines = [f"{k};{k % 97}.25" for k in range(count)]
+    lines[350_000] = "350000;3,2,1"
+    path.write_text("angle;p\n" + "\n".join(lines))
+    read = 0
+    with pytest.raises(InputError, match=r"long\.csv: line 350002: '350000;3,2,1' is not two numbers"):
+        for part in table_chunks(path, "table", "give one", rows=50_000):
+            assert len(part.lines) <= 50_000 and part.first_line == part.lines[0]
+            assert np.array_equal(part.values[:, 0], part.lines - 2)
+            read += len(part.lines)
+    assert 200_000 < read < 350_001
+
+
+def test_decimal_commas_that_begin_late_are_read(tmp_path):
+    path = tmp_path / "late.csv"
+    path.write_text("CA;p\n" + "".join(f"{k};{k % 60}\n" for k in range(3000)) + "3000;1,5\n3001,25;2\n")
+    assert read_table(path, "table", "").values[-2:].tolist() == [[3000.0, 1.5], [3001.25, 2.0]]
+
+
+CHILD = """
+import resource, sys
+from cranktrain.engine.file import load_engine
+from cranktrain.loads.pressure_file import read_pressure
+rows, source = read_pressure(sys.argv[1], None, None, 720, load_engine("diesel_i6"))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, rows[0].max())
+"""
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_file(tmp_path):
+    """A trace of 300 MB takes no more memory than one of 60 MB: what 1 GB takes follows."""
+    engine = load_engine("diesel_i6")
+    gas = GasTrace.from_engine(engine)
+    angle = np.arange(0.0, 720.0, 0.1)
+    pressure = 1e-5 * np.interp(np.radians(angle), gas.angles, gas.fired, period=4.0 * np.pi)
+    cycle = "".join(f"{a:.1f};{p:.6f}\n".replace(".", ",") for a, p in zip(angle, pressure, strict=True))
+    peaks = []
+    for size in (60e6, 300e6):
+        path = tmp_path / f"{size:.0f}.csv"
+        with path.open("w", encoding="cp1252") as file:
+            file.write("Kurbelwinkel;Druck\n°KW;bar\n")
+            for _ in range(int(size / len(cycle))):
+                file.write(cycle)
+        ran = subprocess.run([sys.executable, "-c", CHILD, str(path)], capture_output=True, text=True, check=True)
+        kilobytes, highest = ran.stdout.split()
+        assert float(highest) == pytest.approx(gas.fired.max(), rel=1e-3)
+        peaks.append(float(kilobytes))
+        path.unlink()
+    assert peaks[1] < peaks[0] + 40e3 and peaks[1] < 500e3
