@@ -115,6 +115,21 @@ def test_the_content_decides_not_the_ending(kind, tmp_path):
     assert sorted(ct.read_measured(other).names) == ["pcyl1", "tacho"]
 
 
+@pytest.mark.parametrize("odd", [None, "a gap in time", "times out of order"])
+@pytest.mark.parametrize("kind", ["mf4", "h5", "parquet", "mat"])
+def test_long_channels_are_read_as_short_ones(kind, odd, tmp_path, monkeypatch):
+    """Times of many samples are not compared one by one: a gap or disorder is still found."""
+    time, columns, units, _ = (TIME, COLUMNS, UNITS, "") if odd is None else ODD[odd]
+    path = write(tmp_path, kind, time, columns, units)
+    short = by_name(ct.read_measured(path), "pcyl1")
+    for module in ("formats.mdf", "formats.arrays"):
+        monkeypatch.setattr(f"cranktrain.measured.{module}.MANY", 1000)
+    long = by_name(ct.read_measured(path), "pcyl1")
+    np.testing.assert_array_equal(long.values(), short.values())
+    np.testing.assert_allclose(long.abscissae(), short.abscissae(), atol=1e-9)
+    assert (long.rate == pytest.approx(short.rate, rel=1e-9)) or odd
+
+
 def test_channels_are_chosen_and_the_nearest_is_named(tmp_path):
     path = write(tmp_path, "mf4", TIME, COLUMNS, UNITS)
     assert ct.read_measured(path, channels=["PCYL1"]).names == ("pcyl1",)

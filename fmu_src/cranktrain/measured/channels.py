@@ -20,6 +20,8 @@ BLOCK = 2**20
 """Samples of a block: 8 MB."""
 UNEVEN = 1e-3
 """Time steps count as equal if their largest deviation is below this fraction of their median."""
+MANY, PROBES = 2_000_000, 12
+"""Samples up to which times are compared one by one; of more, both ends and so many places between."""
 TIME = "time"
 Reader = Callable[[int, int], Array]
 
@@ -142,6 +144,15 @@ def time_base(times: Array, where: str) -> tuple[float, float, Array | None, lis
         k = int(gaps[np.argmax(steps[gaps])])
         remarks.append(f"{where}: {gaps.size} gaps in time, the longest {steps[k]:.4g} s at {times[k]:.6g} s")
     return float(times[0]), math.nan, times, remarks
+
+
+def long_time_base(read: Reader, size: int) -> tuple[float, float] | None:
+    """Start and step of many sampling times, from both ends and some places between; None where these are uneven."""
+    begin, end = read(0, 2), read(size - 1, size)
+    step = float(end[0] - begin[0]) / (size - 1)
+    places = np.linspace(0, size - 2, PROBES).astype(int).tolist()
+    off = max(abs(float(read(k, k + 1)[0]) - float(begin[0]) - k * step) for k in places)
+    return (float(begin[0]), step) if step > 0.0 and off <= max(UNEVEN, 1e-9 * size) * step else None
 
 
 def sampled(

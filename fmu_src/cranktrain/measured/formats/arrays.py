@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
-from cranktrain.measured.channels import Channel, time_base
+from cranktrain.measured.channels import MANY, Channel, long_time_base, time_base
 
 TIME_NAMES = ("time", "zeit", "t", "time_s", "timestamps", "timestamp", "x_time", "t_s")
 RATE_NAMES = ("fs", "rate", "sample_rate", "sampling_rate", "samplerate", "samplingrate", "f_s", "fsample")
@@ -67,7 +67,10 @@ def is_time(name: str) -> bool:
 
 def _clock(base: Named, source: str, remarks: list[str]) -> tuple[float, float, Array | None, NDArray[np.int64] | None]:
     """Start, step, times where they are uneven, and their order where they are not sorted."""
-    times = base.read(0, base.size, 0) * TIME_UNITS.get(base.unit.strip().lower(), 1.0)
+    scale = TIME_UNITS.get(base.unit.strip().lower(), 1.0)
+    if base.size > MANY and (even := long_time_base(lambda first, last: base.read(first, last, 0) * scale, base.size)):
+        return *even, None, None
+    times = base.read(0, base.size, 0) * scale
     start, step, own, told = time_base(times, f"{source}, channel {base.name}")
     remarks += told
     order = None
