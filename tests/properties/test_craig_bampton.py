@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
+from scipy.sparse import csc_matrix
 from solids import STEEL, block
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import rigid_coordinates
 from cranktrain.structure.fem.craig_bampton import (
     ClampedFlexibility,
@@ -14,6 +16,7 @@ from cranktrain.structure.fem.craig_bampton import (
     rigid_motions,
 )
 from cranktrain.structure.fem.elasticity import finite_elements
+from cranktrain.structure.fem.frame import Frame, Section
 from cranktrain.structure.fem.interfaces import averaged_interfaces, tied_surfaces
 from cranktrain.structure.fem.reduction import lumped_mass, static_error
 
@@ -93,6 +96,33 @@ def test_fixed_interface_modes_hold_the_interfaces_and_are_eigenmodes_of_the_res
     assert np.abs(interfaces.averaging[:3] @ modes).max() < 1e-9 * np.abs(modes).max()
     energy = np.einsum("ij,ij->j", modes, model.stiffness @ modes)
     np.testing.assert_allclose(energy, omega**2, rtol=1e-6)
+
+
+@pytest.mark.parametrize("count", [3, 40, 78])
+def test_a_small_body_has_all_its_modes_and_no_more(count):
+    """A few beams, as of an added shaft: a Lanczos basis of blocks would not fit into their space."""
+    frame = Frame(2.1e11, 8.1e10)
+    area, bending = 3.1e-4, 7.9e-9
+    nodes = [frame.node((0.0, 0.01 * k, 0.05 * k)) for k in range(14)]
+    for k in range(13):
+        frame.beam(nodes[k], nodes[k + 1], Section(area, 0.9 * area, bending, 2.0 * bending, 2.4, 6.2e-5))
+    stiffness, mass = frame.matrices()
+    held = [*range(6), *range(78, 84)]
+    rest = np.delete(np.arange(84), held)
+    expected = np.sqrt(eigh(stiffness[np.ix_(rest, rest)], mass[np.ix_(rest, rest)], eigvals_only=True))
+
+    def flexibility(load):
+        answer = np.zeros_like(load)
+        answer[rest] = np.linalg.solve(stiffness[np.ix_(rest, rest)], load[rest])
+        return answer
+
+    if count > rest.size:
+        with pytest.raises(SolverError, match="78 eigenmodes asked of a body that has 72"):
+            eigenmodes(flexibility, csc_matrix(mass), count)
+        return
+    omega, modes = eigenmodes(flexibility, csc_matrix(mass), count)
+    np.testing.assert_allclose(omega, expected[:count], rtol=1e-8)
+    np.testing.assert_allclose(modes.T @ mass @ modes, np.eye(count), atol=1e-8)
 
 
 def test_modes_are_orthonormal_and_the_rigid_ones_exact(model, reduced):

@@ -30,6 +30,7 @@ from cranktrain.results.strength.throw_loads import PinLoads, WebLoads
 STEEL = CrankStrength(tensile_strength=900e6, forming="grain-flow", roughness=4e-6)
 TURN = np.linspace(0.0, 2.0 * math.pi, 180, endpoint=False)
 SIX = load_engine("diesel_i6")
+THROWS = [throw_shape(SIX.crankshaft, pin) for pin in range(1, 7)]
 
 
 def history(xx=0.0, xy=0.0, gradient=500.0):
@@ -142,20 +143,19 @@ def test_findley_refuses_steels_that_it_does_not_know():
 
 def test_rim_of_an_oil_bore_meets_the_rule():
     """In phase, the largest amplitude round the rim is the rule's equivalent stress: both are Kirsch's hole."""
-    throw = throw_shape(SIX.crankshaft)
     wave = np.sin(TURN)
     pins = [PinLoads(1, 1500.0 * wave, 0.0 * wave, 900.0 * wave)]
-    (row,) = rule_rows(throw, STEEL, [], pins)
-    rim = [np.abs(one.tensor[:, 0]).max() for one in nominal_histories(throw, TURN, [], pins)]
+    (row,) = rule_rows(THROWS, STEEL, [], pins)
+    rim = [np.abs(one.tensor[:, 0]).max() for one in nominal_histories(THROWS, TURN, [], pins)]
     # 36 places over half the rim miss the worst by 2.5 degrees at most: 0.4 %.
     assert max(rim) == pytest.approx(row.equivalent, rel=5e-3)
 
 
 def test_fillets_of_a_web_are_the_rule_s_sums():
-    throw, wave = throw_shape(SIX.crankshaft), np.sin(TURN)
-    web = WebLoads(1, 800.0 * wave, 2e4 * wave, 1000.0 * wave, 1200.0 * wave)
-    pin, main = rule_rows(throw, STEEL, [web], [])
-    histories = nominal_histories(throw, TURN, [web], [])
+    wave = np.sin(TURN)
+    web = WebLoads(1, 1, 800.0 * wave, 2e4 * wave, 1000.0 * wave, 1200.0 * wave)
+    pin, main = rule_rows(THROWS, STEEL, [web], [])
+    histories = nominal_histories(THROWS, TURN, [web], [])
     for row, one in zip((pin, main), histories, strict=True):
         assert row.name == one.name
         assert 0.5 * np.ptp(one.tensor[:, 0]) == pytest.approx(row.bending)
@@ -165,11 +165,22 @@ def test_fillets_of_a_web_are_the_rule_s_sums():
     assert histories[0].tensor[crest, 0] > 0.0 > histories[1].tensor[crest, 0]
 
 
+def test_each_throw_has_the_factors_of_its_own_radius():
+    c, wave = SIX.crankshaft, np.sin(TURN)
+    throws = (0.06, 0.055, 0.06, 0.06, 0.055, 0.06)
+    unequal, shorter = replace(c, pin_throws=throws), replace(c, throw=0.055)
+    webs = [WebLoads(k, (k + 1) // 2, 800.0 * wave, 2e4 * wave, 900.0 * wave, 900.0 * wave) for k in (1, 3)]
+    rows = rule_rows([throw_shape(unequal, pin) for pin in range(1, 7)], STEEL, webs, [])
+    assert rows[:2] == rule_rows(THROWS, STEEL, webs[:1], [])
+    assert rows[2:] == rule_rows([throw_shape(shorter, pin) for pin in range(1, 7)], STEEL, webs[1:], [])
+    assert rows[0].bending != rows[2].bending
+
+
 def test_pictures_and_their_places(tmp_path):
-    throw, wave = throw_shape(SIX.crankshaft), np.sin(TURN)
-    webs = [WebLoads(k, 800.0 * wave, 2e4 * wave, 900.0 * wave, 900.0 * wave) for k in range(1, 13)]
+    wave = np.sin(TURN)
+    webs = [WebLoads(k, (k + 1) // 2, 800.0 * wave, 2e4 * wave, 900.0 * wave, 900.0 * wave) for k in range(1, 13)]
     pins = [PinLoads(k, 1500.0 * wave, 0.0 * wave, 900.0 * wave) for k in range(1, 7)]
-    places = judged(nominal_histories(throw, TURN, webs, pins), STEEL, haigh_judgement)
+    places = judged(nominal_histories(THROWS, TURN, webs, pins), STEEL, haigh_judgement)
     assert [path.name for path in save_pictures(tmp_path, SIX, STEEL, places, "test")] == list(PICTURES)
     assert all((tmp_path / name).stat().st_size > 10_000 for name in PICTURES)
     assert len(save_pictures(tmp_path, SIX, STEEL, places, "test", haigh=False)) == 1

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
+import logging
 import math
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from cranktrain.core.errors import CranktrainError, InputError
-from cranktrain.measured.channels import Channel, Measurement
+from cranktrain.core.types import Array
+from cranktrain.measured.channels import Channel, Measurement, Reader
 
 SOURCE = "cranktrain.measured.formats"
+TALKERS = ("nptdms", "nptdms.reader", "nptdms.tdms_segment", "nptdms.types", "nptdms.tdms", "asammdf", "canmatrix")
+"""Loggers of the packages that read files."""
 EXTRA = "pip install cranktrain[measured]"
 
 
@@ -67,28 +74,75 @@ def read_measured(*files: str | Path, channels: Sequence[str] | None = None) -> 
 def _read_file(path: Path) -> Listing:
     """Channels and remarks of one file."""
     kind = file_format(path)
-    try:
-        reader: Callable[[Path], Listing] = importlib.import_module(f"{SOURCE}.{kind.module}").channels
-        channels, remarks = reader(path)
-    except CranktrainError:
-        raise
-    except ImportError as error:
-        if kind.package and (error.name or "").partition(".")[0] == kind.package:
-            raise InputError(f"{path.name}: {kind.name} files need {kind.package}: {EXTRA}") from None
-        raise
-    except MemoryError:
-        raise InputError(f"{path.name}: its sizes are beyond this machine's memory; the file is damaged") from None
-    except Exception as error:  # readers of others raise whatever a damaged file makes them stumble over
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"{path.name}: not a {kind.name} file, or a damaged one ({reason}); export it again") from None
+    listing, wrong = None, ""
+    with _quiet():
+        try:
+            reader: Callable[[Path], Listing] = importlib.import_module(f"{SOURCE}.{kind.module}").channels
+            listing = reader(path)
+        except CranktrainError:
+            raise
+        except ImportError as error:
+            if not kind.package or (error.name or "").partition(".")[0] != kind.package:
+                raise
+            wrong = f"{kind.name} files need {kind.package}: {EXTRA}"
+        except MemoryError:
+            wrong = "its sizes are beyond this machine's memory; the file is damaged"
+        except Exception as error:  # readers of others raise whatever a damaged file makes them stumble over
+            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+            wrong = f"not a {kind.name} file, or a damaged one ({reason}); export it again"
+        if listing is None:
+            gc.collect()  # what was left half made complains when it is removed: now, unheard
+    if listing is None:
+        raise InputError(f"{path.name}: {wrong}")
+    channels, remarks = listing
     remarks = remarks + [
         f"{path.name}, channel {channel.name}: is empty and left out" for channel in channels if not channel.size
     ]
-    channels = [channel for channel in channels if channel.size]
+    channels = [replace(channel, read=_guarded(channel, kind)) for channel in channels if channel.size]
     if not channels:
         told = f" ({remarks[0]})" if remarks else ""
         raise InputError(f"{path.name}: holds no channel of numbers{told}; export it again with its signals")
     return channels, remarks
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep readers of others from printing: what is wrong with a file is told in one line."""
+    levels = {name: logging.getLogger(name).level for name in TALKERS}
+    hook = sys.unraisablehook
+    for name in TALKERS:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    sys.unraisablehook = lambda _: None  # of objects that were never finished and fail to close
+    try:
+        yield
+    finally:
+        sys.unraisablehook = hook
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)
+
+
+def _guarded(channel: Channel, kind: Format) -> Reader:
+    """Reader of a channel whose errors are one line: damage within a file shows when its samples are read."""
+
+    def read(first: int, last: int) -> Array:
+        try:
+            values = channel.read(first, last)
+        except CranktrainError:
+            raise
+        except Exception as error:
+            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise InputError(
+                f"{channel.source}, channel {channel.name}: samples {first} to {last} of a {kind.name} file cannot be "
+                f"read ({reason}); the file is damaged, copy it again from where it is whole"
+            ) from None
+        if values.size != last - first:
+            raise InputError(
+                f"{channel.source}, channel {channel.name}: {values.size} of the samples {first} to {last} are there; "
+                "the file is damaged, copy it again from where it is whole"
+            )
+        return values
+
+    return read
 
 
 def file_format(path: Path) -> Format:

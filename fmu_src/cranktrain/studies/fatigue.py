@@ -16,7 +16,7 @@ from cranktrain.results.strength.critical_plane import findley_judgement
 from cranktrain.results.strength.cut_loads import crank_loads, unbalanced_share
 from cranktrain.results.strength.fatigue import FilletHistory, Judgement, haigh_judgement
 from cranktrain.results.strength.fillet_histories import fillet_runs
-from cranktrain.results.strength.iacs_m53 import ACCEPTABLE, fillet_factors, throw_shape
+from cranktrain.results.strength.iacs_m53 import ACCEPTABLE, ThrowShape, fillet_factors, throw_shape
 from cranktrain.results.strength.recorded_cycle import RecordedCycle, recorded_cycle
 from cranktrain.results.strength.throw_loads import single_throws, whole_crank
 from cranktrain.structure.assembly import assemble
@@ -87,15 +87,26 @@ class FatigueReport:
         ]
 
     @property
+    def throws(self) -> list[ThrowShape]:
+        """The throw of each pin, as the rule takes it."""
+        c = self.engine.crankshaft
+        return [throw_shape(c, pin) for pin in range(1, len(c.throw_angles) + 1)]
+
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """Dimensions outside the range of the rule's factors, each once."""
+        return tuple(dict.fromkeys(text for throw in self.throws for text in throw.outside))
+
+    @property
     def accepted(self) -> bool | None:
         """Whether the rule accepts the crankshaft at these speeds; None where its factors do not hold."""
-        if throw_shape(self.engine.crankshaft).outside:
+        if self.outside:
             return None
         return all(row.acceptability >= ACCEPTABLE for row, _ in self.rule)
 
     def as_dict(self) -> dict[str, Any]:
         """What ``cranktrain fatigue --json`` prints; keys carry their unit."""
-        throw, fine = throw_shape(self.engine.crankshaft), self.speeds[0].fine
+        throws, fine = self.throws, self.speeds[0].fine
         return {
             "fillets": [
                 {
@@ -127,9 +138,8 @@ class FatigueReport:
                 ],
                 "required": ACCEPTABLE,
                 "accepted": self.accepted,
-                "factors": fillet_factors(throw)._asdict(),
-                "ratios": throw.ratios,
-                "outside": list(throw.outside),
+                "throws": [{"factors": fillet_factors(throw)._asdict(), "ratios": throw.ratios} for throw in throws],
+                "outside": list(self.outside),
             },
             "speeds": [
                 {
@@ -224,10 +234,10 @@ def fatigue(
 
 def _judged(report: FatigueReport, cycle: RecordedCycle, speed_rpm: float, fillets: Sequence[FilletModes]) -> AtSpeed:
     """Judge one speed's cycle."""
-    c, throw = report.engine.crankshaft, throw_shape(report.engine.crankshaft)
+    c, throws = report.engine.crankshaft, report.throws
     loads = crank_loads(cycle)
     webs, pins = single_throws(c, loads)
-    rule = rule_rows(throw, report.strength, webs, pins)
+    rule = rule_rows(throws, report.strength, webs, pins)
     # Forces on journals locked on their axis are not known from a run, so each throw carries its own forces.
     if cycle.carried:
         webs, pins = whole_crank(c, loads)
@@ -242,7 +252,7 @@ def _judged(report: FatigueReport, cycle: RecordedCycle, speed_rpm: float, fille
         fine = judgements(history for run in runs for history in run.histories(c))
     return AtSpeed(
         speed_rpm,
-        judgements(nominal_histories(throw, cycle.angle, webs, pins)),
+        judgements(nominal_histories(throws, cycle.angle, webs, pins)),
         {one.name: one for one in fine},
         rule,
         "crank" if cycle.carried else "single throws",

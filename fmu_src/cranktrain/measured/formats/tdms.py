@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from pathlib import Path
 from typing import Any
@@ -16,8 +15,6 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
     """List the channels of numbers of a file, and remarks."""
     from nptdms import TdmsFile
 
-    for name in ("nptdms.reader", "nptdms.tdms_segment"):
-        logging.getLogger(name).setLevel(logging.ERROR)  # a cut is told below, in one line
     file = TdmsFile.open(str(path))
     found: list[Channel] = []
     remarks: list[str] = []

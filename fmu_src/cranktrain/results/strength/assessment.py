@@ -46,13 +46,13 @@ def half_range(history: Array) -> float:
 
 
 def rule_rows(
-    throw: ThrowShape, strength: CrankStrength, webs: Sequence[WebLoads], pins: Sequence[PinLoads]
+    throws: Sequence[ThrowShape], strength: CrankStrength, webs: Sequence[WebLoads], pins: Sequence[PinLoads]
 ) -> list[RuleRow]:
-    """Both fillets of every web, then the oil bores, by IACS UR M53.
+    """Both fillets of every web, then the oil bores, by IACS UR M53; ``throws`` are those of the pins.
 
     The oil bore leaves the pin on the side away from the crank's axis, where bending in the plane of the throw acts.
     """
-    factors, rows = fillet_factors(throw), []
+    rows = []
 
     def row(name: str, bending: float, shear: float, diameter: float, radius: float, fillet: bool = True) -> RuleRow:
         present = (iacs_m53.fillet_stress if fillet else iacs_m53.oil_bore_stress)(bending, shear)
@@ -60,6 +60,8 @@ def rule_rows(
         return RuleRow(name, bending, shear, present, endured, endured / present if present > 0.0 else math.inf)
 
     for web in webs:
+        throw = throws[web.pin - 1]
+        factors = fillet_factors(throw)
         bending = iacs_m53.web_bending(throw, half_range(web.bending))
         tension = iacs_m53.web_tension(throw, half_range(web.radial))
         pin, journal = throw.pin_diameter, throw.journal_diameter
@@ -69,9 +71,10 @@ def rule_rows(
         shear = iacs_m53.torsion(journal, throw.journal_bore, half_range(web.journal_torque))
         bending = factors.beta_b * bending + factors.beta_q * tension
         rows.append(row(f"{name}.main", bending, factors.beta_t * shear, journal, throw.journal_fillet))
-    if throw.oil_bore > 0.0:
-        gamma_b, gamma_t = oil_bore_factors(throw.oil_bore / throw.pin_diameter)
-        for load in pins:
+    for load in pins:
+        throw = throws[load.number - 1]
+        if throw.oil_bore > 0.0:
+            gamma_b, gamma_t = oil_bore_factors(throw.oil_bore / throw.pin_diameter)
             bending = gamma_b * iacs_m53.pin_bending(throw, half_range(load.bending))
             shear = gamma_t * iacs_m53.torsion(throw.pin_diameter, throw.pin_bore, half_range(load.torque))
             name = f"pin[{load.number}].oil_bore"
@@ -80,21 +83,23 @@ def rule_rows(
 
 
 def nominal_histories(
-    throw: ThrowShape, angles: Array, webs: Sequence[WebLoads], pins: Sequence[PinLoads]
+    throws: Sequence[ThrowShape], angles: Array, webs: Sequence[WebLoads], pins: Sequence[PinLoads]
 ) -> list[FilletHistory]:
     """Stress over a cycle at both fillets of every web and round every oil bore, from nominal stresses and factors.
 
-    Bores have one history for each of ``RIM`` places, all of the same name. ``converged`` says that the throw lies
-    within the range of the factors.
+    Bores have one history for each of ``RIM`` places, all of the same name. ``converged`` says that the throw, one of
+    ``throws`` by the number of its pin, lies within the range of the factors.
     """
-    factors, known, found = fillet_factors(throw), not throw.outside, []
+    found = []
 
     def history(name: str, along: Array, shear: Array, gradient: float) -> FilletHistory:
         tensor = np.zeros((angles.size, 6))
         tensor[:, 0], tensor[:, 3] = along, shear
-        return FilletHistory(name, angles, tensor, gradient, known)
+        return FilletHistory(name, angles, tensor, gradient, not throw.outside)
 
     for web in webs:
+        throw = throws[web.pin - 1]
+        factors = fillet_factors(throw)
         bending, tension = iacs_m53.web_bending(throw, web.bending), iacs_m53.web_tension(throw, web.radial)
         shear = factors.alpha_t * iacs_m53.torsion(throw.pin_diameter, throw.pin_bore, web.pin_torque)
         name = f"web[{web.number}]"
@@ -102,9 +107,10 @@ def nominal_histories(
         shear = factors.beta_t * iacs_m53.torsion(throw.journal_diameter, throw.journal_bore, web.journal_torque)
         along = -(factors.beta_b * bending + factors.beta_q * tension)
         found.append(history(f"{name}.main", along, shear, FILLET_GRADIENT / throw.journal_fillet))
-    if throw.oil_bore > 0.0:
-        gamma_b, gamma_t = oil_bore_factors(throw.oil_bore / throw.pin_diameter)
-        for load in pins:
+    for load in pins:
+        throw = throws[load.number - 1]
+        if throw.oil_bore > 0.0:
+            gamma_b, gamma_t = oil_bore_factors(throw.oil_bore / throw.pin_diameter)
             # At the mouth of the bore, away from the crank's axis, a throw that is pressed together is in compression.
             bending = -gamma_b / 3.0 * iacs_m53.pin_bending(throw, load.bending)
             shear = gamma_t / 4.0 * iacs_m53.torsion(throw.pin_diameter, throw.pin_bore, load.torque)

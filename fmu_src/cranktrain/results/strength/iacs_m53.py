@@ -90,15 +90,16 @@ class ThrowShape:
         return tuple(found)
 
 
-def throw_shape(c: Crankshaft) -> ThrowShape:
-    """The throws of a parametric crankshaft; its web is measured halfway between journal and pin."""
-    middle = 0.5 * (0.5 * c.main_diameter + c.throw - 0.5 * c.pin_diameter)
+def throw_shape(c: Crankshaft, pin: int) -> ThrowShape:
+    """The throw of a pin, from 1, of a parametric crankshaft; its web is measured halfway between journal and pin."""
+    throw = c.throws[pin - 1]
+    middle = 0.5 * (0.5 * c.main_diameter + throw - 0.5 * c.pin_diameter)
     return ThrowShape(
         pin_diameter=c.pin_diameter,
         journal_diameter=c.main_diameter,
-        throw=c.throw,
+        throw=throw,
         web_thickness=c.web_thickness,
-        web_width=float(web_width(bare_outline(c), np.array([middle]))[0]),
+        web_width=float(web_width(bare_outline(c, throw), np.array([middle]))[0]),
         pin_fillet=c.fillet,
         journal_fillet=c.fillet,
         oil_bore=c.oil_hole_diameter,

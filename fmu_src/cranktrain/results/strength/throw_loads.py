@@ -24,10 +24,11 @@ from cranktrain.structure.crank.shape import stations, webs_of
 class WebLoads(NamedTuple):
     """Loads (n,) of a web in its middle: bending in the plane of its throw (N m), radial force (N), torques (N m).
 
-    The torques are those about the axes of pin and of main journals.
+    The torques are those about the axes of ``pin`` and of main journals.
     """
 
     number: int
+    pin: int
     bending: Array
     radial: Array
     pin_torque: Array
@@ -97,7 +98,7 @@ def _web(c: Crankshaft, number: int, bending: PointLoads, torque: PointLoads) ->
     side = 1.0 if web.front else -1.0
     journal = about_axis @ AXIS
     pin_torque = journal - throw * (force @ across)
-    return WebLoads(number, -(moment @ across), side * (force @ radial), pin_torque, journal)
+    return WebLoads(number, pin, -(moment @ across), side * (force @ radial), pin_torque, journal)
 
 
 def _pin(c: Crankshaft, pin: int, bending: PointLoads, torque: PointLoads) -> PinLoads:

@@ -116,9 +116,9 @@ def _fillets(engine: Engine) -> list[Piece]:
     return rings
 
 
-def bare_outline(c: Crankshaft) -> Outline:
-    """Outline of a web beside a main journal without counterweight, its pin at +y."""
-    return Outline(c.web_main_radius, c.web_pin_radius, c.throw, 0.0)
+def bare_outline(c: Crankshaft, throw: float) -> Outline:
+    """Outline of a web beside a main journal without counterweight, its pin at +y, ``throw`` (m) from the axis."""
+    return Outline(c.web_main_radius, c.web_pin_radius, throw, 0.0)
 
 
 def web_width(outline: Outline, eta: Array) -> Array:

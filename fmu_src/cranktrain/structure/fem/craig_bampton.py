@@ -124,9 +124,9 @@ def eigenmodes(
     tolerance: float = 1e-8,
     block: int = 16,
 ) -> tuple[Array, Array]:
-    """Lowest elastic modes by block Lanczos on a flexibility, orthogonalised in full.
+    """Lowest elastic modes by block Lanczos on a flexibility, orthogonalised in full; of a small body without.
 
-    Raises ``SolverError``: where the basis grows past what a well-posed body needs.
+    Raises ``SolverError``: where the basis grows past what a well-posed body needs, or the body has fewer modes.
 
     Parameters
     ----------
@@ -139,7 +139,9 @@ def eigenmodes(
     ω (count,) rad/s ascending, modes (ndof, count) with unit modal mass
     """
     ndof = mass.shape[0]
-    limit = min(ndof - 6, 6 * count + 20 * block)
+    limit = 6 * count + 20 * block
+    if ndof < limit + block:
+        return _all_modes(flexibility, mass, count)
     basis, momenta = (np.empty((ndof, limit + block), order="F") for _ in range(2))
     projected = np.zeros((limit, limit))
     image = flexibility(mass @ np.random.default_rng(20110).standard_normal((ndof, block)))
@@ -164,6 +166,26 @@ def eigenmodes(
         projected[:grown, size:grown] = column
         projected[size:grown, :grown] = column.T
         size = grown
+
+
+def _all_modes(flexibility: Callable[[Array], Array], mass: sparse.csc_matrix, count: int) -> tuple[Array, Array]:
+    """The ``count`` lowest modes of a body so small that a Lanczos basis would fill its space: from the whole matrix.
+
+    With M = L Lᵀ the eigenvalues of Lᵀ G L are 1/ω²; those of rigid and of held motions vanish.
+    """
+    weights, turn = eigh(mass.toarray())
+    held = weights > 1e-14 * weights[-1]
+    root = turn[:, held] * np.sqrt(weights[held])
+    image = flexibility(root)
+    projected = root.T @ image
+    squares, vectors = eigh(0.5 * (projected + projected.T))
+    squares, vectors = squares[::-1][:count], vectors[:, ::-1][:, :count]
+    if squares.size < count or squares[-1] <= 1e-13 * squares[0]:
+        found = int(np.count_nonzero(squares > 1e-13 * squares[0]))
+        raise SolverError(
+            f"{count} eigenmodes asked of a body that has {found}; ask for fewer modes or refine the mesh"
+        )
+    return 1.0 / np.sqrt(squares), image @ vectors / squares
 
 
 def _orthonormal(vectors: Array, mass: sparse.csc_matrix, basis: Array, momenta: Array) -> tuple[Array, Array]:

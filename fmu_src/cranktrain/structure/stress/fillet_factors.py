@@ -132,4 +132,4 @@ def _web_width(quarter: QuarterThrow) -> float:
     if quarter.crankshaft is None:
         return quarter.web_width
     between = 0.5 * (0.5 * quarter.main_diameter + quarter.throw - 0.5 * quarter.pin_diameter)
-    return float(web_width(bare_outline(quarter.crankshaft), np.array([between]))[0])
+    return float(web_width(bare_outline(quarter.crankshaft, quarter.crankshaft.throw), np.array([between]))[0])

@@ -73,7 +73,7 @@ def counterweight(s: Sizes, engine: Engine) -> tuple[float, float]:
 
     def moment(radius: float) -> float:
         """Of both webs, along the throw, kg m."""
-        own = bare_outline(crank)._replace(weight_radius=radius, weight_half_width=radius)
+        own = bare_outline(crank, crank.throw)._replace(weight_radius=radius, weight_half_width=radius)
         return 2.0 * STEEL * s.web * float(web_moments(own)[0, 2])
 
     wanted = (pin + moving) * s.throw + moment(0.0)
