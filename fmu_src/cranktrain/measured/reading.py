@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.types import Array
+from cranktrain.core.user_file import user_path
 from cranktrain.measured.channels import Channel, Measurement, Reader
 
 SOURCE = "cranktrain.measured.formats"
@@ -41,7 +42,7 @@ FORMATS = (
     Format("HDF5", "hdf", (".h5", ".hdf5", ".hdf"), (b"\x89HDF\r\n\x1a\n",)),
     Format("MATLAB", "matlab", (".mat",), (b"MATLAB 5.0", b"MATLAB 7.3")),
     Format("Parquet", "parquet", (".parquet", ".pq"), (b"PAR1",), "pyarrow"),
-    Format("text table", "text", (".csv", ".txt", ".asc", ".tsv", ".tab", ".dat"), ()),
+    Format("text table", "text", (".csv", ".txt", ".asc", ".tsv", ".tab", ".prn", ".dat"), ()),
 )
 Listing = tuple[list[Channel], list[str]]
 
@@ -64,7 +65,7 @@ def read_measured(*files: str | Path, channels: Sequence[str] | None = None) -> 
     found: list[Channel] = []
     remarks: list[str] = []
     for file in files:
-        own, told = _read_file(Path(file).expanduser())
+        own, told = _read_file(user_path(file))
         found += own
         remarks += told
     whole = Measurement(tuple(_told_apart(found)), tuple(remarks))

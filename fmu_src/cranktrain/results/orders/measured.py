@@ -25,6 +25,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.core.text_header import named
 from cranktrain.core.text_rows import TextRows, read_rows
 from cranktrain.core.units import UNITS, known_factor
+from cranktrain.core.user_file import user_path
 from cranktrain.measured.order_table import order_curves
 from cranktrain.measured.reading import file_format, read_measured
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION
@@ -77,7 +78,8 @@ def phases_of(measured: Measured, output: str, order: float) -> Array | None:
 def read_measured_orders(path: str | Path) -> Measured:
     """Measured orders of a file; ``InputError``: one line with file and row."""
     name = Path(path).name
-    if Path(path).is_file() and file_format(Path(path)).module != "text":
+    place = user_path(path)
+    if place.is_file() and file_format(place).module != "text":
         return _of_curves(path)
     table = read_rows(path, "file of measured orders", REMEDY, lambda word: bool(kind_of(named(word)[0], KINDS)))
     columns = _columns(table, name)
