@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import finite, number, positive, say, show_rows, word
 from cranktrain.core.errors import InputError
-from cranktrain.measured.analysis import RotationAsked, orders_of, pressures_of, rotations_of
+from cranktrain.measured.analysis import RotationAsked, cylinder_numbers, orders_of, pressures_of, rotations_of
 from cranktrain.measured.pressure import PEGGING
 from cranktrain.measured.reading import described, read_measured
 
@@ -320,10 +320,12 @@ def _pressures(
 
     if not options.engine:
         raise InputError("--pressure needs the engine's dimensions; give --engine NAME or FILE.toml")
-    found = pressures_of(measurement, rotations[0] if rotations else None, load_engine(options.engine), options)
-    result = []
+    engine = load_engine(options.engine)
+    numbers = cylinder_numbers(options, engine)
+    found = pressures_of(measurement, rotations[0] if rotations else None, engine, options)
+    result: list[dict[str, Any]] = []
     for cycles, fit, cylinder in found:
-        told = statistics(cycles, cylinder, fit)
+        told = {"cylinder": numbers[len(result)], **statistics(cycles, cylinder, fit)}
         result.append(told)
         for remark in cycles.remarks:
             say(f"cranktrain: remark: {remark}")
@@ -365,7 +367,7 @@ def _pressures(
                 f"{hum['chamber_hz']:.0f} Hz"
             )
     if options.output:
-        write_trace(options.output, found[0][0].angle, [cycles.mean for cycles, _, _ in found])
+        write_trace(options.output, found[0][0].angle, [cycles.mean for cycles, _, _ in found], numbers)
     return result
 
 

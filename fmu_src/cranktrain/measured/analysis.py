@@ -156,7 +156,7 @@ def pressures_of(
     ``samples_per_cycle``, ``first_deg``, ``speed``, ``pegging``, ``exponent``, ``intake_bar``, ``intake_deg_c``,
     ``low_pass_deg``, ``correct_dead_centre``.
     """
-    numbers = _cylinder_numbers(asked, engine)
+    numbers = cylinder_numbers(asked, engine)
     result = []
     for name, number in zip(asked.pressure, numbers, strict=True):
         channel, cylinder = measurement[name], Cylinder.of(engine, number)
@@ -190,7 +190,7 @@ def pressures_of(
     return result
 
 
-def _cylinder_numbers(asked: Any, engine: Engine) -> list[int]:
+def cylinder_numbers(asked: Any, engine: Engine) -> list[int]:
     """Numbers of the cylinders of the pressure channels; ``InputError`` where they do not fit."""
     if not asked.cylinders:
         if len(asked.pressure) > engine.n_cylinders:

@@ -92,9 +92,14 @@ def write_orders(path: str | Path, found: Sequence[Orders], outputs: Sequence[st
     return Path(path)
 
 
-def write_trace(path: str | Path, angle: Array, pressures: Sequence[Array]) -> Path:
-    """Write mean cycles (n,) Pa over angles (n,) rad as a trace that ``--pressure`` reads, bar over degrees."""
-    names = ["bar"] if len(pressures) == 1 else [f"cylinder[{k + 1}] (bar)" for k in range(len(pressures))]
+def write_trace(path: str | Path, angle: Array, pressures: Sequence[Array], cylinders: Sequence[int] = ()) -> Path:
+    """Write mean cycles (n,) Pa over angles (n,) rad as a trace that ``--pressure`` reads, bar over degrees.
+
+    ``cylinders``: their numbers; 1, 2, … by default.
+    """
+    names = (
+        ["bar"] if len(pressures) == 1 else [f"cylinder[{k}] (bar)" for k in cylinders or range(1, len(pressures) + 1)]
+    )
     lines = [TRACE_MARK, ";".join(["deg", *names])]
     for row in zip(np.degrees(angle), *(1e-5 * values for values in pressures), strict=True):
         lines.append(";".join(f"{value:.7g}" for value in row))
