@@ -108,6 +108,25 @@ def test_files_of_another_kind_are_told(kind, tmp_path):
         assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("kind", FORMATS)
+def test_damaged_files_are_read_or_refused_in_one_line(kind, tmp_path, capfd):
+    """Bytes that change, are missing or come in between; nothing else is printed."""
+    rng = np.random.default_rng(7)
+    path = write(tmp_path, kind, TIME[:400], {name: values[:400] for name, values in COLUMNS.items()}, UNITS)
+    whole = path.read_bytes()
+    capfd.readouterr()
+    for k in range(24):
+        content, place = bytearray(whole), int(rng.integers(len(whole)))
+        content[place : place + (0, 1, 60)[k % 3]] = rng.integers(0, 256, (40, 1, 0)[k % 3], dtype=np.uint8).tobytes()
+        path.write_bytes(bytes(content))
+        try:
+            for channel in ct.read_measured(path).channels:
+                assert channel.values().size == channel.abscissae().size == channel.size
+        except ct.CranktrainError as error:
+            assert "\n" not in str(error) and path.name in str(error)
+    assert capfd.readouterr() == ("", "")
+
+
 @pytest.mark.parametrize("kind", ["mf4", "h5", "parquet", "tdms"])
 def test_the_content_decides_not_the_ending(kind, tmp_path):
     path = write(tmp_path, kind, TIME, COLUMNS, UNITS)

@@ -155,18 +155,8 @@ def fit_compression(
             f"{math.degrees(by):.2f} deg, "
             f"zero {1e-5 * x[1]:+.3g} bar); the trace is of another engine, or its unit or dead centre are wrong"
         )
-    ends = _pressure(theta + by, cylinder, speed, (x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature))
-    volume = cylinder.volume(theta + by)[0]
-    top = int(np.argmin(volume))
-    exponent = math.log(ends[top] / ends[0]) / math.log(volume[0] / volume[top])
-    fine = np.radians(np.arange(-10.0, 5.0, 0.05))
-    loss = math.nan
-    if motored:
-        path = np.concatenate((np.arange(theta[0] + by, fine[0], math.radians(1.0)), fine))
-        curve = _pressure(path, cylinder, speed, (x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature))
-        k = int(np.argmax(curve))
-        a, b, c = curve[k - 1 : k + 2]
-        loss = -float(path[k] + 0.5 * (a - c) / (a - 2.0 * b + c) * math.radians(0.05))
+    numbers = x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature
+    exponent, loss = _shape(theta + by, cylinder, speed, numbers, motored)
     return Compression(
         by,
         float(x[1]),
@@ -180,6 +170,25 @@ def fit_compression(
         left,
         doubt,
     )
+
+
+def _shape(
+    angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, float, float, float, float], motored: bool
+) -> tuple[float, float]:
+    """Mean polytropic exponent of a compression along true angles (n,), and the loss angle, rad, where motored."""
+    curve = _pressure(angle, cylinder, speed, numbers)
+    volume = cylinder.volume(angle)[0]
+    top = int(np.argmin(volume))
+    exponent = math.log(curve[top] / curve[0]) / math.log(volume[0] / volume[top])
+    if not motored:
+        return exponent, math.nan
+    step = math.radians(0.05)
+    fine = np.arange(math.radians(-10.0), math.radians(5.0), step)
+    path = np.concatenate((np.arange(angle[0], fine[0], math.radians(1.0)), fine))
+    curve = _pressure(path, cylinder, speed, numbers)
+    k = int(np.argmax(curve))
+    a, b, c = curve[k - 1 : k + 2]
+    return exponent, -float(path[k] + 0.5 * (a - c) / (a - 2.0 * b + c) * step)
 
 
 def _doubt(x: Array, pulls: Array, intake_temperature: float, cylinder: Cylinder) -> str:
