@@ -266,7 +266,7 @@ def test_a_driver_is_told_of_inputs_and_steps_that_no_run_has():
 def plain_start(model, speed):
     """Start of a rigid crank by numpy: wind-up, torque, rotation, rate, inertia; spectrum and frequencies."""
     torque = np.zeros(720)
-    rigid_torque(model, speed, np.zeros(16), torque)
+    rigid_torque(model, speed, np.zeros(40), torque)
     k, c = model.scalars[at.SHAFT_K], model.scalars[at.SHAFT_C]
     inertia = 1.0 / model.scalars[at.RIGID_ROTATION] ** 2
     for cylinder, pin in zip(model.cylinders, model.pins, strict=True):

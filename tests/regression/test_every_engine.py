@@ -26,13 +26,11 @@ def test_every_verb_ends(name, tmp_path, monkeypatch):
     speed, spring = ["--speed", f"{rpm:.6g}"], ["--bearings", "linear"]
     ends = [f"{share * rpm:.6g}" for share in (0.9, 1.0, 0.05)]
     run_up = ["--from", ends[0], "--to", ends[1], "--step", ends[2]]
-    # Films in mains and big ends of this size together still end at some speeds.
-    big_ends = ["--big-ends", "rigid"] if name == SHIP else []
     commands = [
         ["modal", name, "--crank", "beam"],
         ["simulate", name, *CHEAP, *spring, *speed],
         ["runup", name, *CHEAP, *spring, *run_up],
-        ["bearing-loads", name, *CHEAP, "--bearings", "impedance", *big_ends, *speed],
+        ["bearing-loads", name, *CHEAP, "--bearings", "impedance", *speed],
         *([["fatigue", name, *CHEAP, *spring, *speed]] if engine.crank_strength is not None else []),
         ["report", name, "--quick"],
     ]

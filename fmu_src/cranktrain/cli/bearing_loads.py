@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import labelled_bar, number, say, show
 from cranktrain.cli.run_options import add_run_options, add_settle_option, asked_of, assembled, engine_of, loaded
 from cranktrain.core.errors import InputError
+from cranktrain.engine.articulated_rod import articulated_text
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="folder for polar load diagrams and, with several speeds, a picture of the worst bearing over speed",
     )
     add_run_options(parser, big_ends="impedance")
+    parser.set_defaults(big_ends=None)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -50,6 +52,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.results.bearings.tables import bearing_tables, bearings_dict, speed_table, total_text
 
     engine = engine_of(options)
+    if options.big_ends is None:
+        options.big_ends = "impedance" if engine.rods_float else "rigid"
+        if not engine.rods_float:
+            say(f"big ends are rigid: rods of '{engine.name}' run or hang on others, and have no films of their own")
     folder = _folder(options)
     if options.run_up is not None:
         return _over_speed(engine, options, folder)
@@ -62,7 +68,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             if not options.json:
                 for table in bearing_tables(found[-1]):
                     show(table)
-                print(total_text(found[-1]), flush=True)
+                print("\n".join((*articulated_text(engine), total_text(found[-1]))), flush=True)
             if folder is not None:
                 plots += save_polar_pictures(folder, report, name)
             for violation in found[-1]["violations"]:

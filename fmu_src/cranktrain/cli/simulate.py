@@ -19,6 +19,7 @@ from cranktrain.cli.run_options import (
 )
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.dynamics.settled.judging import FREE_CYCLES, MOST_CYCLES
+from cranktrain.engine.articulated_rod import articulated_text
 from cranktrain.engine.firing import firing_text
 from cranktrain.film.laws.register import bearing_law
 
@@ -146,6 +147,8 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     from cranktrain.results.tables import closing_text, online_text, resolution_text, run_tables
 
     print(firing_text(run.engine))
+    for line in articulated_text(run.engine):
+        print(line)
     print(f"Gas trace at full load: {run.gas.source}; {pressures_text(run.gas)}")
     for table in run_tables(summary):
         show(table)

@@ -66,7 +66,7 @@ class TraceUnit:
         """See the protocol."""
         own = np.array([self._angle - phase for phase in self._phases])
         pressures = [gas_pressure(angle, table) for angle, table in zip(own.tolist(), self._tables, strict=True)]
-        _, rise = cylinder_volume(self._engine, own)
+        rise = np.array([cylinder_volume(self._engine, own[c : c + 1], c)[1][0] for c in range(own.size)])
         torque = float((np.array(pressures) - AMBIENT) @ rise)
         return np.array([*pressures, self._angle, self._mean, torque])[self._out]
 

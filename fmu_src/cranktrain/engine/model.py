@@ -13,9 +13,12 @@ from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass, replac
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
+import numpy as np
+
 from cranktrain.core.errors import InputError
 from cranktrain.engine import parts
 from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
+from cranktrain.engine.articulated_rod import Articulation, articulations, dead_centre_heights, rods_of
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.drive_line_chain import DriveLineChain, line_connections
@@ -66,6 +69,7 @@ class Engine:
     block: parts.Block | None = None
     mounts: parts.Mounts | None = None
     crank_strength: CrankStrength | None = None
+    articulated_rod: parts.ArticulatedRod | None = None
     load: parts.MeanLoad | None = None
     frame: tuple[FrameTable, ...] = ()
     body: tuple[BodyTable, ...] = ()
@@ -84,8 +88,12 @@ class Engine:
 
     @property
     def displacement(self) -> float:
-        """Swept volume of all cylinders, m³, with strokes of twice the throws."""
-        return 0.5 * math.pi * self.cylinders.bore**2 * math.fsum(self.throws)
+        """Swept volume of all cylinders, m³, with strokes of twice the throws but for articulated rods."""
+        half_strokes = list(self.throws)
+        for c, joint in enumerate(self.articulations):
+            if joint is not None:
+                half_strokes[c] = 0.5 * float(np.ptp(dead_centre_heights(self, c)))
+        return 0.5 * math.pi * self.cylinders.bore**2 * math.fsum(half_strokes)
 
     @property
     def burn(self) -> parts.Combustion:
@@ -193,6 +201,21 @@ class Engine:
     def rod_offsets(self) -> tuple[float, ...]:
         """Place of each rod's middle along z from its pin's middle, m, by cylinder."""
         return self.cylinders.rod_offsets or self.n_cylinders * (0.0,)
+
+    @property
+    def rods_float(self) -> bool:
+        """Whether each rod may have a film of its own on its pin: none runs on or hangs on another rod."""
+        return self.cylinders.rods_on_pin == "side-by-side"
+
+    @property
+    def articulations(self) -> tuple[Articulation | None, ...]:
+        """Where each cylinder's rod hangs on a master rod, None for rods on their pin."""
+        return articulations(self)
+
+    @property
+    def rods(self) -> tuple[parts.Rod, ...]:
+        """Rod of each cylinder."""
+        return rods_of(self)
 
     @property
     def firing_angles(self) -> tuple[float, ...]:

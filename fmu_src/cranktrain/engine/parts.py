@@ -144,6 +144,19 @@ class Rod:
 
 
 @dataclass(frozen=True)
+class ArticulatedRod(Rod):
+    """Connecting rod that turns on a knuckle pin in the big end of a master rod, not on the crank pin.
+
+    The knuckle pin lies ``knuckle_radius`` from the middle of the crank pin, at an angle from the master rod's axis in
+    the sense of rotation: that of ``knuckle_angles``, one for each cylinder (0 of master rods), else the difference of
+    the two banks.
+    """
+
+    knuckle_radius: q.AddedLength
+    knuckle_angles: tuple[q.Angle, ...] = ()
+
+
+@dataclass(frozen=True)
 class Cylinders:
     """Cylinders in the order of their numbers; angles rad, lengths m.
 
@@ -153,7 +166,8 @@ class Cylinders:
     cylinder 1, or ``firing_intervals``, one for each cylinder of the order, state it where that is not meant.
     ``cycle`` is 720 degrees of a four-stroke, 360 degrees of a two-stroke. ``axis_offsets`` are the distances of the
     cylinders' axes from the crank's, across, where banks are offset; the pin's offset in its piston adds to them.
-    ``rods_on_pin`` says how rods share a pin: ``side-by-side``, or ``fork-and-blade`` in one plane. With a
+    ``rods_on_pin`` says how rods share a pin: ``side-by-side``, ``fork-and-blade`` in one plane, or ``articulated``:
+    the pin's cylinder of the lowest number has the master rod, all others the engine's articulated rod. With a
     ``crosshead`` the side force is that of a guide at the height of the rod's small end, and ``piston_mass`` includes
     piston rod and crosshead.
     """

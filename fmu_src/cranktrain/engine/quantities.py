@@ -78,7 +78,7 @@ AsperityRatio = Annotated[float, Quantity("1", 1e-6, 0.99, hint="usual surfaces 
 FlowExponent = Annotated[float, Quantity("1", 0.01, 0.99, hint="silicone oils of high viscosity have 0.2 to 0.5")]
 RollerProfile = Annotated[float, Quantity("1", 0.0, 0.01, hint="usual: 0 (straight) or 0.00035")]
 ReliefExponent = Annotated[float, Quantity("1", 1.0, 10.0, hint="2 is a parabola")]
-RODS_ON_PIN = ("side-by-side", "fork-and-blade")
+RODS_ON_PIN = ("side-by-side", "fork-and-blade", "articulated")
 RodsOnPin = Annotated[str, OneOf("arrangement of rods", RODS_ON_PIN)]
 Pins = Annotated[int, Quantity("1", 1, 20)]
 Pads = Annotated[int, Quantity("1", 1, 100)]

@@ -7,21 +7,25 @@ import math
 import numpy as np
 
 from cranktrain.core.types import Array
+from cranktrain.engine.articulated_rod import dead_centre_heights, piston_height
 from cranktrain.engine.model import Engine
 from cranktrain.loads.built_in_trace import CYCLE
 
 
-def cylinder_volume(engine: Engine, angle: Array) -> tuple[Array, Array]:
+def cylinder_volume(engine: Engine, angle: Array, cylinder: int = 0) -> tuple[Array, Array]:
     """Volume above the piston and its derivative by the crank angle.
 
     Parameters
     ----------
     angle : (n,) crank angle after firing dead centre, rad
+    cylinder : from 0; counts where it has an articulated rod, others are as the first
 
     Returns
     -------
     volume (n,) m³, derivative (n,) m³/rad
     """
+    if engine.articulations[cylinder] is not None:
+        return _over_articulated_rod(engine, angle, cylinder)
     r, length, offset = engine.crankshaft.throw, engine.rod.length, engine.offsets[0]
     area = 0.25 * math.pi * engine.cylinders.bore**2
     top = math.sqrt((length + r) ** 2 - offset**2)
@@ -32,6 +36,15 @@ def cylinder_volume(engine: Engine, angle: Array) -> tuple[Array, Array]:
     volume = clearance + area * (top - r * np.cos(angle) - s)
     derivative = area * (r * np.sin(angle) - x * r * np.cos(angle) / s)
     return volume, derivative
+
+
+def _over_articulated_rod(engine: Engine, angle: Array, cylinder: int) -> tuple[Array, Array]:
+    """The same above the piston of an articulated rod, by its true path."""
+    area = 0.25 * math.pi * engine.cylinders.bore**2
+    height, rate = piston_height(engine, cylinder, angle + engine.firing_angles[cylinder])
+    top, bottom = dead_centre_heights(engine, cylinder).tolist()
+    clearance = area * (top - bottom) / (engine.cylinders.compression_ratio - 1.0)
+    return clearance + area * (top - height), -area * rate
 
 
 def mean_effective_pressure(engine: Engine, pressure: Array) -> float:

@@ -28,7 +28,10 @@ _SETTLED, _ROUNDS = 1e-6, 50
 def mean_torques(engine: Engine, gas: GasTrace) -> tuple[float, float]:
     """Mean torque of the gas, N m, motored and with the full burn of the trace."""
     angle = np.arange(gas.fired.size, dtype=np.float64) * (4.0 * math.pi / gas.fired.size)
-    arm = engine.n_cylinders * cylinder_volume(engine, angle)[1]
+    hung = [c for c, joint in enumerate(engine.articulations) if joint is not None]
+    arm = (engine.n_cylinders - len(hung)) * cylinder_volume(engine, angle)[1]
+    for c in hung:
+        arm = arm + cylinder_volume(engine, angle, c)[1]
     return float(np.mean(gas.motored * arm)), float(np.mean(gas.fired * arm))
 
 

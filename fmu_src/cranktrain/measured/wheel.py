@@ -95,8 +95,8 @@ def number_teeth(times: Array, wheel: Wheel, where: str) -> Numbered:
     lost = int(np.sum((steps - 1)[~long]))
     slips: tuple[tuple[int, int], ...] = ()
     if wheel.missing:
-        teeth, slips, gaps = _from_the_gap(teeth, steps, wheel, where)
-        lost = max(0, lost - gaps * wheel.missing)
+        teeth, slips = _from_the_gap(teeth, steps, wheel, where)
+        lost = _absent(teeth, wheel)
     return Numbered(times, teeth, lost, doubled, slips, stops)
 
 
@@ -143,8 +143,8 @@ def _without_doubles(times: Array, wheel: Wheel) -> tuple[Array, int]:
 
 def _from_the_gap(
     teeth: Indices, steps: Indices, wheel: Wheel, where: str
-) -> tuple[Indices, tuple[tuple[int, int], ...], int]:
-    """Numbers counted from the gap on, anew at each gap; revolutions that do not fit; gaps found."""
+) -> tuple[Indices, tuple[tuple[int, int], ...]]:
+    """Numbers counted from the gap on, anew at each gap; revolutions that do not fit."""
     candidates = np.flatnonzero(steps == wheel.missing + 1) + 1  # first pulse behind a gap
     if not candidates.size:
         raise InputError(
@@ -181,7 +181,16 @@ def _from_the_gap(
             result[c:] -= off
             found.append(int(c))
     first = int(result[found[0]]) % wheel.teeth
-    return result - first, tuple(slips), len(found)
+    return result - first, tuple(slips)
+
+
+def _absent(teeth: Indices, wheel: Wheel) -> int:
+    """Teeth between the first and the last pulse that should have had one and have none, standstills left out."""
+    inside = np.concatenate(([False], np.diff(teeth) <= MOST_MISSING + wheel.missing))
+    numbers = np.arange(int(teeth[0]), int(teeth[-1]) + 1)
+    due = numbers % wheel.teeth < wheel.pulses
+    upto = np.cumsum(due)[teeth - teeth[0]]
+    return int(np.sum((np.diff(upto) - 1)[inside[1:]].clip(min=0)))
 
 
 def _recurs(teeth: Indices, candidates: Indices, at: int, wheel: Wheel) -> bool:

@@ -44,6 +44,7 @@ from cranktrain.dynamics.topology.pieces import FilmParts
 from cranktrain.dynamics.topology.records import AddedBodies, AddedConnections, Base
 from cranktrain.dynamics.topology.tables import added_topology
 from cranktrain.dynamics.topology.values import Topology
+from cranktrain.engine.articulated_rod import dead_centre_heights
 from cranktrain.engine.lubricant import oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
@@ -55,6 +56,7 @@ from cranktrain.film.laws.films import Films
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable
+from cranktrain.loads.articulated_rod import JOINT, joint_values
 from cranktrain.loads.built_in_trace import KINKS, fill_kinks
 from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
 from cranktrain.loads.gas_pressure import GasTrace, gas_tables
@@ -443,14 +445,17 @@ def supply_temperature(engine: Engine, settings: Settings, speed: float) -> floa
 def pin_positions(engine: Engine, cylinder: int) -> tuple[float, float]:
     """Highest and lowest position of a piston's pin above the crank axis, m: rod and throw in line.
 
-    ``cylinder`` counts from 0.
+    Those of an articulated rod follow from its true path. ``cylinder`` counts from 0.
     """
+    if engine.articulations[cylinder] is not None:
+        highest, lowest = dead_centre_heights(engine, cylinder).tolist()
+        return highest, lowest
     rod, throw, e = engine.rod.length, engine.throws[cylinder], engine.offsets[cylinder]
     return math.sqrt((rod + throw) ** 2 - e * e), math.sqrt((rod - throw) ** 2 - e * e)
 
 
 def cylinder_parameters(engine: Engine, free_big_ends: bool, added: Collection[int] = ()) -> Array:
-    """Pack rods, pistons and phases, (c, 15), but for piston area and clearance volume.
+    """Pack rods, pistons and phases, (c, PARAMETERS), but for piston area and clearance volume.
 
     The mass of a free big end is a body of its own. Of ``added`` cylinders rod and piston are other bodies;
     ``InputError`` for one that the engine lacks, or where big ends float.
@@ -459,18 +464,19 @@ def cylinder_parameters(engine: Engine, free_big_ends: bool, added: Collection[i
         if free_big_ends or not 1 <= number <= engine.n_cylinders:
             reason = "big ends that float" if free_big_ends else f"the engine has {engine.n_cylinders} cylinders"
             raise InputError(f"rod of cylinder {number} is an added body: {reason}; take another level or cylinder")
-    cylinders, rod = engine.cylinders, engine.rod
+    cylinders, rods = engine.cylinders, engine.rods
+    joint_of = [joint and (joint.master, *joint_values(joint).tolist()) for joint in engine.articulations]
     offsets, ends = engine.offsets, [pin_positions(engine, k) for k in range(engine.n_cylinders)]
     rows = [
         [
-            rod.small_end_mass,
+            rods[k].small_end_mass,
             cylinders.bank_angles[k],
             engine.firing_angles[k],
             0.0,
-            rod.length,
-            0.0 if free_big_ends else rod.big_end_mass,
-            rod.small_end_mass + cylinders.piston_mass,
-            remainder_inertia(rod),
+            rods[k].length,
+            0.0 if free_big_ends else rods[k].big_end_mass,
+            rods[k].small_end_mass + cylinders.piston_mass,
+            remainder_inertia(rods[k]),
             offsets[k],
             0.0,
             ends[k][0],
@@ -478,6 +484,7 @@ def cylinder_parameters(engine: Engine, free_big_ends: bool, added: Collection[i
             math.sin(cylinders.bank_angles[k]),
             1.0,
             ends[k][0] - ends[k][1],
+            *(joint_of[k] or (at.NO_PORT, *JOINT * (0.0,))),
         ]
         for k in range(engine.n_cylinders)
     ]

@@ -12,6 +12,7 @@ from cranktrain.dynamics.model.mains import check_mains, mains_kind
 from cranktrain.dynamics.model.numbers import LEAST_TOLERANCE, MOST_DELAY, MOST_TOLERANCE
 from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator
 from cranktrain.dynamics.topology.bearings import film_parts
+from cranktrain.engine.articulated_rod import ARTICULATED
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, Law, bearing_law, bearing_levels, usual_level
@@ -121,8 +122,9 @@ def usual_film_change(law: Law, engine: Engine) -> float:
 def _usual_block(settings: Settings, engine: Engine, law: Law) -> str:
     """Block level of a run that chooses none; ``law`` is that of its mains."""
     described = None not in (engine.block, engine.mounts, engine.piston_guidance)
+    hung = any(engine.articulations)  # on master rods, whose pistons are rigid
     deforms = settings.crank in CRANKS and CRANKS[settings.crank].elastic
-    return law.block if described and deforms and settings.pistons != "rigid" else "ground"
+    return law.block if described and deforms and settings.pistons != "rigid" and not hung else "ground"
 
 
 def needed_parts(engine: Engine, settings: Settings) -> tuple[str, ...]:
@@ -179,10 +181,16 @@ def check_levels(settings: Settings, engine: Engine) -> None:
     check_mains(engine, settings.bearings)
     if settings.big_ends != "rigid" and engine.big_end_bearing is None:
         raise InputError(f"engine '{engine.name}' has no [big_end_bearing]; add it, or leave big ends rigid")
-    if engine.cylinders.rods_on_pin == "fork-and-blade" and settings.big_ends != "rigid":
+    on_rods = {"fork-and-blade": "a blade runs on its fork", ARTICULATED: "an articulated rod hangs on its master"}
+    if engine.cylinders.rods_on_pin in on_rods and settings.big_ends != "rigid":
         raise InputError(
-            f"big-end level '{settings.big_ends}' has a film between each rod and its pin, and a blade runs on its "
-            "fork; leave big ends rigid"
+            f"big-end level '{settings.big_ends}' has a film between each rod and its pin, and "
+            f"{on_rods[engine.cylinders.rods_on_pin]}; leave big ends rigid"
+        )
+    if any(engine.articulations) and settings.pistons == "guided":
+        raise InputError(
+            f"guided pistons and block '{settings.block}' do not take the side force of rods that hang on a master "
+            "rod; use rigid pistons and block ground"
         )
     if settings.pistons == "guided" and engine.piston_guidance is None:
         raise InputError(f"engine '{engine.name}' has no [piston_guidance]; add it, or leave pistons rigid")

@@ -7,14 +7,15 @@ from __future__ import annotations
 
 # Columns of ``ModelArrays.cylinders``: masses (kg), angles (rad), lengths (m), piston area (m²), remainder inertia of
 # the rod (kg m²), clearance volume (m³), highest position of the piston pin (m), cosine and sine of the bank's angle;
-# 1, or 0 where rod and piston are added bodies and a connection is the gas; stroke of the piston (m).
+# 1, or 0 where rod and piston are added bodies and a connection is the gas; stroke of the piston (m). Of an articulated
+# rod the cylinder of its master rod, −1 of others, and the joint of :mod:`cranktrain.loads.articulated_rod`.
 M_SMALL, BANK, PHASE, AREA, ROD, M_BIG, M_OSC, DELTA_J, OFFSET, CLEARANCE_VOLUME, STROKE_TOP = range(11)
-COS_BANK, SIN_BANK, OWN_ROD, STROKE = 11, 12, 13, 14
+COS_BANK, SIN_BANK, OWN_ROD, STROKE, MASTER, JOINT, PARAMETERS = 11, 12, 13, 14, 15, 16, 22
 # Ports of the cylinder, −1 where there is none: displacement of the pin under its rod (x, then y) and the pin's
 # rotation; displacement of a free big end (x, then y); of a guided piston its displacement across the cylinder, then
 # its rotation; the first of three of its liner. Then the rows of ``connections`` between pin and rod, and of a free
 # big end. A pin of a crank whose journals are locked has its rotation alone.
-PIN_PORT, PIN_TURN, END_PORT, PISTON_PORT, LINER_PORT, PIN_ROW, END_ROW, CYLINDER = range(15, 23)
+PIN_PORT, PIN_TURN, END_PORT, PISTON_PORT, LINER_PORT, PIN_ROW, END_ROW, CYLINDER = range(22, 30)
 # ``ModelArrays.scalars``; ``DRIVEN`` is 1 where the shaft's speed is given, 0 where a torque loads it; ``SHAFT_K`` and
 # ``SHAFT_C`` are those of the whole drive line at the flywheel, as it winds up slowly; ``LINE_INERTIA`` is that of its
 # rotors and the dynamometer as the crank feels it when all turn as one.

@@ -40,7 +40,7 @@ class StartRoom(NamedTuple):
     circle: Array  # (2, START_SAMPLES) cosines and sines
     torque: Array  # (START_SAMPLES,) on a rigid crank over a cycle, N m
     spectrum: Array  # (2, START_HARMONICS) of it, real and imaginary parts
-    rod: Array  # (16,) of one rod
+    rod: Array  # (40,) of one rod
     block: Array  # (START_ROWS, n_b)
     matrix: Array  # (12, 12) of the block as a rigid body, complex numbers as pairs
     vectors: Array  # (2, 12)
@@ -56,6 +56,8 @@ class Work(NamedTuple):
     block: Factors
     added: AddedWork
     relative: Array  # (n, n) compliance that the components of connections feel, transposed
+    turned: Array  # (c, 2) what a turn of the crank moves each pin besides, m/rad, see motion.turned_pins
+    turned_compliance: Array  # (n, n) compliance that connections feel where the crank has turned, transposed
     jacobian: Array  # (n_newton, n_newton) and more, to a multiple of four, for vectors of four
     blocks: Array  # (k, 16) force tangents of each connection, 4 × 4 row-major
     factored: Array  # (k, 16) the tangents that the Newton matrix was made from
@@ -95,6 +97,8 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         block=_factors(model.block_ports.shape[1], model.block_ports.shape[0]),
         added=added_work(model.bodies, model.links, m, d.newton, at.FACTOR_SLOTS),
         relative=z((d.newton, d.newton)),
+        turned=z((d.cylinders, 2)),
+        turned_compliance=z((d.newton, d.newton)),
         jacobian=z((fours, fours)),
         blocks=z((model.connections.shape[0], 16)),
         factored=z((model.connections.shape[0], 16)),
@@ -132,7 +136,7 @@ def start_room(model: ModelArrays) -> StartRoom:
     z = np.zeros
     joined = 2 * len(model.pairs) + len(model.axial)
     return StartRoom(
-        z(at.START_MEAN), z((2, at.START_SAMPLES)), z(at.START_SAMPLES), z((2, at.START_HARMONICS)), z(16),
+        z(at.START_MEAN), z((2, at.START_SAMPLES)), z(at.START_SAMPLES), z((2, at.START_HARMONICS)), z(40),
         z((at.START_ROWS, model.block_ports.shape[1])), z((12, 12)), z((2, 12)), z((joined + 5, 6)),
     )  # fmt: skip
 

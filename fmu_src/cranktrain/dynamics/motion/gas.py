@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import inlined_kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, PRESSURES_SET, VELOCITY, offset
+from cranktrain.engine.articulated_rod import knuckle_motion
+from cranktrain.loads.articulated_rod import COS_TURN, KNUCKLE_X, KNUCKLE_Y, MASTER_LENGTH, MASTER_OFFSET, SIN_TURN
 from cranktrain.loads.gas_pressure import gas_pressures
 
 
@@ -48,11 +50,31 @@ def burn_share(model, speed):
 def gas_volume(model, cylinder, theta):
     """Volume above a piston (m³) at a crank angle, of parts that do not deform."""
     row = model.cylinders[cylinder]
+    if row[at.MASTER] >= 0.0:
+        return articulated_volume(model, row, theta, cylinder)
     angle = trace_angle(model, cylinder, theta)
     pin = model.pins[cylinder]
     throw = math.sqrt(pin[0] * pin[0] + pin[1] * pin[1])
     x = throw * math.sin(angle) + row[at.OFFSET]
     reach = throw * math.cos(angle) + math.sqrt(row[at.ROD] * row[at.ROD] - x * x)
+    return row[at.CLEARANCE_VOLUME] + row[at.AREA] * (row[at.STROKE_TOP] - reach)
+
+
+@kernel
+def articulated_volume(model, row, theta, cylinder):
+    """The same over the piston of an articulated rod, whose path is not that of a crank pin on its circle."""
+    master = model.cylinders[int(row[at.MASTER])]
+    joint = row[at.JOINT :]
+    cos = math.cos(theta - master[at.BANK])
+    sin = math.sin(theta - master[at.BANK])
+    pin_x = cos * model.pins[cylinder, 0] - sin * model.pins[cylinder, 1]
+    pin_y = sin * model.pins[cylinder, 0] + cos * model.pins[cylinder, 1]
+    moved = knuckle_motion(
+        pin_x, pin_y, 0.0, 0.0, 0.0, 0.0, joint[MASTER_LENGTH], joint[MASTER_OFFSET], joint[KNUCKLE_X],
+        joint[KNUCKLE_Y],
+    )  # fmt: skip
+    x = joint[COS_TURN] * moved[0] + joint[SIN_TURN] * moved[1] - row[at.OFFSET]
+    reach = joint[COS_TURN] * moved[1] - joint[SIN_TURN] * moved[0] + math.sqrt(row[at.ROD] * row[at.ROD] - x * x)
     return row[at.CLEARANCE_VOLUME] + row[at.AREA] * (row[at.STROKE_TOP] - reach)
 
 

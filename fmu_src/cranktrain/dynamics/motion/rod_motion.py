@@ -6,6 +6,7 @@ import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
+from cranktrain.loads.articulated_rod import hang
 
 # Motion of a point in a plane, six values from X on; a pin's is followed by how far it moved, and by the share
 # (R(φ) − I) X of turning alone.
@@ -13,6 +14,8 @@ X, Y, VX, VY, AX, AY, MOVED, ARM = 0, 1, 2, 3, 4, 5, 6, 8
 # Where in the scratch memory a pin's motion, a rod's in axes of its cylinder, and its piston lie, clear of rod_force's
 # results.
 PIN, CROSS, SIDE = 16, 24, 48
+MASTERS_PIN = 32
+"""Motion of the crank pin under an articulated rod, in axes of its master's cylinder; CROSS has the knuckle pin's."""
 SMALL = 0.1
 """Rotation (rad) below which the series of :func:`turn` are exact to rounding."""
 
@@ -111,6 +114,27 @@ def across_cylinder(motion, cos, sin, cross):
     for j in range(X, MOVED, 2):
         cross[j] = cos * motion[j] - sin * motion[j + 1]
         cross[j + 1] = sin * motion[j] + cos * motion[j + 1]
+
+
+@inlined_kernel
+def axes_of_pin(model, c):
+    """Cylinder in whose axes the pin's motion tells that of the rod of cylinder c: the master rod's, or its own."""
+    master = int(model.cylinders[c, at.MASTER])
+    return c if master < 0 else master
+
+
+@kernel
+def rod_end_across(model, frame, c, u, ud, udd, out):
+    """Motion of what the rod of cylinder c turns about, in axes of its cylinder: pin, big end or knuckle pin.
+
+    Six values into ``out[CROSS:]``; ``out[MASTERS_PIN:]`` has the crank pin's in axes of the master's cylinder, of an
+    articulated rod. ``out`` is ``work.scratch``.
+    """
+    rod_end(model, frame, c, u, ud, udd, out)
+    cos, sin = cylinder_axes(model.cylinders[axes_of_pin(model, c)], frame)
+    across_cylinder(out, cos, sin, out[CROSS:])
+    if model.cylinders[c, at.MASTER] >= 0.0:
+        hang(model.cylinders[c, at.JOINT :], out[CROSS:], out[MASTERS_PIN:])
 
 
 @kernel

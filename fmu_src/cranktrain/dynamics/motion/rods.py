@@ -14,6 +14,7 @@ from cranktrain.dynamics.motion.rod_motion import (
     AX,
     AY,
     CROSS,
+    MASTERS_PIN,
     MOVED,
     PIN,
     SIDE,
@@ -22,13 +23,15 @@ from cranktrain.dynamics.motion.rod_motion import (
     X,
     Y,
     across_cylinder,
+    axes_of_pin,
     big_end_motion,
     cylinder_axes,
     pin_motion,
-    rod_end,
+    rod_end_across,
     rod_swing,
 )
 from cranktrain.film.laws.films import FORCE, FRICTION, RUBBING, SPEED, film_call
+from cranktrain.loads.articulated_rod import force_change, force_on_pin, hang
 from cranktrain.loads.slider_crank import (
     BY_ACCELERATION,
     BY_VX,
@@ -54,7 +57,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
     status = 0
     for c in range(model.cylinders.shape[0]):
         rod = model.cylinders[c]
-        cos, sin = cylinder_axes(rod, frame)
+        cos, sin = cylinder_axes(model.cylinders[axes_of_pin(model, c)], frame)
         pin_motion(model, frame, c, u, ud, udd, out)
         moved_x = out[MOVED]
         moved_y = out[MOVED + 1]
@@ -71,15 +74,21 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             status |= failure
         load = rod_load(rod, model.scalars, c, pressures[c], torque)
         across_cylinder(out, cos, sin, work.scratch[CROSS:])
+        hung = rod[at.MASTER] >= 0.0
+        if hung:
+            hang(rod[at.JOINT :], work.scratch[CROSS:], work.scratch[MASTERS_PIN:])
         if rod[at.PISTON_PORT] >= 0.0:
             guided_rod(model, work, frame, load, c_q, c_v)
         else:
             rod_on_axis(rod, load, work.scratch[CROSS:], out)
             # Friction that turns the rod is held by the piston's guide, a couple with the big end.
             out[0] += torque
+        if hung:
+            knuckle_to_pin(rod[at.JOINT :], frame, cos, sin, c_q, c_v, out, block)
+        else:
+            pin_block(out, frame, cos, sin, c_q, c_v, block)
         fx = cos * out[0] + sin * out[1]
         fy = cos * out[1] - sin * out[0]
-        pin_block(out, frame, cos, sin, c_q, c_v, block)
         rotation = int(rod[at.PIN_TURN])
         moved_x -= frame[at.CRANK_X]
         moved_y -= frame[at.CRANK_Y]
@@ -114,6 +123,29 @@ def rod_on_axis(rod, load, cross, out):
     )  # fmt: skip
 
 
+@kernel
+def knuckle_to_pin(joint, frame, cos, sin, c_q, c_v, out, block):
+    """Replace an articulated rod's force on its knuckle pin, ``out`` as of rod_force, by that on the crank pin.
+
+    It is in axes of the master's cylinder, which ``cos`` and ``sin`` turn into the frame's; in these ``block`` (2 × 2)
+    is its tangent by the crank pin's displacement in a stage. ``out[MASTERS_PIN:]`` holds that pin's motion.
+    """
+    pin = out[MASTERS_PIN:]
+    ratio = c_v / c_q
+    omega = frame[at.OMEGA]
+    alpha = 1.0 / c_q - omega * omega
+    beta = 2.0 * omega * ratio + frame[at.OMEGA_DOT]
+    for j in range(2):
+        x = 1.0 - j
+        y = 1.0 * j
+        block[j], block[ROW + j] = force_change(
+            joint, pin, out, x, y, ratio * x - omega * y, ratio * y + omega * x, alpha * x - beta * y,
+            alpha * y + beta * x,
+        )  # fmt: skip
+    turn_back(block[0], block[1], block[ROW], block[ROW + 1], cos, sin, block)
+    out[0], out[1], _ = force_on_pin(joint, pin, out)
+
+
 @inlined_kernel
 def pin_block(out, frame, cos, sin, c_q, c_v, block):
     """Tangent of a rod's force by its pin's displacement in a stage, from rod_force's, in the frame's axes (2 × 2)."""
@@ -128,7 +160,12 @@ def pin_block(out, frame, cos, sin, c_q, c_v, block):
     t_xy = -out[v] * omega + out[a + 1] * alpha - out[a] * beta
     t_yx = out[x + 1] + out[v + 1] * ratio + out[a + 2] * alpha + out[a + 3] * beta
     t_yy = -out[v + 1] * omega + out[a + 3] * alpha - out[a + 2] * beta
-    # Turn the block back: Rᵀ T R.
+    turn_back(t_xx, t_xy, t_yx, t_yy, cos, sin, block)
+
+
+@inlined_kernel
+def turn_back(t_xx, t_xy, t_yx, t_yy, cos, sin, block):
+    """Turn a tangent T of a cylinder's axes into the frame's, Rᵀ T R, into ``block`` (2 × 2)."""
     block[0] = cos * cos * t_xx + cos * sin * (t_xy + t_yx) + sin * sin * t_yy
     block[1] = cos * cos * t_xy + cos * sin * (t_yy - t_xx) - sin * sin * t_yx
     block[ROW] = cos * cos * t_yx + cos * sin * (t_yy - t_xx) - sin * sin * t_xy
@@ -140,7 +177,8 @@ def observe_rod(model, work, c):
     """Rod and piston of cylinder c at the state, whose cylinder pressures stand in ``work.pressures[0]``.
 
     Fills ``work.scratch`` as of rod_force with the big end, but for friction in it; ``[SIDE + UPPER] + [SIDE + LOWER]``
-    force of the liner on the piston across the cylinder, ``[SIDE + FRICTION_ALONG]`` along it.
+    force of the liner on the piston across the cylinder, ``[SIDE + FRICTION_ALONG]`` along it. The force of an
+    articulated rod acts on its knuckle pin; what that puts on the crank pin and the master's piston is not in theirs.
     """
     rod = model.cylinders[c]
     frame = work.frames[0]
@@ -151,9 +189,7 @@ def observe_rod(model, work, c):
     ud = work.port[at.STATE_UD]
     udd = work.port[at.STATE_UDD]
     load = rod_load(rod, model.scalars, c, work.pressures[0, c], 0.0)
-    rod_end(model, frame, c, u, ud, udd, out)
-    cos, sin = cylinder_axes(rod, frame)
-    across_cylinder(out, cos, sin, cross)
+    rod_end_across(model, frame, c, u, ud, udd, out)
     for j in range(LAYER):
         side[UPPER + j] = 0.0
     if rod[at.PISTON_PORT] < 0.0:

@@ -1,7 +1,9 @@
 """What the running model shows of the big ends: load of each crank pin and, where it floats, its film.
 
 Rods lie behind one another on a pin, each with a film of its own; pin and bore both turn, the bore as the rod swings.
-Vectors in axes at rest: x across the engine, y upwards. A rigid big end has a load as well; all else of it is 0.
+Vectors in axes at rest: x across the engine, y upwards. A rigid big end has a load as well; all else of it is 0. The
+load of a master rod's big end includes that of the rods that hang on it; that of an articulated rod is the load of its
+knuckle pin.
 """
 
 from __future__ import annotations
@@ -9,10 +11,20 @@ from __future__ import annotations
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.film_ports import frame_numbers
-from cranktrain.dynamics.motion.rod_motion import PIN, X, Y, big_end_motion, cylinder_axes, pin_motion, rod_swing
+from cranktrain.dynamics.motion.rod_motion import (
+    MASTERS_PIN,
+    PIN,
+    X,
+    Y,
+    big_end_motion,
+    cylinder_axes,
+    pin_motion,
+    rod_swing,
+)
 from cranktrain.dynamics.motion.rods import float_force, observe_rod, place_pin
 from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, OBSERVE, P_MAX
 from cranktrain.film.laws.parameters import CLEARANCE
+from cranktrain.loads.articulated_rod import force_on_pin
 
 FORCE_X, FORCE_Y, POSITION_X, POSITION_Y, ECCENTRIC, FILM_MIN, PRESSURE_MAX, FRICTION_TORQUE, OIL_FLOW = range(9)
 BIG_END_OUTPUTS = 9
@@ -34,6 +46,13 @@ def observe_big_ends(model, work, state, members, out):
             observe_rod(model, work, c)
             rod = model.cylinders[c]
             to_space(work.scratch, rod[at.COS_BANK], rod[at.SIN_BANK], row[FORCE_X:])
+            master = int(rod[at.MASTER])
+            if master >= 0:  # of a lower number
+                share, bank = work.scratch[PIN:], model.cylinders[master]
+                share[X], share[Y], _ = force_on_pin(rod[at.JOINT :], work.scratch[MASTERS_PIN:], work.scratch)
+                to_space(share, bank[at.COS_BANK], bank[at.SIN_BANK], share)
+                out[BIG_END_OUTPUTS * master + FORCE_X] += share[X]
+                out[BIG_END_OUTPUTS * master + FORCE_Y] += share[Y]
     return 0
 
 
@@ -73,5 +92,6 @@ def observe_floating(model, work, c, row):
 @kernel
 def to_space(vector, cos, sin, out):
     """Turn a plane vector by the angle whose cosine and sine are given, ``out[0:2]``."""
-    out[X] = cos * vector[X] - sin * vector[Y]
-    out[Y] = sin * vector[X] + cos * vector[Y]
+    x = vector[X]
+    out[X] = cos * x - sin * vector[Y]
+    out[Y] = sin * x + cos * vector[Y]

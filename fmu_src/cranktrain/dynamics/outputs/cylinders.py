@@ -12,8 +12,9 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import VELOCITY, offset
 from cranktrain.dynamics.motion.guided_pistons import FRICTION_ALONG, LOWER, UPPER, upper_share
 from cranktrain.dynamics.motion.linear_algebra import dot
-from cranktrain.dynamics.motion.rod_motion import CROSS, SIDE, VX, VY, X, Y, cylinder_axes, rod_end
+from cranktrain.dynamics.motion.rod_motion import CROSS, MASTERS_PIN, SIDE, VX, VY, X, Y, rod_end_across
 from cranktrain.dynamics.motion.rods import observe_rod
+from cranktrain.loads.articulated_rod import force_on_pin
 from cranktrain.loads.piston_guidance import HEIGHT
 from cranktrain.loads.slider_crank import PISTON, PISTON_VELOCITY
 
@@ -26,22 +27,21 @@ def observe_cylinders(model, work, state, members, out):
     """Volume of the gas and its rate, and how far each piston is from the highest place of its pin."""
     frame = work.frames[0]
     u = work.port[at.STATE_U]
-    motion = work.scratch
+    motion = work.scratch[CROSS:]
     work.powers[at.GAS_POWER] = 0.0
     work.powers[at.GAS_WORK] = 0.0
     for c in range(members):
         rod = model.cylinders[c]
-        rod_end(model, frame, c, u, work.port[at.STATE_UD], work.port[at.STATE_UDD], motion)
-        cos, sin = cylinder_axes(rod, frame)
-        side = cos * motion[X] - sin * motion[Y] - rod[at.OFFSET]
-        side_rate = cos * motion[VX] - sin * motion[VY]
+        rod_end_across(model, frame, c, u, work.port[at.STATE_UD], work.port[at.STATE_UDD], work.scratch)
+        side = motion[X] - rod[at.OFFSET]
+        side_rate = motion[VX]
         piston = int(rod[at.PISTON_PORT])
         if piston >= 0:
             side -= u[piston]
             side_rate -= work.port[at.STATE_UD, piston]
         height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
-        position = sin * motion[X] + cos * motion[Y] + height
-        rate = sin * motion[VX] + cos * motion[VY] - side * side_rate / height
+        position = motion[Y] + height
+        rate = motion[VY] - side * side_rate / height
         row = out[CYLINDER_OUTPUTS * c : CYLINDER_OUTPUTS * (c + 1)]
         row[VOLUME] = rod[at.CLEARANCE_VOLUME] + rod[at.AREA] * (rod[at.STROKE_TOP] - position)
         row[VOLUME_RATE] = -rod[at.AREA] * rate
@@ -101,6 +101,10 @@ def observe_pistons(model, work, state, members, out):
                 row[TILT] += (u[liner] - u[liner + 1]) / (model.block.liners[c, 0] - model.block.liners[c, 1])
         row[SIDE_FORCE] = -r[SIDE + UPPER] - r[SIDE + LOWER]
         row[FRICTION] = -r[SIDE + FRICTION_ALONG]
+        master = int(model.cylinders[c, at.MASTER])
+        if master >= 0:  # of a lower number
+            _, _, held = force_on_pin(model.cylinders[c, at.JOINT :], r[MASTERS_PIN:], r)
+            out[PISTON_OUTPUTS * master + SIDE_FORCE] -= held
         work.powers[at.LINERS_FRICTION] += row[FRICTION] * r[PISTON_VELOCITY]
         rising = sliding_rate(model, work, c, r[PISTON], r[PISTON_VELOCITY])
         if liner >= 0:

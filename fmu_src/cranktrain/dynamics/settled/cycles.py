@@ -34,7 +34,7 @@ from cranktrain.dynamics.settled.longer_periods import (
     nearest_period,
     repeats_every,
 )
-from cranktrain.dynamics.settled.motion import Motion, add_motion, settling_motion
+from cranktrain.dynamics.settled.motion import Motion, correct_motion, settling_motion
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 CALL = 0.2
@@ -316,7 +316,7 @@ def plainly(recorder: Recorder, judge: Judge, tolerance: float, most: int, short
 def move_on(simulation: Stepped, motion: Motion) -> None:
     """Add a motion to the present state."""
     state = simulation.state
-    add_motion(state, motion)
+    correct_motion(simulation.model, state, motion)
     simulation.state = state
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
@@ -80,3 +81,38 @@ def add_motion(state: Array, change: Motion) -> None:
         state[offset(block, n) : offset(block + 1, n)] += values
     state[LEAD_ANGLE] += change.lead
     state[LEAD_SPEED] += change.lead_rate
+
+
+def correct_motion(model: ModelArrays, state: Array, change: Motion) -> None:
+    """Let a state move on at once with floating big ends where they were on their pins, and as fast.
+
+    Modes turn along tangents, and pins go along circles: of a low-speed engine whose crank is a degree ahead of its
+    frame the difference is that of a clearance.
+    """
+    floating = model.cylinders[:, at.END_PORT] >= 0.0
+    before = _off_tangents(model, motion_of(state, model.omega2.size))
+    add_motion(state, change)
+    if not floating.any():
+        return
+    besides = _off_tangents(model, motion_of(state, model.omega2.size)) - before
+    n, crank = model.omega2.size, dimensions(model).crank_modes
+    modes = np.zeros((3, n))
+    for c in np.flatnonzero(floating).tolist():
+        for axis in range(2):
+            own = crank + 2 * c + axis
+            modes[:, own] = besides[:, c, axis] / model.ports[int(model.cylinders[c, at.END_PORT]) + axis, own]
+    add_motion(state, Motion(modes[0], modes[1], modes[2], 0.0, 0.0))
+
+
+def _off_tangents(model: ModelArrays, motion: Motion) -> Array:
+    """How far each pin is off the tangent of its circle, (R(φ) − I) X − φ e_z×X, with rates; (3, c, 2) m, m/s, m/s²."""
+    rows = model.ports[model.cylinders[:, at.PIN_TURN].astype(int)]
+    phi, rate, swing = (rows @ part[: rows.shape[1]] for part in motion[:3])
+    out = model.pins
+    along = np.stack((-out[:, 1], out[:, 0]), axis=1)
+    cos, sin = np.cos(phi)[:, None], np.sin(phi)[:, None]
+    place = (cos - 1.0) * out + (sin - phi[:, None]) * along
+    slope = (cos - 1.0) * along - sin * out  # by φ
+    bend = -cos * out - sin * along
+    velocity = slope * rate[:, None]
+    return np.stack((place, velocity, slope * swing[:, None] + bend * rate[:, None] ** 2))

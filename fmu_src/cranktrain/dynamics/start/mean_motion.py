@@ -22,6 +22,7 @@ from cranktrain.dynamics.model.workspace import start_room
 from cranktrain.dynamics.motion.gas import gas_force, trace_pressure
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 from cranktrain.dynamics.topology import slots as added
+from cranktrain.loads.articulated_rod import AX, AY, VX, VY, X, Y, force_on_pin, hang
 from cranktrain.loads.slider_crank import rod_force
 
 ORDERS = 60
@@ -30,6 +31,8 @@ RIGID = 6
 """Modes of the block as a rigid body."""
 STRAIGHT = 5
 """Modes of the crank as a rigid body that does not turn."""
+START_ROD, START_PIN = 16, 24
+"""Where in ``StartRoom.rod`` the motions lie of what a rod turns about, and of the pin under an articulated rod."""
 
 
 class Start(NamedTuple):
@@ -300,15 +303,26 @@ def rigid_torque(model, speed, out, torque):
         torque[i] = 0.0
         for c in range(model.cylinders.shape[0]):
             rod = model.cylinders[c]
-            cos = math.cos(theta - rod[slots.BANK])
-            sin = math.sin(theta - rod[slots.BANK])
+            hung = rod[slots.MASTER] >= 0.0
+            bank = model.cylinders[int(rod[slots.MASTER]), slots.BANK] if hung else rod[slots.BANK]
+            cos = math.cos(theta - bank)
+            sin = math.sin(theta - bank)
             x = cos * model.pins[c, 0] - sin * model.pins[c, 1]
             y = sin * model.pins[c, 0] + cos * model.pins[c, 1]
             gas = gas_force(rod, model.scalars, trace_pressure(model, c, theta, speed))
             g = model.scalars[slots.GRAVITY]
+            motion = out[START_ROD:]
+            motion[X], motion[Y] = x, y
+            motion[VX], motion[VY] = -speed * y, speed * x
+            motion[AX], motion[AY] = -speed * speed * x, -speed * speed * y
+            if hung:
+                hang(rod[slots.JOINT :], motion, out[START_PIN:])
             rod_force(
-                x, y, -speed * y, speed * x, -speed * speed * x, -speed * speed * y,
+                motion[X], motion[Y], motion[VX], motion[VY], motion[AX], motion[AY],
                 gas, rod[slots.ROD], rod[slots.M_BIG], rod[slots.M_OSC], rod[slots.DELTA_J], rod[slots.OFFSET],
                 g * math.sin(rod[slots.BANK]), g * math.cos(rod[slots.BANK]), out,
             )  # fmt: skip
-            torque[i] += x * out[1] - y * out[0]
+            force_x, force_y = out[0], out[1]
+            if hung:
+                force_x, force_y, _ = force_on_pin(rod[slots.JOINT :], out[START_PIN:], out)
+            torque[i] += x * force_y - y * force_x

@@ -20,6 +20,7 @@ from cranktrain.dynamics.motion.gas import built_in, follow_crank
 from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot, factor_rows, product, solve_rows
 from cranktrain.dynamics.motion.newton_matrix import fill_jacobian, start_jacobian
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_compliance, relative_step
+from cranktrain.dynamics.motion.turned_pins import turn_pins, turned, turned_compliance, turned_step, turned_torque
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, cut_short, spent
 from cranktrain.dynamics.topology import slots as added
@@ -253,7 +254,9 @@ def newton_step(model, work, stage, keep_matrix):
     answer(model, work, stage.slot, f, step)
     if has_additions(model):
         call_kernel(model.links.hooks[added.AT_STEPS], (model, work, step))
-    relative_step(model, frame[at.COS], frame[at.SIN], step)
+    if not keep_matrix:
+        turn_pins(model, work)
+    felt_step(model, work, frame, step)
     if not keep_matrix:
         # The linearised forces must use the tangents that belong to the factored matrix.
         for k in range(work.blocks.shape[0]):
@@ -263,6 +266,10 @@ def newton_step(model, work, stage, keep_matrix):
         compliance = work.turning.compliance[stage.slot]
         if model.pairs.shape[0] > 0 or has_additions(model):
             compliance = work.relative
+        if turned(work):
+            turning = work.turning.compliance[stage.slot]
+            turned_compliance(model, work, turning, compliance, model.scales.shape[0], work.turned_compliance)
+            compliance = work.turned_compliance
         start_jacobian(work.jacobian)
         n_newton = model.scales.shape[0] + model.links.scales.shape[0]
         fill_jacobian(compliance, model.connections, work.factored, n_newton, work.jacobian)
@@ -274,6 +281,14 @@ def newton_step(model, work, stage, keep_matrix):
             return SINGULAR
     solve_step(model, work)
     return OK
+
+
+@inlined_kernel
+def felt_step(model, work, frame, step):
+    """Turn a change of all ports (m,) into that which connections feel, in place on the Newton ports."""
+    relative_step(model, frame[at.COS], frame[at.SIN], step)
+    if turned(work):
+        turned_step(model, work, step)
 
 
 @inlined_kernel
@@ -319,7 +334,7 @@ def take_step(model, work, stage, limit):
     before = work.port[at.U_BEFORE]
     for k in range(pistons):
         before[k] = u[k]
-    if model.block_ports.shape[0] == 0 and not has_additions(model):
+    if model.block_ports.shape[0] == 0 and not has_additions(model) and not turned(work):
         follow_step(model, work, stage)
     else:
         follow_forces(model, work, stage)
@@ -345,7 +360,7 @@ def follow_load(model, work, stage):
     answer(model, work, stage.slot, work.port[at.FORCES], step)
     if has_additions(model):
         call_kernel(model.links.hooks[added.AT_STEPS], (model, work, step))
-    relative_step(model, frame[at.COS], frame[at.SIN], step)
+    felt_step(model, work, frame, step)
     solve_step(model, work)
     follow_forces(model, work, stage)
 
@@ -355,7 +370,14 @@ def follow_forces(model, work, stage):
     """f += J δ of a Newton step, and u = u_free + H f of all ports but those of guided pistons."""
     frame = work.frames[stage.number]
     f = work.port[at.FORCES]
-    linearise(model.connections, work.factored, work.port[at.U_STEP], f)
+    change = work.port[at.F_STEP]
+    for k in range(change.shape[0]):
+        change[k] = 0.0
+    linearise(model.connections, work.factored, work.port[at.U_STEP], change)
+    if turned(work):
+        turned_torque(model, work, change)
+    for k in range(change.shape[0]):
+        f[k] += change[k]
     reactions(model, frame[at.COS], frame[at.SIN], f)
     if has_additions(model):
         call_kernel(model.links.hooks[added.AT_FOLLOW], (model, work, f))

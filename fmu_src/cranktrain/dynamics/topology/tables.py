@@ -77,7 +77,7 @@ def _frame(engine: Engine, table: FrameTable) -> Frame:
         k, throw = table.cylinder - 1, engine.throws[table.cylinder - 1]
         angle = engine.crankshaft.throw_angles[engine.cylinders.pins[k] - 1]
         pin = -throw * math.sin(angle), throw * math.cos(angle)
-        length, offset, bank = engine.rod.length, engine.offsets[k], engine.cylinders.bank_angles[k]
+        length, offset, bank = engine.rods[k].length, engine.offsets[k], engine.cylinders.bank_angles[k]
     slider = Slider((pin[0], pin[1]), length, bank, offset, table.motion == "piston", table.cylinder)
     return Frame(table.name, table.ratio, 0.0, axis, slider)
 

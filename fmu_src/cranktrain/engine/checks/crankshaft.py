@@ -10,6 +10,7 @@ import math
 from functools import partial
 from itertools import accumulate, pairwise
 
+from cranktrain.engine.articulated_rod import ARTICULATED, reach
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import BalanceWeights, Crankshaft, Cylinders, Damper
 from cranktrain.engine.quantities import (
@@ -129,8 +130,11 @@ def check_cylinders(engine: Engine) -> None:
     pins, n, throws = cylinders.pins, len(cylinders.firing_order), len(crank.throw_angles)
     given = len(cylinders.axis_offsets)
     _cylinders("axis_offsets", given in (0, n), f"{given} values for {n} cylinders; give one for each, or none")
-    reach = max(crank.throws) + max(map(abs, engine.offsets))
-    need("rod", "length", length > reach, f"{mm(length)} is shorter than throw and pin offset, {mm(reach)}")
+    across = max(crank.throws) + max(map(abs, engine.offsets))
+    need("rod", "length", length > across, f"{mm(length)} is shorter than throw and pin offset, {mm(across)}")
+    joint = engine.articulated_rod
+    text = 'is there, but no rod hangs on another; write cylinders.rods_on_pin = "articulated", or leave it out'
+    need("articulated_rod", "length", joint is None or cylinders.rods_on_pin == ARTICULATED, text)
     # At bottom dead centre, where the webs lie under the piston.
     lowest, under = length - crank.throw, any(crank.counterweights) and crank.pin_width < cylinders.bore
     text = (
@@ -154,6 +158,37 @@ def check_cylinders(engine: Engine) -> None:
     both = bool(cylinders.firing_angles and cylinders.firing_intervals)
     _cylinders("firing_intervals", not both, "and firing_angles are both given; leave one of them out")
     _check_rods(engine)
+    if cylinders.rods_on_pin == ARTICULATED:
+        _check_articulated(engine)
+
+
+def _check_articulated(engine: Engine) -> None:
+    """Refuse articulated rods that are not described, have no pin to share or do not reach their cylinders."""
+    joint, pins, n = engine.articulated_rod, engine.cylinders.pins, engine.n_cylinders
+    _cylinders("rods_on_pin", len(set(pins)) < n, "is articulated, but no pin of cylinders.pins has two rods")
+    _cylinders(
+        "rods_on_pin", joint is not None, "is articulated; add the table [articulated_rod] of the rods that hang"
+    )
+    assert joint is not None
+    of, angles = partial(need, "articulated_rod"), joint.knuckle_angles
+    of("knuckle_angles", len(angles) in (0, n), f"{len(angles)} angles for {n} cylinders; give one for each, or none")
+    for c, own in enumerate(engine.articulations):
+        text = f"is {math.degrees(angles[c] if angles else 0.0):.4g} deg for cylinder {c + 1}, a master rod's; give 0"
+        of("knuckle_angles", own is not None or not angles or angles[c] == 0.0, text)
+    longest = engine.rod.length
+    text = f"{mm(joint.knuckle_radius)} is no less than the master rod's length, {mm(longest)}"
+    of("knuckle_radius", joint.knuckle_radius < longest, text)
+    for c, own in enumerate(engine.articulations):
+        if own is not None:
+            text = f"rods {own.master + 1} and {c + 1} on pin {pins[c]} lie in one plane; leave rod_offsets out"
+            _cylinders("rod_offsets", engine.rod_offsets[c] == engine.rod_offsets[own.master], text)
+            across = reach(engine, c)
+            text = f"{mm(joint.length)} is too short for cylinder {c + 1}: its knuckle pin moves {mm(across)} across it"
+            of("length", across < joint.length, text)
+    for frame in engine.frame:
+        shared = 0 < frame.cylinder <= n and pins.count(pins[frame.cylinder - 1]) > 1
+        text = f"has master or articulated rods on its pin, which no frame follows; leave cylinder {frame.cylinder} out"
+        need(f"frame '{frame.name}'", "cylinder", not shared, text)
 
 
 def _check_order(cylinders: Cylinders) -> None:
@@ -173,9 +208,10 @@ def _check_order(cylinders: Cylinders) -> None:
 
 
 def _check_rods(engine: Engine) -> None:
-    """Refuse rods that share a pin and do not lie on it side by side."""
+    """Refuse rods that share a pin and lie on it neither side by side nor in one plane, as the engine says."""
     crank, cylinders, big_end = engine.crankshaft, engine.cylinders, engine.big_end_bearing
     n, offsets, half_pin = len(cylinders.firing_order), cylinders.rod_offsets, 0.5 * crank.pin_width
+    one_plane = {"fork-and-blade": "a fork and its blade", ARTICULATED: "a master rod and those that hang on it"}
     text = f"{len(offsets)} offsets for {n} cylinders; give one for each, or none"
     _cylinders("rod_offsets", len(offsets) in (0, n), text)
     for k, offset in enumerate(offsets, start=1):
@@ -188,10 +224,11 @@ def _check_rods(engine: Engine) -> None:
         rods = sorted((engine.rod_offsets[k], k + 1) for k in range(n) if cylinders.pins[k] == pin)
         if rods == [(0.0, rods[0][1])]:
             continue  # the width of a single big end belongs to the rules of its bearing
-        if cylinders.rods_on_pin == "fork-and-blade":
-            text = f"rods of a fork and its blade on pin {pin} lie in one plane; leave rod_offsets out"
+        if cylinders.rods_on_pin in one_plane:
+            text = f"rods of {one_plane[cylinders.rods_on_pin]} on pin {pin} lie in one plane; leave rod_offsets out"
             _cylinders("rod_offsets", all(offset == rods[0][0] for offset, _ in rods), text)
-            _cylinders("rods_on_pin", len(rods) <= 2, f"{len(rods)} rods on pin {pin}; a fork has one blade")
+            blades = len(rods) <= 2 or cylinders.rods_on_pin == ARTICULATED
+            _cylinders("rods_on_pin", blades, f"{len(rods)} rods on pin {pin}; a fork has one blade")
             continue
         names = " and ".join(str(k) for _, k in rods)
         together = len(rods) * width

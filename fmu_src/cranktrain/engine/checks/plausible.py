@@ -14,7 +14,7 @@ from itertools import pairwise
 
 from cranktrain.engine.checks.oil import thickness
 from cranktrain.engine.model import Engine
-from cranktrain.engine.parts import LumpedInertia, PistonGuidance, PlainBearing
+from cranktrain.engine.parts import LumpedInertia, PistonGuidance, PlainBearing, Rod
 from cranktrain.engine.quantities import ZERO_CELSIUS, mm
 
 STEEL = 7850.0
@@ -22,6 +22,8 @@ MASSES = {
     "cylinders.piston_mass": (0.02, 5.0),
     "rod.big_end_mass": (0.005, 5.0),
     "rod.small_end_mass": (0.002, 5.0),
+    "articulated_rod.big_end_mass": (0.002, 5.0),
+    "articulated_rod.small_end_mass": (0.002, 5.0),
     "flywheel.mass": (0.01, 300.0),
     "pulley.mass": (0.005, 100.0),
     "clutch.mass": (0.005, 300.0),
@@ -37,6 +39,8 @@ GYRATIONS = {"flywheel": (0.1, 10.0), "pulley": (0.05, 10.0), "clutch": (0.05, 1
 """Least and largest radius of gyration about the crank's axis, over the bore."""
 ROD_GYRATION = (0.1, 1.5)
 """Of the rod about its centre of mass, over its length."""
+KNUCKLES, WHOLE, MOST_OFF = (1.1, 4.0), (0.75, 1.25), 30.0
+"""Radius of knuckle pins over the crank pin's; length of rod and knuckle over the master rod's; angle off the bank."""
 LONG_STROKE = 2.5
 """Stroke over bore from which on an engine has crossheads: its rod may be shorter, as it swings beside no skirt."""
 AIR = 287.0
@@ -58,6 +62,7 @@ def warn_of_doubts(engine: Engine) -> None:
 def doubts(engine: Engine) -> Iterator[str]:
     """What :func:`warn_of_doubts` says."""
     yield from _masses(engine)
+    yield from _articulated(engine)
     yield from _piston(engine)
     yield from _crank(engine)
     yield from _cylinders(engine)
@@ -91,7 +96,7 @@ def _outside(
 
 
 def _masses(engine: Engine) -> Iterator[str]:
-    bore, rod = engine.cylinders.bore, engine.rod
+    bore = engine.cylinders.bore
     cube = STEEL * bore**3
     for name, (low, high) in MASSES.items():
         table, key = name.split(".")
@@ -109,12 +114,40 @@ def _masses(engine: Engine) -> Iterator[str]:
                     f"{table}.polar_inertia: a radius of gyration of {mm(radius)} with a bore of {mm(bore)}, "
                     f"usual {mm(low * bore)} to {mm(high * bore)}; {UNIT}"
                 )
+    for table in ("rod", "articulated_rod"):
+        if (rod := getattr(engine, table)) is not None:
+            yield from _gyration(table, rod)
+
+
+def _gyration(table: str, rod: Rod) -> Iterator[str]:
+    """A moment of inertia that no rod of such length and mass has."""
     (low, high), radius = ROD_GYRATION, (rod.inertia / (rod.big_end_mass + rod.small_end_mass)) ** 0.5
     if not low * rod.length <= radius <= high * rod.length:
         yield (
-            f"rod.inertia: a radius of gyration of {mm(radius)} in a rod of {mm(rod.length)}, "
+            f"{table}.inertia: a radius of gyration of {mm(radius)} in a rod of {mm(rod.length)}, "
             f"usual {mm(low * rod.length)} to {mm(high * rod.length)}; {UNIT}"
         )
+
+
+def _articulated(engine: Engine) -> Iterator[str]:
+    """Knuckle pins within the crank pin or far from it; piston strokes far from those of master rods."""
+    joint, pin = engine.articulated_rod, 0.5 * engine.crankshaft.pin_diameter
+    if joint is None:
+        return
+    where = "the knuckle pin lies in the master rod's big end, around the crank pin"
+    over = joint.knuckle_radius / pin
+    yield from _outside("articulated_rod.knuckle_radius", "over the crank pin's radius it is", over, KNUCKLES, where)
+    whole, hint = (joint.length + joint.knuckle_radius) / engine.rod.length, "usual rods end at the same height"
+    yield from _outside("articulated_rod.length", "with knuckle_radius over rod.length it is", whole, WHOLE, hint)
+    for c, own in enumerate(engine.articulations):
+        if own is not None:
+            off = math.degrees((math.atan2(-own.x, own.y) - own.turn + math.pi) % (2.0 * math.pi) - math.pi)
+            if abs(off) > MOST_OFF and joint.knuckle_radius > 0.0:
+                yield (
+                    f"articulated_rod.knuckle_angles: {off:.4g} deg off the bank of cylinder {c + 1}, usual at most "
+                    f"{MOST_OFF:g} deg; they count from the master rod in the sense of rotation"
+                )
+                break
 
 
 def _piston(engine: Engine) -> Iterator[str]:

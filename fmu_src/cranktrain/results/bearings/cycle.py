@@ -10,7 +10,8 @@ Friction mean effective pressure is work per cycle over displacement: 4π P/(Ω 
 
 The inclination β of a rod follows from sin β = x/L with the pin's position x across its cylinder (Shigley and Uicker,
 Theory of Machines and Mechanisms). The speed of a pin in its big end is the crank's speed minus β̇, without the crank's
-twist.
+twist. The big end of an articulated rod is its knuckle pin, which turns with the master rod; its size is not known, so
+there is no specific load of it. The load of a master rod's big end includes that of the rods that hang on it.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from cranktrain.core.errors import InputError
+from cranktrain.engine.articulated_rod import rod_end
 from cranktrain.engine.bearing_limits import BIG_END, MAIN
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
@@ -170,8 +172,12 @@ def rod_lean(engine: Engine, cylinder: int, angle: Array) -> tuple[Array, Array]
 
     ``angle`` (n,) is the crank's, rad.
     """
-    cylinders, throw, length = engine.cylinders, engine.throws[cylinder], engine.rod.length
+    cylinders, throw, length = engine.cylinders, engine.throws[cylinder], engine.rods[cylinder].length
     bank = cylinders.bank_angles[cylinder]
+    if engine.articulations[cylinder] is not None:
+        end = rod_end(engine, cylinder, angle)
+        sine = (end.x - engine.offsets[cylinder]) / length
+        return bank + np.arcsin(sine), end.vx / (length * np.sqrt(1.0 - sine**2))
     psi = angle + engine.crankshaft.throw_angles[cylinders.pins[cylinder] - 1] - bank
     sine = (-throw * np.sin(psi) - engine.offsets[cylinder]) / length
     return bank + np.arcsin(sine), -throw * np.cos(psi) / (length * np.sqrt(1.0 - sine**2))
@@ -231,10 +237,12 @@ def _big_end(cycle: _Cycle, cylinder: int, engine: Engine) -> BearingCycle:
     """Big end of a cylinder, counted from 0."""
     name = f"big_end[{cylinder + 1}]"
     lean, slope = rod_lean(engine, cylinder, cycle.crank)
-    gap, speed = np.angle(cycle.vector(f"{name}.position")), (1.0 - slope) * cycle["crank.speed"]
-    shell = _Shell(
-        name, BIG_END, cylinder + 1, engine.big_end_bearing, lean, gap, speed, cycle.rate(f"{name}.position")
-    )
+    joint, turning = engine.articulations[cylinder], np.ones(slope.size)
+    if joint is not None:  # its pin is fixed to the master rod
+        turning = rod_lean(engine, joint.master, cycle.crank)[1]
+    bearing = engine.big_end_bearing if joint is None else None
+    gap, rate = np.angle(cycle.vector(f"{name}.position")), cycle.rate(f"{name}.position")
+    shell = _Shell(name, BIG_END, cylinder + 1, bearing, lean, gap, (turning - slope) * cycle["crank.speed"], rate)
     return _bearing(cycle, shell)
 
 

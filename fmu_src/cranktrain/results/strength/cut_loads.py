@@ -156,6 +156,8 @@ def named_loads(cycle: RecordedCycle) -> list[tuple[str, PointLoads]]:
         force = _to_frame(cycle, out[f"{name}.force.x"], out[f"{name}.force.y"])
         found.append(_at(cycle, f"main[{i}]", force, moment + about[:, None] * AXIS))
     for c, (pin, offset) in enumerate(zip(engine.cylinders.pins, engine.rod_offsets, strict=True), 1):
+        if engine.articulations[c - 1] is not None:
+            continue  # it hangs on its master rod, whose big end has its load as well
         force = _to_frame(cycle, out[f"big_end[{c}].force.x"], out[f"big_end[{c}].force.y"])
         moment = -out[f"big_end[{c}].friction_torque"][:, None] * AXIS
         found.append(_at(cycle, f"pin[{pin}]", force, moment, offset))

@@ -128,8 +128,8 @@ def rod_masses(engine: Engine, crankshaft: ReducedBody, without: Collection[int]
     def row(name: str, component: int) -> Array:
         return np.asarray(crankshaft.shapes[crankshaft.index(name), component])
 
-    rod_mass = mean_rod_mass(engine)
-    for cylinder, (pin, offset) in enumerate(zip(engine.cylinders.pins, engine.rod_offsets, strict=True), 1):
+    own = zip(engine.cylinders.pins, engine.rod_offsets, mean_rod_masses(engine), strict=True)
+    for cylinder, (pin, offset, rod_mass) in enumerate(own, 1):
         if cylinder in without:
             continue
         # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
@@ -168,9 +168,13 @@ def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float
     return springs
 
 
-def mean_rod_mass(engine: Engine) -> float:
-    """Cycle-mean mass that one rod puts on its pin across the axis, m_b + ½ m_o, kg."""
-    return engine.rod.big_end_mass + 0.5 * (engine.rod.small_end_mass + engine.cylinders.piston_mass)
+def mean_rod_masses(engine: Engine) -> list[float]:
+    """Cycle-mean mass that each cylinder's rod puts on its pin across the axis, m_b + ½ m_o, kg.
+
+    Articulated rods count as if their knuckle pins moved like the crank pin.
+    """
+    piston = engine.cylinders.piston_mass
+    return [rod.big_end_mass + 0.5 * (rod.small_end_mass + piston) for rod in engine.rods]
 
 
 def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: bool) -> Array:
@@ -198,8 +202,7 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
             at[None], np.array([part.mass]), np.array([part.polar_inertia]), np.array([part.diametral_inertia])
         )
     if rods:
-        rod_mass = mean_rod_mass(engine)
-        for i in engine.cylinders.pins:
+        for i, rod_mass in zip(engine.cylinders.pins, mean_rod_masses(engine), strict=True):
             main = engine.crankshaft.main_before[i - 1]
             axis = 0.5 * (motion[crankshaft.index(f"main[{main}]")] + motion[crankshaft.index(f"main[{main + 1}]")])
             energy[:, 0] += rod_mass * (axis[0] ** 2 + axis[1] ** 2)

@@ -14,6 +14,7 @@ from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
 from cranktrain.dynamics.model import slots
 from cranktrain.engine.model import Engine
+from cranktrain.loads.articulated_rod import MASTERS_PIN, force_change, force_on_pin, hang, joint_values
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure, spline_coefficients
 from cranktrain.loads.slider_crank import remainder_inertia, rod_force
 from cranktrain.structure.crank.modal import main_springs
@@ -45,8 +46,7 @@ def rod_forces(
 
     The last row is the crank's mean rotation, which feels nothing and shifts the gas.
     """
-    rod, cylinders, offsets = engine.rod, engine.cylinders, engine.offsets
-    remainder, oscillating = remainder_inertia(rod), rod.small_end_mass + cylinders.piston_mass
+    cylinders, offsets = engine.cylinders, engine.offsets
     out = np.zeros(16)
     pushes = gas_forces(engine, speed, angle, gas, load)
     ahead, behind = (gas_forces(engine, speed, angle + sign * _APART, gas, load) for sign in (1.0, -1.0))
@@ -60,29 +60,44 @@ def rod_forces(
         # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
         rows.append(np.stack((shape[0] + offset * shape[4], shape[1] - offset * shape[3], shape[5])))
         x0, y0 = body.positions[pin, :2]
-        at = slice(3 * c, 3 * c + 2)
-        for k, theta in enumerate(angle - cylinders.bank_angles[c]):
+        at, rod, joint = slice(3 * c, 3 * c + 2), engine.rods[c], engine.articulations[c]
+        remainder, oscillating = remainder_inertia(rod), rod.small_end_mass + cylinders.piston_mass
+        hung = None if joint is None else joint_values(joint)
+        for k, theta in enumerate(angle - cylinders.bank_angles[c if joint is None else joint.master]):
             cos, sin = math.cos(theta), math.sin(theta)
             turn = np.array([[cos, -sin], [sin, cos]])
             x, y = turn @ (x0, y0)
+            motion = np.array([x, y, -speed * y, speed * x, -(speed**2) * x, -(speed**2) * y])
+            pin_motion = np.zeros(MASTERS_PIN)
+            if hung is not None:
+                hang(hung, motion, pin_motion)
             rod_force(
-                x, y, -speed * y, speed * x, -(speed**2) * x, -(speed**2) * y, pushes[k, c], rod.length,
+                *motion, pushes[k, c], rod.length,
                 rod.big_end_mass, oscillating, remainder, offsets[c], 0.0, 0.0, out,
             )  # fmt: skip
-            forces[k, at] = f_x, f_y = turn.T @ out[:2]
             own = np.zeros((2, 3, 2))  # by place, velocity and acceleration in cylinder axes
             own[:, 0, 0], own[:, 1, 0], own[:, 2] = out[2:4], out[4:6], out[6:10].reshape(2, 2)
+            force, push = out[:2].copy(), _rod_push(motion, rod.length, offsets[c])
+            if hung is not None:
+                own = np.array([force_change(hung, pin_motion, out, *way) for way in np.eye(6)]).T.reshape(2, 3, 2)
+                force, push = (np.array(force_on_pin(hung, pin_motion, one)[:2]) for one in (force, push))
+            forces[k, at] = f_x, f_y = turn.T @ force
             by_place, by_velocity, by_acceleration = (turn.T @ own[:, i] @ turn for i in range(3))
             # Velocity and acceleration in space are u̇ + Ω e_z×u and ü + 2Ω e_z×u̇ − Ω²u.
             tangents[0, k, at, at] = by_place + speed * by_velocity @ _ACROSS - speed**2 * by_acceleration
             tangents[1, k, at, at] = by_velocity + 2.0 * speed * by_acceleration @ _ACROSS
             tangents[2, k, at, at] = by_acceleration
             tangents[0, k, 3 * c + 2, at] = f_y, -f_x
-            across = (x - offsets[c]) / math.sqrt(rod.length**2 - (x - offsets[c]) ** 2)
-            tangents[0, k, at, -1] = rises[k, c] * turn.T @ (across, -1.0)
+            tangents[0, k, at, -1] = rises[k, c] * turn.T @ push
     mean_rotation = np.zeros((1, body.n_modes))
     mean_rotation[0, slots.ROTATION] = body.shapes[body.index("pulley"), slots.ROTATION, slots.ROTATION]
     return PeriodicForces(np.concatenate((*rows, mean_rotation)), forces, *tangents)
+
+
+def _rod_push(motion: Array, length: float, offset: float) -> Array:
+    """Force on what a rod turns about, in axes of its cylinder, by unit force of the gas on its piston, (2,)."""
+    across = motion[0] - offset
+    return np.array([across / math.sqrt(length**2 - across**2), -1.0])
 
 
 def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace, load: float) -> Array:

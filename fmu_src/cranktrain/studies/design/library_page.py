@@ -42,9 +42,7 @@ COLUMNS = (
 TAIL = """
 `four_petrol` has two balancer shafts against its second order ([added bodies](how-to/added_bodies.md)) and a dual-mass
 flywheel whose bow springs rub; `generator_four` a rubber coupling that stiffens with torque, and its generator's load;
-`two_stroke_six` shafting, a propeller and its load over speed ([drive line](how-to/drive_line.md)). With films in its
-mains and big ends at once its runs end at some speeds, because the iteration does not settle; take
-`--big-ends rigid`.
+`two_stroke_six` shafting, a propeller and its load over speed ([drive line](how-to/drive_line.md)).
 
 This page is made by `python -m cranktrain.studies.design.library_page docs/engines.md`, the files by
 `python -m cranktrain.studies.design.library`.

@@ -9,6 +9,7 @@ import numpy as np
 
 from cranktrain import __version__
 from cranktrain.core.user_file import ending
+from cranktrain.engine.articulated_rod import dead_centre_angles, dead_centre_heights
 from cranktrain.engine.file import engine_path
 from cranktrain.engine.firing import firing_text
 from cranktrain.engine.model import Engine
@@ -57,7 +58,8 @@ def engine_rows(found: Findings) -> list[tuple[str, str]]:
         *_added(engine),
         ("torsional damper", _none("damper") if engine.damper is None else engine.damper.kind),
         ("block", f"rigid ground, {_none('block')}" if engine.block is None else "flexible"),
-        ("big ends", f"without films, {_none('big_end_bearing')}" if engine.big_end_bearing is None else "on films"),
+        ("big ends", _big_ends(engine)),
+        *_articulated(engine),
         ("fatigue", _none("crank_strength") if engine.crank_strength is None else "by [crank_strength]"),
     ]
 
@@ -66,6 +68,31 @@ def _added(engine: Engine) -> list[tuple[str, str]]:
     """What a report leaves out of its torsion: bodies that the file adds."""
     names = ", ".join(body.name for body in engine.body)
     return [("added bodies", f"{names}; not in the torsion of this report")] if names else []
+
+
+def _big_ends(engine: Engine) -> str:
+    """How the rods run on their pins."""
+    if engine.big_end_bearing is None:
+        return f"without films, {_none('big_end_bearing')}"
+    return "on films" if engine.rods_float else f"without films, rods are {engine.cylinders.rods_on_pin}"
+
+
+def _articulated(engine: Engine) -> list[tuple[str, str]]:
+    """Strokes and dead centres of pistons on articulated rods, by their true paths, and of which rods they hang."""
+    found = []
+    for c, joint in enumerate(engine.articulations):
+        if joint is not None:
+            top, bottom = dead_centre_angles(engine, c)
+            pin = engine.firing_angles[c]
+            high, low = 1e3 * dead_centre_heights(engine, c)
+            late = [math.degrees((one - pin + math.pi) % (2.0 * math.pi) - math.pi) for one in (top, bottom + math.pi)]
+            found.append((
+                f"cylinder {c + 1}, articulated",
+                f"hangs on the master rod of cylinder {joint.master + 1}; stroke {high - low:.5g} mm, dead centres "
+                f"{late[0]:+.2f}° (top) and {late[1]:+.2f}° (bottom) from where the pin points along the cylinder or "
+                "away from it",
+            ))  # fmt: skip
+    return found
 
 
 def _none(table: str) -> str:

@@ -54,7 +54,7 @@ class Section(NamedTuple):
             "range": f"--from {first:g} --to {last:g} --step {step:g}",
             "speed": f"{found.speeds[1] / RPM:.0f}",
             "given": f" {shlex.join(asked.running)}" if asked.running else "",
-            "ends": "" if engine.big_end_bearing is None else " --big-ends impedance",
+            "ends": " --big-ends impedance" if engine.big_end_bearing is not None and engine.rods_float else "",
             "both": "" if engine.damper is None else f" --with-damper {place}/{engine.name}_runup_damped.h5",
         }
         return [text.format(**words) for text in self.commands if text != DAMPED or engine.damper is not None]

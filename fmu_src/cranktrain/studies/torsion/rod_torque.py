@@ -1,10 +1,10 @@
 """Torque of rigid rods on pins that run on their circles, in closed form, for many angles at once.
 
-With the pin at the angle a of its circle of radius r in axes of its cylinder, x = r cos a − e, s = √(L² − x²), the
-piston moves by h = dy_P/da = r cos a + r x sin a/s and the rod turns by b = dβ/da = −r sin a/s. The pin then carries
-the inertia
+What a rod turns about is at K(a) in axes of its cylinder when its crank pin is at the angle a: the pin itself, on its
+circle of radius r, or a knuckle pin. With K = (x + e, y), v = dK/da and s = √(L² − x²) the piston moves by
+h = dy_P/da = v_y − v_x x/s and the rod turns by b = dβ/da = v_x/s. The pin then carries the inertia
 
-    J(a) = m_b r² + m_o h² + ΔJ b²
+    J(a) = m_b |v|² + m_o h² + ΔJ b²
 
 and at the angle ψ feels the torque −J ψ̈ − ½ J' ψ̇² − h p A + gravity. This is the force of
 :mod:`cranktrain.loads.slider_crank` along the circle; symbols are its own.
@@ -19,6 +19,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
+from cranktrain.engine.articulated_rod import Articulation, RodEnd, circle, hung_on
 from cranktrain.engine.model import Engine
 from cranktrain.loads.slider_crank import remainder_inertia
 
@@ -46,20 +47,22 @@ class Rods(NamedTuple):
     ----------
     radius, start, bank : (c,) of the pins' circles, their angles at crank angle 0 in axes of their cylinders, and the
         banks' angles
-    length, offset : L, and e (c,)
-    big_end, oscillating, remainder : m_b, m_o, kg, and ΔJ, kg m²
+    length, offset : L and e (c,)
+    big_end, oscillating, remainder : m_b, m_o, kg, and ΔJ, kg m², (c,)
     gravity : m/s²
+    joints : where articulated rods hang, None for rods on their pin, (c,)
     """
 
     radius: Array
     start: Array
     bank: Array
-    length: float
+    length: Array
     offset: Array
-    big_end: float
-    oscillating: float
-    remainder: float
+    big_end: Array
+    oscillating: Array
+    remainder: Array
     gravity: float
+    joints: tuple[Articulation | None, ...]
 
     @classmethod
     def of_engine(cls, engine: Engine, body: ReducedBody, gravity: float) -> Rods:
@@ -70,33 +73,48 @@ class Rods(NamedTuple):
             np.hypot(*pins.T),
             np.arctan2(pins[:, 1], pins[:, 0]) - bank,
             bank,
-            engine.rod.length,
+            np.array([rod.length for rod in engine.rods]),
             np.array(engine.offsets),
-            engine.rod.big_end_mass,
-            engine.rod.small_end_mass + engine.cylinders.piston_mass,
-            remainder_inertia(engine.rod),
+            np.array([rod.big_end_mass for rod in engine.rods]),
+            np.array([rod.small_end_mass + engine.cylinders.piston_mass for rod in engine.rods]),
+            np.array([remainder_inertia(rod) for rod in engine.rods]),
             gravity,
+            engine.articulations,
         )
 
     def torque(self, angle: Array) -> RodTorque:
         """Inertia and torques where each pin has turned by ``angle`` (…, c), rad."""
         a = angle + self.start
         across, along = self.radius * np.cos(a), self.radius * np.sin(a)
-        x = across - self.offset
+        end = RodEnd(across, along, -along, across, -across, -along)
+        swept, swept_slope = np.broadcast_to(self.radius**2, a.shape), np.zeros_like(a)
+        if any(self.joints):
+            end = self._hung(a, end)
+            hung = np.array([joint is not None for joint in self.joints])
+            swept = np.where(hung, end.vx**2 + end.vy**2, swept)
+            swept_slope = np.where(hung, end.vx * end.ax + end.vy * end.ay, 0.0)
+        x = end.x - self.offset
         s = np.sqrt(self.length**2 - x**2)
-        lean, turn = x / s, -along / s
-        arm = across + along * lean
+        lean, turn = x / s, end.vx / s
+        arm = end.vy - end.vx * lean
         # d(x/s)/da = turn·(1 + lean²), d(1/s)/da·s = turn·lean.
-        arm_slope = -along + across * lean + along * turn * (1.0 + lean**2)
-        turn_slope = -across / s + turn**2 * lean
+        arm_slope = end.ay - end.ax * lean - end.vx * turn * (1.0 + lean**2)
+        turn_slope = end.ax / s + turn**2 * lean
         lean_of_bank, rise = self.gravity * np.sin(self.bank), self.gravity * np.cos(self.bank)
-        weight = self.big_end * lean_of_bank * along - rise * (self.big_end * across + self.oscillating * arm)
-        return RodTorque(
-            self.big_end * self.radius**2 + self.oscillating * arm**2 + self.remainder * turn**2,
-            2.0 * (self.oscillating * arm * arm_slope + self.remainder * turn * turn_slope),
-            arm,
-            weight,
-        )
+        weight = -self.big_end * lean_of_bank * end.vx - rise * (self.big_end * end.vy + self.oscillating * arm)
+        inertia = self.big_end * swept + self.oscillating * arm**2 + self.remainder * turn**2
+        slope = self.oscillating * arm * arm_slope + self.remainder * turn * turn_slope
+        return RodTorque(inertia, 2.0 * (slope + self.big_end * swept_slope), arm, weight)
+
+    def _hung(self, a: Array, end: RodEnd) -> RodEnd:
+        """Paths ``end`` of the pins (…, c) with those of the knuckle pins in their place."""
+        found = np.array(end)
+        for c, joint in enumerate(self.joints):
+            if joint is not None:
+                # From axes of the own cylinder to those of the master's, whose y circle() counts from.
+                pin = circle(self.radius[c], a[..., c] + joint.turn - 0.5 * math.pi)
+                found[..., c] = hung_on(joint, pin)
+        return RodEnd(*found)
 
 
 def gas_push(tables: Array, area: float, angle: Array) -> list[Array]:

@@ -25,7 +25,8 @@ MEASURED_BY = Path(__file__).parents[1] / "tradeoff" / "total" / "measure.py"
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
     ("compressor", "", None), ("limits", "", None),
-    ("frame", "", ()), ("body", "", ()), ("connection", "", ()), ("cylinders", "firing_angles", ()),
+    ("articulated_rod", "", None), ("frame", "", ()), ("body", "", ()), ("connection", "", ()),
+    ("cylinders", "firing_angles", ()),
     ("cylinders", "firing_intervals", ()), ("cylinders", "cycle", 4.0 * math.pi),
     ("cylinders", "axis_offsets", ()), ("cylinders", "rods_on_pin", "side-by-side"), ("cylinders", "crosshead", False),
     ("crankshaft", "pins_between_mains", ()), ("crankshaft", "flying_web_thickness", 0.0),

@@ -1,0 +1,429 @@
+"""Rods that hang on a master rod: limits, tangents, balance of momentum and energy, torsion, strokes, messages."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.motion.gas import gas_volume
+from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.start.mean_motion import rigid_torque
+from cranktrain.engine.articulated_rod import dead_centre_angles, dead_centre_heights, piston_height
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.firing import firing_summary
+from cranktrain.engine.parts import ArticulatedRod
+from cranktrain.loads.articulated_rod import MASTERS_PIN, force_change, force_on_pin, hang, joint_values
+from cranktrain.loads.cylinder_volume import cylinder_volume
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.mean_load import mean_torque
+from cranktrain.loads.slider_crank import remainder_inertia, rod_force
+from cranktrain.results.bearings.cycle import bearing_report, rod_lean
+from cranktrain.results.orders.harmonics import last_cycle, order_amplitudes
+from cranktrain.results.summary import run_summary
+from cranktrain.structure.assembly import running_crank
+from cranktrain.structure.in_motion.periodic_forces import rod_forces
+from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, frequency_run_up
+from cranktrain.studies.torsion.rod_torque import Rods
+
+DATA = Path(__file__).parents[1] / "data" / "engines"
+RADIAL = load_engine(DATA / "radial5.toml")
+V12 = load_engine(DATA / "v12_articulated.toml")
+ENGINES = {"radial5": RADIAL, "v12": V12}
+# Offsets of cylinders and knuckle pins off their banks: no symmetry hides a sign.
+SKEW = replace(
+    RADIAL,
+    cylinders=replace(RADIAL.cylinders, pin_offset=0.004),
+    articulated_rod=replace(RADIAL.articulated_rod, knuckle_angles=(0.0, 1.1, 2.7, 3.6, 5.2)),
+)
+
+
+class Geometry:
+    """Rods of an engine in complex numbers, x + iy in axes at rest, from the crank angle alone."""
+
+    def __init__(self, engine):
+        self.engine, self.area = engine, 0.25 * math.pi * engine.cylinders.bore**2
+
+    def bodies(self, c, theta):
+        """Of cylinder c: what its rod turns about, its piston's pin, and the rod's unit vector to it."""
+        engine, k = self.engine, self.engine.cylinders.pins[c] - 1
+        master = engine.cylinders.pins.index(k + 1)
+        crank = engine.crankshaft
+        end = 1j * crank.throws[k] * np.exp(1j * (theta + crank.throw_angles[k]))
+        if master != c:
+            _, _, along = self.bodies(master, theta)
+            joint = engine.articulated_rod
+            turn = engine.cylinders.bank_angles[c] - engine.cylinders.bank_angles[master]
+            end = end + joint.knuckle_radius * along * np.exp(
+                1j * (joint.knuckle_angles[c] if joint.knuckle_angles else turn)
+            )
+        bank = np.exp(1j * engine.cylinders.bank_angles[c])
+        length = (engine.rod if master == c else engine.articulated_rod).length
+        own = end / bank
+        across = own.real - engine.offsets[c]
+        small = engine.offsets[c] + 1j * (own.imag + np.sqrt(length**2 - across**2))
+        return end, small * bank, (small - own) * bank / length
+
+    def momentum(self, theta, omega):
+        """Momentum (complex) of all rods and pistons and its moment about the crank's axis, at constant speed."""
+        total, about, step = 0.0, 0.0, 1e-5
+        for c in range(self.engine.n_cylinders):
+            rod = self.engine.rods[c]
+            now = self.bodies(c, theta)
+            rates = [
+                sum(w * self.bodies(c, theta + k * step)[i] for k, w in WEIGHTS.items()) / step * omega
+                for i in range(3)
+            ]
+            piston = self.engine.cylinders.piston_mass
+            for mass, i in ((rod.big_end_mass, 0), (rod.small_end_mass + piston, 1)):
+                total += mass * rates[i]
+                about += mass * (now[i].conjugate() * rates[i]).imag
+            about += remainder_inertia(rod) * (now[2].conjugate() * rates[2]).imag
+        return total, about
+
+
+WEIGHTS = {-2: 1.0 / 12.0, -1: -8.0 / 12.0, 1: 8.0 / 12.0, 2: -1.0 / 12.0}
+
+
+def side_by_side(engine):
+    """The engine with plain rods in one plane; not checked, for their big ends overlap."""
+    return replace(
+        engine, articulated_rod=None, cylinders=replace(engine.cylinders, rods_on_pin="side-by-side", rod_offsets=())
+    )
+
+
+def on_the_pin(engine):
+    """The engine with articulated rods of the master's size, whose knuckle pins lie in the middle of the crank pin."""
+    rod = engine.rod
+    return replace(
+        engine, articulated_rod=ArticulatedRod(rod.length, rod.big_end_mass, rod.small_end_mass, rod.inertia, 0.0)
+    )
+
+
+@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize(("crank", "bearings"), [("rigid", "linear"), ("torsional", "held")])
+def test_with_knuckles_in_the_middle_all_rods_run_on_the_pin(name, crank, bearings):
+    engine = ENGINES[name]
+    settings = Settings(crank=crank, block="ground", bearings=bearings, pistons="rigid")
+    # One body for both: the damping that a crank which only twists takes over is measured.
+    made, plain = on_the_pin(engine), side_by_side(engine)
+    body = running_crank(plain, crank)
+    found = [simulate(one, body, settings, 150.0, cycles=1) for one in (made, plain)]
+    masters = {str(engine.cylinders.pins.index(pin) + 1) for pin in engine.cylinders.pins}
+    for key, wanted in found[1].outputs.items():
+        if key.startswith("big_end[") and key[8 : key.index("]")] in masters:
+            pin = engine.cylinders.pins[int(key[8 : key.index("]")]) - 1]
+            shared = [c + 1 for c, own in enumerate(engine.cylinders.pins) if own == pin]
+            wanted = sum(found[1].outputs[f"big_end[{c}]{key[key.index(']') + 1 :]}"] for c in shared)
+        scale = np.abs(wanted).max() + 1e-12
+        np.testing.assert_allclose(found[0].outputs[key], wanted, atol=1e-8 * scale, err_msg=key)
+
+
+def pin_force(joint, motion, rod, gas):
+    """Force on the crank pin and what ``force_change`` needs, from six values of its motion in the master's axes."""
+    own, pin, out = np.array(motion, dtype=float), np.zeros(MASTERS_PIN), np.zeros(16)
+    hang(joint, own, pin)
+    rod_force(*own, gas, rod.length, rod.big_end_mass, 1.1, remainder_inertia(rod), 0.004, 3.0, -5.0, out)
+    return np.array(force_on_pin(joint, pin, out)), pin, out
+
+
+@pytest.mark.parametrize("cylinder", [1, 3, 4])
+@pytest.mark.parametrize("angle", [0.3, 2.0, 4.5])
+def test_tangents_are_those_of_differences(cylinder, angle):
+    """In all six directions of place, velocity and acceleration, at some motion of the pin off its circle."""
+    joint, rod = joint_values(SKEW.articulations[cylinder]), SKEW.articulated_rod
+    r = SKEW.crankshaft.throw
+    motion = np.array([
+        -r * math.sin(angle), r * math.cos(angle), -11.0 * math.cos(angle), -9.0 * math.sin(angle), 2100.0, -900.0,
+    ])  # fmt: skip
+    _, pin, out = pin_force(joint, motion, rod, 2e4)
+    scale = np.array([1e-6, 1e-6, 1e-3, 1e-3, 1.0, 1.0])
+    for k, way in enumerate(np.eye(6)):
+        ahead, behind = (pin_force(joint, motion + s * scale[k] * way, rod, 2e4)[0][:2] for s in (1.0, -1.0))
+        wanted = (ahead - behind) / (2.0 * scale[k])
+        found = np.array(force_change(joint, pin, out, *way))
+        np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-7 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+def test_force_and_side_force_are_those_of_momentum(engine):
+    """Rates of momentum and of its moment, of all rods and pistons, are those of gas, liners, weight and crank pins."""
+    settings = Settings(crank="rigid", block="ground", bearings="held", pistons="rigid")
+    heavy = replace(engine, flywheel=replace(engine.flywheel, polar_inertia=1e9, diametral_inertia=1e9))
+    simulation = Simulation(heavy, running_crank(heavy, "rigid"), settings)
+    omega, geometry = 190.0, Geometry(engine)
+    simulation.inputs[0] = omega
+    simulation.initialize()
+    for k in range(1, 8):
+        simulation.step(2.3e-3 * k)
+        out = dict(zip(simulation.output_names, simulation.outputs.tolist(), strict=True))
+        theta, step = out["crank.angle"], 1e-4
+        (p0, h0), (p1, h1) = (geometry.momentum(theta + s * step, omega) for s in (-1.0, 1.0))
+        rate, turned = (p1 - p0) * omega / (2.0 * step), (h1 - h0) * omega / (2.0 * step)
+        force, moment = 0.0, 0.0
+        for c in range(engine.n_cylinders):
+            bank = np.exp(1j * engine.cylinders.bank_angles[c])
+            end, small, _ = geometry.bodies(c, theta)
+            rod = engine.rods[c]
+            mass = rod.small_end_mass + engine.cylinders.piston_mass
+            gas = (simulation.work.pressures[0, c] - at.AMBIENT) * geometry.area
+            # The output is the piston's force on the liner.
+            for f, where in (
+                ((-out[f"piston[{c + 1}].side_force"] - 1j * gas) * bank, small),
+                (-1j * mass * settings.gravity, small), (-1j * rod.big_end_mass * settings.gravity, end),
+            ):  # fmt: skip
+                force += f
+                moment += (where.conjugate() * f).imag
+            if engine.articulations[c] is None:
+                k = engine.cylinders.pins[c] - 1
+                pin = 1j * engine.crankshaft.throws[k] * np.exp(1j * (theta + engine.crankshaft.throw_angles[k]))
+                f = -complex(out[f"big_end[{c + 1}].force.x"], out[f"big_end[{c + 1}].force.y"])
+                force += f
+                moment += (pin.conjugate() * f).imag
+        scale = abs(rate) + max(abs(out[f"big_end[{c + 1}].force.y"]) for c in range(engine.n_cylinders))
+        assert abs(rate - force) < 2e-5 * scale
+        assert abs(turned - moment) < 2e-5 * scale * engine.rod.length
+
+
+@pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+def test_the_load_of_a_knuckle_pin_is_that_of_its_rod_and_piston(engine):
+    """Along the articulated rod's own momentum: force on its knuckle pin at constant speed."""
+    settings = Settings(crank="rigid", block="ground", bearings="held", pistons="rigid", gravity=0.0)
+    heavy = replace(engine, flywheel=replace(engine.flywheel, polar_inertia=1e9, diametral_inertia=1e9))
+    simulation = Simulation(heavy, running_crank(heavy, "rigid"), settings)
+    omega, geometry, step = 190.0, Geometry(engine), 1e-4
+    simulation.inputs[0] = omega
+    simulation.initialize()
+    simulation.step(4.1e-3)
+    out = dict(zip(simulation.output_names, simulation.outputs.tolist(), strict=True))
+    for c, joint in enumerate(engine.articulations):
+        if joint is None:
+            continue
+        bank, rod = np.exp(1j * engine.cylinders.bank_angles[c]), engine.rods[c]
+        before, now, after = (geometry.bodies(c, out["crank.angle"] + k * step) for k in (-1.0, 0.0, 1.0))
+        end, small = ((before[i] - 2.0 * now[i] + after[i]) * (omega / step) ** 2 for i in range(2))
+        mass = rod.small_end_mass + engine.cylinders.piston_mass
+        gas = (simulation.work.pressures[0, c] - at.AMBIENT) * geometry.area
+        f = -(rod.big_end_mass * end + mass * small) - 1j * gas * bank
+        f += -out[f"piston[{c + 1}].side_force"] * bank
+        found = complex(out[f"big_end[{c + 1}].force.x"], out[f"big_end[{c + 1}].force.y"])
+        assert abs(found - f) < 1e-4 * (abs(f) + gas)
+
+
+@pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+def test_torque_in_closed_form_is_that_of_the_force(engine):
+    """−½ J' Ω² − h p A and weight against the kernels' force on each pin; J' against differences of J."""
+    simulation = Simulation(engine, running_crank(engine, "rigid"), Settings(crank="rigid", block="ground"))
+    simulation.inputs[0] = speed = 170.0
+    simulation.initialize()
+    model, torque = simulation.model, np.zeros(180)
+    rigid_torque(model, speed, np.zeros(40), torque)
+    rods = Rods.of_engine(engine, simulation.body, 9.80665)
+    angle = np.arange(180) * (4.0 * math.pi / 180)
+    each = np.repeat(angle[:, None], engine.n_cylinders, axis=1)
+    still = rods.torque(each)
+    gas = simulation.gas
+    knots = np.arange(gas.motored.size) * (4.0 * math.pi / gas.motored.size)
+    share = 1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2
+    area = 0.25 * math.pi * engine.cylinders.bore**2
+    pressure = gas.motored + share * (gas.fired - gas.motored) - at.AMBIENT
+    push = area * np.array([
+        np.interp((angle - phase) % (4.0 * math.pi), knots, pressure, period=4.0 * math.pi)
+        for phase in engine.firing_angles
+    ]).T  # fmt: skip
+    wanted = (still.weight - still.arm * push - 0.5 * still.slope * speed**2).sum(axis=1)
+    np.testing.assert_allclose(torque, wanted, atol=2e-4 * np.abs(wanted).max())
+    step = 1e-5
+    ahead, behind = (rods.torque(each + s * step).inertia for s in (1.0, -1.0))
+    slope = (ahead - behind) / (2.0 * step)
+    np.testing.assert_allclose(still.slope, slope, atol=1e-7 * np.abs(still.inertia).max())
+
+
+@pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+def test_tangents_over_a_cycle_are_those_of_displaced_pins(engine):
+    """Mean torque and its tangent by the pins' places, of a rigid crank whose throw differs a little."""
+    body, gas = running_crank(engine, "rigid"), GasTrace.from_engine(engine)
+    angle, speed = np.linspace(0.1, 12.0, 9), 120.0
+    found = rod_forces(engine, body, speed, angle, gas, 1.0)
+    rods = Rods.of_engine(engine, body, 0.0)
+    still = rods.torque(np.repeat(angle[:, None], engine.n_cylinders, axis=1))
+    for c, pin in enumerate(engine.cylinders.pins):
+        x, y = body.positions[body.index(f"pin[{pin}]"), :2]
+        torque = x * found.forces[:, 3 * c + 1] - y * found.forces[:, 3 * c]
+        # A rotation by φ with the gas held: T' = −½ J'' Ω² − h' p A, of the place's tangent at x = φ e_z × X, and −x·f.
+        turn = np.array([-y, x])
+        own = slice(3 * c, 3 * c + 2)
+        by_place = np.einsum("i,nij,j->n", turn, found.by_place[:, own, own], turn)
+        by_place -= x * found.forces[:, 3 * c] + y * found.forces[:, 3 * c + 1]
+        step, column = 1e-5, np.zeros(engine.n_cylinders)
+        column[c] = step
+        ahead, behind = (rods.torque(angle[:, None] + s * column[None]) for s in (1.0, -1.0))
+        push = -(torque + 0.5 * still.slope[:, c] * speed**2) / still.arm[:, c]
+        wanted = -0.5 * speed**2 * (ahead.slope[:, c] - behind.slope[:, c]) / (2.0 * step)
+        wanted -= push * (ahead.arm[:, c] - behind.arm[:, c]) / (2.0 * step)
+        np.testing.assert_allclose(by_place, wanted, atol=1e-6 * np.abs(wanted).max(), rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_the_gas_work_of_a_cycle_is_accounted_for(name):
+    settings = Settings(crank="rigid", block="ground", bearings="linear", step=math.radians(1.25))
+    engine = ENGINES[name]
+    run = simulate(engine, running_crank(engine, "rigid"), settings, 200.0, settle=1e-5)
+    energy = run_summary(run, "")["energy"]
+    assert abs(energy["residual_of_gas_work"]) < 1e-5
+    torque = float(np.mean(run.last_cycle("shaft.torque")[1][:-1]))
+    assert torque == pytest.approx(mean_torque(engine, GasTrace.from_engine(engine), 200.0), rel=0.02)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_forced_torsion_in_time_is_that_of_the_frequency_domain(name):
+    """Orders of the pulley by harmonic balance against a run in time of the same crank, within 1e-4 of the largest."""
+    engine, speed = ENGINES[name], 180.0
+    body = running_crank(engine, "torsional")
+    # Without weight: the frequency domain leaves out that of an unbalanced crank.
+    settings = Settings(crank="torsional", block="ground", bearings="held", step=math.radians(1.25), gravity=0.0)
+    run = simulate(engine, body, settings, speed, settle=1e-5)
+    orders = tuple(0.5 * k for k in range(1, 25))
+    wanted = frequency_run_up(engine, body, settings, np.array([speed]), orders, HARMONIC_BALANCE).torsion[0]
+    angle, torsion = run.angle, run.outputs["pulley.torsion"]
+    found = order_amplitudes(last_cycle(angle, torsion, 1440))[1][:24]
+    np.testing.assert_allclose(np.abs(found), np.abs(wanted), atol=1e-4 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("engine", [RADIAL, V12, SKEW], ids=["radial5", "v12", "skew"])
+def test_strokes_and_volumes_are_those_of_the_path(engine):
+    """Against the geometry in complex numbers, sampled at 0.01 degrees."""
+    simulation = Simulation(engine, running_crank(engine, "rigid"), Settings(crank="rigid", block="ground"))
+    simulation.inputs[0] = 100.0
+    simulation.initialize()
+    theta, geometry, swept = np.arange(36000) * (2.0 * math.pi / 36000), Geometry(engine), 0.0
+    for c in range(engine.n_cylinders):
+        bank = np.exp(1j * engine.cylinders.bank_angles[c])
+        height = (geometry.bodies(c, theta)[1] / bank).imag
+        high, low = dead_centre_heights(engine, c)
+        assert (high, low) == pytest.approx((height.max(), height.min()), abs=2e-9)
+        assert math.remainder(dead_centre_angles(engine, c)[0] - theta[height.argmax()], 2 * math.pi) < 2e-4
+        assert simulation.model.cylinders[c, at.STROKE] == pytest.approx(np.ptp(height), abs=2e-6)
+        stroke = np.ptp(height) if engine.articulations[c] else 2.0 * engine.throws[c]
+        swept += geometry.area * stroke
+        some = theta[::3000]
+        volume = geometry.area * (
+            height.max() - height[::3000] + np.ptp(height) / (engine.cylinders.compression_ratio - 1)
+        )
+        if engine.articulations[c] is not None:
+            found, slope = cylinder_volume(engine, some - engine.firing_angles[c], c)
+            np.testing.assert_allclose(found, volume, rtol=1e-6)
+            rise = piston_height(engine, c, some)[1]
+            np.testing.assert_allclose(slope, -geometry.area * rise, rtol=1e-9)
+            kernel = [gas_volume(simulation.model, c, one) for one in some.tolist()]
+            np.testing.assert_allclose(kernel, volume, rtol=1e-6)
+    assert engine.displacement == pytest.approx(swept, rel=1e-6)
+
+
+def test_piston_outputs_follow_the_path():
+    run = simulate(
+        V12, running_crank(V12, "rigid"), Settings(crank="rigid", block="ground", bearings="held"), 150.0, cycles=1
+    )
+    angle = run.last_cycle("crank.angle")[1]
+    for c in (0, 6, 9):
+        position = run.last_cycle(f"cylinder[{c + 1}].piston_position")[1]
+        height, _ = piston_height(V12, c, angle)
+        np.testing.assert_allclose(position, dead_centre_heights(V12, c)[0] - height, atol=1e-9)
+        volume = run.last_cycle(f"cylinder[{c + 1}].volume")[1]
+        np.testing.assert_allclose(volume, cylinder_volume(V12, angle - V12.firing_angles[c], c)[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("engine", [V12, SKEW], ids=["v12", "skew"])
+def test_lean_of_a_rod_is_that_of_its_ends(engine):
+    angle = np.linspace(0.0, 2.0 * math.pi, 50)
+    for c in range(engine.n_cylinders):
+        along = Geometry(engine).bodies(c, angle)[2]
+        lean, slope = rod_lean(engine, c, angle)
+        np.testing.assert_allclose(np.exp(1j * lean), along / 1j, atol=1e-12)
+        np.testing.assert_allclose(slope, np.gradient(np.unwrap(lean), angle, edge_order=2), atol=2e-2)
+
+
+def test_knuckle_pins_have_loads_and_no_specific_load():
+    run = simulate(V12, running_crank(V12, "rigid"), Settings(crank="rigid", block="ground", bearings="linear"), 200.0,
+                   cycles=1)  # fmt: skip
+    ends = bearing_report(run, V12).big_ends
+    assert all(one.specific_load is not None for one in ends[:6])
+    assert all(one.specific_load is None and one.load.value > 0.0 for one in ends[6:])
+
+
+@pytest.mark.parametrize("count", [3, 5, 7, 9])
+def test_radial_engines_fire_every_second_cylinder_evenly(count):
+    order = (*range(1, count + 1, 2), *range(2, count, 2))
+    banks = tuple(2.0 * math.pi * k / count for k in range(count))
+    made = replace(
+        RADIAL, cylinders=replace(RADIAL.cylinders, firing_order=order, pins=count * (1,), bank_angles=banks)
+    )
+    check_engine(made)
+    assert firing_summary(made) == {"order": list(order), "intervals_deg": pytest.approx(count * [720.0 / count])}
+
+
+@pytest.mark.parametrize(
+    ("of", "changes", "says"),
+    [
+        ("cylinders", {"rods_on_pin": "side-by-side"}, r"articulated_rod\.length: is there, but no rod hangs"),
+        ("cylinders", {"rod_offsets": (-0.01, -0.01, 0.01, 0.01, 0.0)}, r"rod_offsets: rods of a master rod and those"),
+        ("articulated_rod", {"length": 0.03}, r"articulated_rod\.length: 30 mm is too short for cylinder 2"),
+        ("articulated_rod", {"knuckle_angles": (0.0, 1.0)}, r"knuckle_angles: 2 angles for 5 cylinders"),
+        ("articulated_rod", {"knuckle_angles": (1.0,) * 5}, r"knuckle_angles: is 57.3 deg for cylinder 1, a master"),
+        ("articulated_rod", {"knuckle_radius": 0.3}, r"knuckle_radius: 300 mm is no less than the master rod's length"),
+    ],
+)
+def test_what_cannot_be_is_told_in_one_line(of, changes, says):
+    with pytest.raises(InputError, match=says):
+        check_engine(replace(RADIAL, **{of: replace(getattr(RADIAL, of), **changes)}))
+
+
+def test_what_needs_a_table_or_a_shared_pin_says_so():
+    with pytest.raises(InputError, match=r"rods_on_pin: is articulated; add the table \[articulated_rod\]"):
+        check_engine(replace(RADIAL, articulated_rod=None))
+    four = load_engine("four_petrol")
+    with pytest.raises(InputError, match=r"no pin of cylinders\.pins has two rods"):
+        check_engine(replace(four, cylinders=replace(four.cylinders, rods_on_pin="articulated")))
+
+
+@pytest.mark.filterwarnings("error")
+def test_usual_rods_raise_no_doubts_and_strange_ones_do():
+    for engine in ENGINES.values():
+        check_engine(engine)
+    for changes, says in (
+        ({"knuckle_radius": 0.02}, "articulated_rod.knuckle_radius: over the crank pin's radius it is"),
+        ({"length": 0.1}, "articulated_rod.length: with knuckle_radius over rod.length it is"),
+        ({"knuckle_angles": (0.0, -1.2, -2.5, -3.7, -5.0)}, "off the bank of cylinder 2"),
+    ):
+        with pytest.warns(UserWarning, match=says):
+            check_engine(replace(RADIAL, articulated_rod=replace(RADIAL.articulated_rod, **changes)))
+
+
+@pytest.mark.parametrize(
+    ("choices", "says"),
+    [
+        ({"big_ends": "impedance"}, "an articulated rod hangs on its master; leave big ends rigid"),
+        ({"pistons": "guided"}, "guided pistons and block 'ground' do not take the side force"),
+        ({"block": "flexible"}, "guided pistons and block 'flexible' do not take the side force"),
+    ],
+)
+def test_levels_that_do_not_go_with_it_are_refused_in_one_line(choices, says):
+    settings = Settings(crank="rigid", bearings="linear", **{"block": "ground", **choices})
+    with pytest.raises(InputError, match=says):
+        Simulation(V12, running_crank(V12, "rigid"), settings).initialize()
+
+
+def test_no_flexible_block_is_chosen_for_it():
+    eight = load_engine("diesel_v8")
+    assert resolved(Settings(), eight).block == "flexible"
+    cylinders = replace(eight.cylinders, rods_on_pin="articulated", rod_offsets=())
+    rod = ArticulatedRod(0.8 * eight.rod.length, 0.5, 0.5, 0.01, 0.2 * eight.rod.length)
+    chosen = resolved(Settings(), replace(eight, cylinders=cylinders, articulated_rod=rod))
+    assert (chosen.block, chosen.pistons) == ("ground", "rigid")
