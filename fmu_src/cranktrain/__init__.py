@@ -34,6 +34,7 @@ _FACE = {
     "load_scene": "studies.scene",
     "modal": "studies.modal",
     "plan": "studies.planning.planning",
+    "read_measured": "measured.reading",
     "rigid_body": "core.reduced_body",
     "simulate": "studies.constant_speed",
     "topology_modes": "dynamics.topology.modes",

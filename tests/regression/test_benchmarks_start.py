@@ -112,6 +112,7 @@ STARTS = {
     "law_call": Start("--calls 1000", {"TIMES": 1, "CYCLES": 1}, quick=True),
     "level_cost": Start("torsional", {"ROUNDS": 1, "CYCLES": 2}),
     "long_run": Start("--speeds 1000 --tolerances 0.01 --cycles 2"),
+    "measured_pulses": Start("--samples 3000000", quick=True),
     "misfire": Start("2000", {"CYCLES": 2}),
     "native_build": Start("combustion_i6"),
     "native_fmu": Start(constants={"STEPS": 100, "STARTS": 1}),

@@ -31,7 +31,7 @@ ENGINE_VERBS = ("modal", "reduce", "simulate", "runup", "stress", "fatigue", "be
 """Verbs that ask one thing of one engine; each is a module beside this: ``DESCRIPTION``, ``add_options``, ``run``."""
 VERBS = (
     "bearing", "film-table", "damper-optimum", "roller", "stability", "calibrate", "run-in", "tradeoff", "plan",
-    "plot-runup", "run", "export", "report", "couple", "harness", "schema", "new", "engines",
+    "plot-runup", "measured", "run", "export", "report", "couple", "harness", "schema", "new", "engines",
 )  # fmt: skip
 """Likewise of all others."""
 MODULES = {"damper-optimum": "damper"}

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import say
+from cranktrain.cli.console import say, show
 from cranktrain.core.errors import CranktrainError
 from cranktrain.engine.file import load_engine
 
@@ -26,8 +26,9 @@ pictures of `cranktrain runup --plots`.
 
 Twist, pulley against flywheel, is drawn where the file has the output flywheel.torsion.
 
-Measured orders are read from a text file with the columns speed_rpm, order, amplitude, unit; amplitudes are zero to
-peak.
+Measured orders are read from a text file with the columns speed_rpm, order, amplitude, unit (phase_deg, band),
+amplitudes zero to peak, or from curves over speed of a UFF file; `cranktrain measured --orders --output` writes such a
+table. Their deviations from the computed orders are printed.
 """
 HIGHEST = 1000.0
 """Highest order that a run-up may have."""
@@ -38,7 +39,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("file", metavar="FILE.h5", help="result of cranktrain runup")
     add("--plots", default="plots", metavar="DIR", help="folder for the pictures (default plots)")
-    add("--measured", metavar="FILE.csv", help="measured orders, drawn over the computed ones")
+    add("--measured", metavar="FILE", help="measured orders, drawn over the computed ones; table or UFF 58")
     add("--with-damper", metavar="FILE.h5", help="run-up of the same engine with its damper, drawn below it")
     add_chart_options(parser)
     add("--engine", metavar="ENGINE", help="engine file, if the one that the run-up names has moved")
@@ -86,10 +87,26 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if options.engine:
             raise
         say(f"cranktrain: warning: no published speeds and no Campbell diagram: {error}; give --engine")
+    rows = _deviations(run_up, measured, options.json) if measured else []
     paths = draw(folder, run_up, engine, measured, damped, style=options)
     if not options.json:
         print("\n".join(paths))
-    return {"plots": paths}
+    return {"plots": paths, "deviations": rows} if measured else {"plots": paths}
+
+
+def _deviations(run_up: RunUp, measured: Measured, quiet: bool) -> list[dict[str, Any]]:
+    """Deviations of the computed from the measured orders; shown unless ``quiet``."""
+    from cranktrain.results.orders.deviations import check_measured, deviation_table, deviations, of_another_engine
+
+    check_measured(run_up, measured)
+    rows = deviations(run_up, measured)
+    if not rows:
+        say("cranktrain: warning: the run-up has none of the measured orders")
+    elif doubt := of_another_engine(rows):
+        say(f"cranktrain: warning: {doubt}")
+    if rows and not quiet:
+        show(deviation_table(rows))
+    return rows
 
 
 def pictures_folder(path: str) -> Path:

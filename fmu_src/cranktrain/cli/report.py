@@ -62,8 +62,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "an interrupted run-up goes on (minutes to an hour)",
     )  # fmt: skip
     add(
-        "--measured", metavar="FILE.csv",
-        help="measured orders, drawn over the computed ones: columns speed_rpm, order, amplitude, unit, zero to peak",
+        "--measured", metavar="FILE",
+        help="measured orders, drawn over the computed ones: columns speed_rpm, order, amplitude, unit, zero to peak, "
+        "as 'cranktrain measured' writes them, or curves over speed of a UFF file",
     )  # fmt: skip
     add_source_options(parser)
     speed = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")

@@ -1,4 +1,4 @@
-"""Measured orders from a text file: one line a point, of speed, order, amplitude and its unit.
+"""Measured orders from a file: a text table with one line a point, of speed, order, amplitude and its unit.
 
     speed_rpm, order, amplitude, unit
     2380, 6, 0.21, deg
@@ -6,7 +6,9 @@
 
 Amplitudes are zero to peak. A unit of angle belongs to the pulley's torsion, one of length to its axial motion. The
 unit may stand in each line, in a row of units or in the header, as ``amplitude [deg]``; a speed without unit is in
-rev/min. The table may be written in any dialect of :mod:`cranktrain.core.text_table`, with further columns.
+rev/min. The table may be written in any dialect of :mod:`cranktrain.core.text_table`, with further columns:
+``phase_deg`` and ``band``, half the width of an amplitude's band in its unit, are taken. Other files hold curves over
+speed, such as data sets 58 of a UFF file (:mod:`cranktrain.measured`).
 """
 
 from __future__ import annotations
@@ -23,10 +25,16 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.core.text_header import named
 from cranktrain.core.text_rows import TextRows, read_rows
 from cranktrain.core.units import UNITS, known_factor
-from cranktrain.results.run_up.run_up import AXIAL, TORSION
+from cranktrain.core.user_file import user_path
+from cranktrain.measured.order_table import order_curves
+from cranktrain.measured.reading import file_format, read_measured
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION
 
 KINDS = ("speed", "order", "amplitude", "unit")
 COLUMNS = {"speed": "speed_rpm", "order": "order", "amplitude": "amplitude", "unit": "unit"}
+LAID_OVER = (TORSION, AXIAL, FLYWHEEL, "twist")
+FURTHER = {"phase": ("phase_deg", "phase", "phase [deg]"), "band": ("band", "band_95", "uncertainty")}
+"""Columns that a table may have besides: names in lower case."""
 OUTPUTS = {"angle": TORSION, "length": AXIAL}
 """Output that an amplitude of a dimension belongs to."""
 REMEDY = "give lines of speed_rpm, order, amplitude, unit under this header"
@@ -34,13 +42,51 @@ Measured = Mapping[str, Mapping[float, tuple[Array, Array]]]
 """Output → order → speeds (k,) rad/s and amplitudes (k,) zero to peak, SI; speeds rise or repeat."""
 
 
+class MeasuredOrders(dict[str, dict[float, tuple[Array, Array]]]):
+    """Measured orders as :data:`Measured`, with what else was measured of them.
+
+    Attributes
+    ----------
+    phases, bands : output → order → phases (k,) rad and half widths of bands (k,), SI; not a number where not known
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.phases: dict[str, dict[float, Array]] = {}
+        self.bands: dict[str, dict[float, Array]] = {}
+
+    def put(self, output: str, order: float, points: list[tuple[float, float, float, float]]) -> None:
+        """Add points of an order: speed, amplitude, phase and band of each, SI."""
+        speeds, amplitudes, phases, bands = np.array(sorted(points)).T
+        self.setdefault(output, {})[order] = speeds, amplitudes
+        self.phases.setdefault(output, {})[order] = phases
+        self.bands.setdefault(output, {})[order] = bands
+
+
+def band_of(measured: Measured | None, output: str, order: float) -> Array | None:
+    """Half widths of bands (k,) of a measured order, SI; None where they are not known."""
+    found = measured.bands.get(output, {}).get(order) if isinstance(measured, MeasuredOrders) else None
+    return None if found is None or not np.isfinite(found).any() else found
+
+
+def phases_of(measured: Measured, output: str, order: float) -> Array | None:
+    """Phases (k,) rad of a measured order; None where they are not known."""
+    found = measured.phases.get(output, {}).get(order) if isinstance(measured, MeasuredOrders) else None
+    return None if found is None or not np.isfinite(found).any() else found
+
+
 def read_measured_orders(path: str | Path) -> Measured:
     """Measured orders of a file; ``InputError``: one line with file and row."""
     name = Path(path).name
+    place = user_path(path)
+    if place.is_file() and file_format(place).module != "text":
+        return _of_curves(path)
     table = read_rows(path, "file of measured orders", REMEDY, lambda word: bool(kind_of(named(word)[0], KINDS)))
     columns = _columns(table, name)
+    further = _further(table)
+    outputs = next((k for k, title in enumerate(table.names) if title.strip().lower() == "output"), None)
     speed_scale = _speed_scale(table.units[columns["speed"]], name)
-    points: dict[str, dict[float, list[tuple[float, float]]]] = {}
+    points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
     for number, cells in table.rows:
         where = f"{name}, line {number}"
         speed, order, amplitude = (
@@ -54,13 +100,54 @@ def read_measured_orders(path: str | Path) -> Measured:
             count = sum(map(bool, cells))
             raise InputError(f"{where}: {count} values in place of {len(cells)}, and no unit; {REMEDY}")
         output, scale = _amplitude_unit(unit, where)
-        points.setdefault(output, {}).setdefault(order, []).append((speed * speed_scale, scale * amplitude))
+        output = _named_output(cells[outputs].strip(), output, where) if outputs is not None else output
+        phase, band = (_optional(table, cells, further.get(key)) for key in FURTHER)
+        point = speed * speed_scale, scale * amplitude, math.radians(phase), scale * band
+        points.setdefault(output, {}).setdefault(order, []).append(point)
     if not points:
         raise InputError(f"{name}: holds no points; {REMEDY}")
-    return {
-        output: {order: _sorted(found) for order, found in sorted(by_order.items())}
-        for output, by_order in points.items()
-    }
+    return _measured(points)
+
+
+def _named_output(name: str, by_unit: str, where: str) -> str:
+    """Output that a row names, or that of its unit."""
+    if name and name not in LAID_OVER:
+        raise InputError(f"{where}: output {shown(name)} takes no measured orders; {nearest(name, LAID_OVER)}")
+    return name or by_unit
+
+
+def _of_curves(path: str | Path) -> Measured:
+    """Measured orders of curves over speed."""
+    points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
+    for curve in order_curves(read_measured(path)):
+        output, scale = _amplitude_unit(curve.unit, f"{Path(path).name}, {curve.name}")
+        rows = zip(curve.speeds.tolist(), (scale * curve.amplitudes).tolist(), curve.phases.tolist(), strict=True)
+        points.setdefault(output, {}).setdefault(curve.order, []).extend((*row, math.nan) for row in rows)
+    return _measured(points)
+
+
+def _measured(points: Mapping[str, Mapping[float, list[tuple[float, float, float, float]]]]) -> MeasuredOrders:
+    found = MeasuredOrders()
+    for output, by_order in points.items():
+        for order, rows in sorted(by_order.items()):
+            found.put(output, order, rows)
+    return found
+
+
+def _further(table: TextRows) -> dict[str, int]:
+    """Columns of phase and band, where the table has them."""
+    names = [name.strip().lower() for name in table.names]
+    return {key: names.index(name) for key, known in FURTHER.items() for name in known if name in names}
+
+
+def _optional(table: TextRows, cells: list[str], column: int | None) -> float:
+    """A number that may be missing."""
+    if column is None or not cells[column].strip():
+        return math.nan
+    try:
+        return float(table.dialect.number(cells[column]))
+    except ValueError:
+        return math.nan
 
 
 def _columns(table: TextRows, name: str) -> dict[str, int]:
@@ -95,11 +182,6 @@ def _amplitude_unit(unit: str, where: str) -> tuple[str, float]:
             return output, found.scale
     valid = [known for dimension in OUTPUTS for known in UNITS[dimension]]
     raise InputError(f"{where}: unit {shown(unit)} is unknown; {nearest(unit, [*valid, 'mdeg', 'mrad'])}")
-
-
-def _sorted(found: list[tuple[float, float]]) -> tuple[Array, Array]:
-    speeds, amplitudes = np.array(sorted(found)).T
-    return speeds, amplitudes
 
 
 def _number(table: TextRows, text: str, key: str, where: str) -> float:

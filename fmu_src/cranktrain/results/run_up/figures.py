@@ -202,7 +202,7 @@ def _draw_orders(
     speeds = run_up.speeds_rpm
     curves = [
         plots.Curve(order, speeds, quantity.scale * np.abs(run_up.order(order, quantity.output)),
-                    beside.measured_of(quantity, order))
+                    beside.measured_of(quantity, order), beside.band_of(quantity, order))
         for order in orders
     ]  # fmt: skip
     others = [] if beside.orders else [sizes[:, k] for k in np.flatnonzero(~np.isin(run_up.orders, orders))]

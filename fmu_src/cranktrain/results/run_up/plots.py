@@ -32,12 +32,16 @@ class Label(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Amplitudes (s,) of an order over speeds (s,) rev/min, and measured speeds and amplitudes, (k,) each, if any."""
+    """Amplitudes (s,) of an order over speeds (s,) rev/min, and measured speeds and amplitudes, (k,) each, if any.
+
+    ``band``: half widths (k,) of the measured amplitudes' bands.
+    """
 
     order: float
     speeds: Array
     amplitudes: Array
     measured: tuple[Array, Array] | None = None
+    band: Array | None = None
 
 
 def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:
@@ -102,6 +106,11 @@ def plot_orders_over_speed(
         if curve.measured is not None:
             ax.plot(*curve.measured, "o", ms=4.5, mfc="white", mec=colour, mew=1.2, zorder=4)
             top = max(top, float(curve.measured[1].max()))
+            if curve.band is not None:
+                rpm, sizes = curve.measured
+                ax.vlines(
+                    rpm, np.maximum(sizes - curve.band, 0.0), sizes + curve.band, color=colour, lw=1.0, zorder=3.5
+                )
         if published and speeds[0] <= published.get(curve.order, 0.0) <= speeds[-1]:
             ax.plot(
                 published[curve.order], 0.0, "^", transform=ax.get_xaxis_transform(), ms=8, mfc=colour, mec="white",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.model import Engine
-from cranktrain.results.orders.measured import Measured
+from cranktrain.results.orders.measured import Measured, band_of
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.orders.resonances import Peak, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
@@ -98,6 +98,11 @@ class Beside(NamedTuple):
         """Measured speeds (k,) rev/min and amplitudes (k,) of an order, in the picture's unit."""
         found = (self.measured or {}).get(quantity.output, {}).get(order)
         return None if found is None else (found[0] * RPM, found[1] * quantity.scale)
+
+    def band_of(self, quantity: Quantity, order: float) -> Array | None:
+        """Half widths (k,) of the bands of the measured amplitudes, in the picture's unit; None where not known."""
+        found = band_of(self.measured, quantity.output, order)
+        return None if found is None else found * quantity.scale
 
 
 def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[float]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
+from cranktrain.results.orders.deviations import deviation_table, deviations, of_another_engine
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
 from cranktrain.results.run_up.shown import PARTS
@@ -120,7 +121,14 @@ def _beside(found: Findings, run: RunUp, output: str, words: str) -> list[str]:
     """Chart of an output's orders over the speed, with measured orders."""
     measured = {order: points for order, points in found.measured.get(output, {}).items() if order in run.orders}
     chart = _orders(found.asked, run, output, words, measured=measured)
-    return [chart, table(_measured(run, output, measured))] if measured else [chart]
+    if not measured:
+        return [chart]
+    rows = [row for row in deviations(run, found.measured) if row["output"] == output]
+    doubt = of_another_engine(rows)
+    return [
+        chart, table(_measured(run, output, measured)), *([table(deviation_table(rows))] if rows else []),
+        *([paragraph(doubt[0].upper() + doubt[1:] + ".")] if doubt else []),
+    ]  # fmt: skip
 
 
 def _measured(run: RunUp, output: str, measured: Mapping[float, tuple[Array, Array]]) -> Table:

@@ -1,0 +1,1 @@
+"""Measured signals: files of test benches, rotation from pulses, cylinder pressures, orders."""

@@ -1,0 +1,171 @@
+"""Channels of a measurement: names, units, sampling, and samples that are read in blocks.
+
+Samples stay in the file until they are asked for, and in the unit of the file. A channel over time has its samples at
+``start + i step`` seconds, or a time base of its own. Channels over another abscissa (orders over speed, spectra) name
+that abscissa and its unit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.types import Array
+
+BLOCK = 2**20
+"""Samples of a block: 8 MB."""
+UNEVEN = 1e-3
+"""Time steps count as equal if their largest deviation is below this fraction of their median."""
+MANY, PROBES = 2_000_000, 12
+"""Samples up to which times are compared one by one; of more, both ends and so many places between."""
+TIME = "time"
+Reader = Callable[[int, int], Array]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One measured channel.
+
+    Attributes
+    ----------
+    name, unit : as in the file; an empty unit is one that the file does not state
+    size : number of samples
+    source : name of the file
+    read : (first, past the last) → samples as float64, in ``unit``
+    start, step : of the abscissa; ``step`` is not a number where the abscissa is read by ``places``
+    places : (first, past the last) → abscissa, or None
+    abscissa, abscissa_unit : what the samples are over: ``time`` in s, ``speed`` in rev/min, ``frequency`` in Hz, …
+    about : further words of the file: title, group, direction
+    """
+
+    name: str
+    unit: str
+    size: int
+    source: str
+    read: Reader = field(repr=False, compare=False)
+    start: float = 0.0
+    step: float = math.nan
+    places: Reader | None = field(default=None, repr=False, compare=False)
+    abscissa: str = TIME
+    abscissa_unit: str = "s"
+    about: str = ""
+
+    @property
+    def rate(self) -> float:
+        """Samples per second, Hz; not a number where the step varies or the samples are not over time."""
+        return 1.0 / self.step if self.step > 0.0 and self.abscissa == TIME else math.nan
+
+    def blocks(self, size: int = BLOCK) -> Iterator[tuple[int, Array]]:
+        """Samples in turn: first index and values of each block."""
+        for first in range(0, self.size, size):
+            yield first, self.read(first, min(first + size, self.size))
+
+    def values(self, first: int = 0, last: int | None = None) -> Array:
+        """Samples from ``first`` to before ``last``; the whole channel by default."""
+        return self.read(first, self.size if last is None else min(last, self.size))
+
+    def abscissae(self, first: int = 0, last: int | None = None) -> Array:
+        """Abscissa of these samples: times in s for a channel over time."""
+        last = self.size if last is None else min(last, self.size)
+        if self.places is not None:
+            return self.places(first, last)
+        return np.asarray(self.start + self.step * np.arange(first, last, dtype=np.float64))
+
+    @property
+    def duration(self) -> float:
+        """Last minus first abscissa; 0 for channels of less than two samples."""
+        if self.size < 2:
+            return 0.0
+        if self.places is None:
+            return self.step * (self.size - 1)
+        return float(self.places(self.size - 1, self.size)[0] - self.places(0, 1)[0])
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Channels of one or more files.
+
+    ``remarks`` are one line each about what was found odd in the files and how it was read.
+    """
+
+    channels: tuple[Channel, ...]
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the channels, each once."""
+        return tuple(channel.name for channel in self.channels)
+
+    def __getitem__(self, name: str) -> Channel:
+        """Return a channel by its name, in any case; ``InputError`` names the nearest."""
+        by_name = {channel.name: channel for channel in self.channels}
+        if name in by_name:
+            return by_name[name]
+        lower = {known.lower(): known for known in by_name}
+        if name.lower() in lower:
+            return by_name[lower[name.lower()]]
+        where = " and ".join(dict.fromkeys(channel.source for channel in self.channels)) or "the measurement"
+        raise InputError(f"channel '{name}' is not in {where}; {nearest(name, by_name)}")
+
+    def chosen(self, names: Sequence[str]) -> Measurement:
+        """Measurement of the named channels only, in the order of the names."""
+        return Measurement(tuple(self[name] for name in names), self.remarks)
+
+
+def of_array(values: Array) -> Reader:
+    """Read from an array that is in memory."""
+    return lambda first, last: np.asarray(values[first:last], dtype=np.float64)
+
+
+def time_base(times: Array, where: str) -> tuple[float, float, Array | None, list[str]]:
+    """Return start and step of sampling times (n,) s, or the times themselves where steps differ; and remarks.
+
+    ``InputError``: times that are not finite.
+    """
+    times = np.asarray(times, dtype=np.float64)
+    if times.size < 2:
+        return (float(times[0]) if times.size else 0.0), math.nan, times, []
+    if bad := np.flatnonzero(~np.isfinite(times)).size:
+        raise InputError(f"{where}: {bad} of {times.size} times are not numbers; export the time channel again")
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    back = int(np.count_nonzero(steps < 0.0))
+    if back:
+        return float(times[0]), math.nan, times, [f"{where}: time runs backwards {back} times; samples were sorted"]
+    if usual > 0.0 and float(np.max(np.abs(steps - usual))) <= UNEVEN * usual:
+        return float(times[0]), float((times[-1] - times[0]) / steps.size), None, []
+    remarks = []
+    gaps = np.flatnonzero(steps > 3.5 * usual) if usual > 0.0 else np.zeros(0, dtype=int)
+    if 0 < gaps.size <= 0.01 * steps.size:
+        k = int(gaps[np.argmax(steps[gaps])])
+        remarks.append(f"{where}: {gaps.size} gaps in time, the longest {steps[k]:.4g} s at {times[k]:.6g} s")
+    return float(times[0]), math.nan, times, remarks
+
+
+def long_time_base(read: Reader, size: int) -> tuple[float, float] | None:
+    """Start and step of many sampling times, from both ends and some places between; None where these are uneven."""
+    begin, end = read(0, 2), read(size - 1, size)
+    step = float(end[0] - begin[0]) / (size - 1)
+    places = np.linspace(0, size - 2, PROBES).astype(int).tolist()
+    off = max(abs(float(read(k, k + 1)[0]) - float(begin[0]) - k * step) for k in places)
+    return (float(begin[0]), step) if step > 0.0 and off <= max(UNEVEN, 1e-9 * size) * step else None
+
+
+def sampled(
+    name: str, unit: str, times: Array, values: Array, source: str, about: str = ""
+) -> tuple[Channel, list[str]]:
+    """Make a channel over time of arrays (n,), and remarks on its times."""
+    where = f"{source}, channel {name}"
+    n = min(times.size, values.size)
+    start, step, own, remarks = time_base(times[:n], where)
+    values = np.asarray(values[:n])
+    if own is not None and own.size > 1 and np.any(np.diff(own) < 0.0):
+        order = np.argsort(own, kind="stable")
+        own, values = own[order], values[order]
+        start = float(own[0])
+    places = None if own is None else of_array(own)
+    return Channel(name, unit, n, source, of_array(values), start, step, places, about=about), remarks

@@ -1,0 +1,285 @@
+"""Dead centre and zero of a measured pressure, from the first law along its compression.
+
+    dp/dθ = [−γ p dV/dθ − (γ − 1) Q̇/ω] / V,    Q̇ = C α A (T − T_w),    T = T₀ p V / (p₀ V₀)
+
+γ(T) is that of air, by the polynomials of :mod:`cranktrain.modules.combustion.gas`, and α Woschni's coefficient
+without its combustion term. The measured trace is p − z at θ + δ. A least-squares fit finds the shift δ, the zero z,
+p₀, T₀, the factor C of the heat and a change of the heat capacity (mixture, residual gas). T₀, C and the heat capacity
+are held near usual values by their usual scatter, since a noisy trace does not determine them; the standard errors of
+δ and z include this.
+
+Of a motored trace the fit takes both flanks: its peak lies before dead centre by the thermodynamic loss angle, which
+the heat determines. Of a fired trace it takes the compression until heat is released, and δ is less certain.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+from cranktrain.measured.cylinder import Cylinder
+from cranktrain.modules.combustion.gas import AIR, HIGHEST, MIDDLE, POLYNOMIALS
+
+FIRST_DEG, LAST_DEG = -115.0, 75.0
+"""Range of a motored fit, degrees after firing dead centre; valves are closed there."""
+BEFORE_BURN_DEG = 6.0
+"""Distance of a fired fit's end from the start of the heat release."""
+MOTORED_SYMMETRY = 1.06
+HALF_WAY, NEAR = math.radians(50.0), math.radians(8.0)
+"""A trace is motored if its peak is within ``NEAR`` of dead centre and its pressure ``HALF_WAY`` after the peak exceeds
+that before by less than this ratio, both above the pressure 110 degrees before the peak."""
+HEAT, TEMPERATURE, CAPACITY = (0.0, 0.3), (65.0, 20.0), (0.0, 0.005)
+"""Usual value and scatter of ln C, of T₀ above the intake's temperature (K), of the relative change of heat
+capacity.
+"""
+UNUSUAL, IMPOSSIBLE = 4.0, 25.0
+"""Standard deviations by which one of these is told as unusual, and refused. A compression ratio that is 0.3 off
+makes 5.
+"""
+MODEL_ERROR = 1.0e-3
+"""Relative error of the model's pressure, by which points are weighted besides their noise."""
+_AIR = tuple(
+    tuple(sum(share * POLYNOMIALS[name][k][i] for name, share in AIR.items()) for i in range(5)) for k in (0, 1)
+)
+"""Coefficients of c_p/R of air by powers of T, below and above ``MIDDLE``."""
+
+
+class Compression(NamedTuple):
+    """Result of a fit.
+
+    Attributes
+    ----------
+    shift : rad, true crank angle minus that of the trace
+    zero : Pa, to be added to the trace
+    exponent : mean polytropic exponent of the fitted range's compression
+    loss : rad, by which a motored trace's peak lies before dead centre; not a number for a fired one
+    heat : factor of the heat to the walls
+    shift_error, zero_error : standard errors
+    motored : whether both flanks were taken
+    range : fitted angles, rad
+    residual : root mean square of what is left, Pa
+    doubt : a remark where the fit needs unusual heat, temperature or heat capacity; else empty
+    """
+
+    shift: float
+    zero: float
+    exponent: float
+    loss: float
+    heat: float
+    shift_error: float
+    zero_error: float
+    motored: bool
+    range: tuple[float, float]
+    residual: float
+    doubt: str = ""
+
+
+def is_motored(angle: Array, pressure: Array) -> bool:
+    """Whether a trace (n,) over angles (n,) rad has no combustion: its flanks are alike, seen from a peak near 0."""
+    wide = max(3, round(math.radians(4.0) / float(angle[1] - angle[0])) | 1)
+    smooth = np.convolve(np.pad(pressure, wide // 2, mode="edge"), np.ones(wide) / wide, mode="valid")
+    peak = float(angle[np.argmax(smooth)])
+    low, before, after = np.interp([peak - math.radians(110.0), peak - HALF_WAY, peak + HALF_WAY], angle, smooth)
+    return bool(abs(peak) < NEAR and after - low < MOTORED_SYMMETRY * (before - low))
+
+
+def fit_compression(
+    angle: Array,
+    pressure: Array,
+    cylinder: Cylinder,
+    speed: float,
+    *,
+    intake_temperature: float = 310.0,
+    wall_temperature: float = 430.0,
+    noise: float = 0.0,
+    shift: float | None = None,
+) -> Compression:
+    """Fit dead centre and zero of a mean cycle; ``InputError``: no compression to be seen, data of another engine.
+
+    Parameters
+    ----------
+    angle : (n,) rad after the assumed firing dead centre, −2π to 2π, rising
+    pressure : (n,) Pa, its zero unknown
+    speed : rad/s
+    noise : standard deviation of a value of ``pressure``, Pa
+    shift : rad, where it is known; only the zero is sought then
+    """
+    from scipy.optimize import least_squares
+
+    motored = is_motored(angle, pressure)
+    last = math.radians(LAST_DEG) if motored else burn_begins(angle, pressure, cylinder) - math.radians(BEFORE_BURN_DEG)
+    first = math.radians(FIRST_DEG)
+    inside = (angle >= first) & (angle <= last)
+    if np.count_nonzero(inside) < 12 or last < math.radians(-60.0):
+        raise InputError(
+            f"{cylinder.name}: no compression from {FIRST_DEG:g} to {math.degrees(last):.0f} deg after dead "
+            f"centre in the "
+            f"trace; its peak lies at {math.degrees(angle[np.argmax(pressure)]):.0f} deg; check the dead centre"
+        )
+    theta, p = angle[inside], pressure[inside]
+    weight = 1.0 / np.sqrt(max(noise, 1.0) ** 2 + (MODEL_ERROR * np.abs(p)) ** 2)
+    start = _start(theta, p, cylinder)
+
+    def residual(x: Array) -> Array:
+        by = x[0] if shift is None else shift
+        model = _pressure(theta + by, cylinder, speed, (x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature))
+        priors = [
+            (x[3] - TEMPERATURE[0]) / TEMPERATURE[1],
+            (x[4] - HEAT[0]) / HEAT[1],
+            (x[5] - CAPACITY[0]) / CAPACITY[1],
+            0.0 if shift is None else x[0],
+        ]
+        return np.concatenate((weight * (model - x[1] - p), priors))
+
+    scale = np.array([0.01, 1e4, 1e4, 20.0, 0.3, 0.01])
+    found = least_squares(residual, np.array([0.0, start[0], start[1], TEMPERATURE[0], 0.0, 0.0]), x_scale=scale)
+    x = found.x
+    covariance = np.linalg.pinv(found.jac.T @ found.jac)
+    points = theta.size
+    inflated = max(1.0, float(np.sum(found.fun[:points] ** 2)) / max(1, points - 6))
+    errors = np.sqrt(np.diag(covariance) * inflated)
+    by = float(x[0]) if shift is None else shift
+    left = float(np.sqrt(np.mean((found.fun[:points] / weight) ** 2)))
+    limit = 0.03 * float(np.ptp(p)) + 3.0 * noise
+    pulls = found.fun[points : points + 3]
+    doubt = _doubt(x, pulls, intake_temperature, cylinder) if np.abs(pulls).max() > UNUSUAL else ""
+    if np.abs(pulls).max() > IMPOSSIBLE:
+        raise InputError(f"{doubt}; the trace is of another engine, or its unit or dead centre are wrong")
+    if left > limit or abs(by) > math.radians(20.0):
+        raise InputError(
+            f"{cylinder.name}: its compression misses the trace by {1e-5 * left:.3g} bar (shift "
+            f"{math.degrees(by):.2f} deg, "
+            f"zero {1e-5 * x[1]:+.3g} bar); the trace is of another engine, or its unit or dead centre are wrong"
+        )
+    numbers = x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature
+    exponent, loss = _shape(theta + by, cylinder, speed, numbers, motored)
+    return Compression(
+        by,
+        float(x[1]),
+        exponent,
+        loss,
+        math.exp(float(x[4])),
+        float(errors[0]) if shift is None else 0.0,
+        float(errors[1]),
+        motored,
+        (float(theta[0]), float(theta[-1])),
+        left,
+        doubt,
+    )
+
+
+def _shape(
+    angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, float, float, float, float], motored: bool
+) -> tuple[float, float]:
+    """Mean polytropic exponent of a compression along true angles (n,), and the loss angle, rad, where motored."""
+    curve = _pressure(angle, cylinder, speed, numbers)
+    volume = cylinder.volume(angle)[0]
+    top = int(np.argmin(volume))
+    exponent = math.log(curve[top] / curve[0]) / math.log(volume[0] / volume[top])
+    if not motored:
+        return exponent, math.nan
+    step = math.radians(0.05)
+    fine = np.arange(math.radians(-10.0), math.radians(5.0), step)
+    path = np.concatenate((np.arange(angle[0], fine[0], math.radians(1.0)), fine))
+    curve = _pressure(path, cylinder, speed, numbers)
+    k = int(np.argmax(curve))
+    a, b, c = curve[k - 1 : k + 2]
+    return exponent, -float(path[k] + 0.5 * (a - c) / (a - 2.0 * b + c) * step)
+
+
+def _doubt(x: Array, pulls: Array, intake_temperature: float, cylinder: Cylinder) -> str:
+    """What a fit needs that is unusual, in numbers."""
+    said = (
+        f"{x[3] + intake_temperature:.0f} K at the begin of the compression",
+        f"{math.exp(float(x[4])):.2f} times the usual heat to the walls",
+        f"a heat capacity {100.0 * x[5]:+.1f} % off that of air",
+    )
+    worst = said[int(np.argmax(np.abs(pulls)))]
+    return (
+        f"{cylinder.name}: its compression fits the trace only with {worst}; check compression ratio "
+        f"({cylinder.compression_ratio:g}), dead centre, speed and intake temperature"
+    )
+
+
+def burn_begins(angle: Array, pressure: Array, cylinder: Cylinder) -> float:
+    """Angle, rad, at which heat begins to be released; from dQ/dθ = γ/(γ−1) p V' + V p'/(γ−1), γ = 1.35."""
+    inside = (angle > math.radians(-90.0)) & (angle < math.radians(60.0))
+    theta = angle[inside]
+    wide = max(3, round(math.radians(3.0) / float(angle[1] - angle[0])) | 1)
+    p = np.convolve(np.pad(pressure[inside], wide // 2, mode="edge"), np.ones(wide) / wide, mode="valid")
+    volume, derivative = cylinder.volume(theta)
+    heat = 1.35 * p * derivative + volume * np.gradient(p, theta)
+    top = int(np.argmax(heat))
+    early = heat[theta < math.radians(-45.0)]
+    limit = max(0.05 * float(heat[top]), float(np.mean(early) + 4.0 * np.std(early)))
+    below = np.flatnonzero(heat[:top] < limit)
+    return float(theta[below[-1]]) if below.size else float(theta[0])
+
+
+def two_point_zero(
+    angle: Array,
+    pressure: Array,
+    cylinder: Cylinder,
+    exponent: float = 1.34,
+    points: tuple[float, float] = (-100.0, -65.0),
+) -> float:
+    """Zero z (Pa, to be added) for which p V^n is the same at two angles, deg; means over 2 degrees around each."""
+    means, powers = [], []
+    for point in points:
+        near = np.abs(angle - math.radians(point)) <= math.radians(1.0)
+        power = cylinder.volume(angle[near])[0] ** exponent
+        means.append(float(np.mean(pressure[near] * power)))
+        powers.append(float(np.mean(power)))
+    return (means[1] - means[0]) / (powers[0] - powers[1])
+
+
+def _start(theta: Array, p: Array, cylinder: Cylinder) -> tuple[float, float]:
+    """First guess of zero and of the true pressure at the first angle, by p V^1.35 at a straight line."""
+    power = cylinder.volume(theta)[0] ** -1.35
+    half = theta < min(math.radians(-30.0), float(theta[-1]))
+    slope, shift = np.polyfit(power[half], p[half], 1)
+    return -float(shift), float(slope * power[0])
+
+
+def _pressure(
+    angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, float, float, float, float]
+) -> Array:
+    """Pressure (n,) Pa along rising angles (n,) rad by Runge and Kutta's method, a step between two angles.
+
+    ``numbers``: pressure and temperature at the first angle, ln C, change of the heat capacity, wall temperature.
+    """
+    p0, t0, heat, capacity, wall = (float(value) for value in numbers)
+    halves = np.empty(2 * angle.size - 1)
+    halves[0::2], halves[1::2] = angle, 0.5 * (angle[1:] + angle[:-1])
+    volume, derivative = cylinder.volume(halves)
+    area = cylinder.walls(volume)
+    # Woschni: 130 D^-0.2 (p/bar)^0.8 T^-0.53 ((2.28 + 0.308) c_m)^0.8, at a swirl of the mean piston speed.
+    factor = math.exp(heat) * 130.0 * cylinder.bore**-0.2 * (2.588 * cylinder.stroke * speed / math.pi) ** 0.8 / speed
+    low, high = _AIR
+    v, dv, a = volume.tolist(), derivative.tolist(), area.tolist()
+    ratio = t0 / (p0 * v[0])
+
+    def slope(p: float, k: int) -> float:
+        p = max(p, 1e3)
+        t = min(ratio * p * v[k], HIGHEST)
+        c0, c1, c2, c3, c4 = low if t < MIDDLE else high
+        cv = (c0 - 1.0 + t * (c1 + t * (c2 + t * (c3 + t * c4)))) * (1.0 + capacity)
+        lost = factor * (1e-5 * p) ** 0.8 * max(t, 100.0) ** -0.53 * a[k] * (t - wall)
+        return (-(1.0 + 1.0 / cv) * p * dv[k] - lost / cv) / v[k]
+
+    steps = np.diff(angle).tolist()
+    p = p0
+    result = [p]
+    for i, h in enumerate(steps):
+        k = 2 * i
+        k1 = slope(p, k)
+        k2 = slope(p + 0.5 * h * k1, k + 1)
+        k3 = slope(p + 0.5 * h * k2, k + 1)
+        k4 = slope(p + h * k3, k + 2)
+        p = p + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        result.append(p)
+    return np.array(result)

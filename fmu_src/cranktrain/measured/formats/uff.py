@@ -1,0 +1,112 @@
+"""UFF data sets 58 and 58b by pyuff: time series, and functions over frequency, speed or order.
+
+pyuff skips what it does not read; data sets that are cut short are told and those before them kept.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.measured.channels import TIME, Channel, of_array, sampled
+
+ABSCISSAE = {17: (TIME, "s"), 18: ("frequency", "Hz"), 19: ("speed", "rev/min"), 16: ("order", "1")}
+"""Specific data types of an abscissa (I-deas universal file, data set 58, record 8) and their units."""
+FUNCTIONS = {
+    1: "time response", 2: "auto spectrum", 3: "cross spectrum", 4: "frequency response", 6: "coherence",
+    9: "power spectral density", 12: "spectrum", 13: "order",
+}  # fmt: skip
+NOTHING = ("", "none")
+
+
+def channels(path: Path) -> tuple[list[Channel], list[str]]:
+    """List the channels of a file, and remarks."""
+    import pyuff
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        file = pyuff.UFF(str(path))
+        kinds = [int(kind) for kind in file.get_set_types()]
+        found: list[Channel] = []
+        remarks: list[str] = []
+        for k, kind in enumerate(kinds):
+            if kind != 58:
+                continue
+            try:
+                one = file.read_sets(k)
+                data = np.asarray(one["data"])
+                if data.size != int(one["num_pts"]):
+                    remarks.append(
+                        f"{path.name}, data set {k + 1}: {data.size} of {int(one['num_pts'])} values are there; "
+                        f"it is cut short"
+                    )
+                channel, told = _channel(one, data, path.name)
+            except Exception as error:  # of pyuff, whatever stopped it
+                reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+                remarks.append(f"{path.name}, data set {k + 1}: cannot be read ({reason}); it is left out")
+                continue
+            found.append(channel)
+            remarks += told
+    if not kinds:
+        raise InputError(f"{path.name}: holds no complete data set between lines of -1; it is cut short")
+    if others := sorted(set(kinds) - {58, 151, 164}):
+        remarks.append(f"{path.name}: data sets {', '.join(map(str, others))} hold no signals and are left out")
+    _tell_ends(path, len(kinds), remarks)
+    return found, remarks
+
+
+def _tell_ends(path: Path, complete: int, remarks: list[str]) -> None:
+    """Tell of a last data set without its closing line of -1."""
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - 4096))
+        end = file.read().rstrip()
+    if not end.endswith(b"-1"):
+        remarks.append(f"{path.name}: the last data set has no end and is left out; {complete} complete ones were read")
+
+
+def _channel(one: dict[str, Any], data: np.ndarray, source: str) -> tuple[Channel, list[str]]:
+    """Channel of one data set."""
+    code = int(one.get("abscissa_spec_data_type", 17))
+    label, unit = (str(one.get(key) or "").strip() for key in ("abscissa_axis_lab", "abscissa_axis_units_lab"))
+    abscissa, own_unit = ABSCISSAE.get(code, (_named(label, unit), unit))
+    function = FUNCTIONS.get(int(one.get("func_type", 0)), "")
+    titles = [str(one.get(f"id{k}") or "").strip() for k in (1, 2, 4, 5)]
+    about = "; ".join(text for text in [*titles, function] if text.lower() not in NOTHING)
+    entity = str(one.get("rsp_ent_name") or "").strip()
+    ordinate = str(one.get("ordinate_axis_units_lab") or "").strip()
+    node, direction = int(one.get("rsp_node") or 0), int(one.get("rsp_dir") or 0)
+    name = entity if entity.lower() not in NOTHING else (titles[0] if titles[0].lower() not in NOTHING else "channel")
+    name += f":{node}" * (node > 0) + (
+        f":{'+' if direction > 0 else '-'}{'xyz'[abs(direction) - 1]}" if 0 < abs(direction) < 4 else ""
+    )
+    if abscissa == "speed" and (order := re.search(r"[Oo]rder\D{0,3}(\d+(?:\.\d+)?)", about)):
+        name += f" order {float(order[1]):g}"
+    ordinate = "" if ordinate.lower() in NOTHING else ordinate
+    x = np.asarray(one["x"], dtype=np.float64)
+    if np.iscomplexobj(data):
+        return Channel(name, ordinate, data.size, source, _complex(data), float(x[0]) if x.size else 0.0, math.nan,
+                       of_array(x), abscissa, own_unit or unit, about), []  # fmt: skip
+    if abscissa == TIME:
+        scale = 1e-3 if unit.lower() == "ms" else 1.0
+        return sampled(name, ordinate, scale * x, data, source, about)
+    return Channel(name, ordinate, data.size, source, of_array(data), float(x[0]) if x.size else 0.0, math.nan,
+                   of_array(x), abscissa, own_unit or unit, about), []  # fmt: skip
+
+
+def _complex(values: np.ndarray) -> Any:
+    return lambda first, last: np.asarray(values[first:last], dtype=np.complex128)
+
+
+def _named(label: str, unit: str) -> str:
+    """Abscissa by its label and unit, where its code says nothing."""
+    text = f"{label} {unit}".lower()
+    for name, words in {"speed": ("rpm", "speed", "1/min"), "frequency": ("hz", "freq"), "order": ("order",)}.items():
+        if any(word in text for word in words):
+            return name
+    return TIME if not text.strip() or "time" in text or unit.lower() in ("s", "sec", "ms") else label or "abscissa"

@@ -1,0 +1,315 @@
+"""Orders of measured points over the mean rotation: fits around places of interest, with their confidence.
+
+Points need not be equidistant: pulses of a wheel with a gap, or samples over time. Around each place
+
+    x(φ) = trend + Re Σ_n (a_n + a_n' τ + a_n'' τ²) exp(i n φ),   τ = φ − φ₀,
+
+is fitted by least squares under a window cos⁴ with all half orders up to the highest one wanted, so neighbours do not
+leak into one another at any change of speed. Points are taken where they are, so nothing is interpolated. The standard
+error of an order follows from the residual and the fit; where several fits share a bin of speed, from their scatter.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+from cranktrain.measured.channels import Channel
+from cranktrain.measured.rotation import RPM, Rotation
+from cranktrain.measured.wheel import CYCLE
+
+ComplexArray = NDArray[np.complex128]
+CYCLES, DEGREE = 4, 2
+STEADY = 0.005
+"""Relative change of speed below which the amplitudes of a fit do not vary."""
+TREND = 3
+WEIGHT = 0.42
+"""Points that count under the window, as a fraction of all."""
+SPARE = 1.25
+"""Points that count, over the unknowns of a fit, at least."""
+MOST_CYCLES = 64
+MOST_FITS = 48
+"""Fits in a bin of speed; they are spread over the bin's time."""
+BAND = 1.96
+"""Standard errors of a band that holds 95 %."""
+
+
+class Points(NamedTuple):
+    """Values (k,) at mean rotations (k,) rad, rising; the highest order that they resolve; name and unit."""
+
+    phase: Array
+    values: Array
+    resolved: float
+    name: str
+    unit: str
+
+
+class FitShape(NamedTuple):
+    """Cycles that a fit spans, degree of its amplitudes, and its lines (o,): half orders up to beyond the highest."""
+
+    cycles: int
+    degree: int
+    lines: Array
+
+
+@dataclass(frozen=True)
+class Orders:
+    """Orders over speed.
+
+    Attributes
+    ----------
+    speeds : (s,) rad/s, rising
+    orders : (o,)
+    amplitudes : (s, o) complex, zero to peak, x = Re Σ a exp(i n φ); not a number where the points do not have them
+    errors : (s, o) standard error of |a|
+    coherence : (s, o) |mean a|² / mean |a|² of the fits in a bin; of less than three fits with the error in place of
+        scatter
+    fits : (s,) fits in each bin
+    cycles : cycles that a fit spans
+    name, unit : of the signal
+    """
+
+    speeds: Array
+    orders: Array
+    amplitudes: ComplexArray
+    errors: Array
+    coherence: Array
+    fits: NDArray[np.int64]
+    cycles: int
+    name: str
+    unit: str
+
+    @property
+    def bands(self) -> tuple[Array, Array]:
+        """Lower and upper end (s, o) of the 95 % band of the amplitudes."""
+        size = np.abs(self.amplitudes)
+        return np.maximum(0.0, size - BAND * self.errors), size + BAND * self.errors
+
+
+def torsion_points(rotation: Rotation) -> Points:
+    """Torsional vibration at the pulses, rad, without half a cycle at either end, which has no mean rotation."""
+    inside = (rotation.times >= rotation.mean.times[0]) & (rotation.times <= rotation.mean.times[-1])
+    phase = rotation.mean.at(rotation.times[inside])
+    torsion = rotation.angle[inside] - phase
+    rising = np.concatenate(([True], np.diff(phase) > 0.0))
+    return Points(phase[rising], torsion[rising], 0.5 * rotation.wheel.pulses, f"{rotation.name} torsion", "rad")
+
+
+def channel_points(channel: Channel, rotation: Rotation, highest: float, integrals: int = 0) -> Points:
+    """Samples of a channel over the mean rotation, low-passed and thinned to what the highest order needs.
+
+    ``integrals``: times that the samples are integrated over time: 1 for a vibrometer's velocity, 2 for acceleration.
+    Raises ``InputError``: a channel without a sampling rate, aliasing, no time in common.
+    """
+    where = f"{channel.source}, channel {channel.name}"
+    if not math.isfinite(channel.rate):
+        raise InputError(f"{where}: its samples have no even step in time; orders need one")
+    fastest = rotation.speed_range[1] / math.tau
+    needed = 2.0 * highest * fastest
+    if channel.rate < 1.25 * needed:
+        raise InputError(
+            f"{where}: {channel.rate:g} Hz resolve order {0.4 * channel.rate / fastest:.3g} at "
+            f"{60 * fastest:.0f} rev/min, "
+            f"not {highest:g} (aliasing)"
+        )
+    # Integrals want some 25 samples a period, the fit 5.
+    start, step, values = decimated(channel, (12.5 if integrals else 2.5) * needed)
+    if integrals:
+        values = _integrated(values, step, integrals)
+    times = start + step * np.arange(values.size, dtype=np.float64)
+    inside = (times >= rotation.mean.times[0]) & (times <= rotation.mean.times[-1])
+    if np.count_nonzero(inside) < 32:
+        raise InputError(
+            f"{where}: runs from {times[0]:.4g} to {times[-1]:.4g} s, the rotation from "
+            f"{rotation.mean.times[0]:.4g} to "
+            f"{rotation.mean.times[-1]:.4g} s; take channels of one recording"
+        )
+    phase = rotation.mean.at(times[inside])
+    return Points(phase, values[inside], 0.4 / (step * fastest), channel.name, channel.unit)
+
+
+def decimated(channel: Channel, rate: float) -> tuple[float, float, Array]:
+    """Start, step and values of a channel, low-passed without delay and thinned to ``rate`` Hz or more."""
+    from scipy.signal import firwin, upfirdn
+
+    factor = max(1, math.floor(channel.rate / rate))
+    if factor == 1:
+        return channel.start, channel.step, channel.values()
+    half = 16 * factor
+    taps = firwin(2 * half + 1, 0.8 / factor, window=("kaiser", 8.0))
+    block = 2**20 // factor * factor
+    parts = []
+    for first in range(0, channel.size, block):
+        low, high = max(0, first - half), min(channel.size, first + block + half)
+        values = channel.values(low, high)
+        values = (
+            np.where(np.isfinite(values), values, np.nanmean(values)) if not math.isfinite(values.sum()) else values
+        )
+        values = np.pad(values, (half - (first - low), max(0, first + block + half - high)), mode="edge")
+        kept = math.ceil(min(block, channel.size - first) / factor)
+        # upfirdn's output k is centred on sample k·factor − half of its input.
+        parts.append(upfirdn(taps, values[: (kept - 1) * factor + 2 * half + 1], down=1)[2 * half :: factor][:kept])
+    return channel.start, channel.step * factor, np.concatenate(parts)
+
+
+def _integrated(values: Array, step: float, times: int) -> Array:
+    """Integrals over time of values without their mean; fourth order in the step."""
+    for _ in range(times):
+        values = values - values.mean()
+        slope = np.gradient(values)
+        # ∫ over a step = h (f₀ + f₁)/2 − h (f₁' − f₀')/12: exact for cubics.
+        parts = step * (0.5 * (values[1:] + values[:-1]) - (slope[1:] - slope[:-1]) / 12.0)
+        values = np.concatenate(([0.0], np.cumsum(parts)))
+    return values
+
+
+def track(
+    points: Points,
+    rotation: Rotation,
+    orders: Array,
+    *,
+    step_rpm: float = 0.0,
+    cycles: int | None = None,
+    degree: int | None = None,
+) -> Orders:
+    """Orders of points in bins of the mean speed.
+
+    Raises ``InputError``: orders that are no multiples of a half or that the points do not resolve, too short
+    recordings.
+
+    Parameters
+    ----------
+    orders : (o,) wanted
+    step_rpm : width of a bin, rev/min; by default a 40th of the speed range, 10 rev/min at least
+    cycles : cycles that a fit spans; as many as it needs by default, 4 or more
+    degree : of the polynomial by which an amplitude varies within a fit; 0 where the speed changes by less than 0.5 %
+    """
+    wanted = np.atleast_1d(np.asarray(orders, dtype=np.float64))
+    check_orders(wanted, points)
+    cycles, degree, lines = fit_shape(points, rotation, wanted, cycles, degree)
+    low, high = rotation.speed_range
+    places = _places(points, cycles)
+    speeds = _speeds_at(rotation, places)
+    width = step_rpm / RPM if step_rpm > 0.0 else max(10.0 / RPM, (high - low) / 40.0)
+    bins = np.rint((speeds) / width).astype(np.int64)
+    rows = []
+    for key in np.unique(bins):
+        own = np.flatnonzero(bins == key)
+        own = own[np.unique(np.linspace(0, own.size - 1, min(own.size, MOST_FITS)).astype(int))]
+        fits = [_fit(points, places[k], cycles, degree, lines) for k in own]
+        rows.append((float(np.mean(speeds[own])), *_joined(fits), own.size))
+    keep = np.rint(2.0 * wanted).astype(int) - 1
+    found, errors, coherence = (np.array([row[k] for row in rows])[:, keep] for k in (1, 2, 3))
+    return Orders(np.array([row[0] for row in rows]), wanted, found, errors, coherence,
+                  np.array([row[4] for row in rows]), cycles, points.name, points.unit)  # fmt: skip
+
+
+def fit_shape(
+    points: Points, rotation: Rotation, wanted: Array, cycles: int | None = None, degree: int | None = None
+) -> FitShape:
+    """Cycles, degree and lines of the fits that determine some orders; ``InputError`` where none does."""
+    low, high = rotation.speed_range
+    steady = (high - low) / high < STEADY
+    degree = (0 if steady else DEGREE) if degree is None else degree
+    highest = float(wanted.max())
+    reach = math.floor(2.0 * min(highest + 1.0, 0.96 * points.resolved) + 1e-9)
+    lines = np.arange(1, max(reach, round(2.0 * highest)) + 1, dtype=np.float64) / 2.0
+    a_cycle = points.phase.size / max(1e-9, np.ptp(points.phase)) * CYCLE
+    unknowns = TREND + 2 * lines.size * (degree + 1)
+    least = max(CYCLES, math.ceil(SPARE * unknowns / (WEIGHT * a_cycle)))
+    cycles = least if cycles is None else cycles
+    if cycles > MOST_CYCLES or WEIGHT * a_cycle * cycles < unknowns:
+        raise InputError(
+            f"{points.name}: {a_cycle:.3g} points a cycle over {cycles} cycles do not determine orders up to "
+            f"{highest:g} ({unknowns} unknowns); ask for lower orders, more cycles or degree 0"
+        )
+    return FitShape(cycles, degree, lines)
+
+
+def check_orders(orders: Array, points: Points) -> None:
+    """Refuse orders that are no multiples of a half, or that the points do not resolve."""
+    for order in orders:
+        if not (order >= 0.5 and abs(2.0 * order - round(2.0 * order)) < 1e-9):
+            raise InputError(f"order {order:g} is not a multiple of 0.5 from 0.5 on")
+    if orders.max() > 0.95 * points.resolved:
+        raise InputError(
+            f"{points.name}: too few points for order {orders.max():g}; they resolve orders up to "
+            f"{math.floor(1.9 * points.resolved) / 2:g}"
+        )
+
+
+def _places(points: Points, cycles: int) -> Array:
+    """Middles of fits, half a window apart, the first and the last at an end of the points."""
+    half = 0.5 * cycles * CYCLE
+    first, last = points.phase[0] + half, points.phase[-1] - half
+    if last < first:
+        raise InputError(f"{points.name}: {np.ptp(points.phase) / CYCLE:.2g} cycles are recorded; a fit spans {cycles}")
+    count = max(1, math.floor((last - first) / half))
+    return np.asarray(first + (last - first) / count * np.arange(count + 1)) if last > first else np.array([first])
+
+
+def _speeds_at(rotation: Rotation, phase: Array) -> Array:
+    """Mean speed where the mean rotation has these values, (n,) rad/s."""
+    times = np.interp(phase, rotation.mean.angle, rotation.mean.times)
+    reach = CYCLE / 2
+    before = np.interp(phase - reach, rotation.mean.angle, rotation.mean.times)
+    after = np.interp(phase + reach, rotation.mean.angle, rotation.mean.times)
+    inside = (phase - reach >= rotation.mean.angle[0]) & (phase + reach <= rotation.mean.angle[-1])
+    return np.where(inside, 2.0 * reach / np.maximum(after - before, 1e-300), rotation.mean.speed(times))
+
+
+def _fit(points: Points, place: float, cycles: int, degree: int, lines: Array) -> tuple[ComplexArray, Array]:
+    """Amplitudes (o,) of all lines at a place, and their standard errors."""
+    half = 0.5 * cycles * CYCLE
+    first, last = np.searchsorted(points.phase, (place - half, place + half))
+    phase, x = points.phase[first:last], points.values[first:last]
+    tau = (phase - place) / half
+    root = np.cos(0.5 * math.pi * tau) ** 2
+    powers = tau[:, None] ** np.arange(TREND)
+    base = np.exp(0.5j * phase)
+    waves = np.cumprod(np.broadcast_to(base[:, None], (phase.size, lines.size)), axis=1)
+    pairs = np.concatenate((waves.real, -waves.imag), axis=1)
+    basis = np.concatenate([powers] + [pairs * tau[:, None] ** k for k in range(degree + 1)], axis=1)
+    weighted = basis * root[:, None]
+    normal = weighted.T @ weighted
+    found, inverse = _solved(normal, weighted.T @ (root * x))
+    left = x - basis @ found
+    count = lines.size
+    # Weights are those of interpolation, not of noise: the error of the estimate is s² N⁻¹ (Bᵀ W² B) N⁻¹.
+    rows = inverse[TREND : TREND + 2 * count]
+    spread = weighted * root[:, None]
+    free = max(1.0, float(np.sum(root**2)) ** 2 / float(np.sum(root**4)) - basis.shape[1] * WEIGHT)
+    s2 = float(np.sum(root**2 * left**2) / np.sum(root**2)) * max(1.0, phase.size * WEIGHT / free)
+    variance = s2 * np.einsum("ij,jk,ik->i", rows, spread.T @ spread, rows)
+    pair = found[TREND : TREND + 2 * count]
+    return pair[:count] + 1j * pair[count:], np.sqrt(0.5 * (variance[:count] + variance[count:]))
+
+
+def _solved(normal: Array, right: Array) -> tuple[Array, Array]:
+    """Solution and inverse of a positive definite matrix; by singular values where it is not."""
+    try:
+        inverse = np.linalg.inv(normal)
+    except np.linalg.LinAlgError:
+        inverse = np.linalg.pinv(normal)
+    return np.asarray(inverse @ right), np.asarray(inverse, dtype=np.float64)
+
+
+def _joined(fits: list[tuple[ComplexArray, Array]]) -> tuple[ComplexArray, Array, Array]:
+    """Mean, standard error and coherence of the fits in a bin. Neighbouring fits overlap by half a window."""
+    found = np.array([one[0] for one in fits])
+    own = np.array([one[1] for one in fits])
+    mean = found.mean(axis=0)
+    power = np.mean(np.abs(found) ** 2, axis=0)
+    coherence = np.where(power > 0.0, np.abs(mean) ** 2 / np.where(power > 0.0, power, 1.0), 0.0)
+    if len(fits) < 3:
+        noise = 2.0 * np.mean(own**2, axis=0)  # of both parts of an amplitude; a few fits do not show their scatter
+        single = np.abs(mean) ** 2 / np.maximum(np.abs(mean) ** 2 + noise, 1e-300)
+        return mean, np.sqrt(np.mean(own**2, axis=0) / len(fits)), single
+    scatter = np.sqrt(np.sum(np.abs(found - mean) ** 2, axis=0) / (len(fits) - 1) / 2.0)
+    return mean, np.maximum(scatter, 0.0) / math.sqrt(len(fits)), coherence

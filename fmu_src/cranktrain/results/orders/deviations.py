@@ -1,0 +1,135 @@
+"""Deviations of a run-up from measured orders: speed and height of their peaks, amplitude and phase over the speed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+from cranktrain.results.orders.harmonics import ComplexArray
+from cranktrain.results.orders.measured import Measured, phases_of
+from cranktrain.results.run_up.run_up import AXIAL, RunUp
+from cranktrain.results.tables import NOTHING, Table
+
+RPM = 30.0 / math.pi
+FOREIGN = 0.25
+"""Relative difference of all peaks' speeds from which measured orders are said to be of another engine."""
+
+
+def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
+    """A row for each measured order that the run-up has, over the speeds that both cover.
+
+    ``speed_percent``: peak of the computed over that of the measured curve, less 1; ``amplitude_percent``: the same of
+    their heights; ``rms_percent``: root mean square difference of the amplitudes over that of the measured ones;
+    ``phase_deg``: mean difference of the phases, computed less measured, weighted by the measured amplitudes. None
+    where one has no peak, or phases are not known.
+    """
+    rows = []
+    for output, by_order in measured.items():
+        for order, (speeds, sizes) in by_order.items():
+            if output not in run_up.amplitudes or order not in run_up.orders:
+                continue
+            inside = (speeds >= run_up.speeds[0]) & (speeds <= run_up.speeds[-1])
+            if not inside.any():
+                continue
+            computed = run_up.order(order, output)
+            at, own = speeds[inside], sizes[inside]
+            there = np.interp(at, run_up.speeds, np.abs(computed))
+            keep = (run_up.speeds >= at[0]) & (run_up.speeds <= at[-1])
+            peak, base = _peak(at, own), _peak(run_up.speeds[keep], np.abs(computed)[keep])
+            phases = phases_of(measured, output, order)
+            power = float(np.sqrt(np.mean(own**2)))
+            rows.append(
+                {
+                    "output": output,
+                    "order": order,
+                    "points": int(own.size),
+                    "measured_peak_rpm": None if peak is None else peak[0] * RPM,
+                    "computed_peak_rpm": None if base is None else base[0] * RPM,
+                    "speed_percent": None if peak is None or base is None else 100.0 * (base[0] / peak[0] - 1.0),
+                    "amplitude_percent": None if peak is None or base is None else 100.0 * (base[1] / peak[1] - 1.0),
+                    "rms_percent": 100.0 * float(np.sqrt(np.mean((there - own) ** 2))) / power if power > 0.0 else None,
+                    "phase_deg": None if phases is None else _phase(run_up.speeds, computed, at, own, phases[inside]),
+                }
+            )
+    return rows
+
+
+def of_another_engine(rows: list[dict[str, Any]]) -> str:
+    """Remark where all peaks of measured orders are further than ``FOREIGN`` from the computed ones; else empty."""
+    found = [row["speed_percent"] for row in rows if row["speed_percent"] is not None]
+    if found and min(abs(value) for value in found) > 100.0 * FOREIGN:
+        return (
+            f"all {len(found)} measured peaks lie {min(found, key=abs):+.0f} % or more from the computed ones; "
+            "the measurement may be of another engine"
+        )
+    return ""
+
+
+def check_measured(run_up: RunUp, measured: Measured) -> None:
+    """Refuse measured orders that have nothing in common with a run-up; ``InputError`` with the ranges of both."""
+    spans = [(speeds[0], speeds[-1]) for by_order in measured.values() for speeds, _ in by_order.values()]
+    low, high = min(one[0] for one in spans), max(one[1] for one in spans)
+    if high < run_up.speeds[0] or low > run_up.speeds[-1]:
+        raise InputError(
+            f"measured orders are from {low * RPM:.0f} to {high * RPM:.0f} rev/min, the run-up from "
+            f"{run_up.speeds_rpm[0]:.0f} to {run_up.speeds_rpm[-1]:.0f} rev/min; they have no speed in common"
+        )
+
+
+def deviation_table(rows: list[dict[str, Any]]) -> Table:
+    """Deviations as a table of texts."""
+
+    def said(value: float | None, form: str) -> str:
+        return NOTHING if value is None else format(value, form)
+
+    texts = tuple(
+        (
+            "axial" if row["output"] == AXIAL else "torsion",
+            f"{row['order']:g}",
+            str(row["points"]),
+            said(row["measured_peak_rpm"], ".0f"),
+            said(row["speed_percent"], "+.1f"),
+            said(row["amplitude_percent"], "+.0f"),
+            said(row["rms_percent"], ".0f"),
+            said(row["phase_deg"], "+.0f"),
+        )
+        for row in rows
+    )
+    header = (
+        "motion",
+        "order",
+        "points",
+        "measured peak / rev/min",
+        "speed / %",
+        "amplitude / %",
+        "rms / %",
+        "phase / deg",
+    )
+    return Table("Computed against measured orders", header, texts)
+
+
+def _peak(speeds: Array, sizes: Array) -> tuple[float, float] | None:
+    """Speed and height of a curve's peak, by the parabola through three points; None for a peak at an end."""
+    if speeds.size < 3:
+        return None
+    k = int(np.argmax(sizes))
+    if not 0 < k < speeds.size - 1 or speeds[k - 1] == speeds[k] or speeds[k] == speeds[k + 1]:
+        return None
+    a, b, c = np.polyfit(speeds[k - 1 : k + 2] - speeds[k], sizes[k - 1 : k + 2], 2)
+    if a >= 0.0:
+        return None
+    return float(speeds[k] - 0.5 * b / a), float(c - 0.25 * b * b / a)
+
+
+def _phase(speeds: Array, computed: ComplexArray, at: Array, sizes: Array, phases: Array) -> float | None:
+    """Mean difference of phases, deg, weighted by the measured amplitudes; None where no phase is known."""
+    good = np.isfinite(phases)
+    if not good.any():
+        return None
+    there = np.interp(at, speeds, computed.real) + 1j * np.interp(at, speeds, computed.imag)
+    mean = np.sum((sizes * np.exp(-1j * phases) * there / np.maximum(np.abs(there), 1e-300))[good])
+    return math.degrees(float(np.angle(mean))) if abs(mean) > 0.0 else None

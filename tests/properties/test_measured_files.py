@@ -1,0 +1,202 @@
+"""Measurement files of every format, made by the formats' own libraries: read to the last digit, odd ones told in a
+line.
+"""
+
+import json
+
+import numpy as np
+import pytest
+from measured_files import FORMATS, write
+
+import cranktrain as ct
+from cranktrain.cli.main import main
+from cranktrain.measured.order_table import order_curves
+
+RATE = 2000.0
+TIME = np.arange(3000) / RATE
+PULSES = np.sin(2.0 * np.pi * 60.0 * 3.0 * TIME)
+PRESSURE = 1.0 + 0.5 * np.cos(7.0 * TIME)
+COLUMNS = {"tacho": PULSES, "pcyl1": PRESSURE}
+UNITS = {"tacho": "V", "pcyl1": "bar"}
+
+
+def by_name(measurement, name):
+    """A channel by its name; those of WAV are numbered and those of MATLAB's structures stand in them."""
+    names = {"tacho": ("tacho", "run:1", "tacho/data"), "pcyl1": ("pcyl1", "run:2", "pcyl1/data")}[name]
+    return next(channel for channel in measurement.channels if channel.name in names)
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_values_units_and_sampling_come_back(kind, tmp_path):
+    found = ct.read_measured(write(tmp_path, kind, TIME, COLUMNS, UNITS))
+    assert len(found.channels) == 2 and not found.remarks
+    for name, values in COLUMNS.items():
+        channel = by_name(found, name)
+        exact = np.float32(values).astype(float) if kind == "wav" else values
+        np.testing.assert_allclose(channel.values(), exact, rtol=1e-15 if kind != "uff" else 1e-11)
+        assert channel.rate == pytest.approx(RATE, rel=1e-6) and channel.size == TIME.size
+        assert channel.unit == ("" if kind == "wav" else UNITS[name])
+        parts = [block for _, block in channel.blocks(700)]
+        np.testing.assert_array_equal(np.concatenate(parts), channel.values())
+
+
+# Each oddity: name → times, columns, units, what a remark or the error says; None: nothing needs to be said.
+NAN = PRESSURE.copy()
+NAN[1000:1010] = np.nan
+SHUFFLED = np.concatenate((TIME[1500:], TIME[:1500]))
+GAP = np.concatenate((TIME[:1500], TIME[1500:] + 0.25))
+ODD = {
+    "an empty channel": (TIME, COLUMNS | {"empty": np.zeros(0)}, UNITS, "empty"),
+    "a gap in time": (GAP, COLUMNS, UNITS, "gap"),
+    "times out of order": (SHUFFLED, COLUMNS, UNITS, "backwards"),
+    "missing values": (TIME, {"tacho": PULSES, "pcyl1": NAN}, UNITS, None),
+    "a channel of text": (TIME, COLUMNS | {"state": np.array(["on"] * TIME.size)}, UNITS, "left out"),
+    "an unknown unit": (TIME, COLUMNS, {"tacho": "V", "pcyl1": "furlong"}, None),
+    "a channel of constants": (TIME, COLUMNS | {"off": np.zeros(TIME.size)}, UNITS, None),
+}
+
+
+WITHOUT = {
+    "wav": {"an empty channel", "a gap in time", "times out of order", "a channel of text"},
+    "uff": {"an empty channel", "a channel of text", "missing values"},
+    "uffb": {"an empty channel", "a channel of text", "missing values"},
+}
+"""Oddities that a format, or pyuff's writer, which takes 0 for what is not a number, cannot have."""
+
+
+@pytest.mark.parametrize(("kind", "odd"), [(k, odd) for k in FORMATS for odd in ODD if odd not in WITHOUT.get(k, ())])
+def test_nothing_is_lost_of_odd_files(kind, odd, tmp_path):
+    time, columns, units, said = ODD[odd]
+    found = ct.read_measured(write(tmp_path, kind, time, columns, units))
+    channel = by_name(found, "pcyl1")
+    order = np.argsort(time, kind="stable")
+    np.testing.assert_allclose(channel.values(), columns["pcyl1"][order], rtol=2e-7 if kind == "wav" else 1e-11)
+    if said is None:
+        return
+    np.testing.assert_allclose(channel.abscissae(), time[order], atol=1e-6)
+    assert any(said in remark for remark in found.remarks), found.remarks
+    assert all("\n" not in remark and remark.startswith("run") for remark in found.remarks)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.45, 0.9])
+@pytest.mark.parametrize("kind", FORMATS)
+def test_files_cut_short_are_told(kind, share, tmp_path):
+    """Either what is left is read, with a remark, or one line says what is wrong; nothing that is not in the file."""
+    path = write(tmp_path, kind, TIME, COLUMNS, UNITS)
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    try:
+        found = ct.read_measured(path)
+    except ct.CranktrainError as error:
+        assert "\n" not in str(error) and path.name in str(error)
+        return
+    if kind != "csv":  # a table that ends with a whole number has no end that could be missing
+        assert found.remarks, [channel.size for channel in found.channels]
+    for name, values in COLUMNS.items():
+        for channel in found.channels:
+            if channel.name.startswith(name) and channel.size > 1:
+                left = channel.size - (kind == "csv")
+                np.testing.assert_allclose(channel.values(0, left), values[:left], rtol=1e-11)
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_files_of_another_kind_are_told(kind, tmp_path):
+    path = write(tmp_path, kind, TIME, COLUMNS, UNITS)
+    for content in (b"", b"\x00\x01\x02 nothing" * 40):
+        path.write_bytes(content)
+        with pytest.raises(ct.InputError, match=path.name) as error:
+            ct.read_measured(path)
+        assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_damaged_files_are_read_or_refused_in_one_line(kind, tmp_path, capfd):
+    """Bytes that change, are missing or come in between; nothing else is printed."""
+    rng = np.random.default_rng(7)
+    path = write(tmp_path, kind, TIME[:400], {name: values[:400] for name, values in COLUMNS.items()}, UNITS)
+    whole = path.read_bytes()
+    capfd.readouterr()
+    for k in range(24):
+        content, place = bytearray(whole), int(rng.integers(len(whole)))
+        content[place : place + (0, 1, 60)[k % 3]] = rng.integers(0, 256, (40, 1, 0)[k % 3], dtype=np.uint8).tobytes()
+        path.write_bytes(bytes(content))
+        try:
+            for channel in ct.read_measured(path).channels:
+                assert channel.values().size == channel.abscissae().size == channel.size
+        except ct.CranktrainError as error:
+            assert "\n" not in str(error) and path.name in str(error)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("kind", ["mf4", "h5", "parquet", "tdms"])
+def test_the_content_decides_not_the_ending(kind, tmp_path):
+    path = write(tmp_path, kind, TIME, COLUMNS, UNITS)
+    other = path.rename(tmp_path / "run.CSV")
+    assert sorted(ct.read_measured(other).names) == ["pcyl1", "tacho"]
+
+
+@pytest.mark.parametrize("odd", [None, "a gap in time", "times out of order"])
+@pytest.mark.parametrize("kind", ["mf4", "h5", "parquet", "mat"])
+def test_long_channels_are_read_as_short_ones(kind, odd, tmp_path, monkeypatch):
+    """Times of many samples are not compared one by one: a gap or disorder is still found."""
+    time, columns, units, _ = (TIME, COLUMNS, UNITS, "") if odd is None else ODD[odd]
+    path = write(tmp_path, kind, time, columns, units)
+    short = by_name(ct.read_measured(path), "pcyl1")
+    for module in ("formats.mdf", "formats.arrays"):
+        monkeypatch.setattr(f"cranktrain.measured.{module}.MANY", 1000)
+    long = by_name(ct.read_measured(path), "pcyl1")
+    np.testing.assert_array_equal(long.values(), short.values())
+    np.testing.assert_allclose(long.abscissae(), short.abscissae(), atol=1e-9)
+    assert (long.rate == pytest.approx(short.rate, rel=1e-9)) or odd
+
+
+def test_channels_are_chosen_and_the_nearest_is_named(tmp_path):
+    path = write(tmp_path, "mf4", TIME, COLUMNS, UNITS)
+    assert ct.read_measured(path, channels=["PCYL1"]).names == ("pcyl1",)
+    with pytest.raises(ct.InputError, match=r"channel 'pcyl2' is not in run.mf4; did you mean 'pcyl1'"):
+        ct.read_measured(path, channels=["pcyl2"])
+
+
+def test_equal_names_of_two_files_are_told_apart(tmp_path):
+    first = write(tmp_path, "h5", TIME, COLUMNS, UNITS, name="first")
+    second = write(tmp_path, "h5", TIME, COLUMNS, UNITS, name="second")
+    names = ct.read_measured(first, second).names
+    assert names == ("pcyl1 (first)", "tacho (first)", "pcyl1 (second)", "tacho (second)")
+
+
+def test_orders_of_a_uff_file_are_curves_over_speed(tmp_path):
+    import pyuff
+
+    rpm = np.array([1600.0, 1700.0, 1850.0])
+    values = np.array([0.02, 0.03j, -0.025])
+    pyuff.UFF(str(tmp_path / "orders.unv")).write_sets({
+        "type": 58, "binary": 0, "func_type": 0, "rsp_ent_name": "Pulley", "rsp_node": 1, "rsp_dir": 0, "ref_node": 0,
+        "ref_dir": 0, "id1": "Order 6.00", "data": values, "x": rpm, "num_pts": 3, "abscissa_spec_data_type": 19,
+        "abscissa_axis_units_lab": "rpm", "ordinate_spec_data_type": 0, "ordinate_axis_units_lab": "deg",
+        "orddenom_spec_data_type": 0, "ord_data_type": 6, "abscissa_spacing": 0, "abscissa_min": 0, "abscissa_inc": 0,
+    }, "add")  # fmt: skip
+    (curve,) = order_curves(ct.read_measured(tmp_path / "orders.unv"))
+    assert curve.order == 6.0 and curve.unit == "deg"
+    np.testing.assert_allclose(curve.speeds, rpm * np.pi / 30.0)
+    np.testing.assert_allclose(curve.amplitudes, np.abs(values))
+    np.testing.assert_allclose(curve.phases, np.angle(values), atol=1e-12)
+
+
+def test_a_missing_package_is_named_with_its_extra(tmp_path, monkeypatch):
+    import sys
+
+    path = write(tmp_path, "tdms", TIME, COLUMNS, UNITS)
+    monkeypatch.setitem(sys.modules, "nptdms", None)
+    with pytest.raises(ct.InputError, match=r"TDMS files need nptdms: pip install cranktrain\[measured\]"):
+        ct.read_measured(path)
+
+
+def test_the_command_lists_channels_and_tachos(tmp_path, capsys):
+    path = write(tmp_path, "mf4", TIME, COLUMNS, UNITS)
+    assert main(["measured", str(path), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [channel["name"] for channel in told["channels"]] == ["tacho", "pcyl1"]
+    assert told["channels"][1]["unit"] == "bar" and told["channels"][0]["rate_hz"] == pytest.approx(RATE)
+    assert [tacho["channel"] for tacho in told["tachos"]] == ["tacho"]
+    assert told["tachos"][0]["pulses_hz"] == pytest.approx(180.0, rel=1e-3)
+    assert main(["measured", str(path), "--channels", "tachy"]) == 2
+    assert "did you mean 'tacho'?" in capsys.readouterr().err
