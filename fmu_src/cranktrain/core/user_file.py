@@ -32,8 +32,9 @@ def beside(file: str | Path, text: str) -> Path:
 
 
 def ending(path: str | Path) -> str:
-    """Ending of a file's name with its dot, in small letters."""
-    return Path(path).suffix.lower()
+    """Ending of a file's name with its dot, in small letters; of a name that is nothing else too."""
+    name = Path(path).name.lower()
+    return name[name.rfind(".") :] if "." in name else ""
 
 
 def read_text(path: str | Path, what: str, remedy: str) -> str:
