@@ -18,6 +18,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
@@ -111,15 +112,7 @@ def fit_compression(
     from scipy.optimize import least_squares
 
     motored = is_motored(angle, pressure)
-    last = math.radians(LAST_DEG) if motored else burn_begins(angle, pressure, cylinder) - math.radians(BEFORE_BURN_DEG)
-    first = math.radians(FIRST_DEG)
-    inside = (angle >= first) & (angle <= last)
-    if np.count_nonzero(inside) < 12 or last < math.radians(-60.0):
-        raise InputError(
-            f"{cylinder.name}: no compression from {FIRST_DEG:g} to {math.degrees(last):.0f} deg after dead "
-            f"centre in the "
-            f"trace; its peak lies at {math.degrees(angle[np.argmax(pressure)]):.0f} deg; check the dead centre"
-        )
+    inside = _compressed(angle, pressure, cylinder, motored)
     theta, p = angle[inside], pressure[inside]
     weight = 1.0 / np.sqrt(max(noise, 1.0) ** 2 + (MODEL_ERROR * np.abs(p)) ** 2)
     start = _start(theta, p, cylinder)
@@ -152,8 +145,7 @@ def fit_compression(
     if left > limit or abs(by) > math.radians(20.0):
         raise InputError(
             f"{cylinder.name}: its compression misses the trace by {1e-5 * left:.3g} bar (shift "
-            f"{math.degrees(by):.2f} deg, "
-            f"zero {1e-5 * x[1]:+.3g} bar); the trace is of another engine, or its unit or dead centre are wrong"
+            f"{math.degrees(by):.2f} deg, zero {1e-5 * x[1]:+.3g} bar); the trace is of another engine, or its unit or dead centre are wrong"
         )
     numbers = x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature
     exponent, loss = _shape(theta + by, cylinder, speed, numbers, motored)
@@ -170,6 +162,18 @@ def fit_compression(
         left,
         doubt,
     )
+
+
+def _compressed(angle: Array, pressure: Array, cylinder: Cylinder, motored: bool) -> NDArray[np.bool_]:
+    """Samples (n,) of the compression that the fit takes; ``InputError`` where there are too few."""
+    last = math.radians(LAST_DEG) if motored else burn_begins(angle, pressure, cylinder) - math.radians(BEFORE_BURN_DEG)
+    inside = (angle >= math.radians(FIRST_DEG)) & (angle <= last)
+    if np.count_nonzero(inside) < 12 or last < math.radians(-60.0):
+        raise InputError(
+            f"{cylinder.name}: no compression from {FIRST_DEG:g} to {math.degrees(last):.0f} deg after dead centre in "
+            f"the trace; its peak lies at {math.degrees(angle[np.argmax(pressure)]):.0f} deg; check the dead centre"
+        )
+    return np.asarray(inside)
 
 
 def _shape(
