@@ -145,7 +145,8 @@ def fit_compression(
     if left > limit or abs(by) > math.radians(20.0):
         raise InputError(
             f"{cylinder.name}: its compression misses the trace by {1e-5 * left:.3g} bar (shift "
-            f"{math.degrees(by):.2f} deg, zero {1e-5 * x[1]:+.3g} bar); the trace is of another engine, or its unit or dead centre are wrong"
+            f"{math.degrees(by):.2f} deg, zero {1e-5 * x[1]:+.3g} bar); "
+            "the trace is of another engine, or its unit or dead centre are wrong"
         )
     numbers = x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature
     exponent, loss = _shape(theta + by, cylinder, speed, numbers, motored)
