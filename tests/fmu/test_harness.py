@@ -173,7 +173,7 @@ WRONG = [
     ('"mass.place -> spring.place"', '"mass.plase -> spring.place"', "mass has no output 'plase'; did you"),
     ('"mass.place -> spring.place"', '"mass.place to spring.place"', "is not 'unit.output -> unit.input'"),
     ("stiffness = 2.0", "stifness = 2.0", "spring: there is no variable 'stifness'; did you mean 'stiffness'"),
-    ("stiffness = 2.0", "stiffness = { value = 2.0, unit = 'furlong' }", "unit 'furlong' is not known"),
+    ("stiffness = 2.0", "stiffness = { value = 2.0, unit = 'furlogn' }", "unit 'furlogn' is not known"),
     ('given = ["spring.force * mass.speed"]', 'given = ["spring.force"]', "is not 'unit.variable * unit.variable'"),
     ('input = "spring.anchor", at_s', 'input = "spring.anker", at_s', "no such input; did you mean 'anchor'"),
     ('input = "spring.anchor", at_s', 'input = "spring.place", at_s', "it is connected by mass.place -> "),

@@ -77,7 +77,11 @@ def test_linear_rollers_like_the_linear_films_are_the_same_engine():
         np.testing.assert_allclose(other.outputs[name], values, atol=5e-5 * np.abs(values).max(), err_msg=name)
 
 
-@pytest.mark.parametrize("levels", [{}, {"block": "flexible"}, {"bearings": "reynolds"}], ids=str)
+@pytest.mark.parametrize(
+    "levels",
+    [{}, pytest.param({"block": "flexible"}, marks=pytest.mark.slow), {"bearings": "reynolds"}],
+    ids=str,
+)
 def test_each_main_follows_its_own_law(levels):
     """Rollers at main 1 alone: it has no film and gives way by microns, the films beside it are what they were."""
     run, plain = cycle(mixed(SIX, 1), **levels), cycle(SIX, **levels)

@@ -89,15 +89,16 @@ def correct_motion(model: ModelArrays, state: Array, change: Motion) -> None:
     Modes turn along tangents, and pins go along circles: of a low-speed engine whose crank is a degree ahead of its
     frame the difference is that of a clearance.
     """
-    floating = model.cylinders[:, at.END_PORT] >= 0.0
+    floating = [c for c, row in enumerate(model.cylinders) if row[at.END_PORT] >= 0.0]
+    if not floating:
+        add_motion(state, change)
+        return
     before = _off_tangents(model, motion_of(state, model.omega2.size))
     add_motion(state, change)
-    if not floating.any():
-        return
     besides = _off_tangents(model, motion_of(state, model.omega2.size)) - before
     n, crank = model.omega2.size, dimensions(model).crank_modes
     modes = np.zeros((3, n))
-    for c in np.flatnonzero(floating).tolist():
+    for c in floating:
         for axis in range(2):
             own = crank + 2 * c + axis
             modes[:, own] = besides[:, c, axis] / model.ports[int(model.cylinders[c, at.END_PORT]) + axis, own]

@@ -370,14 +370,16 @@ def follow_forces(model, work, stage):
     """f += J δ of a Newton step, and u = u_free + H f of all ports but those of guided pistons."""
     frame = work.frames[stage.number]
     f = work.port[at.FORCES]
-    change = work.port[at.F_STEP]
-    for k in range(change.shape[0]):
-        change[k] = 0.0
-    linearise(model.connections, work.factored, work.port[at.U_STEP], change)
     if turned(work):
+        change = work.port[at.F_STEP]
+        for k in range(change.shape[0]):
+            change[k] = 0.0
+        linearise(model.connections, work.factored, work.port[at.U_STEP], change)
         turned_torque(model, work, change)
-    for k in range(change.shape[0]):
-        f[k] += change[k]
+        for k in range(change.shape[0]):
+            f[k] += change[k]
+    else:
+        linearise(model.connections, work.factored, work.port[at.U_STEP], f)
     reactions(model, frame[at.COS], frame[at.SIN], f)
     if has_additions(model):
         call_kernel(model.links.hooks[added.AT_FOLLOW], (model, work, f))
