@@ -576,7 +576,8 @@ def closed(engine, settings, left):
     """The energy balance of a settled cycle leaves less than a fraction of the gas work."""
     made = ct.assemble(engine, settings, inherit=False)
     run = simulate(made.engine, made.body, made.settings, FAST, parts=made.parts, settle=1e-6)
-    assert run.settling.repeats == 1  # whatever carries rounding alone, as a collar that nothing tilts
+    # A collar that nothing tilts carries rounding alone, which decides whether one cycle or two count as the period.
+    assert run.settling.repeats in (1, 2)
     assert abs(run_summary(run, "")["energy"]["residual_of_gas_work"]) < left
 
 
