@@ -576,8 +576,7 @@ def closed(engine, settings, left):
     """The energy balance of a settled cycle leaves less than a fraction of the gas work."""
     made = ct.assemble(engine, settings, inherit=False)
     run = simulate(made.engine, made.body, made.settings, FAST, parts=made.parts, settle=1e-6)
-    # Where corrections of the start gain no more, cycles are taken plainly, and two are the least period sought.
-    assert run.settling.repeats in (1, 2)
+    assert run.settling.repeats == 1  # whatever carries rounding alone, as a collar that nothing tilts
     assert abs(run_summary(run, "")["energy"]["residual_of_gas_work"]) < left
 
 

@@ -124,9 +124,10 @@ def eigenmodes(
     tolerance: float = 1e-8,
     block: int = 16,
 ) -> tuple[Array, Array]:
-    """Lowest elastic modes by block Lanczos on a flexibility, orthogonalised in full; of a small body without.
+    """Lowest elastic modes by block Lanczos on a flexibility, orthogonalised in full.
 
-    Raises ``SolverError``: where the basis grows past what a well-posed body needs, or the body has fewer modes.
+    A body so small that the basis finds no more directions in its space has them from its whole matrix. Raises
+    ``SolverError``: where the basis grows past what a well-posed body needs, or the body has fewer modes.
 
     Parameters
     ----------
@@ -139,9 +140,8 @@ def eigenmodes(
     ω (count,) rad/s ascending, modes (ndof, count) with unit modal mass
     """
     ndof = mass.shape[0]
-    limit = 6 * count + 20 * block
-    if ndof < limit + block:
-        return _all_modes(flexibility, mass, count)
+    needed = 6 * count + 20 * block
+    limit = min(ndof - 6, needed)
     basis, momenta = (np.empty((ndof, limit + block), order="F") for _ in range(2))
     projected = np.zeros((limit, limit))
     image = flexibility(mass @ np.random.default_rng(20110).standard_normal((ndof, block)))
@@ -157,6 +157,8 @@ def eigenmodes(
             if size >= count and np.all(residual**2 < tolerance):
                 return 1.0 / np.sqrt(squares), basis[:, :size] @ turn
         if grown > limit or grown == size:
+            if limit < needed:
+                return _all_modes(flexibility, mass, count)
             raise SolverError(
                 f"{count} eigenmodes not found in {size} Lanczos vectors; ask for fewer modes or check the mesh"
             )
