@@ -15,6 +15,7 @@ import pytest
 import cranktrain as ct
 from cranktrain.cli.main import main
 from cranktrain.dynamics.settled.cycles import Recorder
+from cranktrain.dynamics.settled.samples import Samples
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.store import result_stream
 from cranktrain.store.hdf5 import read_result
@@ -173,6 +174,26 @@ def test_signals_end_a_run_with_one_line_and_a_whole_file(tmp_path, number, code
     outputs, attributes = read_result(tmp_path / "run.h5")
     assert outputs["time"][0].size > result_stream.CHUNK
     assert (outputs["time"][0].size - 1) // 72 == attributes["cycles"]
+
+
+def test_an_interrupt_on_the_way_to_the_file_loses_no_cycle(tmp_path, monkeypatch, capsys):
+    """It comes when a cycle has been taken and before its samples are passed on."""
+    axes, calls = Samples.axes, []
+    heeded()
+
+    def slow(samples, rows, first):
+        calls.append(first)
+        if len(calls) == 5:
+            signal.raise_signal(signal.SIGINT)
+        return axes(samples, rows, first)
+
+    monkeypatch.setattr(Samples, "axes", slow)
+    path = tmp_path / "run.h5"
+    assert main([*RUN, "--cycles", "300", "--output", str(path)]) == 130
+    outputs, attributes = read_result(path)
+    assert attributes["cycles"] == 4 and outputs["time"][0].size == 4 * 72 + 1
+    assert f"after 4 cycles; {path} keeps 4.00 cycles" in capsys.readouterr().err
+    assert np.allclose(np.diff(outputs["angle"][0]), math.radians(10.0))
 
 
 def test_an_interrupt_while_samples_are_written_waits(tmp_path, monkeypatch, capsys):

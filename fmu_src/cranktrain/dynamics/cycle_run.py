@@ -137,7 +137,7 @@ def run_cycles(
     samples = Samples(columns, h, speed if driven else None, sink)
     if cycles is not None:
         samples.begin(cycles * recorder.per_cycle + 1)
-        recorded = plain_cycles(recorder, judge, cycles, settle, progress, samples.keep if sink else None)
+        recorded = plain_cycles(recorder, judge, cycles, settle, progress, samples if sink else None)
     else:
         try:
             recorded = settled_cycles(recorder, judge, settle, MOST_CYCLES, progress, say, expected)

@@ -79,15 +79,19 @@ class ResultFile:
         self.seconds = None
         self._stream.begin({"time": "s", "angle": "rad", **{name: output_unit(name) for name in names}}, samples)
 
+    @property
+    def count(self) -> int:
+        """Samples that it has."""
+        return self._stream.count
+
     def keep(self, time: Array, angle: Array, values: Array) -> None:
         """Take samples: times (k,), s, crank angles (k,), rad, and outputs (k, names), SI."""
-        reached = float(time[-1]) if time.size else self.seconds
+        whole = self.count + len(time)
         try:
             self._stream.append(np.column_stack((time, angle, values)))
-        except KeyboardInterrupt:
-            self.seconds = reached  # it waited until all were taken
-            raise
-        self.seconds = reached
+        finally:  # an interrupt came before any was taken, or has waited until all were
+            if time.size and self.count == whole:
+                self.seconds = float(time[-1])
 
     def finish(self, attributes: Mapping[str, str | int | float], film_temperatures: Array | None = None) -> None:
         """Write attributes and, if known, the temperature of each film, K."""

@@ -85,6 +85,11 @@ class ResultStream:
             )
             put_unit(dataset, unit)
 
+    @property
+    def count(self) -> int:
+        """Samples that it has."""
+        return self._written + self._filled
+
     def append(self, rows: Array) -> None:
         """Take samples (k, columns); ``StoreError`` where the disk is full, with room left to close the file.
 

@@ -35,6 +35,7 @@ from cranktrain.dynamics.settled.longer_periods import (
     repeats_every,
 )
 from cranktrain.dynamics.settled.motion import Motion, correct_motion, settling_motion
+from cranktrain.dynamics.settled.samples import Samples
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
 CALL = 0.2
@@ -155,22 +156,23 @@ def plain_cycles(
     cycles: int,
     tolerance: float,
     progress: Callable[[float], None] | None = None,
-    keep: Callable[[Array], None] | None = None,
+    samples: Samples | None = None,
 ) -> Recorded:
     """Take ``cycles`` cycles one after the other, whatever is left of settling.
 
-    ``keep`` is given the rows of each cycle, of one that fails as well; then the last ``RECENT`` cycles are held, and
-    ``MOST_CYCLES`` where the speed is free: a cycle's time may be part of a revolution there.
+    ``samples`` are given the rows of each cycle, of one that fails as well; then the last ``RECENT`` cycles are held,
+    and ``MOST_CYCLES`` where the speed is free: a cycle's time may be part of a revolution there.
     """
     simulation, count = recorder.simulation, recorder.per_cycle
     driven = simulation.model.scalars[at.DRIVEN] > 0.0
-    held = cycles if keep is None else min(cycles, RECENT if driven else MOST_CYCLES)
+    held = cycles if samples is None else min(cycles, RECENT if driven else MOST_CYCLES)
     rows = np.empty((held * count + 1, simulation.outputs.size))
     rows[0] = simulation.outputs
-    if keep is not None:
-        keep(rows[:1])
+    if samples is not None:
+        samples.keep(rows[:1])
     past = Past(SlowModes(simulation.model, float(simulation.inputs[0])), judge)
-    begin, first = recorder.taken, 0
+    begin = before = recorder.taken
+    first, part = 0, rows[:0]
     try:
         for k in range(cycles):
             if k >= held:
@@ -181,12 +183,15 @@ def plain_cycles(
             try:
                 recorder.take(part, k * count)
             finally:
-                if keep is not None:
-                    keep(part[: recorder.taken - before])
+                if samples is not None:
+                    samples.keep(part[: recorder.taken - before])
             past.add(start, settling_motion(simulation.model, simulation.state).minus(start), part.copy())
             if progress is not None:
                 progress((k + 1) / cycles)
     except KeyboardInterrupt:
+        if samples is not None:  # the interrupt may have come on their way
+            missing = recorder.taken - begin + 1 - samples.count
+            samples.keep(part[recorder.taken - before - missing : recorder.taken - before])
         if recorder.taken - begin < count:
             raise
     done = recorder.taken - begin
@@ -194,9 +199,9 @@ def plain_cycles(
     left = past.left
     settling = Settling(whole, 0, tolerance, left, bool(driven))
     if left:
-        samples = rows[1 : (whole - first // count) * count + 1].reshape(-1, count, rows.shape[1])
+        compared = rows[1 : (whole - first // count) * count + 1].reshape(-1, count, rows.shape[1])
         settled = max(left.values(), default=0.0) <= tolerance
-        settling = replace(settling, repeats=1 if settled else comes_again(judge, samples, tolerance))
+        settling = replace(settling, repeats=1 if settled else comes_again(judge, compared, tolerance))
     return Recorded(rows, settling, done == cycles * count, first)
 
 

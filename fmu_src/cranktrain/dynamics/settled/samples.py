@@ -16,6 +16,10 @@ class Sink(Protocol):
     def begin(self, names: tuple[str, ...], samples: int) -> None:
         """Get ready for so many samples of these outputs; those of a run before are of no use any more."""
 
+    @property
+    def count(self) -> int:
+        """Samples that it has: an interrupt may have come before some were taken, or after."""
+
     def keep(self, time: Array, angle: Array, values: Array) -> None:
         """Take samples: times (k,), s, crank angles (k,), rad, and outputs (k, names), SI."""
 
@@ -32,19 +36,22 @@ class Samples:
 
     def __init__(self, columns: Mapping[str, int], step: float, speed: float | None, sink: Sink | None) -> None:
         self.columns, self.sink = columns, sink
-        self._step, self._speed, self._kept = step, speed, 0
+        self._step, self._speed = step, speed
 
     def begin(self, samples: int) -> None:
         """Say how many come."""
-        self._kept = 0
         if self.sink is not None:
             self.sink.begin(tuple(self.columns), samples)
+
+    @property
+    def count(self) -> int:
+        """Samples that the sink has; 0 without one."""
+        return 0 if self.sink is None else self.sink.count
 
     def keep(self, rows: Array) -> None:
         """Pass on the next rows (k, all outputs)."""
         if self.sink is not None:
-            self.sink.keep(*self.axes(rows, self._kept), rows[:, list(self.columns.values())])
-        self._kept += len(rows)
+            self.sink.keep(*self.axes(rows, self.count), rows[:, list(self.columns.values())])
 
     def keep_all(self, rows: Array) -> None:
         """Pass on rows that are the whole run."""
