@@ -35,6 +35,7 @@ class Form:
     contact : whether its force has a kink at the contact height, which adaptive steps look for
     memory : ``memory(record)``, how many values one film keeps in the state; empty where it keeps none
     viscous : whether its record holds more data of the oil than the bearings' parameters, set by action OIL
+    together : whether it solves films side by side, which must be lined up
     """
 
     kernel: Named = ""
@@ -45,6 +46,7 @@ class Form:
     contact: bool = False
     memory: Named = ""
     viscous: bool = False
+    together: bool = False
 
 
 @dataclass(frozen=True)
@@ -196,6 +198,7 @@ for _law in (
                 tilt=True,
                 memory=f"{_HERE}.ehd:film_values",
                 viscous=True,
+                together=True,
             )
         },
         film=True,
