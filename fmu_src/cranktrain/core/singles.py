@@ -1,7 +1,7 @@
 """Eight singles side by side: one film, or one of whatever is computed eight at a time, in each lane.
 
-The last axis of an array of singles has eight entries, one a lane; an index names what stands before that axis. Kernels
-compute with such vectors by + - * /, compare them into masks, and choose by masks, see
+The last axis of an array of singles counts in eights, one single a lane, so that a compiler knows all distances along
+it. Kernels compute with such vectors by + - * /, compare them into masks, and choose by masks, see
 :mod:`cranktrain.core.vector_types`. Lanes never meet: what one lane holds does not depend on its neighbours. Sums that
 must not lose digits are kept in doubles (:data:`add_to`).
 
@@ -26,13 +26,15 @@ def _types() -> Any:
 
 
 def _whole_place(context: Any, builder: Any, array: Any, kind: Any, value: Any, index: Any) -> Any:
-    """Address of lane 0 of an entry: of an array's axes but the last ``index`` holds the places."""
+    """Address of lane 0 of an entry: the last axis counts in eights."""
     integer, numba = compiler().types.intp, compiler()
     whole = isinstance(kind, numba.types.BaseTuple)
     parts = list(kind) if whole else [kind]
     values = [builder.extract_value(index, k) for k in range(len(parts))] if whole else [index]
-    tuple_kind = numba.types.Tuple((*parts, integer))
-    packed = context.make_tuple(builder, tuple_kind, [*values, context.get_constant(integer, 0)])
+    last = context.cast(builder, values[-1], parts[-1], integer)
+    eights = builder.mul(last, context.get_constant(integer, SINGLES))
+    tuple_kind = numba.types.Tuple((*parts[:-1], integer))
+    packed = context.make_tuple(builder, tuple_kind, [*values[:-1], eights])
     return _place(context, builder, numba.types.void(array, tuple_kind), (value, packed))
 
 
@@ -131,6 +133,29 @@ def _choosing() -> Any:
     return choose
 
 
+def _fusing(negative: bool) -> Callable[[], Any]:
+    def making() -> Any:
+        from llvmlite import ir
+
+        found = _types()
+        vector = found.SINGLE_VECTOR
+
+        def product(typing_context: Any, total: Any, one: Any, other: Any) -> Any:
+            def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+                known = ir.FunctionType(vector, [vector] * 3)
+                function = builder.module.globals.get("llvm.fmuladd.v8f32")
+                if function is None:
+                    function = ir.Function(builder.module, known, "llvm.fmuladd.v8f32")
+                total, one, other = values
+                return builder.call(function, [builder.fneg(one) if negative else one, other, total])
+
+            return found.EIGHT(found.EIGHT, found.EIGHT, found.EIGHT), generate
+
+        return product
+
+    return making
+
+
 def _extreme(sign: str) -> Callable[[], Any]:
     def making() -> Any:
         found = _types()
@@ -190,7 +215,7 @@ def _looking_up() -> Any:
 
 
 eight: Any = Intrinsic(_loading)
-"""Eight singles of an array's entry, ``(array, index)``: an integer, or a tuple of all axes but the last."""
+"""Eight singles of an array's entry, ``(array, index)``: an integer or a tuple; its last counts in eights."""
 put_eight: Any = Intrinsic(_storing)
 """Write them, ``(array, index, vector)``."""
 add_to: Any = Intrinsic(_adding)
@@ -201,6 +226,10 @@ all_eight: Any = Intrinsic(_spreading)
 """One number in all lanes."""
 choose: Any = Intrinsic(_choosing)
 """``(mask, one, other)``: lane by lane one where the mask holds, else the other."""
+plus_product: Any = Intrinsic(_fusing(False))
+"""``(total, one, other)``: total + one · other, rounded once where the processor can do so, else twice."""
+minus_product: Any = Intrinsic(_fusing(True))
+"""``(total, one, other)``: total − one · other likewise."""
 least_of: Any = Intrinsic(_extreme("<"))
 """The lesser of two, lane by lane; the second where one is not a number."""
 most_of: Any = Intrinsic(_extreme(">"))

@@ -108,5 +108,6 @@ for _symbols, _name in (
             _define(_symbol, _kind, _kind, types.float64, _instruction(_name))
 for _symbol, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")):
     _define(_symbol, EIGHT, MASK, types.float64, _comparison(_sign))
+_define(operator.ne, EIGHT, MASK, types.float64, lambda builder, one, other: builder.fcmp_unordered("!=", one, other))
 for _symbol, _name in ((operator.and_, "and_"), (operator.or_, "or_"), (operator.xor, "xor")):
     _define(_symbol, MASK, MASK, None, _instruction(_name))

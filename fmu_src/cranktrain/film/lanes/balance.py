@@ -158,12 +158,16 @@ def _column(work, group, position, n_phi, n_z, factors, thickens):
 
 @kernel
 def take_sides(film, work, group, unknowns, own):
-    """Pressure and void fraction of every node from the unknowns (b, N n) of the films ``own`` (8,)."""
+    """Pressure and void fraction of every node from unknowns (b, N n) of the films ``own`` (8,), unless resident."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
     nodes = work.nodes[group]
     for lane in range(at.LANES):
+        resident = work.marks[group, lane, at.RESIDENT]
+        work.lane[8 * at.DONE + lane] = resident
+        if resident > 0.0:
+            continue
         cut = int(work.marks[group, lane, at.CUT])
         mine = unknowns[int(own[lane])]
         for position in range(n_phi):
@@ -172,7 +176,8 @@ def take_sides(film, work, group, unknowns, own):
                 i -= n_phi
             for j in range(n_z):
                 u = mine[i * n_z + j]
-                nodes[at.CHANGE, position * lines + j + 1, lane] = u
+                nodes[at.CHANGE, 8 * (position * lines + j + 1) + lane] = u
+    resident = eight(work.lane, at.DONE) > 0.0
     supply = eight(work.lane, at.SUPPLY)
     none = all_eight(0.0)
     one_ = all_eight(1.0)
@@ -187,6 +192,7 @@ def take_sides(film, work, group, unknowns, own):
             held = eight(work.supply[group], position * n_z + line - 1) > 0.0
             u = choose(held, supply, eight(nodes, (at.CHANGE, q)))
             full = u >= 0.0
-            put_eight(nodes, (at.FULL, q), choose(full, one_, none))
-            put_eight(nodes, (at.PRESSURE, q), most_of(u, none))
-            put_eight(nodes, (at.VOID, q), choose(full, none, u))
+            full_value = choose(full, one_, none)
+            put_eight(nodes, (at.FULL, q), choose(resident, eight(nodes, (at.FULL, q)), full_value))
+            put_eight(nodes, (at.PRESSURE, q), choose(resident, eight(nodes, (at.PRESSURE, q)), most_of(u, none)))
+            put_eight(nodes, (at.VOID, q), choose(resident, eight(nodes, (at.VOID, q)), choose(full, none, u)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.singles import all_eight, choose, eight, least_of, most_of, put_eight
+from cranktrain.core.singles import all_eight, choose, eight, least_of, most_of, plus_product, put_eight
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic.height import pressure_unit
 from cranktrain.film.elastic.weights import FAR, NEAR
@@ -68,14 +68,14 @@ def turn_geometry(film, work, group, lane, cut):
         if i >= n_phi:
             i -= n_phi
         for k in range(4):
-            work.trig[group, position, k, lane] = film.trig[i, k]
+            work.trig[group, position, 8 * k + lane] = film.trig[i, k]
         for k in range(int(film.constants[one.N_SHAPES])):
             for line in range(lines):
-                shapes[position * lines + line, k, lane] = film.shapes[i * lines + line, k + 1]
+                shapes[position * lines + line, 8 * k + lane] = film.shapes[i * lines + line, k + 1]
             for j in range(n_z):
-                shapes[faces + position * n_z + j, k, lane] = film.shapes[faces + i * n_z + j, k + 1]
+                shapes[faces + position * n_z + j, 8 * k + lane] = film.shapes[faces + i * n_z + j, k + 1]
         for j in range(n_z):
-            work.supply[group, position * n_z + j, lane] = film.supply[i * n_z + j]
+            work.supply[group, 8 * (position * n_z + j) + lane] = film.supply[i * n_z + j]
 
 
 @kernel
@@ -84,11 +84,11 @@ def lane_units(film, work, lane, viscosity, row):
     constants = film.constants
     constants[one.VISCOSITY] = viscosity
     unit = pressure_unit(constants)
-    work.wide[at.ETA, lane] = viscosity
-    work.wide[at.UNIT, lane] = unit
-    work.wide[at.OIL_ROW, lane] = row
-    work.lane[at.PER_UNIT, lane] = 1.0 / unit
-    work.lane[at.SUPPLY, lane] = constants[one.SUPPLY_PRESSURE] / unit
+    work.wide[8 * at.ETA + lane] = viscosity
+    work.wide[8 * at.UNIT + lane] = unit
+    work.wide[8 * at.OIL_ROW + lane] = row
+    work.lane[8 * at.PER_UNIT + lane] = 1.0 / unit
+    work.lane[8 * at.SUPPLY + lane] = constants[one.SUPPLY_PRESSURE] / unit
 
 
 @kernel
@@ -99,20 +99,20 @@ def lane_motion(film, work, lane, motion, speed, film_past):
     per_clearance = 1.0 / constants[one.CLEARANCE]
     wide = work.wide
     for k in range(4):
-        wide[at.PLACE + k, lane] = motion[0, k] * per_clearance
-        wide[at.VELOCITY + k, lane] = motion[1, k] * per_clearance
-        wide[at.START_PLACE + k, lane] = start_place[k] * per_clearance
-        work.lane[at.MOVE + k, lane] = wide[at.PLACE + k, lane] - wide[at.START_PLACE + k, lane]
-        work.lane[at.PACE + k, lane] = wide[at.VELOCITY + k, lane]
+        wide[8 * (at.PLACE + k) + lane] = motion[0, k] * per_clearance
+        wide[8 * (at.VELOCITY + k) + lane] = motion[1, k] * per_clearance
+        wide[8 * (at.START_PLACE + k) + lane] = start_place[k] * per_clearance
+        work.lane[8 * (at.MOVE + k) + lane] = wide[8 * (at.PLACE + k) + lane] - wide[8 * (at.START_PLACE + k) + lane]
+        work.lane[8 * (at.PACE + k) + lane] = wide[8 * (at.VELOCITY + k) + lane]
     for k in range(shapes.shape[0]):
-        wide[at.SHIFT + k, lane] = shapes[k] * per_clearance
-        wide[at.START_SHIFT + k, lane] = start_shapes[k] * per_clearance
-        wide[at.KNOWN + k, lane] = known[k] * per_clearance
-    wide[at.SPEED, lane] = speed
+        wide[8 * (at.SHIFT + k) + lane] = shapes[k] * per_clearance
+        wide[8 * (at.START_SHIFT + k) + lane] = start_shapes[k] * per_clearance
+        wide[8 * (at.KNOWN + k) + lane] = known[k] * per_clearance
+    wide[8 * at.SPEED + lane] = speed
     per_angle = constants[one.N_PHI] / (2.0 * math.pi)
     drive = 0.5 * speed * per_angle
-    work.lane[at.FORWARD, lane] = max(drive, 0.0)
-    work.lane[at.BACKWARD, lane] = max(-drive, 0.0)
+    work.lane[8 * at.FORWARD + lane] = max(drive, 0.0)
+    work.lane[8 * at.BACKWARD + lane] = max(-drive, 0.0)
 
 
 @kernel
@@ -137,8 +137,8 @@ def prepare_step(film, work, group, starts, own):
             for j in range(n_z):
                 u = start[i * n_z + j]
                 q = position * lines + j + 1
-                nodes[at.VOID, q, lane] = u if u < 0.0 else 0.0
-                nodes[at.WAS_VOID, q, lane] = 1.0 if u < 0.0 else 0.0
+                nodes[at.VOID, 8 * q + lane] = u if u < 0.0 else 0.0
+                nodes[at.WAS_VOID, 8 * q + lane] = 1.0 if u < 0.0 else 0.0
     _start_gaps(film, work, group)
     sigma = film.constants[one.ROUGHNESS]
     for q in range(n_phi * lines):
@@ -153,7 +153,7 @@ def prepare_step(film, work, group, starts, own):
             put_eight(nodes, (at.MASS, q), eight(nodes, (at.WAS_VOID, q)) * (fill * eight(nodes, (at.OPEN, q))))
     for lane in range(at.LANES):
         marks[lane, at.PREPARED] = 1.0
-        marks[lane, at.SIGN] = 1.0 if work.wide[at.SPEED, lane] >= 0.0 else -1.0
+        marks[lane, at.SIGN] = 1.0 if work.wide[8 * at.SPEED + lane] >= 0.0 else -1.0
 
 
 @kernel
@@ -165,30 +165,30 @@ def _start_gaps(film, work, group):
     for position in range(n_phi):
         for line in range(lines):
             q = position * lines + line
-            _start_gap(film, work, group, position, at.COS, line, q, work.nodes[group, at.START, q])
+            _start_gap(film, work, group, position, at.COS, line, q, q, work.nodes[group, at.START])
         for j in range(n_z):
             f = position * n_z + j
             q = n_phi * lines + f
-            _start_gap(film, work, group, position, at.FACE_COS, j + 1, q, work.faces[group, at.FACE_START, f])
+            _start_gap(film, work, group, position, at.FACE_COS, j + 1, q, f, work.faces[group, at.FACE_START])
 
 
-# In one piece: the place of a point takes four numbers.
+# In one piece: the place of a point takes five numbers.
 @inlined_kernel
-def _start_gap(film, work, group, position, cos, line, q, out):
-    """Distance of the surfaces at one point of all lanes into ``out`` (8,); cosines stand in column ``cos``."""
+def _start_gap(film, work, group, position, cos, line, q, to, out):
+    """Distance of the surfaces at one point of all lanes into entry ``to`` of ``out``; cosines: column ``cos``."""
     wide = work.wide
     trig = work.trig[group, position]
     shapes = work.shapes[group, q]
     zeta = film.lines[line, one.ZETA]
     for c in range(at.LANES):
-        x = wide[at.START_PLACE, c] + zeta * wide[at.START_PLACE + 2, c]
-        y = wide[at.START_PLACE + 1, c] + zeta * wide[at.START_PLACE + 3, c]
-        work.total[c] = 1.0 + film.lines[line, one.PROFILE] - x * trig[cos, c] - y * trig[cos + 1, c]
+        x = wide[8 * at.START_PLACE + c] + zeta * wide[8 * (at.START_PLACE + 2) + c]
+        y = wide[8 * (at.START_PLACE + 1) + c] + zeta * wide[8 * (at.START_PLACE + 3) + c]
+        work.total[c] = 1.0 + film.lines[line, one.PROFILE] - x * trig[8 * cos + c] - y * trig[8 * (cos + 1) + c]
     for k in range(int(film.constants[one.N_SHAPES])):
         for c in range(at.LANES):
-            work.total[c] += shapes[k, c] * wide[at.START_SHIFT + k, c]
+            work.total[c] += shapes[8 * k + c] * wide[8 * (at.START_SHIFT + k) + c]
     for c in range(at.LANES):
-        out[c] = work.total[c]
+        out[8 * to + c] = work.total[c]
 
 
 @inlined_kernel
@@ -327,14 +327,14 @@ def begin_solution(film, work, group, per_step, per_gain):
     wide = work.wide
     for k in range(count):
         for c in range(at.LANES):
-            lane[at.STEP + k, c] = wide[at.SHIFT + k, c] - wide[at.START_SHIFT + k, c]
-            lane[at.RATE + k, c] = per_gain * (wide[at.SHIFT + k, c] - wide[at.KNOWN + k, c])
+            lane[8 * (at.STEP + k) + c] = wide[8 * (at.SHIFT + k) + c] - wide[8 * (at.START_SHIFT + k) + c]
+            lane[8 * (at.RATE + k) + c] = per_gain * (wide[8 * (at.SHIFT + k) + c] - wide[8 * (at.KNOWN + k) + c])
     for c in range(at.LANES):
-        rate = lane[at.FORWARD, c] - lane[at.BACKWARD, c]
+        rate = lane[8 * at.FORWARD + c] - lane[8 * at.BACKWARD + c]
         share = 0.0
         if abs(rate) < per_step and rate * work.marks[group, c, at.SIGN] > 0.0:
             share = min(2.0 - 2.0 * abs(rate) / per_step, 1.0)
-        lane[at.EXTRA_RATE, c] = 0.5 * share * rate
+        lane[8 * at.EXTRA_RATE + c] = 0.5 * share * rate
     _node_gaps(work, group, n_phi, lines, count)
     _face_gaps(work, group, n_phi, n_z, count)
 
@@ -367,8 +367,8 @@ def _node_gaps(work, group, n_phi, lines, count):
             growth = all_eight(0.0) - closing - tilting * zeta
             for k in range(count):
                 s = eight(shapes, (q, k))
-                change = change + s * eight(lane, at.STEP + k)
-                growth = growth + s * eight(lane, at.RATE + k)
+                change = plus_product(change, s, eight(lane, at.STEP + k))
+                growth = plus_product(growth, s, eight(lane, at.RATE + k))
             put_eight(nodes, (at.FILM, q), eight(nodes, (at.START, q)) + change)
             put_eight(nodes, (at.GROWTH, q), growth)
 
@@ -390,6 +390,6 @@ def _face_gaps(work, group, n_phi, n_z, count):
             f = position * n_z + j
             change = all_eight(0.0) - middle - tilt * work.lines[j + 1, at.ZETA]
             for k in range(count):
-                change = change + eight(shapes, (first + f, k)) * eight(lane, at.STEP + k)
+                change = plus_product(change, eight(shapes, (first + f, k)), eight(lane, at.STEP + k))
             put_eight(faces, (at.FACE_FILM, f), eight(faces, (at.FACE_START, f)) + change)
             put_eight(faces, (at.FACE_EXTRA, f), extra * eight(faces, (at.FACE_LIMITED, f)))

@@ -7,7 +7,17 @@ the bore's shapes.
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.singles import add_to, all_eight, any_lane, choose, eight, put_eight, rounded
+from cranktrain.core.singles import (
+    add_to,
+    all_eight,
+    any_lane,
+    choose,
+    eight,
+    minus_product,
+    plus_product,
+    put_eight,
+    rounded,
+)
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic.border import film_area
 from cranktrain.film.lanes import grid as at
@@ -36,9 +46,10 @@ def shape_sources(film, work, group, per_gain):
             out = free * eight(faces, (at.FACE_FLUX, f))
             into = free * eight(faces, (at.FACE_FLUX, f_up))
             for k in range(at.MOST_SHAPES):
-                change = into * eight(shapes, (start + f_up, k)) - out * eight(shapes, (start + f, k))
-                change = change - own * eight(shapes, (q, k)) - after * eight(shapes, (q + 1, k))
-                put_eight(work.columns, (f, k + 1), change - before * eight(shapes, (q - 1, k)))
+                change = minus_product(into * eight(shapes, (start + f_up, k)), out, eight(shapes, (start + f, k)))
+                change = minus_product(change, own, eight(shapes, (q, k)))
+                change = minus_product(change, after, eight(shapes, (q + 1, k)))
+                put_eight(work.columns, (f, k + 1), minus_product(change, before, eight(shapes, (q - 1, k))))
 
 
 @kernel
@@ -98,7 +109,7 @@ def past_sources(film, work, group, per_gain):
 
 @kernel
 def solution_loads(film, work, group, to):
-    """Generalised forces ∫ S p dA / (p₀ A₀) of the eight solutions into ``loads[:, to:to + 8]``."""
+    """Generalised forces ∫ S p dA / (p₀ A₀) of the solutions ``to`` … ``to`` + 7 into ``loads``."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     for m in range(work.loads.shape[0]):
@@ -112,7 +123,7 @@ def solution_loads(film, work, group, to):
             weight = eight(nodes, (at.FULL, q)) * (eight(nodes, (at.WEIGHT, q)) * eight(nodes, (at.SLOPE, q)))
             put_eight(nodes, (at.PRESSING, q), weight)
             pressed = pressed + weight
-        if any_lane((pressed > 0.0) | (pressed < 0.0)):
+        if any_lane(pressed != 0.0):
             for half in range(0, at.SIDES, 4):
                 _motion_loads(work, group, position, n_z, half, to)
                 for m in range(0, at.MOST_SHAPES - 1, 2):
@@ -138,17 +149,17 @@ def _motion_loads(work, group, position, n_z, half, to):
         tilted = work.lines[j + 1, at.ZETA] * weight
         f = position * n_z + j
         x = eight(columns, (f, half))
-        m0 = m0 + weight * x
-        t0 = t0 + tilted * x
+        m0 = plus_product(m0, weight, x)
+        t0 = plus_product(t0, tilted, x)
         x = eight(columns, (f, half + 1))
-        m1 = m1 + weight * x
-        t1 = t1 + tilted * x
+        m1 = plus_product(m1, weight, x)
+        t1 = plus_product(t1, tilted, x)
         x = eight(columns, (f, half + 2))
-        m2 = m2 + weight * x
-        t2 = t2 + tilted * x
+        m2 = plus_product(m2, weight, x)
+        t2 = plus_product(t2, tilted, x)
         x = eight(columns, (f, half + 3))
-        m3 = m3 + weight * x
-        t3 = t3 + tilted * x
+        m3 = plus_product(m3, weight, x)
+        t3 = plus_product(t3, tilted, x)
     cos = eight(work.trig, (group, position, at.COS))
     sin = eight(work.trig, (group, position, at.SIN))
     _subtract_four(work.loads, 0, to + half, cos, (m0, m1, m2, m3))
@@ -161,10 +172,10 @@ def _motion_loads(work, group, position, n_z, half, to):
 def _subtract_four(loads, m, r, share, values):
     """Subtract a share of four values from the loads m of the solutions r to r + 3."""
     v0, v1, v2, v3 = values
-    put_eight(loads, (m, r), eight(loads, (m, r)) - share * v0)
-    put_eight(loads, (m, r + 1), eight(loads, (m, r + 1)) - share * v1)
-    put_eight(loads, (m, r + 2), eight(loads, (m, r + 2)) - share * v2)
-    put_eight(loads, (m, r + 3), eight(loads, (m, r + 3)) - share * v3)
+    put_eight(loads, (m, r), minus_product(eight(loads, (m, r)), share, v0))
+    put_eight(loads, (m, r + 1), minus_product(eight(loads, (m, r + 1)), share, v1))
+    put_eight(loads, (m, r + 2), minus_product(eight(loads, (m, r + 2)), share, v2))
+    put_eight(loads, (m, r + 3), minus_product(eight(loads, (m, r + 3)), share, v3))
 
 
 @inlined_kernel
@@ -188,17 +199,17 @@ def _two_shapes(work, group, position, n_z, half, to, m):
         first = weight * eight(shapes, (q, m))
         second = weight * eight(shapes, (q, m + 1))
         x = eight(columns, (f, half))
-        a0 = a0 + first * x
-        b0 = b0 + second * x
+        a0 = plus_product(a0, first, x)
+        b0 = plus_product(b0, second, x)
         x = eight(columns, (f, half + 1))
-        a1 = a1 + first * x
-        b1 = b1 + second * x
+        a1 = plus_product(a1, first, x)
+        b1 = plus_product(b1, second, x)
         x = eight(columns, (f, half + 2))
-        a2 = a2 + first * x
-        b2 = b2 + second * x
+        a2 = plus_product(a2, first, x)
+        b2 = plus_product(b2, second, x)
         x = eight(columns, (f, half + 3))
-        a3 = a3 + first * x
-        b3 = b3 + second * x
+        a3 = plus_product(a3, first, x)
+        b3 = plus_product(b3, second, x)
     minus = all_eight(-1.0)
     _subtract_four(work.loads, 4 + m, to + half, minus, (a0, a1, a2, a3))
     _subtract_four(work.loads, 5 + m, to + half, minus, (b0, b1, b2, b3))
@@ -215,10 +226,10 @@ def _one_shape(work, group, position, n_z, half, to, m):
         q = position * (n_z + 2) + j + 1
         f = position * n_z + j
         first = eight(work.nodes[group], (at.PRESSING, q)) * eight(work.shapes[group], (q, m))
-        a0 = a0 + first * eight(work.columns, (f, half))
-        a1 = a1 + first * eight(work.columns, (f, half + 1))
-        a2 = a2 + first * eight(work.columns, (f, half + 2))
-        a3 = a3 + first * eight(work.columns, (f, half + 3))
+        a0 = plus_product(a0, first, eight(work.columns, (f, half)))
+        a1 = plus_product(a1, first, eight(work.columns, (f, half + 1)))
+        a2 = plus_product(a2, first, eight(work.columns, (f, half + 2)))
+        a3 = plus_product(a3, first, eight(work.columns, (f, half + 3)))
     _subtract_four(work.loads, 4 + m, to + half, all_eight(-1.0), (a0, a1, a2, a3))
 
 
@@ -237,7 +248,7 @@ def present_loads(film, work, group, newton):
     none = all_eight(0.0)
     for m in range(11):
         for c in range(at.LANES):
-            sums[m, c] = 0.0
+            sums[8 * m + c] = 0.0
         for k in range(11):
             put_eight(work.touching, (m, k), none)
     for position in range(n_phi):
@@ -260,10 +271,10 @@ def present_loads(film, work, group, newton):
                 p = eight(nodes, (at.FULL, q)) * now * (weight * eight(nodes, (at.SLOPE, q)))
             total = p + contact
             put_eight(nodes, (at.PRESSING, q), total)
-            pressed = pressed or any_lane((total > 0.0) | (total < 0.0))
+            pressed = pressed or any_lane(total != 0.0)
             middle = middle + total
             tilted = tilted + work.lines[line, at.ZETA] * total
-            if any_lane((stiff > 0.0) | (stiff < 0.0)):
+            if any_lane(stiff != 0.0):
                 _touching(work, group, q, stiff, cos, sin, work.lines[line, at.ZETA])
         if pressed:
             add_to(sums, 0, none - cos * middle)
@@ -274,7 +285,7 @@ def present_loads(film, work, group, newton):
                 total = none
                 for line in range(lines):
                     q = position * lines + line
-                    total = total + eight(nodes, (at.PRESSING, q)) * eight(shapes, (q, k))
+                    total = plus_product(total, eight(nodes, (at.PRESSING, q)), eight(shapes, (q, k)))
                 add_to(sums, 4 + k, total)
     for m in range(11):
         for k in range(m):
@@ -288,7 +299,7 @@ def _touching(work, group, q, stiff, cos, sin, zeta):
     for m in range(11):
         s = stiff * _value(shapes, q, cos, sin, zeta, m)
         for k in range(m, 11):
-            value = eight(work.touching, (m, k)) + s * _value(shapes, q, cos, sin, zeta, k)
+            value = plus_product(eight(work.touching, (m, k)), s, _value(shapes, q, cos, sin, zeta, k))
             put_eight(work.touching, (m, k), value)
 
 
@@ -357,13 +368,13 @@ def eliminate(film, work, right_sides):
         for i in range(k + 1, n):
             share = eight(a, (i, k)) * inverse
             for c in range(k + 1, n):
-                put_eight(a, (i, c), eight(a, (i, c)) - share * eight(a, (k, c)))
+                put_eight(a, (i, c), minus_product(eight(a, (i, c)), share, eight(a, (k, c))))
             for c in range(right, right + right_sides):
-                put_eight(a, (i, c), eight(a, (i, c)) - share * eight(a, (k, c)))
+                put_eight(a, (i, c), minus_product(eight(a, (i, c)), share, eight(a, (k, c))))
     for k in range(n - 1, -1, -1):
         for c in range(right, right + right_sides):
             total = eight(a, (k, c))
             for i in range(k + 1, n):
-                total = total - eight(a, (k, i)) * eight(a, (i, c))
+                total = minus_product(total, eight(a, (k, i)), eight(a, (i, c)))
             put_eight(a, (k, c), total * eight(a, (k, k)))
     put_eight(work.lane, at.FAILED, bad)

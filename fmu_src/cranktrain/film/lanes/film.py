@@ -8,7 +8,17 @@ compressible, is left to the solver of single films.
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.core.singles import all_eight, any_lane, choose, eight, least_of, most_of, put_eight, rounded
+from cranktrain.core.singles import (
+    all_eight,
+    any_lane,
+    choose,
+    eight,
+    least_of,
+    most_of,
+    plus_product,
+    put_eight,
+    rounded,
+)
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic.border import film_area
 from cranktrain.film.elastic.film import CLOSING, LEAST
@@ -32,6 +42,7 @@ TINY = 1.0e-20
 """Void fraction that marks a node that has just ruptured."""
 SWITCH = 1.0e-6
 """Changes of sign below these are rounding of singles: of the void fraction, and of pressure over the largest."""
+JUDGE, TAKE = 0, 1
 LEAST_SIDE = 1.0e-5
 """The least SIDE_LIMIT that singles meet."""
 
@@ -40,19 +51,23 @@ LEAST_SIDE = 1.0e-5
 def solve_films(film, work, group, per_step, per_gain):
     """Iterate to convergence; the last step of every lane is found, and not yet taken.
 
-    Lanes that are not wanted do not go on. ``work.status`` out: passes of each lane, 0 where it failed.
-    Returns the passes of all.
+    Lanes that are not wanted do not go on. ``work.status`` out: passes of each lane, 0 where it failed. Returns the
+    passes of all.
     """
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     size = n_phi * n_z
     sigma = film.constants[one.ROUGHNESS]
     lane = work.lane
-    put_eight(lane, at.ACTIVE, all_eight(1.0))
+    put_eight(lane, at.ACTIVE, rounded(work.wanted, 0))
     put_eight(lane, at.FAILED, all_eight(0.0))
+    put_eight(lane, at.DONE, all_eight(0.0))
     for c in range(at.LANES):
         work.status[c] = 0.0
     for done in range(1, MOST_PASSES + 1):
+        if done > 1:
+            _advance(film, work, group, TAKE)
+            _move_gaps(film, work, group, per_gain)
         open_gaps(film, work, group, 1.0 / sigma, sigma)
         oil_state(film, work, group)
         oil_balance(film, work, group, per_step)
@@ -60,23 +75,28 @@ def solve_films(film, work, group, per_step, per_gain):
         factor_lanes(work.band, size, n_z, lane, at.FAILED)
         solve_lanes(work.band, size, n_z, work.columns)
         solution_loads(film, work, group, 0)
-        present_loads(film, work, group, True)
-        border_equations(film, work, 1, 0)
-        eliminate(film, work, 1)
-        for k in range(at.MOST_SHAPES):
-            put_eight(lane, at.STEP + k, eight(work.border, (k, at.MOST_SHAPES)))
-        _reach(film, work, group)
-        _judge(film, work, group)
-        going = eight(lane, at.ACTIVE) * (1.0 - eight(lane, at.FAILED)) > 0.0
-        for c in range(at.LANES):
-            if lane[at.ACTIVE, c] == 0.0 and work.status[c] == 0.0 and lane[at.FAILED, c] == 0.0:
-                work.status[c] = float(done)
-        if not any_lane(going):
+        _step(film, work, group, float(done))
+        if not any_lane(eight(lane, at.ACTIVE) * (1.0 - eight(lane, at.FAILED)) > 0.0):
             return done
-        if done < MOST_PASSES:
-            _advance(film, work, group, True)
-            _move_gaps(film, work, group, per_gain)
     return MOST_PASSES
+
+
+@kernel
+def _step(film, work, group, passes):
+    """Newton step of active lanes from the solutions; those that change by less than the limits end here."""
+    lane = work.lane
+    present_loads(film, work, group, True)
+    border_equations(film, work, 1, 0)
+    eliminate(film, work, 1)
+    active = eight(lane, at.ACTIVE) > 0.0
+    for k in range(at.MOST_SHAPES):
+        step = eight(work.border, (k, at.MOST_SHAPES))
+        put_eight(lane, at.STEP + k, choose(active, step, eight(lane, at.STEP + k)))
+    _reach(film, work, group)
+    _judge(film, work, group)
+    for c in range(at.LANES):
+        if lane[8 * at.DONE + c] > 0.0 and work.status[c] == 0.0 and lane[8 * at.FAILED + c] == 0.0:
+            work.status[c] = passes
 
 
 @kernel
@@ -93,48 +113,54 @@ def _reach(film, work, group):
     none = all_eight(0.0)
     share = one_
     largest = none
-    for q in range(nodes.shape[1]):
+    active = eight(lane, at.ACTIVE) > 0.0
+    for q in range(nodes.shape[1] // 8):
         change = none
         for k in range(n_shapes):
-            change = change + eight(shapes, (q, k)) * eight(lane, at.STEP + k)
-        put_eight(nodes, (at.CHANGE, q), change)
+            change = plus_product(change, eight(shapes, (q, k)), eight(lane, at.STEP + k))
+        put_eight(nodes, (at.CHANGE, q), choose(active, change, eight(nodes, (at.CHANGE, q))))
         h = most_of(eight(nodes, (at.OPEN, q)), all_eight(LEAST))
         relative = change / h
         closing = (relative < 0.0) & (eight(nodes, (at.FILM, q)) > 0.0)
         most = none - CLOSING / choose(closing, relative, one_)
         share = choose(closing & (none - relative * share > CLOSING), most, share)
         largest = most_of(most_of(relative, none - relative), largest)
+    share = choose(active, share, one_)
     put_eight(lane, at.SHARE, share)
     put_eight(lane, at.MOST, largest)
+    if not any_lane(share < 1.0):
+        return
     for k in range(n_shapes):
         put_eight(lane, at.STEP + k, share * eight(lane, at.STEP + k))
-    for q in range(nodes.shape[1]):
+    for q in range(nodes.shape[1] // 8):
         put_eight(nodes, (at.CHANGE, q), share * eight(nodes, (at.CHANGE, q)))
 
 
 @kernel
 def _judge(film, work, group):
-    """Find the change of every unknown, and deactivate the lanes that have converged."""
+    """Find the change of every unknown, and end lanes that change by less than the limits."""
     lane = work.lane
     constants = film.constants
     none = all_eight(0.0)
     highest = none
     nodes = work.nodes[group]
-    for q in range(nodes.shape[1]):
+    for q in range(nodes.shape[1] // 8):
         highest = most_of(eight(nodes, (at.PRESSURE, q)), highest)
     put_eight(lane, at.HIGHEST_PRESSURE, highest)
     put_eight(lane, at.CHANGED, none)
     put_eight(lane, at.MOVED, none)
-    _advance(film, work, group, False)
-    still = (eight(lane, at.CHANGED) < 0.5) & (eight(lane, at.SHARE) >= 1.0)
+    _advance(film, work, group, JUDGE)
+    active = eight(lane, at.ACTIVE) > 0.0
+    still = active & (eight(lane, at.CHANGED) < 0.5) & (eight(lane, at.SHARE) >= 1.0)
     still = still & (eight(lane, at.MOST) < constants[one.STEP_LIMIT])
     still = still & (eight(lane, at.MOVED) < constants[one.MOVE_LIMIT])
-    put_eight(lane, at.ACTIVE, choose(still, none, rounded(work.wanted, ())))
+    put_eight(lane, at.ACTIVE, choose(still, none, eight(lane, at.ACTIVE)))
+    put_eight(lane, at.DONE, choose(still, all_eight(1.0), eight(lane, at.DONE)))
 
 
 @kernel
-def _advance(film, work, group, take):
-    """Changes of unknowns: without ``take`` what they would be, judged; with it, taken by the active lanes."""
+def _advance(film, work, group, mode):
+    """Changes of unknowns of active lanes: what they would be, judged, or taken."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     nodes = work.nodes[group]
@@ -158,15 +184,15 @@ def _advance(film, work, group, take):
             full = eight(nodes, (at.FULL, q)) > 0.0
             p = eight(nodes, (at.PRESSURE, q))
             void = eight(nodes, (at.VOID, q))
-            if not take:
+            if mode == JUDGE:
                 change = eight(columns, (f, 0))
                 for k in range(at.MOST_SHAPES):
-                    change = change + eight(columns, (f, k + 1)) * eight(lane, at.STEP + k)
+                    change = plus_product(change, eight(columns, (f, k + 1)), eight(lane, at.STEP + k))
                 if thickens:
                     fall = none - eight(nodes, (at.THICKENING, q)) * change
                     change = choose(full & (fall > 0.0), change / (1.0 + 0.5 * fall), change)
                 change = choose(eight(work.supply[group], f) > 0.0, none, change)
-                put_eight(nodes, (at.NEXT, q), change)
+                put_eight(nodes, (at.NEXT, q), choose(active, change, eight(nodes, (at.NEXT, q))))
                 size = most_of(change, none - change)
                 moved = most_of(choose(full, size * per_highest, size), moved)
                 after = choose(full, p, void) + change
@@ -198,38 +224,32 @@ def _move_gaps(film, work, group, per_gain):
     active = eight(lane, at.ACTIVE)
     for c in range(at.LANES):
         for k in range(n_shapes):
-            lane[at.STEP + k, c] = lane[at.STEP + k, c] * active_of(lane, c)
-            work.wide[at.SHIFT + k, c] += lane[at.STEP + k, c]
-    for q in range(nodes.shape[1]):
+            work.wide[8 * (at.SHIFT + k) + c] += lane[8 * at.ACTIVE + c] * lane[8 * (at.STEP + k) + c]
+    for q in range(nodes.shape[1] // 8):
         change = active * eight(nodes, (at.CHANGE, q))
         put_eight(nodes, (at.FILM, q), eight(nodes, (at.FILM, q)) + change)
         put_eight(nodes, (at.GROWTH, q), eight(nodes, (at.GROWTH, q)) + per_gain * change)
     first = n_phi * (n_z + 2)
     for f in range(n_phi * n_z):
-        h = eight(faces, (at.FACE_FILM, f))
+        change = all_eight(0.0)
         for k in range(n_shapes):
-            h = h + eight(shapes, (first + f, k)) * eight(lane, at.STEP + k)
-        put_eight(faces, (at.FACE_FILM, f), h)
-
-
-@inlined_kernel
-def active_of(lane, c):
-    """1 where a lane is active."""
-    return lane[at.ACTIVE, c]
+            change = plus_product(change, eight(shapes, (first + f, k)), eight(lane, at.STEP + k))
+        put_eight(faces, (at.FACE_FILM, f), eight(faces, (at.FACE_FILM, f)) + active * change)
 
 
 @kernel
 def take_last_step(film, work, group):
-    """Take the last step of all lanes; it must come after the tangents, which are those before it."""
+    """Take the last step of the lanes that are done; it must come after the tangents, which are those before it."""
     n_shapes = int(film.constants[one.N_SHAPES])
     nodes = work.nodes[group]
-    put_eight(work.lane, at.ACTIVE, all_eight(1.0))
-    _advance(film, work, group, True)
+    done = eight(work.lane, at.DONE)
+    put_eight(work.lane, at.ACTIVE, done)
+    _advance(film, work, group, TAKE)
     for c in range(at.LANES):
         for k in range(n_shapes):
-            work.wide[at.SHIFT + k, c] += work.lane[at.STEP + k, c]
-    for q in range(nodes.shape[1]):
-        change = eight(nodes, (at.CHANGE, q))
+            work.wide[8 * (at.SHIFT + k) + c] += work.lane[8 * at.DONE + c] * work.lane[8 * (at.STEP + k) + c]
+    for q in range(nodes.shape[1] // 8):
+        change = done * eight(nodes, (at.CHANGE, q))
         put_eight(nodes, (at.FILM, q), eight(nodes, (at.FILM, q)) + change)
         contact = eight(nodes, (at.CONTACT, q))
         pressed = contact + eight(nodes, (at.CONTACT_SLOPE, q)) * change
@@ -254,15 +274,15 @@ def film_tangents(film, work, group, outs, wanted, own):
             out = outs[int(own[c])]
             for m in range(4):
                 for t in range(4):
-                    change = work.loads[m, at.SIDES + t, c] + work.touching[m, t, c]
+                    change = work.loads[m, 8 * (at.SIDES + t) + c] + work.touching[m, 8 * t + c]
                     out[one.STIFFNESS + 4 * m + t] = unit * change
-                    out[one.DAMPING + 4 * m + t] = unit * work.loads[m, at.SIDES + 4 + t, c]
+                    out[one.DAMPING + 4 * m + t] = unit * work.loads[m, 8 * (at.SIDES + 4 + t) + c]
 
 
 @inlined_kernel
 def lane_load_unit(film, work, c):
     """p₀ A₀ of a lane, N s."""
-    return work.wide[at.UNIT, c] * film_area(film.constants)
+    return work.wide[8 * at.UNIT + c] * film_area(film.constants)
 
 
 @kernel
@@ -273,7 +293,7 @@ def _force_changes(film, work):
             total = eight(work.loads, (m, at.SIDES + t))
             for k in range(int(film.constants[one.N_SHAPES])):
                 by_shape = eight(work.loads, (m, 1 + k)) + eight(work.touching, (m, 4 + k))
-                total = total + by_shape * eight(work.border, (k, at.MOST_SHAPES + t))
+                total = plus_product(total, by_shape, eight(work.border, (k, at.MOST_SHAPES + t)))
             put_eight(work.loads, (m, at.SIDES + t), total)
 
 
@@ -293,4 +313,4 @@ def past_tangents(film, work, group, per_gain, by_past, wanted, own):
             out = by_past[int(own[c])]
             for m in range(4):
                 for k in range(out.shape[1]):
-                    out[m, k] = unit * work.loads[m, at.SIDES + 1 + k, c]
+                    out[m, k] = unit * work.loads[m, 8 * (at.SIDES + 1 + k) + c]

@@ -43,7 +43,7 @@ def open_gaps(film, work, group, per_sigma, sigma):
     none = all_eight(0.0)
     top = all_eight(table.shape[0] - 2.0)
     unit = eight(work.lane, at.PER_UNIT)
-    for q in range(nodes.shape[1]):
+    for q in range(nodes.shape[1] // 8):
         h = eight(nodes, (at.FILM, q))
         near = h < reach
         is_open = h
@@ -71,7 +71,7 @@ def open_gaps(film, work, group, per_sigma, sigma):
         put_eight(nodes, (at.BEND, q), bend)
         put_eight(nodes, (at.CONTACT, q), p)
         put_eight(nodes, (at.CONTACT_SLOPE, q), by_gap)
-    for f in range(faces.shape[1]):
+    for f in range(faces.shape[1] // 8):
         h = eight(faces, (at.FACE_FILM, f))
         is_open, slope = mean_gap(table, h, per_sigma, sigma)
         put_eight(faces, (at.FACE_OPEN, f), is_open)
@@ -110,10 +110,10 @@ def oil_state(film, work, group):
     step = film.constants[one.OIL_STEP]
     last = work.oils.shape[1] - 1
     for lane in range(at.LANES):
-        unit = work.wide[at.UNIT, lane]
-        table = work.oils[int(work.wide[at.OIL_ROW, lane])]
-        for q in range(nodes.shape[1]):
-            p = nodes[at.PRESSURE, q, lane] * unit
+        unit = work.wide[8 * at.UNIT + lane]
+        table = work.oils[int(work.wide[8 * at.OIL_ROW + lane])]
+        for q in range(nodes.shape[1] // 8):
+            p = nodes[at.PRESSURE, 8 * q + lane] * unit
             place = p / step
             i = min(int(place), last - 1)
             t = min(place - i, 1.0)
@@ -125,6 +125,6 @@ def oil_state(film, work, group):
             bend = first + t * (second - first)
             slope = rise + (1.0 - 2.0 * t) * bend + t * (1.0 - t) * (second - first)
             curve = 2.0 * (1.0 - 2.0 * t) * (second - first) - 2.0 * bend
-            nodes[at.REDUCED, q, lane] = (low + t * rise + t * (1.0 - t) * bend + beyond * slope) * step / unit
-            nodes[at.MOBILITY, q, lane] = slope
-            nodes[at.THICKENING, q, lane] = 0.0 if beyond > 0.0 else -curve / slope / step * unit
+            nodes[at.REDUCED, 8 * q + lane] = (low + t * rise + t * (1.0 - t) * bend + beyond * slope) * step / unit
+            nodes[at.MOBILITY, 8 * q + lane] = slope
+            nodes[at.THICKENING, 8 * q + lane] = 0.0 if beyond > 0.0 else -curve / slope / step * unit

@@ -46,9 +46,9 @@ ZETA, WIDTH, AFTER_SIDE, BEFORE_SIDE = range(4)
 # (1/Pa), step of the oil's table, ½ω signed of the limited transport; velocity and displacement of the journal since
 # the step's start, over the clearance; fraction of the Newton step.
 FORWARD, BACKWARD, SUPPLY, PER_UNIT, PER_OIL_STEP, EXTRA_RATE, SHARE, HIGHEST_PRESSURE, CHANGED, MOVED = range(10)
-ACTIVE, FAILED, MOST = 10, 11, 12
-MOVE, PACE = 13, 17
-STEP = 21
+ACTIVE, FAILED, MOST, DONE = 10, 11, 12, 13
+MOVE, PACE = 14, 18
+STEP = 22
 RATE = STEP + SIDES
 LANE_ROWS = RATE + SIDES
 # Rows of LaneWork.wide, doubles: the journal now, its velocity, at the step's start, the shapes now, at the step's
@@ -57,8 +57,8 @@ PLACE, VELOCITY, START_PLACE = 0, 4, 8
 SHIFT, START_SHIFT, KNOWN = 12, 20, 28
 SPEED, ETA, UNIT, OIL_ROW = 36, 37, 38, 39
 WIDE_ROWS = 40
-# Columns of a group's marks.
-CUT, PREPARED, SIGN = range(3)
+# Columns of a group's marks; a lane's unknowns are resident where ``nodes`` hold what its film was solved to last.
+CUT, PREPARED, SIGN, RESIDENT = range(4)
 # Columns of the table over the gap: mean gap over σ with two derivatives by u = H/σ, contact pressure and its
 # derivative by u (Pa), share of the area in contact.
 MEAN, MEAN_SLOPE, MEAN_BEND, PRESS, PRESS_SLOPE, AREA = range(6)
@@ -67,25 +67,30 @@ LOWEST_U, PER_U = -20.0, 16.0
 
 
 class LaneWork(NamedTuple):
-    """Room of the films of g groups of eight; N columns of n lines between the ends, K shapes at most seven."""
+    """Room of the films of g groups of eight; N columns of n lines between the ends, seven shapes at most.
 
-    trig: Any  # (g, N, 4, 8) turned to each lane's cut
-    shapes: Any  # (g, N (n + 2) + N n, 7, 8) at nodes, then at faces; turned likewise
-    supply: Any  # (g, N n, 8) 1 where a node is at supply pressure
+    The last axis of arrays in eights counts in eights: (…, m × 8).
+    """
+
+    trig: Any  # (g, N, 4 × 8) turned to each lane's cut
+    shapes: Any  # (g, N (n + 2) + N n, 7 × 8) at nodes, then at faces; turned likewise
+    supply: Any  # (g, N n × 8) 1 where a node is at supply pressure
     lines: Any  # (n + 2, 4) shared
     gaps: Any  # (m, 6) table over u
     oils: Any  # (b, m, 2) reduced pressure over the table's step, and mobility
-    marks: Array  # (g, 8, 3) cut of each lane, whether the step is prepared, sign of the speed that it was for
-    nodes: Any  # (g, NODE_FIELDS, N (n + 2), 8)
-    faces: Any  # (g, FACE_FIELDS, N n, 8)
-    band: Any  # (N n, 2 n + 1, 8) balance of the present group
-    columns: Any  # (N n, 8, 8) right-hand sides
-    loads: Any  # (11, 16, 8) generalised forces of solutions: those of the shapes, then those of the last sources
-    touching: Any  # (11, 11, 8) derivatives of the loads at fixed pressure
-    border: Any  # (7, 15, 8) equations of the shapes
-    lane: Any  # (LANE_ROWS, 8)
-    wide: Array  # (WIDE_ROWS, 8)
-    sums: Array  # (16, 8) loads in doubles
+    marks: (
+        Array  # (g, 8, 4) cut of each lane, whether the step is prepared, sign of the speed that it was for, resident
+    )
+    nodes: Any  # (g, NODE_FIELDS, N (n + 2) × 8)
+    faces: Any  # (g, FACE_FIELDS, N n × 8)
+    band: Any  # (N n, (2 n + 1) × 8) balance of the present group
+    columns: Any  # (N n, 8 × 8) right-hand sides and solutions: those of residual and shapes, then of the journal
+    loads: Any  # (11, 16 × 8) generalised forces of solutions: those of the shapes, then those of the last sources
+    touching: Any  # (11, 11 × 8) derivatives of the loads at fixed pressure
+    border: Any  # (7, 15 × 8) equations of the shapes
+    lane: Any  # (LANE_ROWS × 8,)
+    wide: Array  # (WIDE_ROWS × 8,)
+    sums: Array  # (16 × 8,) loads in doubles
     total: Array  # (8,) a sum in doubles
     own: Array  # (8,) numbers of the lanes' films
     asked: Array  # (8,) 1 for lanes whose films were asked for
@@ -98,6 +103,11 @@ def _singles(*shape: int) -> Singles:
     return np.zeros(shape, dtype=np.float32)
 
 
+def _lanes(*shape: int) -> Singles:
+    """Eight singles for every entry."""
+    return _singles(*shape[:-1], LANES * shape[-1])
+
+
 def lane_groups(films: int) -> int:
     """Groups of eight that hold so many films."""
     return (films + LANES - 1) // LANES
@@ -107,18 +117,18 @@ def lane_work(film: ElasticFilm, films: int) -> LaneWork:
     """Room for so many films like ``film``."""
     n_phi, n_z = int(film.constants[one.N_PHI]), int(film.constants[one.N_Z])
     lines, size, groups = n_z + 2, n_phi * n_z, lane_groups(films)
-    marks = np.zeros((groups, LANES, 3))
+    marks = np.zeros((groups, LANES, 4))
     marks[:, :, CUT] = -1.0
     shared = _singles(lines, 4)
     shared[:, ZETA], shared[:, WIDTH] = film.lines[:, one.ZETA], film.lines[:, one.LINE_WIDTH]
     shared[:, AFTER_SIDE], shared[:, BEFORE_SIDE] = film.sides[one.AFTER_SIDE], film.sides[one.BEFORE_SIDE]
+    points = n_phi * lines + size
     return LaneWork(
-        _singles(groups, n_phi, 4, LANES), _singles(groups, n_phi * lines + size, MOST_SHAPES, LANES),
-        _singles(groups, size, LANES), shared, gap_table(film), np.zeros((1, 2, 2), dtype=np.float32), marks,
-        _singles(groups, NODE_FIELDS, n_phi * lines, LANES), _singles(groups, FACE_FIELDS, size, LANES),
-        _singles(size, 2 * n_z + 1, LANES), _singles(size, SIDES, LANES), _singles(11, 2 * SIDES, LANES),
-        _singles(11, 11, LANES), _singles(MOST_SHAPES, MOST_SHAPES + SIDES, LANES), _singles(LANE_ROWS, LANES),
-        np.zeros((WIDE_ROWS, LANES)), np.zeros((16, LANES)), *np.zeros((6, LANES)),
+        _lanes(groups, n_phi, 4), _lanes(groups, points, MOST_SHAPES), _lanes(groups, size), shared, gap_table(film),
+        np.zeros((1, 2, 2), dtype=np.float32), marks, _lanes(groups, NODE_FIELDS, n_phi * lines),
+        _lanes(groups, FACE_FIELDS, size), _lanes(size, 2 * n_z + 1), _lanes(size, SIDES), _lanes(11, 2 * SIDES),
+        _lanes(11, 11), _lanes(MOST_SHAPES, MOST_SHAPES + SIDES), _lanes(LANE_ROWS), np.zeros(WIDE_ROWS * LANES),
+        np.zeros(16 * LANES), *np.zeros((6, LANES)),
     )  # fmt: skip
 
 

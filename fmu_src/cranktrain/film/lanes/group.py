@@ -56,22 +56,27 @@ def solve_group(film, work, group, clock, memory):
     film_forces(film, work, group, outs, wanted, own)
     if figures > 0.0:
         film_figures(film, work, group, outs, wanted, own)
-    _write(film, work, group, unknowns, shapes, outs, wanted, own)
+    _write(film, work, group, unknowns, shapes, outs, figures > 0.0)
     return float(passes)
 
 
 @kernel
-def _write(film, work, group, unknowns, shapes, outs, wanted, own):
-    """Unknowns and shapes of the lanes' films, filled at most as far as there is room."""
+def _write(film, work, group, unknowns, shapes, outs, whole):
+    """Shapes of the lanes' films and, of the ``whole`` films, unknowns; nothing is more than full."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
     nodes = work.nodes[group]
     for c in range(at.LANES):
-        if wanted[c] == 0.0:
+        if work.wanted[c] == 0.0:
+            continue
+        i_film = int(work.own[c])
+        work.marks[group, c, at.RESIDENT] = 1.0
+        for k in range(shapes.shape[1]):
+            shapes[i_film, k] = work.wide[8 * (at.SHIFT + k) + c] * film.constants[one.CLEARANCE]
+        if not whole:
             continue
         cut = int(work.marks[group, c, at.CUT])
-        i_film = int(own[c])
         clipped = 0
         for position in range(n_phi):
             i = cut + position
@@ -79,13 +84,11 @@ def _write(film, work, group, unknowns, shapes, outs, wanted, own):
                 i -= n_phi
             for j in range(n_z):
                 q = position * lines + j + 1
-                u = float(nodes[at.PRESSURE, q, c])
-                if nodes[at.FULL, q, c] == 0.0:
-                    u = float(nodes[at.VOID, q, c])
+                u = float(nodes[at.PRESSURE, 8 * q + c])
+                if nodes[at.FULL, 8 * q + c] == 0.0:
+                    u = float(nodes[at.VOID, 8 * q + c])
                     if u < -1.0:
                         u = -1.0
                         clipped += 1
                 unknowns[i_film, i * n_z + j] = u
-        for k in range(shapes.shape[1]):
-            shapes[i_film, k] = work.wide[at.SHIFT + k, c] * film.constants[one.CLEARANCE]
         outs[i_film, one.CLIPPED] = float(clipped)

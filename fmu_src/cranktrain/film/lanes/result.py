@@ -24,9 +24,9 @@ def film_forces(film, work, group, outs, wanted, own):
     """Forces and friction torque of the ``wanted`` lanes into ``outs`` (b, OUT_SIZE); ``own`` (8,) their films."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
-    for m in range(work.sums.shape[0]):
+    for m in range(16):
         for c in range(at.LANES):
-            work.sums[m, c] = 0.0
+            work.sums[8 * m + c] = 0.0
     sigma = film.constants[one.ROUGHNESS]
     for position in range(n_phi):
         _column_sums(work, group, position, n_phi, n_z, film.constants[one.OIL_STEP] > 0.0)
@@ -39,20 +39,20 @@ def film_forces(film, work, group, outs, wanted, own):
     for c in range(at.LANES):
         if wanted[c] == 0.0:
             continue
-        film.constants[one.VISCOSITY] = work.wide[at.ETA, c]
+        film.constants[one.VISCOSITY] = work.wide[8 * at.ETA + c]
         unit = load_unit(film.constants)
         out = outs[int(own[c])]
         sums = work.sums
         for m in range(4):
-            out[one.FORCE + m] = unit * sums[m, c]
-        sliding = work.wide[at.SPEED, c] * radius
-        drag = work.wide[at.ETA, c] * sliding / c0 * sums[SHEARED, c] * area * radius
-        turn = 0.5 * sums[WEDGE, c] / (2.0 * math.sin(1.0 / per_angle)) * unit * c0
+            out[one.FORCE + m] = unit * sums[8 * m + c]
+        sliding = work.wide[8 * at.SPEED + c] * radius
+        drag = work.wide[8 * at.ETA + c] * sliding / c0 * sums[8 * SHEARED + c] * area * radius
+        turn = 0.5 * sums[8 * WEDGE + c] / (2.0 * math.sin(1.0 / per_angle)) * unit * c0
         sign = sliding / math.sqrt(sliding * sliding + SMOOTH_SPEED * SMOOTH_SPEED)
-        out[one.FRICTION_TORQUE] = -drag + turn - sign * sums[RUBBING, c] * area * radius
-        out[one.CONTACT_LOAD] = sums[CONTACT_LOAD, c] * unit
-        total = sums[CONTACT_LOAD, c] + sums[FILM_LOAD, c]
-        out[one.CONTACT_SHARE] = sums[CONTACT_LOAD, c] / total if total > 0.0 else 0.0
+        out[one.FRICTION_TORQUE] = -drag + turn - sign * sums[8 * RUBBING + c] * area * radius
+        out[one.CONTACT_LOAD] = sums[8 * CONTACT_LOAD + c] * unit
+        total = sums[8 * CONTACT_LOAD + c] + sums[8 * FILM_LOAD + c]
+        out[one.CONTACT_SHARE] = sums[8 * CONTACT_LOAD + c] / total if total > 0.0 else 0.0
 
 
 @inlined_kernel
@@ -151,25 +151,25 @@ def film_figures(film, work, group, outs, wanted, own):
             continue
         out = outs[int(own[c])]
         cut = int(work.marks[group, c, at.CUT])
-        q_least = int(work.lane[at.CHANGED, c])
-        q_highest = int(work.lane[at.MOVED, c])
+        q_least = int(work.lane[8 * at.CHANGED + c])
+        q_highest = int(work.lane[8 * at.MOVED + c])
         value, angle, zeta = _extreme(film, nodes, at.FILM, q_least, c)
         out[one.FILM_MIN] = value * film.constants[one.CLEARANCE]
         angle += cut * 2.0 * math.pi / n_phi
         out[one.FILM_MIN_ANGLE] = angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi))
         out[one.FILM_MIN_ZETA] = zeta
         out[one.PRESSURE_MAX] = 0.0
-        top = float(nodes[at.PRESSURE, q_highest, c])
+        top = float(nodes[at.PRESSURE, 8 * q_highest + c])
         if top > 0.0:
             peak = _extreme(film, nodes, at.PRESSURE, q_highest, c)[0]
             if film.constants[one.OIL_STEP] == 0.0:
                 peak = max(peak, top + _crest(film, work, group, q_highest, c))
-            out[one.PRESSURE_MAX] = peak * work.wide[at.UNIT, c]
+            out[one.PRESSURE_MAX] = peak * work.wide[8 * at.UNIT + c]
         sums = work.sums
-        out[one.SIDE_FLOW] = sums[SIDE, c] * area
-        out[one.SUPPLY_FLOW] = sums[FED, c] * area
-        out[one.OIL] = sums[HELD, c] * area
-        out[one.FILL_MEAN] = sums[HELD, c] / sums[ROOM, c]
+        out[one.SIDE_FLOW] = sums[8 * SIDE + c] * area
+        out[one.SUPPLY_FLOW] = sums[8 * FED + c] * area
+        out[one.OIL] = sums[8 * HELD + c] * area
+        out[one.FILL_MEAN] = sums[8 * HELD + c] / sums[8 * ROOM + c]
 
 
 @inlined_kernel
@@ -248,13 +248,13 @@ def _extreme(film, nodes, field, q, c):
     line = q - i * lines
     up = (i - 1 if i > 0 else n_phi - 1) * lines + line
     down = (i + 1 if i + 1 < n_phi else 0) * lines + line
-    here = float(nodes[field, q, c])
-    beyond, shift = vertex(float(nodes[field, up, c]), here, float(nodes[field, down, c]))
+    here = float(nodes[field, 8 * q + c])
+    beyond, shift = vertex(float(nodes[field, 8 * up + c]), here, float(nodes[field, 8 * down + c]))
     angle = (i + shift) * 2.0 * math.pi / n_phi
     zeta = film.lines[line, one.ZETA]
     value = here + beyond
     if 0 < line < lines - 1:
-        beyond, shift = vertex(float(nodes[field, q - 1, c]), here, float(nodes[field, q + 1, c]))
+        beyond, shift = vertex(float(nodes[field, 8 * (q - 1) + c]), here, float(nodes[field, 8 * (q + 1) + c]))
         value += beyond
         if shift > 0.0:
             zeta += shift * (film.lines[line + 1, one.ZETA] - zeta)
@@ -273,8 +273,8 @@ def _crest(film, work, group, q, c):
     most = 0.0
     for line in range(max(own - 1, 0), min(own + 1, lines - 1)):
         first = i * (lines - 2) + line
-        before = line > 0 and work.supply[group, first - 1, c] == 0.0
-        after = line < lines - 2 and work.supply[group, first, c] == 0.0
+        before = line > 0 and work.supply[group, 8 * (first - 1) + c] == 0.0
+        after = line < lines - 2 and work.supply[group, 8 * first + c] == 0.0
         low = line - 1 if before else line
         high = line + 1 if after else line
         if low == high:
@@ -287,16 +287,16 @@ def _crest(film, work, group, q, c):
         if not rise > 0.0:
             continue
         k = i * lines + line
-        h = float(nodes[at.OPEN, k, c])
-        beyond = float(nodes[at.OPEN, k + 1, c])
+        h = float(nodes[at.OPEN, 8 * k + c])
+        beyond = float(nodes[at.OPEN, 8 * (k + 1) + c])
         all_of_it, tilted = wedge_integrals(1.0, h, beyond)
-        drop = (float(nodes[at.PRESSURE, k, c]) - float(nodes[at.PRESSURE, k + 1, c])) / length
+        drop = (float(nodes[at.PRESSURE, 8 * k + c]) - float(nodes[at.PRESSURE, 8 * (k + 1) + c])) / length
         begin = (drop - rise * tilted) / all_of_it
         t = -begin / rise
         if 0.0 < t < 1.0:
             all_of_it, tilted = wedge_integrals(t, h, beyond)
-            p = float(nodes[at.PRESSURE, k, c]) - length * (begin * all_of_it + rise * tilted)
-            most = max(most, p - float(nodes[at.PRESSURE, q, c]))
+            p = float(nodes[at.PRESSURE, 8 * k + c]) - length * (begin * all_of_it + rise * tilted)
+            most = max(most, p - float(nodes[at.PRESSURE, 8 * q + c]))
     return most
 
 
@@ -304,8 +304,8 @@ def _crest(film, work, group, q, c):
 def _flow_across(film, nodes, i, line, c):
     """Flow G Δp/d from a line of column ``i`` to the next."""
     q = i * (int(film.constants[one.N_Z]) + 2) + line
-    h = float(nodes[at.OPEN, q, c])
-    beside = float(nodes[at.OPEN, q + 1, c])
+    h = float(nodes[at.OPEN, 8 * q + c])
+    beside = float(nodes[at.OPEN, 8 * (q + 1) + c])
     over = 2.0 * h * h * beside * beside / (h + beside)
-    drop = float(nodes[at.PRESSURE, q, c]) - float(nodes[at.PRESSURE, q + 1, c])
+    drop = float(nodes[at.PRESSURE, 8 * q + c]) - float(nodes[at.PRESSURE, 8 * (q + 1) + c])
     return over * drop / (film.lines[line + 1, one.ZETA] - film.lines[line, one.ZETA])

@@ -6,13 +6,13 @@ Films that were lined up are solved together when the first of them is asked; se
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import FILM_MIN, FRICTION_TORQUE, ITERATIONS, OIL_ROW, VISCOSITY, FilmHistory
 from cranktrain.film.lanes import grid as lanes
 from cranktrain.film.lanes.begin import choose_cut, lane_motion, lane_units, turn_geometry
 from cranktrain.film.lanes.group import solve_group
-from cranktrain.film.laws.films import ELAPSED, FROZEN, GAIN
+from cranktrain.film.laws.films import ELAPSED, FROZEN, GAIN, STAGE
 from cranktrain.film.laws.past_cycle import (
     ENTRY,
     FOUND,
@@ -32,8 +32,8 @@ SOLVED, CARRIED, LAST, EVALUATIONS, TANGENTS, PASSES, ASKED, READY, STATUS, GROU
 """Columns of ``ElasticMemory.calls``: of the present stage, how often the film was solved so far, and whether its force
 was carried on from the last cycle; the stage of that cycle which is the one before, or what is never one. Of the whole
 run so far: solutions, those with tangents, and Newton iterations of all of them. Then whether its motion was told for
-films side by side, whether they were solved at it, and with which status. At last, of the whole run, solutions and
-Newton iterations of a group of films, in the row of its first."""
+films side by side, whether they were solved at it, and with which status. At last, of the whole run, solutions
+and Newton iterations of a group of films, in the row of its first."""
 
 
 @kernel
@@ -45,6 +45,7 @@ def open_lane(bore, i):
     lane = i - group * lanes.LANES
     turn_geometry(bore.film, bore.lanes, group, lane, choose_cut(bore.film, bore.memory.start[i]))
     bore.lanes.marks[group, 0, lanes.PREPARED] = 0.0
+    bore.lanes.marks[group, lane, lanes.RESIDENT] = 0.0
     bore.memory.calls[i, ASKED] = 0.0
 
 
@@ -137,6 +138,7 @@ def _begin_close(bore, i):
         begin_beside(known, past.values[side, at - 1, i], own.unknowns[i], own.shapes[i])
     else:
         begin_as_known(known, own.unknowns[i], own.shapes[i])
+    _not_resident(bore, i)
     if distance(known, own.motions[i, 0], bore.contact_height[0]) > STILL:
         return True
     keep_tangents(known, own.out[i], own.by_past[i])
@@ -155,6 +157,7 @@ def solve_alone(bore, i, numbers, tangents):
         own.by_past[i],
     )  # fmt: skip
     clock = own.speeds[i], numbers[ELAPSED], numbers[GAIN]
+    _not_resident(bore, i)
     status = elastic_film(bore.film, own.motions[i], clock, history, bore.scratch, own.out[i], tangents)
     _count(own, i, tangents)
     if status != CONVERGED:
@@ -166,6 +169,13 @@ def solve_alone(bore, i, numbers, tangents):
     return status
 
 
+@inlined_kernel
+def _not_resident(bore, i):
+    """Let lanes read the unknowns of film i anew."""
+    if bore.lanes.marks.shape[0] > 0:
+        bore.lanes.marks[i // lanes.LANES, i % lanes.LANES, lanes.RESIDENT] = 0.0
+
+
 @kernel
 def _count(own, i, tangents):
     """Count a solution of film i."""
@@ -173,6 +183,14 @@ def _count(own, i, tangents):
     own.calls[i, EVALUATIONS] += 1.0
     own.calls[i, TANGENTS] += 1.0 if tangents else 0.0
     own.calls[i, PASSES] += own.out[i, ITERATIONS]
+
+
+@inlined_kernel
+def _foresee(own, i, numbers):
+    """Begin a stage's first solution with shapes that go on as fast as at the stage before."""
+    last = max(int(numbers[STAGE]) - 1, 0)
+    for k in range(own.shapes.shape[1]):
+        own.shapes[i, k] = own.known[i, k] + numbers[GAIN] * own.rates[last, i, k]
 
 
 @kernel
@@ -194,6 +212,8 @@ def _solve_lanes(bore, group, numbers, closing):
             tangents = _begin_close(bore, i)
         elif asked:
             asked = not _is_near(bore, i)
+            if own.calls[i, SOLVED] == 0.0:
+                _foresee(own, i, numbers)
             tangents = numbers[FROZEN] == 0.0 or own.calls[i, SOLVED] == 0.0
         work.wanted[lane] = 1.0 if asked else 0.0
         work.tangents[lane] = 1.0 if asked and tangents else 0.0
