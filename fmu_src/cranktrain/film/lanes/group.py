@@ -17,8 +17,8 @@ def solve_group(film, work, group, clock, memory):
     """Solve the films of a group's lanes, told by ``lane_units`` and ``lane_motion``.
 
     Lanes whose films are asked for are 1 in ``work.wanted``, those with tangents in ``work.tangents``. Afterwards
-    ``work.status`` holds CONVERGED or NOT_CONVERGED; of a film that did not converge nothing else is written. Returns the
-    Newton iterations of the group.
+    ``work.status`` holds CONVERGED or NOT_CONVERGED; of a film that did not converge nothing else is written. Returns
+    the Newton iterations of the group.
 
     Parameters
     ----------
