@@ -36,7 +36,7 @@ def test_an_instance_is_moved_then_turned(tmp_path):
     axis = np.array([0.0, 3.0, 4.0]) / 5.0
     turn = Rotation.from_rotvec(np.radians(40.0) * axis)
     begin = np.array([0.5, 0.0, 1.0])
-    wanted = begin + turn.apply(CUBE.points + [1.0, 2.0, 0.0] - begin)
+    wanted = begin + turn.apply(CUBE.points + np.array([1.0, 2.0, 0.0]) - begin)
     assert points[tets] == pytest.approx(wanted[CUBE.tets], abs=1e-12)
     for name, own in (("MAIN_1", "main[1]"), ("pin1", "pin[1]")):
         assert corners(points, surfaces[own]) == pytest.approx(corners(wanted, CUBE.faces[name][:, :3]), abs=1e-12)
@@ -89,7 +89,7 @@ def test_one_part_without_an_assembly_is_read(tmp_path):
     [
         ([*PART, "*PART, NAME=two", "*END PART"], r"holds 2 parts, and no \*INSTANCE that places them"),
         ([*PART, *PART], r"line \d+: part 'Cube' is there already"),
-        (assembly([]) + ["*INSTANCE, NAME=x, PART=Cub"], r"instance x is of part 'Cub', .* did you mean 'Cube'"),
+        ([*assembly([]), "*INSTANCE, NAME=x, PART=Cub"], r"instance x is of part 'Cub', .* did you mean 'Cube'"),
         (["*INSTANCE, NAME=x, PART=Cube"], r"instance x is of part 'Cube', which the deck has not; export the parts"),
         (assembly(["1., two, 3."]), r"line \d+: '1., two, 3.'; an instance is placed by numbers"),
         (assembly(["0., 0., 0.", "0., 0., 0., 0., 0., 1."]), r"line \d+: a rotation is two points and an angle, 7"),

@@ -223,7 +223,7 @@ def bulk(text, card):
         ("bdf", lambda text: bulk(text, "INCLUDE 'a.bdf'"), r"line 3: INCLUDE names 'a.bdf', which is not in"),
         ("bdf", lambda text: bulk(text, "INCLUDE 'odd.bdf'"), r"line 3: odd.bdf includes itself"),
         ("bdf", lambda text: bulk(text, "INCLUDE 'a"), r"line 3: INCLUDE whose name has no closing quote"),
-        ("bdf", lambda text: bulk(text, "GRID,9001,3,0.,0.,0."), r"line 3: GRID 9001 is in coordinate system 3; export"),
+        ("bdf", lambda text: bulk(text, "GRID,9001,3,0.,0.,0."), r"line 3: GRID 9001 is in coordinate system 3; exp"),
         ("bdf", lambda text: bulk(text, "GRID,9001,,0.,here,0."), r"line 3: GRID 9001 at '0., here, 0.', which are no"),
         ("bdf", lambda text: bulk(text, "GRDSET,,7"), r"line 3: nodes in coordinate system 7"),
         ("bdf", lambda text: bulk(text, "CTETRA,9001,1,1,2,3"), r"line 3: CTETRA 9001 has 3 nodes; 4 or 10 are expec"),

@@ -169,6 +169,8 @@ def _read(unit: str, dimension: str | None) -> UnitFactor | str:
     if strange:
         what = f"measures {others[0]}, not {dimension}" if others else f"does not measure {dimension}"
         return f"unit {shown(unit)} {what}; {nearest(unit, valid)}"
+    if KELVINS.get(text.lower()) and dimension is not None:
+        return f"unit {shown(unit)} measures temperature, not {dimension}; {nearest(unit, valid)}"
     if dimension is None and not get_close_matches(unit, valid, n=1, cutoff=0.5):
         return f"unit {shown(unit)} is not known; write it as in {_EXAMPLES}"
     return f"unit {shown(unit)} is not known; {nearest(unit, valid)}"

@@ -1,7 +1,8 @@
 """Decks of Abaqus with parts and an assembly: each instance in its place, numbers of the instances told apart.
 
-``*INSTANCE`` moves its part by a vector, then turns it about an axis through two points by an angle in degrees. Sets and
-surfaces stand in a part or an instance, or in the assembly, where they name an instance (``INSTANCE=``, ``web-1.5``).
+``*INSTANCE`` moves its part by a vector, then turns it about an axis through two points by an angle in degrees. Sets
+and surfaces stand in a part or an instance, or in the assembly, where they name an instance (``INSTANCE=``,
+``web-1.5``).
 Where the deck ties surfaces (``*TIE``), nodes of two instances at one place become one; meshes that do not match at
 their tie stay two pieces.
 """
