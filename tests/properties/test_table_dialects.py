@@ -103,6 +103,27 @@ def test_names_and_units_are_found_above_the_values(tmp_path, text, names, units
     assert table.values[:, -1].tolist() in ([1.0, 2.0], [2.0, 3.0]) and table.values[:, 0].tolist() == [0.0, 1.0]
 
 
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("CA;p\n0;1.5\n1;2.5\n;\n;;\n", [[0.0, 1.5], [1.0, 2.5]]),
+        ('"CA","p"\n"0","1,5"\n"1","2,5"\n', [[0.0, 1.5], [1.0, 2.5]]),
+        ("CA,p\n0;1.5\n1;2.5\n", [[0.0, 1.5], [1.0, 2.5]]),
+        ("CA;p\n0;1.5\n1;---\n2;n.a.\n", [[0.0, 1.5], [1.0, None], [2.0, None]]),
+        ("Speed;3000\n0;1.5\n1;2.5\n", [[0.0, 1.5], [1.0, 2.5]]),
+        ("\ufeffsep=;\nCA;p\n0;1'000,5\n1;2'000,5\n", [[0.0, 1000.5], [1.0, 2000.5]]),
+        ("CA p\n  0.000000D+00  0.15D+01\n  0.1D+01  0.25D+01\n", [[0.0, 1.5], [1.0, 2.5]]),
+        ("CA;p\r\u22121;1.5\r1;2.5\r\x1a", [[-1.0, 1.5], [1.0, 2.5]]),
+    ],
+)
+def test_odd_tables_are_read(tmp_path, text, values):
+    path = tmp_path / "t.csv"
+    path.write_bytes(text.encode())
+    found = read_table(path, "table", "give one")
+    assert [[None if np.isnan(one) else one for one in row] for row in found.values.tolist()] == values
+    assert found.names == ("CA", "p") or "Speed" in text
+
+
 def test_columns_are_chosen_by_name_or_number(tmp_path):
     path = tmp_path / "t.csv"
     path.write_text("t [s];CA [deg];PCYL1 [bar];state\n0;10;1,5;ok\n1;20;2,5;ok\n")
@@ -122,6 +143,9 @@ def test_columns_are_chosen_by_name_or_number(tmp_path):
         ("n;p\n1,600;1,200\n800;950\n", "line 2: '1,600' may be 1600 or 1.600; write numbers without thousands"),
         ("one line of text\n", "no points or values of a table; it begins with line 1, 'one line of text'; give one"),
         ("", "no points or values of a table, it is empty; give one"),
+        ("CA;p\n0;=1+2\n1;2\n", "line 2: '0;=1+2' begins with a number, and '=1+2' is none; correct or remove"),
+        ("0;1.5x\n1;2.5\n2;3.5\n", "line 1: '0;1.5x' begins with a number, and '1.5x' is none"),
+        ("CA;p\n0;1.5.2\n1;2.5\n", "line 2: '0;1.5.2' begins with a number, and '1.5.2' is none"),
         ("a\0\1\2;b", "holds bytes that are no text"),
     ],
 )
