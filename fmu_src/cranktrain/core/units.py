@@ -19,7 +19,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError, nearest, shown
-from cranktrain.core.unit_words import ANGLES, BASES, FORCES, KELVINS, PARTS, SIGNS, WORDS
+from cranktrain.core.unit_words import ANGLES, BASES, DOUBTFUL, FORCES, KELVINS, PARTS, SIGNS, WORDS
 
 ZERO_CELSIUS = 273.15
 ATMOSPHERE = 101325.0
@@ -260,6 +260,8 @@ def _word(word: str) -> list[str] | None:
     """A word of a unit as words of pint: several where it is a product without a sign between, as in kNm."""
     if word in WORDS:
         return [WORDS[word]]
+    if word in DOUBTFUL:
+        return None
     if (parts := _split(word)) is not None:
         return [WORDS[part] for part in parts]
     registry = _registry()
