@@ -194,6 +194,13 @@ WRONG = [
     ("least = 0.02, most = 0.3", "least = 0.3, most = 0.02", "least 0.3 is above most 0.02"),
     ('name = "spring dies"', 'name = "spring fails"', "two scenarios are named 'spring fails'"),
     ('name = "spring dies"', 'name = "../dies"', "give one of letters, digits and blanks"),
+    ("at_s = 1.0, value = 1.5", "at_s = 1.0, value = '1.5 mm'", "'mm' is given, and the variable declares none"),
+    ("stiffness = 2.0", "stiffness = '2 N/mm'", "spring: stiffness: unit 'N/mm' is given, and the variable declares"),
+    ("stiffness = 2.0", "stiffness = '2'", "spring: stiffness: '2' is a text without a unit; write 2 without quotes"),
+    ("rms = 0.1, ", "rms = '0.1 N', ", "scenario 'ramp and noise': noise on mass.force: unit 'N' is given, and the"),
+    ("expected = -0.8668, absolute = 0.02", "most = '-866.8 mm'", "assert 1: unit 'mm' is given, and the variable"),
+    ("at_s = 1.0, value = 1.5", "at_s = '1 mm', value = 1.5", "at_s: unit 'mm' measures length, not time; did you"),
+    ("stop_s = 2.0\nstep_s", "stop_s = '2 min\u00b2'\nstep_s", "stop_s: unit 'min\u00b2' does not measure time"),
 ]
 
 
@@ -224,6 +231,18 @@ def test_fmus_that_cannot_be_used_here_are_named(harness, small, tmp_path, chang
     assert code == 2 and said in err and len(err.strip().splitlines()) == 1, err
 
 
+def test_numbers_as_texts_with_units_are_the_same_run(harness):
+    text = MASSES.replace("stop_s = 2.0\n", 'stop_s = "2000 ms"\n', 1).replace("step_s = 0.01", 'step_s = "10 ms"')
+    text = text.replace("step_limit_s = 2", 'step_limit_s = "2 s"').replace(
+        "tolerance = 1e-12", 'tolerance = "1e-10 %"'
+    )
+    text = text.replace('residual = "spring", most = 0.1', 'residual = "spring", most = "1e-4 kW"')
+    runs = [harness(one, "--only", "free")[1]["scenarios"][0]["assertions"] for one in (MASSES, text)]
+    assert [one["found"] for one in runs[0][1:3]] == [one["found"] for one in runs[1][1:3]]
+    assert runs[1][3]["found"] == pytest.approx(1e-3 * runs[0][3]["found"]) and runs[1][3]["unit"] == "kW"
+    assert all(one["passed"] for one in runs[1])
+
+
 UNIT = '<UnitDefinitions><Unit name="{}"><BaseUnit {}/></Unit></UnitDefinitions>\n\t<LogCategories>'
 
 
@@ -242,5 +261,9 @@ def test_units_of_measurement_are_converted_or_refused(harness, small, tmp_path)
     code, found, err = harness(text.replace("Mass.fmu", "Mass_mm.fmu"), "--only", "free")
     # A thousandth of the place in the spring: the mass swings as if it were alone.
     assert found["scenarios"][0]["assertions"][1]["found"] == pytest.approx(-0.333, abs=0.02), err
+    # A bound in another unit, by a key or in a text.
+    metres = text.replace("Mass.fmu", "Mass_mm.fmu").replace("expected = -0.8668", "expected = '-0.00033 m'")
+    told = harness(metres.replace("absolute = 0.02", "absolute = '20 um'", 1), "--only", "free")[1]["scenarios"][0]
+    assert told["assertions"][1]["passed"] and told["assertions"][1]["unit"] == "m"
     code, _, err = harness(text.replace("Mass.fmu", "Mass_s.fmu"))
     assert code == 2 and "mass.place -> spring.place: from unit 's' to 'm', which cannot be converted" in err

@@ -135,14 +135,17 @@ def test_the_content_decides_not_the_ending(kind, tmp_path):
 
 
 @pytest.mark.parametrize("odd", [None, "a gap in time", "times out of order"])
-@pytest.mark.parametrize("kind", ["mf4", "h5", "parquet", "mat"])
+@pytest.mark.parametrize("kind", ["mf4", "h5", "parquet", "mat", "csv"])
 def test_long_channels_are_read_as_short_ones(kind, odd, tmp_path, monkeypatch):
-    """Times of many samples are not compared one by one: a gap or disorder is still found."""
+    """Times of many samples are not held: a gap or disorder is still found, and long tables go through a file."""
     time, columns, units, _ = (TIME, COLUMNS, UNITS, "") if odd is None else ODD[odd]
     path = write(tmp_path, kind, time, columns, units)
     short = by_name(ct.read_measured(path), "pcyl1")
     for module in ("formats.mdf", "formats.arrays"):
         monkeypatch.setattr(f"cranktrain.measured.{module}.MANY", 1000)
+    monkeypatch.setattr("cranktrain.measured.formats.text.LARGE", 1000)
+    monkeypatch.setattr("cranktrain.measured.formats.text.PIECE", 96)
+    monkeypatch.setattr("cranktrain.measured.channels.BLOCK", 1024)
     long = by_name(ct.read_measured(path), "pcyl1")
     np.testing.assert_array_equal(long.values(), short.values())
     np.testing.assert_allclose(long.abscissae(), short.abscissae(), atol=1e-9)

@@ -89,6 +89,33 @@ def test_dead_centre_within_a_tenth_of_a_degree_and_zero_within_5_mbar(name, shi
     assert 1e-2 * abs(np.mean(found.mean[low] - true[low])) < 7.0
 
 
+@pytest.mark.parametrize("method", ["compression", "polytropic", "intake", "keep"])
+def test_cycles_read_some_at_a_time_are_those_read_at_once(method, monkeypatch):
+    """Blocks of three cycles, and cycles with missing values left out, against all at once."""
+    settings, speed, pressure = cycle("six, fired")
+    rng = np.random.default_rng(3)
+    values = 1e-5 * np.tile(pressure, 40) * np.repeat(rng.normal(1.0, 0.01, 40), pressure.size)
+    values[[1000, 20000]] = np.nan
+
+    def told():
+        made = cycles_by_encoder(channel(values, 1.0, "pcyl1", "bar"), pressure.size, STEP, speed)
+        found, fit = pegged(made, cylinder_of(settings), method=method, intake_pressure=2e5, correct_shift=True)
+        passed = found.low_passed(math.radians(3.0))
+        return passed, statistics(passed, cylinder_of(settings), fit)
+
+    whole, at_once = told()
+    monkeypatch.setattr("cranktrain.measured.cycles.BLOCK", 3 * pressure.size)
+    parts, in_turn = told()
+    assert at_once.keys() == in_turn.keys() and at_once["cycles"] == 37
+    for key, value in at_once.items():
+        close = 1e-3 if "error" in key else 1e-6  # an error is estimated by differences
+        assert in_turn[key] == (
+            pytest.approx(value, rel=close, abs=1e-7, nan_ok=True) if isinstance(value, float) else value
+        ), key
+    assert np.asarray(parts.pressure) == pytest.approx(np.asarray(whole.pressure), rel=1e-6)
+    assert parts.scatter == pytest.approx(whole.scatter, rel=1e-6, abs=1.0)
+
+
 def test_the_drift_of_single_cycles_is_followed():
     """Zeros of single cycles scatter by the noise over the root of the samples that tell them: a few mbar."""
     settings, _, _ = cycle("six, motored")

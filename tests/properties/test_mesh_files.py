@@ -62,6 +62,27 @@ def sets_by_side(name):
     return [*lines, f"*SURFACE, TYPE=ELEMENT, NAME={name}", *(f"_{name}_{side}, {side}" for side in sides)]
 
 
+def test_nodes_and_elements_may_stand_in_files_of_their_own(tmp_path):
+    rest = deck(CUBE)
+    start = next(k for k, line in enumerate(rest) if line.startswith("*ELEMENT"))
+    written(tmp_path / "n.txt", ["** nodes", *node_lines(CUBE.points)])
+    written(tmp_path / "t.txt", rest[start + 1 : start + 1 + len(CUBE.tets)])
+    lines = ["*NODE, INPUT=n.txt", "*ELEMENT, TYPE=C3D10, INPUT=t.txt", *rest[start + 1 + len(CUBE.tets) :]]
+    path = written(tmp_path / "cube.inp", lines)
+    same_as_the_cube(path)
+    before = content_digest({}, path)
+    (tmp_path / "n.txt").write_text((tmp_path / "n.txt").read_text() + "** changed\n")
+    assert content_digest({}, path) != before
+
+
+def test_a_surface_of_elements_alone_is_their_free_faces(tmp_path):
+    lines = [*deck(CUBE, surfaces=False), "*SURFACE, NAME=skin", "solid,"]
+    points, _, surfaces = read_surfaces_and_tetrahedra(written(tmp_path / "cube.inp", lines))
+    corners = points[surfaces["skin"]]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2.0
+    assert area.sum() == pytest.approx(6.0, rel=1e-12)
+
+
 @pytest.mark.parametrize("form", ["faces", "sets", "nodes", "shells"])
 def test_surfaces_of_a_deck_are_faces_sets_of_faces_nodes_or_shells(tmp_path, form):
     lines = deck(CUBE, surfaces=form == "shells")
@@ -142,8 +163,11 @@ ODD_DECKS = [
     (lambda x: [*x, "*SURFACE, NAME=pin_2", "1, S7"], r"'S7' is no face of a tetrahedron"),
     (lambda x: [*x, "*ELSET, ELSET=a, GENERATE", "9, 1, 1"], r"GENERATE wants FIRST, LAST, STEP; found '9, 1, 1'"),
     (lambda x: [*x, "*ELSET, ELSET=a", "b"], r"set 'b' does not exist; define it before a"),
-    (lambda x: ["*PART, NAME=one", *x, "*PART, NAME=two"], r"a second part, 'two': export one part"),
-    (lambda x: [*x, "*INSTANCE, NAME=i, PART=p", "0., 0., 5."], r"an instance that is moved"),
+    (lambda x: ["*NODE, SYSTEM=C", *x[1:]], r"line 1: nodes in cylindrical or spherical coordinates"),
+    (lambda x: [*x, "*SYSTEM", "0., 0., 5."], r"\*SYSTEM, a system of coordinates: give the nodes in global"),
+    (lambda x: [*x, "*NGEN", "1, 9, 1"], r"line \d+: \*NGEN makes nodes; give a deck that lists all nodes and elem"),
+    (lambda x: [*x, "*NODE, INPUT=none.txt"], r"line \d+: \*NODE names none.txt, which is not in"),
+    (lambda x: [*x, "*SURFACE, NAME=a, COMBINE=UNION", "b, c"], r"surface a is not of elements or nodes"),
     (lambda x: [*x, "*ELEMENT, TYPE=C3D10", "1, 10, 2, 3, 4, 5, 6, 7, 8, 9, 11"], r"element 1 stands at .*, line"),
     (lambda x: ["nothing at all"], r"holds no solids"),
     (lambda x: [*x, "*ELEMENT, TYPE=C3D4", "9000, 1, 2, 3, 4"], r"holds 1 4-node tetrahedra, \d+ 10-node tetrahedra"),
@@ -180,6 +204,11 @@ def test_an_odd_universal_file_is_refused_with_its_reason(tmp_path, change, says
     assert str(path) in str(caught.value)
 
 
+def bulk(text, card):
+    """Bulk data with one more card, at line 3."""
+    return text.replace("BEGIN BULK", f"BEGIN BULK\n{card}")
+
+
 @pytest.mark.parametrize(
     ("ending", "change", "says"),
     [
@@ -189,9 +218,19 @@ def test_an_odd_universal_file_is_refused_with_its_reason(tmp_path, change, says
         ("msh", lambda text: text[: len(text) // 3], r"line \d+: not readable as gmsh \(\w+"),
         ("msh", lambda text: text.replace("$Nodes\n", "$Nodes\nmany\n", 1), r"line \d+: not readable as gmsh \(Val"),
         ("bdf", lambda text: text[: len(text) // 2], r"line \d+: cut short: a Nastran file ends with ENDDATA"),
-        ("bdf", lambda text: text.replace("CTETRA", "CPENTA"), r"line \d+: not readable|holds \d+ wedge"),
-        ("bdf", lambda text: "", r"not readable as nastran|holds no solids"),
-        ("bdf", lambda text: text.replace("BEGIN BULK", "BEGIN BULK\nINCLUDE 'a.bdf'"), r"line \d+: INCLUDE is not"),
+        ("bdf", lambda text: text.replace("CTETRA", "CPENTA"), r"holds \d+ CPENTA: mesh the solid with tetrahedra"),
+        ("bdf", lambda text: "", r"holds no solids"),
+        ("bdf", lambda text: bulk(text, "INCLUDE 'a.bdf'"), r"line 3: INCLUDE names 'a.bdf', which is not in"),
+        ("bdf", lambda text: bulk(text, "INCLUDE 'odd.bdf'"), r"line 3: odd.bdf includes itself"),
+        ("bdf", lambda text: bulk(text, "INCLUDE 'a"), r"line 3: INCLUDE whose name has no closing quote"),
+        ("bdf", lambda text: bulk(text, "GRID,9001,3,0.,0.,0."), r"line 3: GRID 9001 is in coordinate system 3; exp"),
+        ("bdf", lambda text: bulk(text, "GRID,9001,,0.,here,0."), r"line 3: GRID 9001 at '0., here, 0.', which are no"),
+        ("bdf", lambda text: bulk(text, "GRDSET,,7"), r"line 3: nodes in coordinate system 7"),
+        ("bdf", lambda text: bulk(text, "CTETRA,9001,1,1,2,3"), r"line 3: CTETRA 9001 has 3 nodes; 4 or 10 are expec"),
+        ("bdf", lambda text: bulk(text, "CTRIA3,9001,1,1,,3"), r"line 3: CTRIA3 9001 has 2 nodes; 3 are expected"),
+        ("bdf", lambda text: bulk(text, "CTRIA3,9001,1,1,99999,3"), r"line 3: element 9001 has node 99999, which does"),
+        ("bdf", lambda text: bulk(text, "CTRIA3,one,1,1,2,3"), r"line 3: CTRIA3 with 'one' in place of a whole number"),
+        ("bdf", lambda text: text.replace("ENDDATA", "BEGIN SUPER=1\nENDDATA"), r"line \d+: a second section of bulk"),
     ],
 )  # fmt: skip
 def test_an_odd_gmsh_or_nastran_file_is_refused_with_its_reason(tmp_path, ending, change, says):
@@ -207,6 +246,64 @@ def test_bulk_data_alone_are_read(tmp_path):
     text = path.read_text()
     path.write_text(text[text.index("BEGIN BULK\n") + 11 :].replace("ENDDATA", ""))
     same_as_the_cube(path)
+
+
+def cards(form):
+    """Bulk data of the cube in one form of fields, with names in comments."""
+    lines = [f'$HMNAME COMP {k} "{name}"' for k, name in enumerate(CUBE.faces, 2)]
+    own = {"narrow": narrow, "wide": wide, "free": free}[form]
+    for k, point in enumerate(CUBE.points.tolist(), 1):
+        lines += own("GRID", [k, "", *(f"{x:.4f}".replace("0.5000", "5.0000-1") for x in point)])
+    number = 1
+    for row in CUBE.tets.tolist():
+        lines += own("CTETRA", [number, 1, *(node + 1 for node in row)])
+        number += 1
+    for k, rows in enumerate(CUBE.faces.values(), 2):
+        for row in rows.tolist():
+            lines += own("CTRIA6", [number, k, *(node + 1 for node in row)])
+            number += 1
+    return lines
+
+
+def narrow(word, fields):
+    rows = [fields[k : k + 8] for k in range(0, len(fields), 8)]
+    return [f"{word if k == 0 else '':8s}" + "".join(f"{text!s:>8}" for text in row) for k, row in enumerate(rows)]
+
+
+def wide(word, fields):
+    rows = [fields[k : k + 4] for k in range(0, len(fields), 4)]
+    first = f"{word}*".lower()
+    return [f"{first if k == 0 else '*':8s}" + "".join(f"{text!s:<16}" for text in row) for k, row in enumerate(rows)]
+
+
+def free(word, fields):
+    rows = [fields[k : k + 8] for k in range(0, len(fields), 8)]
+    return [",".join([word if k == 0 else "+", *map(str, row)]) + " $ note" for k, row in enumerate(rows)]
+
+
+@pytest.mark.parametrize("form", ["narrow", "wide", "free"])
+def test_bulk_data_in_each_form_of_fields(tmp_path, form):
+    same_as_the_cube(written(tmp_path / "cube.BDF", ["SOL 103", "CEND", "begin bulk", *cards(form), "ENDDATA"]))
+
+
+def test_included_bulk_data_are_followed_and_change_the_digest(tmp_path):
+    """The name of a file may stand in several lines; nodes here, elements there."""
+    (tmp_path / "sub ü").mkdir()
+    lines = cards("narrow")
+    nodes = [line for line in lines if line.startswith("GRID")]
+    rest = [line for line in lines if not line.startswith("GRID")]
+    written(tmp_path / "sub ü" / "nodes.bdf", ["$ nodes", *nodes[:9], "include 'more.dat'", "ENDDATA"])
+    written(tmp_path / "sub ü" / "more.dat", nodes[9:])
+    begin = ["SOL 103", "BEGIN BULK", "INCLUDE 'sub ü/", "nodes.bdf'"]
+    path = written(tmp_path / "cube.fem", [*begin, *rest, "ENDDATA"])
+    same_as_the_cube(path)
+    before = content_digest({}, path)
+    more = tmp_path / "sub ü" / "more.dat"
+    more.write_text(more.read_text() + "$ changed\n")
+    assert content_digest({}, path) != before
+    more.write_text(more.read_text() + "GRID,9001,,0.,x,0.\n")
+    with pytest.raises(InputError, match=rf"more\.dat, line {len(nodes) - 9 + 2}: GRID 9001 at"):
+        read_surfaces_and_tetrahedra(path)
 
 
 @pytest.mark.filterwarnings("ignore:.*linear tetrahedra:UserWarning")

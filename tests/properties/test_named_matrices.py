@@ -156,12 +156,40 @@ def test_output4_needs_the_degrees_of_freedom(tmp_path):
         read_body(described(tmp_path, matrices="s.op4", dofs="s.dof"))
 
 
-def test_files_of_ansys_are_refused_by_name_on_the_command_line(tmp_path, capsys):
-    (tmp_path / "crank.sub").write_bytes(b"\0" * 100)
-    path = described(tmp_path, matrices="crank.sub")
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        (
+            "crank.sub",
+            "an Ansys superelement, which no library outside Ansys reads; in Ansys, *DMAT,K,D,IMPORT,SUB,crank",
+        ),
+        (
+            "Crank.SUB",
+            "an Ansys superelement, which no library outside Ansys reads; in Ansys, *DMAT,K,D,IMPORT,SUB,Crank",
+        ),
+        (
+            "crank.full",
+            "Ansys' matrices of all nodes, which are not condensed; condense the body (ANTYPE,SUBSTR and SEO",
+        ),
+    ],
+)
+def test_files_of_ansys_are_refused_by_name_on_the_command_line(tmp_path, capsys, name, says):
+    (tmp_path / name).write_bytes(b"\0" * 100)
+    path = described(tmp_path, matrices=name)
     assert main(["reduce", "diesel_i6", "--body", str(path)]) == 2
     said = capsys.readouterr().err.strip().splitlines()[-1]
-    assert "crank.sub: binary matrices of Ansys" in said and "*EXPORT,K,MMF,k.mtx" in said
+    assert says in said and "*EXPORT,K,DMIG,k.pch write a DMIG that is read" in said
+    (tmp_path / name).unlink()
+    with pytest.raises(InputError, match=rf"{name}: no such file"):
+        read_body(path)
+
+
+def test_stiffness_and_mass_in_a_dmig_each_as_ansys_exports_them(tmp_path, wanted):
+    """Names as in APDL, K and M; rows are the nodes of the superelement."""
+    punch(tmp_path / "k.pch", {"K": STIFFNESS})
+    punch(tmp_path / "m.pch", {"M": MASS})
+    found = frequencies(described(tmp_path, stiffness="k.pch", mass="m.pch"))
+    assert found == pytest.approx(wanted, rel=1e-6)
 
 
 def test_without_pyyeti_one_line_says_what_to_install(tmp_path, monkeypatch):

@@ -31,21 +31,24 @@ SPELLINGS = {
         1e-4: ("kg cm²", "kg*cm^2", "kgcm2"),
         1e-6: ("kg mm^2",),
         POUND * INCH**2: ("lb in^2", "lb-in²", "lbm in2"),
-        LBF * INCH: ("lbf·in·s²", "lbf in s^2", "lb in s²", "in-lbf-s^2"),
+        LBF * INCH: ("lbf·in·s²", "lbf in s^2", "lb in s²", "in-lbf-s^2", "lbf-in-s2", "lbf*in*s^2"),
     },
-    "torque": {1.0: ("Nm", "N.m", "N-m", "N m"), GRAVITY: ("kgf m", "kp m", "kg m"),
+    "torque": {1.0: ("Nm", "N.m", "N-m", "N m", "kNmm"), 1e-3: ("Nmm", "N.mm", "mNm"), 10.0: ("daNm",),
+               GRAVITY: ("kgf m", "kp m", "kg m"),
                LBF * INCH * 12: ("ft-lb", "lbf ft")},
     "length": {
         1e-2: ("cm",), INCH: ("in", "inch", '"', "″", "''", "Zoll"), 1e-6: ("um", "µm", "μm"), 1e-3: ("mm", "MM"),
         12 * INCH: ("ft",), 1e-3 * INCH: ("mil", "thou"),
     },
     "speed": {
-        math.pi / 30.0: ("rpm", "1/min", "min-1", "min^-1", "min⁻¹", "U/min", "/min", "rev/min", "r/min", "RPM", "Upm"),
+        math.pi / 30.0: (
+            "rpm", "tr/min", "1/min", "min-1", "min^-1", "min⁻¹", "U/min", "/min", "rev/min", "r/min", "RPM", "Upm",
+        ),
         math.pi / 180.0: ("deg/s", "°/s"), 2.0 * math.pi: ("rev/s", "rps"),
     },
     "angle": {math.pi / 180.0: ("deg", "°", "grad", "Grad", "°KW", "°CA", "deg CA", "CAD", "degree"), 1e-3: ("mrad",)},
     "pressure": {
-        PSI: ("psi", "lbf/in^2", "PSI"), 1e6: ("MPa", "N/mm²", "N/mm2", "MPA"), 1e5: ("bar", "Bar", "BAR"),
+        PSI: ("psi", "lbf/in^2", "PSI"), 1e6: ("MPa", "N/mm²", "N/mm2", "MPA", "Mpa"), 1e5: ("bar", "Bar", "BAR"),
         GRAVITY * 1e4: ("kgf/cm2", "kg/cm²", "kp/cm²", "at"), 1e3 * PSI: ("ksi",), 1e2: ("mbar", "hPa"),
     },
     "viscosity": {1e-3: ("cP", "mPas", "mPa·s", "mPa s"), 1.0: ("Pas", "Pa·s"), 0.1: ("P",)},
@@ -54,7 +57,9 @@ SPELLINGS = {
     "power": {735.49875: ("PS",), 745.69987158227022: ("hp",), 1e3: ("kW",)},
     "heat capacity": {1.0: ("J/(kg K)", "J/kgK", "J/kg/K", "J/(kg·K)"), 1e3: ("kJ/kg K",)},
     "heat transfer": {1.0: ("W/m²K", "W/(m² K)", "W/m^2/K")},
-    "mass": {POUND: ("lb", "lbm", "lbs"), 1e3: ("t",), 28.349523125e-3: ("oz",)},
+    "velocity": {INCH: ("in/s", "ips"), 1.0 / 3.6: ("km/h",)}, "force": {10.0: ("daN",), LBF: ("lbf", "lb")},
+    "mass": {POUND: ("lb", "lbm", "lbs"), 1.0: ("Kg", "KG"), LBF / INCH: ("lbf s²/in", "lb-s^2/in"),
+             1e3: ("t",), 28.349523125e-3: ("oz",)},
     "stiffness": {1e6: ("N/µm", "kN/mm"), LBF / INCH: ("lbf/in", "lb/in")},
     "pressure coefficient": {1e-6: ("mm²/N", "1/MPa", "MPa^-1"), 1.0 / PSI: ("1/psi", "in²/lbf")},
 }  # fmt: skip
@@ -67,6 +72,13 @@ def test_spellings_mean_their_definition(dimension):
             found = unit_factor(spelling, dimension)
             assert found.scale == pytest.approx(factor, rel=1e-13), spelling
             assert found.zero == 0.0 and found.si == next(iter(UNITS[dimension])), spelling
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("l/min", 1e-3 / 60.0), ("L/min", 1e-3 / 60.0), ("l/h", 1e-3 / 3600.0), ("m³/h", 1.0 / 3600.0)]
+)
+def test_flows_are_known_without_a_dimension(unit, factor):
+    assert unit_factor(unit) == (pytest.approx(factor, rel=1e-14), 0.0, "m^3/s")
 
 
 @pytest.mark.parametrize("unit", ["l", "cc", "in³", "ccm", "cm3", "L", "ml"])
@@ -103,6 +115,8 @@ def test_gauge_pressures_count_from_the_atmosphere_where_a_pressure_is_absolute(
         ("mm", "torque", "measures length, not torque; valid: N m, kN m"),
         ("kg m^3", "inertia", "does not measure inertia; did you mean 'kg m^2'?"),
         ("MPaa m", "length", "unit 'MPaa m' is not known"),
+        ("gr", "mass", "unit 'gr' is not known; did you mean 'g'?"),
+        ("°C", "speed", "unit '°C' measures temperature, not speed"),
         ("foo", "length", "unit 'foo' is not known; valid: m, mm, um"),
         ("foo", None, "unit 'foo' is not known; write it as in 'N m/rad'"),
     ],

@@ -32,6 +32,7 @@ def place(tmp_path_factory):
     (folder / "Druck 1.CSV").write_text("Kurbelwinkel;Druck\n°KW;bar\n" + rows.replace(".", ","), "cp1252")
     (folder / "Linie.CSV").write_text(LINE, "utf-16")
     (folder / "chain.CSV").write_text(CHAIN)
+    (folder / "Prüfstand 1.CSV").write_text("Zeit [s];p [bar]\n0;1\n0,1;2,5\n0,2;3\n", "utf-16")
     (folder / "Messung.TXT").write_text("Drehzahl [1/min]\tOrdnung\tAmplitude [°]\n1500\t6\t0,2\n", "utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HOME", str(home))
@@ -47,6 +48,7 @@ def place(tmp_path_factory):
     [
         (["modal", "{}My Six.TOML", "--crank", "beam"], None),
         (["modal", "{}chain.CSV"], None),
+        (["measured", "{}Prüfstand 1.CSV"], None),
         (["modal", "{}My Six.TOML", "--crank", "torsional", "--drive-line={}Linie.CSV"], None),
         (["simulate", "{}My Six.TOML", "--speed", "1500", "--cycles", "1", "--crank", "rigid", "--bearings", "held",
           "--pressure={}Druck 1.CSV", "--drive-line={}Linie.CSV", "--output", "{}Läufe 1.H5"], "Läufe 1.H5"),

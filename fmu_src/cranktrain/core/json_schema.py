@@ -21,7 +21,7 @@ def json_schema(kind: type[Table], title: str, further: Mapping[str, Mapping[str
 
 
 def _without_null(schema: Any) -> Any:
-    """A schema without null, which TOML does not have, and without OpenAPI's discriminators."""
+    """A schema without null, which TOML does not have, and without OpenAPI's discriminators; texts may have units."""
     if isinstance(schema, list):
         return [_without_null(entry) for entry in schema]
     if not isinstance(schema, dict):
@@ -31,4 +31,6 @@ def _without_null(schema: Any) -> Any:
         kept["anyOf"] = [entry for entry in kept["anyOf"] if entry != {"type": "null"}]
         if len(kept["anyOf"]) == 1:
             kept |= kept.pop("anyOf")[0]
+    if kept.get("type") == "number" and "pattern" in kept:
+        kept["type"] = ["number", "string"]  # a number, or a text with its unit; msgspec says what it converts to
     return {key: _without_null(entry) for key, entry in kept.items()}

@@ -37,6 +37,7 @@ def begin(file: TextIO, name: str, what: str, remedy: str) -> Begun:
     if first is None:
         raise InputError(no_values(kept, name, what, remedy))
     first = _after_numbering(kept, first, dialect)
+    _refuse_broken(kept, first, dialect, name)
     line = kept[first][0]
     above = [cells for _, text in kept[:first] if (cells := trimmed(split(text, dialect.separator)))]
     dialect, rows = _with_header(dialect, kept[:first])
@@ -115,6 +116,34 @@ def _after_numbering(kept: list[tuple[int, str]], first: int, dialect: Dialect) 
     below = [split(text, dialect.separator) for _, text in kept[first + 1 : at]]
     named = any(is_unit_row(row) or all(kind_of(cell) for cell in trimmed(row)) for row in below)
     return at if named and at < len(kept) else first
+
+
+def _refuse_broken(kept: list[tuple[int, str]], first: int, dialect: Dialect, name: str) -> None:
+    """Refuse a first row of values in which a number is broken, and which would pass for one of names.
+
+    It begins with a number, and a cell of another column of numbers holds digits and is none, nor a unit.
+    """
+    number, text = kept[first - 1] if first else (0, "")
+    cells = trimmed(split(text, dialect.separator))
+    if len(cells) != dialect.width or not all(dialect.numeric[:1]) or is_unit_row(cells):
+        return
+    broken = [
+        cell for cell, numeric in zip(cells, dialect.numeric, strict=True) if numeric and not _reads(dialect, cell)
+    ]
+    if _reads(dialect, cells[0]) and any(character.isdigit() for cell in broken for character in cell):
+        wrong = next(cell for cell in broken if any(character.isdigit() for character in cell))
+        raise InputError(
+            f"{name}: line {number}: {shown(text.strip())} begins with a number, and {shown(wrong)} is none; correct "
+            "or remove the line"
+        )
+
+
+def _reads(dialect: Dialect, cell: str) -> bool:
+    try:
+        dialect.number(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def _with_header(dialect: Dialect, above: list[tuple[int, str]]) -> tuple[Dialect, list[list[str]]]:

@@ -21,7 +21,7 @@ NUMBERS = ((".", ""), (",", ""), (".", ","), (",", "."), (".", "'"), (",", "'"),
 """Decimal sign and thousands separator, the usual ones first."""
 LINES = 1000
 """Lines of values from which a dialect is found."""
-MISSING = frozenset(("", "-", "--", "nan", "na", "n/a", "#n/a", "#nv", "null", "none"))
+MISSING = frozenset(("", "-", "--", "---", "nan", "n.a.", "na", "n/a", "#n/a", "#nv", "null", "none"))
 """Small-letter words for a value that is missing."""
 # A % alone is a unit, # before a digit a number: cylinder #1.
 _COMMENT = re.compile(r"(?:^|(?<=[\s;,|]))(?:#(?!\d)|//|%(?=\s*[^\s;,|%]))")

@@ -25,7 +25,9 @@ def header_cells(line: str, separator: str, width: int) -> list[str] | None:
     if separator == " ":
         options.append(words(line, separator))
         options.append([cell.strip() for cell in re.split(r"\t+|\s{2,}", line.strip())])
-    for other in (";", "\t", ",", "|") if separator == " " else ():
+    for other in (
+        one for one in (";", "\t", ",", "|") if (one != separator and len(options[0]) == 1) or separator == " "
+    ):
         options.append([cell for cell in trimmed(split(line, other)) if cell])
     return next((cells for cells in options if len(cells) == width), None)
 

@@ -11,6 +11,9 @@ from cranktrain.core.text_begin import begin_named, blocks, value_lines
 from cranktrain.core.text_dialect import Dialect, split, trimmed
 from cranktrain.core.text_file import open_text
 
+MOST = 200_000
+"""Rows of a table with words: such tables are held whole, and none that a person names the rows of is longer."""
+
 
 class TextRows(NamedTuple):
     """A table whose cells are numbers and words.
@@ -49,7 +52,7 @@ def read_rows(
     Raises
     ------
     InputError
-        one line: no such file, no text, no line of names, a line with more values than columns
+        one line: no such file, no text, no line of names, a line with more values than columns, more than ``MOST`` rows
     """
     name = Path(path).name
     with open_text(path, what, remedy) as file:
@@ -64,6 +67,10 @@ def read_rows(
                     raise InputError(
                         f"{name}: line {number}: has more entries than there are columns, {len(kept)} for "
                         f"{len(begun.names)}: {shown(text.strip())}; put names with separators into quotes"
+                    )
+                if len(rows) == MOST:
+                    raise InputError(
+                        f"{name}: line {number}: has more than {MOST} rows, too many for a {what}; give those wanted"
                     )
                 rows.append((number, kept + [""] * (len(begun.names) - len(kept))))
     return TextRows(begun.names, begun.units, rows, begun.comments, begun.header, dialect, begun.line)

@@ -36,6 +36,10 @@ _COUNTS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
 _EMPTY_LINE = re.compile(r"^[ \t\r\f\v]*\n", re.MULTILINE)
 
 
+_ABSENT = ["", "-", "--", "---", "n.a.", "nan", "NaN", "NA", "n/a", "N/A", "NAN", "null"]
+"""Spellings of a missing value that pandas is told; others are read line by line."""
+
+
 class TextHead(NamedTuple):
     """What stands above the values of a table; members as of :class:`TextTable`, and the dialect of its numbers."""
 
@@ -107,7 +111,7 @@ def table_chunks(
             if whole:
                 dialect = with_later_mark(dialect, value_lines(block, first), name)
                 whole = dialect.decimal == "." and not re.search(r"\d\.\d", block)
-            values, lines = _parsed(block, first, dialect, name)
+            values, lines = _without_empty(*_parsed(block, first, dialect, name), block, first)
             for start in range(0, len(lines), rows):
                 part = values[start : start + rows, picked]
                 at = lines[start : start + rows]
@@ -149,6 +153,18 @@ def line_text(path: str | Path, number: int) -> str:
     """One line of a text file, for messages."""
     with open_text(path, "text file", "") as file:
         return next(islice(file, number - 1, None), "").strip()
+
+
+def _without_empty(values: Array, lines: NDArray[np.int64], block: str, first: int) -> tuple[Array, NDArray[np.int64]]:
+    """Values and numbers of lines without those of lines that hold separators alone."""
+    nothing = np.isnan(values).all(axis=1)
+    if not nothing.any():
+        return values, lines
+    texts = block.split("\n")
+    bare = [not texts[number - first].strip(' \t;,|"\r') for number in lines[nothing].tolist()]
+    kept = np.ones(len(lines), dtype=bool)
+    kept[np.flatnonzero(nothing)[bare]] = False
+    return values[kept], lines[kept]
 
 
 def _parsed(block: str, first: int, dialect: Dialect, name: str) -> tuple[Array, NDArray[np.int64]]:
@@ -193,7 +209,7 @@ def _by_pandas(text: str, dialect: Dialect) -> Array | None:
             frame = pandas.read_csv(
                 io.StringIO(text), sep=r"\s+" if separator == " " else separator, header=None, names=names, dtype=kinds,
                 decimal=dialect.decimal, **exact,
-                keep_default_na=False, na_values=["", "-", "--", "nan", "NaN", "NA", "n/a", "N/A", "NAN", "null"],
+                keep_default_na=False, na_values=_ABSENT,
                 skipinitialspace=True, skip_blank_lines=False, engine="c", index_col=None,
             )  # fmt: skip
     except (ValueError, pandas.errors.ParserWarning):  # the caller looks for the first line that does not fit

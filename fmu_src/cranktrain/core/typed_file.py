@@ -1,6 +1,7 @@
 """Tables of a user's file as records: declared once as msgspec structs, read whole or refused in one line.
 
-A :class:`Table` declares the keys of a table, the kind of each value and its range (:func:`between`). :func:`record`
+A :class:`Table` declares the keys of a table, the kind of each value, its unit (:func:`measure`) and its range
+(:func:`between`). Numbers with a unit may be texts in another one (:mod:`cranktrain.core.stated_units`). :func:`record`
 reads a TOML table into it, :mod:`cranktrain.core.json_schema` makes the JSON schema for editors from the same classes.
 A refusal says what is wrong, where, the nearest valid name and how to correct it.
 """
@@ -15,6 +16,7 @@ import msgspec
 from msgspec import Meta, inspect
 
 from cranktrain.core.errors import InputError, nearest, shown, within
+from cranktrain.core.stated_units import in_own_unit, in_unit, stated, text_paths
 from cranktrain.core.user_file import is_number
 
 Kind = TypeVar("Kind", bound="Table")
@@ -25,20 +27,27 @@ _NOUNS = {
     inspect.FloatType: "a finite number", inspect.IntType: "a whole number", inspect.StrType: "a text",
     inspect.BoolType: "true or false", inspect.StructType: "a table", inspect.DictType: "a table",
 }  # fmt: skip
+_OR_TEXT = {"pattern": r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*(1\s*/|[^\s\d.,])"}
+"""JSON schema of a number, or of a text with a number and a unit."""
 _MANY = {inspect.FloatType: "numbers", inspect.IntType: "whole numbers", inspect.StrType: "texts"}
 
 
 class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     """A table of a file; a field that may be left out has a default, None where the file says nothing.
 
-    ``remedy`` says what to do about a missing key.
+    ``remedy`` says what to do about a missing key; numbers under the keys ``measured`` are in the unit of the key
+    ``unit``, those of ``differences`` are differences of what it measures.
     """
 
     remedy: ClassVar[str] = ""
+    measured: ClassVar[tuple[str, ...]] = ()
+    differences: ClassVar[tuple[str, ...]] = ()
 
 
 class Entry(Table):
     """A table that stands for its key ``value``; messages name the place of the entry."""
+
+    measured: ClassVar[tuple[str, ...]] = ("value",)
 
 
 class Fault(NamedTuple):
@@ -76,9 +85,26 @@ class Fault(NamedTuple):
         return [str(name) for name in node.values] if isinstance(node, inspect.LiteralType) else []
 
 
-def between(low: float, high: float, what: str) -> Meta:
-    """Range of a number, both ends included; ``what`` is its unit, and what else serves in a message."""
-    return Meta(ge=low, le=high, extra={"what": what})
+def between(low: float, high: float, what: str, dimension: str = "", unit: str = "") -> Meta:
+    """Range of a number, both ends included; ``what`` is its unit, and what else serves in a message.
+
+    Of a ``dimension``, a key of ``units.UNITS``, a text with any unit of it will do; ``unit`` is that of the number
+    where ``what`` says more.
+    """
+    if not dimension:
+        return Meta(ge=low, le=high, extra={"what": what})
+    extra = {"what": what, "dimension": dimension, "unit": unit or what}
+    return Meta(ge=low, le=high, extra=extra, extra_json_schema=_OR_TEXT)
+
+
+def measure(unit: str, dimension: str) -> Meta:
+    """Unit of a number without a range, or a text with any unit of its dimension."""
+    return Meta(extra={"what": unit, "dimension": dimension, "unit": unit}, extra_json_schema=_OR_TEXT)
+
+
+def quantities() -> Meta:
+    """Remark that a number may be a text with its unit, in a table with a key ``unit``."""
+    return Meta(extra_json_schema=_OR_TEXT)
 
 
 def record(
@@ -93,6 +119,7 @@ def record(
     ----------
     said : line of a fault and ``where`` that is to be said otherwise; empty for :func:`usual`
     """
+    table = _with_numbers(kind, table, where)
     fault = _not_finite(kind, table)
     if fault is None:
         try:
@@ -100,6 +127,50 @@ def record(
         except msgspec.ValidationError as error:
             fault = _fault(kind, table, str(error))
     raise InputError((said(fault, where) if said else "") or usual(fault, where))
+
+
+def _with_numbers(kind: type[Table], table: Mapping[str, Any], where: str) -> Mapping[str, Any]:
+    """The table with numbers in the units of their keys for texts with units; ``InputError``."""
+    for path in text_paths(table):
+        if not isinstance(_of(table, path), str):
+            continue  # its table was converted with another text of it
+        found = _at(kind, table, list(path))
+        if not isinstance(_plain(found.type), inspect.FloatType):
+            continue
+        last = max(k for k, step in enumerate(path) if isinstance(step, str))
+        own = path[:last]
+        try:
+            if path[last] in found.owner.measured:
+                dimension = getattr(found.owner, "dimension", None)
+                new = in_own_unit(_of(table, own), found.owner.measured, found.owner.differences, dimension)
+                table = _replaced(table, own, new)
+            elif unit := _said_of(found.type, "unit"):
+                table = _replaced(
+                    table, path, in_unit(stated(found.value, f"20 {unit}"), unit, _said_of(found.type, "dimension"))
+                )
+        except InputError as error:
+            text = f"{found.place}: {error}"
+            if path[last] in found.owner.measured and not issubclass(found.owner, Entry):
+                text = f"{_at(kind, table, list(own)).place}.{error}".lstrip(".")  # begins with the key
+            elif path[last] in found.owner.measured:
+                text = f"{found.place}: {str(error).partition(': ')[2]}"
+            raise InputError(f"{where}: {text}" if where else text) from None
+    return table
+
+
+def _of(table: Any, path: tuple[Step, ...]) -> Any:
+    for step in path:
+        table = table[step]
+    return table
+
+
+def _replaced(table: Any, path: tuple[Step, ...], new: Any) -> Any:
+    """A copy of nested tables and lists with another value at a path."""
+    if not path:
+        return new
+    copy: Any = dict(table) if isinstance(table, Mapping) else list(table)
+    copy[path[0]] = _replaced(table[path[0]], path[1:], new)
+    return copy
 
 
 def usual(fault: Fault, where: str = "") -> str:
@@ -130,18 +201,18 @@ def _wrong_value(fault: Fault, place: str) -> str:
     low, high = getattr(node, "ge", None), getattr(node, "le", None)
     if low is not None and high is not None and is_number(value):
         try:
-            within(f"{place}:", value, low, high, _what(fault.type))
+            within(f"{place}:", value, low, high, _said_of(fault.type, "what"))
         except InputError as error:
             return str(error)
     wanted = f"one of: {', '.join(fault.names)}" if fault.names else _noun(node)
     return f"{place}: {shown(value)} is not {wanted}"
 
 
-def _what(node: inspect.Type) -> str:
-    """What :func:`between` says of a range."""
+def _said_of(node: inspect.Type, key: str) -> str:
+    """What :func:`between` or :func:`measure` say of a number."""
     if isinstance(node, inspect.UnionType):
-        return next(filter(None, map(_what, node.types)), "")
-    return str((getattr(node, "extra", None) or {}).get("what", ""))
+        return next(filter(None, (_said_of(kind, key) for kind in node.types)), "")
+    return str((getattr(node, "extra", None) or {}).get(key, ""))
 
 
 def _noun(node: inspect.Type) -> str:

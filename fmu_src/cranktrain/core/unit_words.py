@@ -30,7 +30,7 @@ milliplane_radian  | mrad
 microplane_radian  | urad
 plane_degree       | deg degree degrees Grad grad Deg DEG
 milliplane_degree  | mdeg
-plane_turn         | rev revs revolution revolutions U Umdr Umdrehung Umdrehungen r turn turns
+plane_turn         | rev revs revolution revolutions U Umdr Umdrehung Umdrehungen r turn turns tr giri
 (plane_turn/minute) | rpm upm Upm UPM RPM
 (plane_turn/second) | rps
 (plane_turn/400)   | gon
@@ -55,20 +55,26 @@ permille           | ‰
 (mile/hour)        | mph
 (km/hour)          | kmh kph
 (foot/second)      | fps
+(inch/second)      | ips
+(1/minute)         | cpm CPM
 (N*m)              | Nm NM
 (kN*m)             | kNm KNm
 (MN*m)             | MNm
 (mN*m)             | mNm
+(N*mm)             | Nmm
+(kN*mm)            | kNmm
+(10*N)             | daN
+(10*N*m)           | daNm
 psi                | PSI Psi
 bar                | BAR Bar
 mm                 | MM
 m                  | M
-kg                 | KG
-kN                 | KN
-kW                 | KW
-kPa                | KPA
-MPa                | MPA
-GPa                | GPA
+kg                 | KG Kg
+kN                 | KN Kn
+kW                 | KW Kw
+kPa                | KPA KPa Kpa
+MPa                | MPA Mpa
+GPa                | GPA Gpa
 Hz                 | HZ hz
 (centimeter_H2O/10) | mmHtO
 inch_H2O           | inHtO
@@ -78,7 +84,11 @@ for _line in _TABLE.strip().splitlines():
     _pint, _spellings = _line.split("|")
     WORDS.update(dict.fromkeys(_spellings.split(), _pint.strip()))
 """Spelling of a word, and what pint reads in its place."""
-PARTS = sorted((word for word in WORDS if word.isalpha() and word not in ("r", "d", "U", "M")), key=len, reverse=True)
+DOUBTFUL = frozenset(("gr",))
+"""Words that pint reads and others read otherwise: grain or gram."""
+PARTS = sorted(
+    (word for word in WORDS if word.isalpha() and word not in ("r", "d", "U", "M", "tr", "giri")), key=len, reverse=True
+)
 """Words of which one without signs between may consist, as kNm or mPas, the longest first."""
 ANGLES = (
     "plane_radian = [angle]",

@@ -19,7 +19,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError, nearest, shown
-from cranktrain.core.unit_words import ANGLES, BASES, FORCES, KELVINS, PARTS, SIGNS, WORDS
+from cranktrain.core.unit_words import ANGLES, BASES, DOUBTFUL, FORCES, KELVINS, PARTS, SIGNS, WORDS
 
 ZERO_CELSIUS = 273.15
 ATMOSPHERE = 101325.0
@@ -169,6 +169,8 @@ def _read(unit: str, dimension: str | None) -> UnitFactor | str:
     if strange:
         what = f"measures {others[0]}, not {dimension}" if others else f"does not measure {dimension}"
         return f"unit {shown(unit)} {what}; {nearest(unit, valid)}"
+    if KELVINS.get(text.lower()) and dimension is not None:
+        return f"unit {shown(unit)} measures temperature, not {dimension}; {nearest(unit, valid)}"
     if dimension is None and not get_close_matches(unit, valid, n=1, cutoff=0.5):
         return f"unit {shown(unit)} is not known; write it as in {_EXAMPLES}"
     return f"unit {shown(unit)} is not known; {nearest(unit, valid)}"
@@ -258,6 +260,8 @@ def _word(word: str) -> list[str] | None:
     """A word of a unit as words of pint: several where it is a product without a sign between, as in kNm."""
     if word in WORDS:
         return [WORDS[word]]
+    if word in DOUBTFUL:
+        return None
     if (parts := _split(word)) is not None:
         return [WORDS[part] for part in parts]
     registry = _registry()

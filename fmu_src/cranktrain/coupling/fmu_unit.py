@@ -87,9 +87,13 @@ class FmuUnit:
         self._try("initialization", fmu.enterInitializationMode)
         self._try("initialization", fmu.exitInitializationMode)
 
+    def is_real(self, name: str) -> bool:
+        """Whether a variable is there, and real."""
+        return name in self._variables and self._variables[name].type == "Real"
+
     def port(self, name: str) -> Port:
         """A real variable as a port, of any causality; ``InputError`` for what is none."""
-        if name not in self._variables or self._variables[name].type != "Real":
+        if not self.is_real(name):
             reals = [key for key, variable in self._variables.items() if variable.type == "Real"]
             raise InputError(f"{self.name}: there is no real variable '{name}'; {nearest(name, reals)}")
         return _port(self._variables[name], _unit_ports(self._description), frozenset())

@@ -19,7 +19,7 @@ import msgspec
 from msgspec import Meta
 
 from cranktrain.core.errors import InputError, nearest, shown
-from cranktrain.core.typed_file import Entry, Fault, Table
+from cranktrain.core.typed_file import Entry, Fault, Table, quantities
 from cranktrain.core.units import known_factor, other_units
 from cranktrain.engine import quantities as q
 from cranktrain.engine.quantities import OFFSETS, ROUNDING, UNITS, OneOf, Quantity, kinds
@@ -115,10 +115,15 @@ def rules() -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for name, (rule, many, beyond) in _made.items():
         noted = {"required": ["note"], "properties": {"note": {"minLength": 1}}}
-        held = [{"if": {"properties": {"origin": {"enum": list(WITH_NOTE)}}}, "then": noted}]
+        held: list[dict[str, Any]] = [{"if": {"properties": {"origin": {"enum": list(WITH_NOTE)}}}, "then": noted}]
         if isinstance(rule, Quantity):
             held += [_in_unit(rule, unit, many, beyond) for unit in UNITS[rule.dimension]]
         found[name] = {"description": _described(rule, many), "allOf": held}
+        if isinstance(rule, Quantity) and rule.dimension != "1":
+            # A text as value has its unit itself.
+            texts = {"items": {"type": "string"}} if many else {"type": "string"}
+            held.append({"if": {"not": {"properties": {"value": texts}}}, "then": {"required": ["unit"]}})
+            found[name]["required"] = ["value", "origin"]
     return found
 
 
@@ -147,6 +152,8 @@ def _form(title: str, plain: type, many: bool, rule: Any, beyond: float | None) 
     own: Any = plain
     if isinstance(rule, OneOf):
         own = Annotated[plain, Meta(extra_json_schema={"enum": list(rule.names)})]
+    elif plain is float:
+        own = Annotated[plain, quantities()]
     # Other spellings are read too; editors offer these, and know that the other dimensions' units are none.
     known = {"anyOf": [{"enum": list(UNITS[dimension])}, {"not": {"enum": other_units(dimension)}}]}
     unit: Any = Annotated[str, Meta(extra_json_schema=known)]

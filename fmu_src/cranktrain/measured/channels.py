@@ -155,6 +155,33 @@ def long_time_base(read: Reader, size: int) -> tuple[float, float] | None:
     return (float(begin[0]), step) if step > 0.0 and off <= max(UNEVEN, 1e-9 * size) * step else None
 
 
+def rising_times(read: Reader, size: int, where: str) -> list[str] | None:
+    """Remarks on many uneven sampling times, which are read block by block; None where they run backwards.
+
+    ``InputError``: times that are not finite.
+    """
+    usual = float(np.median(np.diff(read(0, min(BLOCK, size)))))
+    gaps, longest, at, bad, back = 0, 0.0, 0.0, 0, False
+    for first in range(0, size, BLOCK):
+        times = read(first, min(first + BLOCK + 1, size))
+        bad += int(np.count_nonzero(~np.isfinite(times[:BLOCK])))
+        steps = np.diff(times)
+        if not steps.size:
+            continue
+        back = back or bool((steps < 0.0).any())
+        gaps += int(np.count_nonzero(steps > 3.5 * usual))
+        k = int(steps.argmax())
+        if steps[k] > longest:
+            longest, at = float(steps[k]), float(times[k])
+    if bad:
+        raise InputError(f"{where}: {bad} of {size} times are not numbers; export the time channel again")
+    if back:
+        return None
+    if usual > 0.0 and 0 < gaps <= 0.01 * size:
+        return [f"{where}: {gaps} gaps in time, the longest {longest:.4g} s at {at:.6g} s"]
+    return []
+
+
 def sampled(
     name: str, unit: str, times: Array, values: Array, source: str, about: str = ""
 ) -> tuple[Channel, list[str]]:

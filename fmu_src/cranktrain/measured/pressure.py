@@ -9,7 +9,8 @@ a polytrope, or from the intake's pressure.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from cranktrain.core.types import Array
 from cranktrain.core.units import unit_factor
 from cranktrain.measured.channels import Channel
 from cranktrain.measured.compression import Compression, fit_compression, two_point_zero
+from cranktrain.measured.cycles import BLOCK, CycleRows, Cycles, period
 from cranktrain.measured.cylinder import Cylinder
 from cranktrain.measured.rotation import RPM, Rotation
 
@@ -37,60 +39,6 @@ length.
 """
 UNUSUAL = 2e4, 3e7
 """Range between lowest and highest pressure, Pa, outside which a trace has another unit."""
-
-
-@dataclass(frozen=True)
-class Cycles:
-    """Measured cycles of one cylinder.
-
-    Attributes
-    ----------
-    name : of the channel
-    angle : (n,) rad after firing dead centre as it is assumed
-    pressure : (c, n) Pa, zeros as measured until they are pegged
-    speed : rad/s, mean
-    rate : samples per second of the channel, Hz; not a number where unknown
-    zeros : (c,) Pa that were added
-    remarks : one line each
-    """
-
-    name: str
-    angle: Array
-    pressure: Array
-    speed: float
-    rate: float
-    zeros: Array
-    remarks: tuple[str, ...] = ()
-
-    @property
-    def mean(self) -> Array:
-        """Mean cycle, (n,) Pa."""
-        return np.asarray(self.pressure.mean(axis=0))
-
-    @property
-    def scatter(self) -> Array:
-        """Standard deviation of the cycles, (n,) Pa; zeros for a single one."""
-        return np.asarray(self.pressure.std(axis=0, ddof=1 if len(self.pressure) > 1 else 0))
-
-    def turned(self, by: float) -> Cycles:
-        """Move the cycles by an angle, rad: what was at θ is at θ + by."""
-        moved = np.array(
-            [np.interp(self.angle - by, self.angle, row, period=_period(self.angle)) for row in self.pressure]
-        )
-        return replace(self, pressure=moved)
-
-    def low_passed(self, shortest: float) -> Cycles:
-        """Without waves shorter than an angle, rad; no delay. ``InputError``: an angle below two samples."""
-        step = float(self.angle[1] - self.angle[0])
-        if shortest < 2.0 * step:
-            raise InputError(
-                f"{self.name}: a low-pass of {math.degrees(shortest):.3g} deg is finer than two samples, "
-                f"{math.degrees(2 * step):.3g} deg"
-            )
-        lines = np.fft.rfft(self.pressure, axis=1)
-        order = np.fft.rfftfreq(self.angle.size, step) * shortest  # 1 at the shortest wave
-        gain = 0.5 * (1.0 + np.cos(math.pi * np.clip((order - 0.8) / 0.4, 0.0, 1.0)))
-        return replace(self, pressure=np.fft.irfft(lines * gain, self.angle.size, axis=1))
 
 
 def pascal(channel: Channel, unit: str = "") -> tuple[float, float]:
@@ -129,9 +77,13 @@ def cycles_by_encoder(
             f"{channel.source}, channel {channel.name}: {channel.size} samples hold no whole cycle of {samples} from "
             f"{math.degrees(-0.5 * cycle):g} deg on"
         )
-    values = channel.values(skip, skip + count * samples) * scale + zero
+
+    def read(first: int, last: int) -> Array:
+        values = channel.values(skip + first * samples, skip + last * samples)
+        return np.asarray((values * scale + zero).reshape(-1, samples))
+
     angle = -0.5 * cycle + step * np.arange(samples, dtype=np.float64) - rest
-    values, remarks = _whole(values.reshape(count, samples), channel)
+    values, remarks = _whole(CycleRows(count, samples, read), channel)
     made = Cycles(channel.name, angle, values, speed, samples * speed / cycle, np.zeros(len(values)), tuple(remarks))
     return _checked(made, channel)
 
@@ -164,11 +116,15 @@ def cycles_by_rotation(
             f"the rotation; one is needed"
         )
     relative = cycle / count * np.arange(count, dtype=np.float64)
-    rows = []
-    for k in range(cycles):
-        times = np.interp(begin + k * cycle + relative, rotation.angle, rotation.times)
-        rows.append(_sampled_at(channel, times))
-    values, remarks = _whole(np.array(rows) * scale + zero, channel)
+
+    def sampled() -> Iterator[Array]:
+        step = max(1, BLOCK // count)
+        for first in range(0, cycles, step):
+            begins = begin + cycle * np.arange(first, min(first + step, cycles))
+            times = (np.interp(one + relative, rotation.angle, rotation.times) for one in begins)
+            yield np.array([_sampled_at(channel, own) for own in times]) * scale + zero
+
+    values, remarks = _whole(CycleRows.kept(sampled()), channel)
     speed = cycles * cycle / float(np.ptp(np.interp([begin, begin + cycles * cycle], rotation.angle, rotation.times)))
     made = Cycles(
         channel.name, relative - 0.5 * cycle, values, speed, channel.rate, np.zeros(len(values)), tuple(remarks)
@@ -192,28 +148,24 @@ def _sampled_at(channel: Channel, times: Array) -> Array:
     return np.asarray(CubicSpline(np.arange(values.size), values)(place - first))
 
 
-def _whole(rows: Array, channel: Channel) -> tuple[Array, list[str]]:
+def _whole(rows: CycleRows, channel: Channel) -> tuple[CycleRows, list[str]]:
     """Cycles without those that have missing values; ``InputError`` where none is left."""
-    good = np.isfinite(rows).all(axis=1)
+    good = rows.each(lambda block: np.asarray(np.isfinite(block).all(axis=1)))
     if not good.any():
         raise InputError(f"{channel.source}, channel {channel.name}: every cycle has values that are not numbers")
     lost = int(np.count_nonzero(~good))
     told = [
         f"{channel.source}, channel {channel.name}: {lost} of {len(rows)} cycles have missing values and are left out"
     ]
-    return rows[good], told * bool(lost)
+    return rows.chosen(np.flatnonzero(good)) if lost else rows, told * bool(lost)
 
 
 def _firing_revolution(cycles: Cycles) -> Cycles:
     """Turn by a revolution where the peak lies in the other one."""
-    if _period(cycles.angle) < 3.0 * math.pi or abs(cycles.angle[int(np.argmax(cycles.mean))]) < math.pi:
+    if period(cycles.angle) < 3.0 * math.pi or abs(cycles.angle[int(np.argmax(cycles.mean))]) < math.pi:
         return cycles
     half = cycles.angle.size // 2
-    return replace(cycles, pressure=np.roll(cycles.pressure, half, axis=1))
-
-
-def _period(angle: Array) -> float:
-    return float(angle[1] - angle[0]) * angle.size
+    return replace(cycles, pressure=cycles.pressure.mapped(lambda _, rows: np.roll(rows, half, axis=1)))
 
 
 def _checked(cycles: Cycles, channel: Channel) -> Cycles:
@@ -276,11 +228,14 @@ def pegged(
     if method == MODEL and fit is not None:
         zeros = fit.zero + _relative_zeros(cycles)
     elif method == POLYTROPIC:
-        zeros = np.array([two_point_zero(cycles.angle, row, cylinder, exponent) for row in cycles.pressure])
+        zeros = cycles.pressure.each(
+            lambda rows: np.array([two_point_zero(cycles.angle, row, cylinder, exponent) for row in rows])
+        )
     else:
         near = (cycles.angle >= math.radians(INTAKE_RANGE[0])) & (cycles.angle <= math.radians(INTAKE_RANGE[1]))
-        zeros = float(intake_pressure or 0.0) - cycles.pressure[:, near].mean(axis=1)
-    return replace(cycles, pressure=cycles.pressure + zeros[:, None], zeros=zeros), fit
+        zeros = float(intake_pressure or 0.0) - cycles.pressure.each(lambda rows: rows[:, near].mean(axis=1))
+    lifted = cycles.pressure.mapped(lambda first, rows: rows + zeros[first : first + len(rows), None])
+    return replace(cycles, pressure=lifted, zeros=zeros), fit
 
 
 def _relative_zeros(cycles: Cycles) -> Array:
@@ -288,12 +243,17 @@ def _relative_zeros(cycles: Cycles) -> Array:
     inside = (cycles.angle >= math.radians(PEG_RANGE[0])) & (cycles.angle <= math.radians(PEG_RANGE[1]))
     shape = cycles.mean[inside]
     # Charge varies little: its scale is held at 1 with a scatter of 1 %, so noise does not trade it for a zero.
-    noise = max(float(np.std(cycles.pressure[:, inside] - shape)), 1.0)
+    off = cycles.pressure.each(lambda rows: (rows[:, inside] - shape).mean(axis=1))
+    square = cycles.pressure.each(lambda rows: ((rows[:, inside] - shape) ** 2).mean(axis=1))
+    noise = max(math.sqrt(max(0.0, float(square.mean() - off.mean() ** 2))), 1.0)
     basis = np.column_stack([np.ones(shape.size), shape - shape.min()]) / noise
-    prior = np.array([[0.0, 1.0 / 0.01]])
-    stacked = np.vstack([basis, prior])
-    right = np.vstack([((cycles.pressure[:, inside] - shape) / noise).T, np.zeros((1, len(cycles.pressure)))])
-    return np.asarray(-np.linalg.lstsq(stacked, right, rcond=None)[0][0])
+    stacked = np.vstack([basis, np.array([[0.0, 1.0 / 0.01]])])
+
+    def zeros(rows: Array) -> Array:
+        right = np.vstack([((rows[:, inside] - shape) / noise).T, np.zeros((1, len(rows)))])
+        return np.asarray(-np.linalg.lstsq(stacked, right, rcond=None)[0][0])
+
+    return cycles.pressure.each(zeros)
 
 
 def _noise(cycles: Cycles) -> float:
@@ -311,19 +271,21 @@ def resonance(cycles: Cycles, cylinder: Cylinder) -> dict[str, float] | None:
     """
     step = float(cycles.angle[1] - cycles.angle[0]) / cycles.speed
     inside = (cycles.angle > math.radians(5.0)) & (cycles.angle < math.radians(100.0))
-    part = cycles.pressure[:, inside]
-    if part.shape[1] < 64 or 0.5 / step < 1.5 * RESONANCE_FROM:
+    size = int(np.count_nonzero(inside))
+    if size < 64 or 0.5 / step < 1.5 * RESONANCE_FROM:
         return None
-    part = part - part.mean(axis=0) + (part.mean(axis=0) - _smooth(part.mean(axis=0), step))
-    window = np.hanning(part.shape[1])
-    power = np.mean(np.abs(np.fft.rfft(part * window, axis=1)) ** 2, axis=0)
-    hz = np.fft.rfftfreq(part.shape[1], step)
+    smooth, window = _smooth(cycles.mean[inside], step), np.hanning(size)
+    power = np.zeros(size // 2 + 1)
+    for _, rows in cycles.pressure.blocks():
+        power += (np.abs(np.fft.rfft((rows[:, inside] - smooth) * window, axis=1)) ** 2).sum(axis=0)
+    power /= len(cycles.pressure)
+    hz = np.fft.rfftfreq(size, step)
     high = hz >= RESONANCE_FROM
     if np.count_nonzero(high) < 8:
         return None
     k = int(np.argmax(np.where(high, power, 0.0)))
     floor = float(np.median(power[high]))
-    amplitude = 2.0 * math.sqrt(float(power[max(0, k - 1) : k + 2].sum()) / float(np.sum(window**2)) / part.shape[1])
+    amplitude = 2.0 * math.sqrt(float(power[max(0, k - 1) : k + 2].sum()) / float(np.sum(window**2)) / size)
     if power[k] < 20.0 * floor or amplitude < 0.002 * float(np.ptp(cycles.mean)):
         return None
     return {
@@ -348,9 +310,10 @@ def statistics(cycles: Cycles, cylinder: Cylinder, fit: Compression | None) -> d
     """Numbers of the cycles for tables and JSON: peaks, work, scatter, zeros, dead centre."""
     volume, derivative = cylinder.volume(cycles.angle)
     step = float(cycles.angle[1] - cycles.angle[0])
-    work = cycles.pressure @ derivative * step / float(np.ptp(volume))
-    peaks = cycles.pressure.max(axis=1)
-    places = np.degrees(cycles.angle[cycles.pressure.argmax(axis=1)])
+    scale = step / float(np.ptp(volume))
+    work = cycles.pressure.each(lambda rows: rows @ derivative * scale)
+    peaks = cycles.pressure.each(lambda rows: rows.max(axis=1))
+    places = np.degrees(cycles.pressure.each(lambda rows: cycles.angle[rows.argmax(axis=1)]))
     found = resonance(cycles, cylinder)
     told: dict[str, Any] = {
         "channel": cycles.name,

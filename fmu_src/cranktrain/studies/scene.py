@@ -23,7 +23,7 @@ which alone are judged by pulley torsion and the forces of the mains. Accuracy i
 ``budget_real_time_factor`` (wall seconds per simulated second), ``cycles``, ``load`` (share of the full-load burn),
 ``damper`` and ``film_temperature`` (``engine`` or ``heat-balance``, of the mains); and what is otherwise chosen, by the
 outputs alone: ``block``, ``pistons`` and ``big_ends``; by the plan: ``crank``, ``bearings``, ``cutoff_hz`` (of
-the crank's modes), ``integrator`` and ``step_deg``.
+the crank's modes), ``integrator`` and ``step_deg``. Numbers may be texts with a unit, ``frequency_hz = "0.6 kHz"``.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from msgspec import Meta
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.text_table import split_columns
-from cranktrain.core.typed_file import Table, between, record
+from cranktrain.core.typed_file import Table, between, measure, record
 from cranktrain.core.user_file import beside, ending, read_toml, user_path
 from cranktrain.engine.file import check_title, load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, Levels
@@ -56,7 +56,8 @@ STRESS = "stress"
 STRESSING = ("pulley.torsion", "bearing.force.x", "bearing.force.y")
 """Outputs that stresses follow: wanted where a scene names ``stress`` alone."""
 
-_Rpm = Annotated[float, between(SLOWEST_RPM, FASTEST_RPM, "rev/min")]
+_Rpm = Annotated[float, between(SLOWEST_RPM, FASTEST_RPM, "rev/min", "speed")]
+_Hz = Annotated[float, measure("Hz", "frequency")]
 
 
 class RunUpTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
@@ -74,7 +75,7 @@ class GasTable(Table, kw_only=True):
 
     pressure_file: str
     pressure_unit: str | None = None
-    tdc_deg: float | None = None
+    tdc_deg: Annotated[float, measure("deg", "angle")] | None = None
 
     remedy = "[gas] names a measured trace, or is left out"
 
@@ -84,20 +85,22 @@ class SceneTable(Table, kw_only=True):
 
     engine: str
     outputs: list[str]
-    frequency_hz: float
-    accuracy: Annotated[float, Meta(extra_json_schema={"minimum": FINEST_ACCURACY, "maximum": COARSEST_ACCURACY})]
+    frequency_hz: _Hz
+    accuracy: Annotated[
+        float, measure("1", "1"), Meta(extra_json_schema={"minimum": FINEST_ACCURACY, "maximum": COARSEST_ACCURACY})
+    ]
     title: str | None = None
     speeds_rpm: list[_Rpm] | None = None
     run_up: RunUpTable | None = None
     gas: GasTable | None = None
     budget_real_time_factor: Annotated[float, between(1e-4, 1e6, "wall seconds per simulated second")] | None = None
     cycles: Annotated[int, between(2, 10000, "cycles; the first ones carry the start")] | None = None
-    load: Annotated[float, between(0.0, 2.0, "of the full-load burn")] = 1.0
+    load: Annotated[float, between(0.0, 2.0, "of the full-load burn", "1", "1")] = 1.0
     crank: Annotated[str, Meta(extra_json_schema={"enum": list(CRANKS)})] | None = None
     bearings: str | None = None
-    cutoff_hz: float | None = None
+    cutoff_hz: _Hz | None = None
     integrator: str | None = None
-    step_deg: Annotated[float, between(0.001, 30.0, "deg of crank angle")] | None = None
+    step_deg: Annotated[float, between(0.001, 30.0, "deg of crank angle", "angle", "deg")] | None = None
     big_ends: str | None = None
     block: Annotated[str, Meta(extra_json_schema={"enum": list(BLOCKS)})] | None = None
     pistons: str | None = None

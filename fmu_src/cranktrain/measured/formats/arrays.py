@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
-from cranktrain.measured.channels import MANY, Channel, long_time_base, time_base
+from cranktrain.measured.channels import MANY, Channel, Reader, long_time_base, of_array, rising_times, time_base
 
 TIME_NAMES = ("time", "zeit", "t", "time_s", "timestamps", "timestamp", "x_time", "t_s")
 RATE_NAMES = ("fs", "rate", "sample_rate", "sampling_rate", "samplerate", "samplingrate", "f_s", "fsample")
@@ -54,7 +54,7 @@ def as_channels(arrays: Sequence[Named], scalars: Mapping[str, float], source: s
             name = one.name if one.columns == 1 else f"{one.name}:{k + 1}"
             found.append(
                 Channel(name, one.unit, one.size, source, _column(one, k, order), start,
-                        math.nan if places is not None else step, None if places is None else _held(places),
+                        math.nan if places is not None else step, places,
                         over, "s" if over == "time" else "1")
             )  # fmt: skip
     return found, remarks
@@ -65,28 +65,34 @@ def is_time(name: str) -> bool:
     return name.rpartition("/")[2].partition("[")[0].partition("(")[0].strip().lower() in TIME_NAMES
 
 
-def _clock(base: Named, source: str, remarks: list[str]) -> tuple[float, float, Array | None, NDArray[np.int64] | None]:
+def _clock(
+    base: Named, source: str, remarks: list[str]
+) -> tuple[float, float, Reader | None, NDArray[np.int64] | None]:
     """Start, step, times where they are uneven, and their order where they are not sorted."""
-    scale = TIME_UNITS.get(base.unit.strip().lower(), 1.0)
-    if base.size > MANY and (even := long_time_base(lambda first, last: base.read(first, last, 0) * scale, base.size)):
-        return *even, None, None
-    times = base.read(0, base.size, 0) * scale
-    start, step, own, told = time_base(times, f"{source}, channel {base.name}")
+    scale, where = TIME_UNITS.get(base.unit.strip().lower(), 1.0), f"{source}, channel {base.name}"
+
+    def read(first: int, last: int) -> Array:
+        return base.read(first, last, 0) * scale
+
+    if base.size > MANY:
+        if (even := long_time_base(read, base.size)) is not None:
+            return *even, None, None
+        if (told := rising_times(read, base.size, where)) is not None:
+            remarks += told
+            return float(read(0, 1)[0]), math.nan, read, None
+    times = read(0, base.size)
+    start, step, own, told = time_base(times, where)
     remarks += told
     order = None
     if own is not None and own.size > 1 and np.any(np.diff(own) < 0.0):
         order = np.argsort(own, kind="stable")
         own = own[order]
         start = float(own[0])
-    return start, step, own, order
+    return start, step, None if own is None else of_array(own), order
 
 
 def _group(name: str) -> str:
     return name.rpartition("/")[0]
-
-
-def _held(values: Array) -> Callable[[int, int], Array]:
-    return lambda first, last: values[first:last]
 
 
 def _column(one: Named, k: int, order: NDArray[np.int64] | None) -> Callable[[int, int], Array]:

@@ -8,19 +8,24 @@ from __future__ import annotations
 
 import re
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.text_table import TextTable, table_chunks
+from cranktrain.core.types import Array
 from cranktrain.core.units import is_unit
 from cranktrain.measured.channels import Channel
 from cranktrain.measured.formats.arrays import TIME_UNITS, Named, as_channels, is_time
 
 WHAT, REMEDY = "table of measured signals", "export it again with one column a channel under a line of names"
-LARGE = 50_000_000
+LARGE = 4_000_000
 """Values of a table that are held in memory; of larger ones a temporary file of float64."""
+PIECE = 1_000_000
+"""Values that are read from that file at once."""
 RATE = re.compile(
     r"(?i)\b(?:fs|rate|sampl\w*(?:[ _]?rate|[ _]?freq\w*)?|abtastrate)\b\s*[:=]?\s*([0-9.eE+]+)\s*(k?hz|1/s)?"
 )
@@ -28,25 +33,44 @@ STEP = re.compile(r"(?i)\b(?:dt|delta[ _]?t|increment)\b\s*[:=]?\s*([0-9.eE+-]+)
 SPEEDS = ("rpm", "1/min", "rev/min", "min-1", "u/min", "min^-1")
 
 
+class Values(NamedTuple):
+    """Values of a table, in memory or in a temporary file.
+
+    Attributes
+    ----------
+    table : its first part, for names, units and comments
+    size : number of rows
+    read : (first, past the last, column) → values
+    missing : (columns,) number of missing values of each
+    first_missing : (columns,) number of the line of the first of these
+    """
+
+    table: TextTable
+    size: int
+    read: Callable[[int, int, int], Array]
+    missing: NDArray[np.int64]
+    first_missing: NDArray[np.int64]
+
+
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
     """List the columns of numbers of a table, and remarks."""
-    table, values = _values(path)
-    remarks = []
+    values = _values(path)
+    table, remarks = values.table, []
     said = " ; ".join((*table.comments, *(cell for row in table.header for cell in row)))
     arrays, named = [], _names(table)
     for k, (name, unit) in enumerate(named):
-        missing = int(np.count_nonzero(np.isnan(values[:, k]))) if values.shape[0] < LARGE else 0
-        if missing == values.shape[0]:
+        missing = int(values.missing[k])
+        if missing == values.size:
             remarks.append(f"{path.name}, channel {name}: holds no numbers and is left out")
             continue
         if missing:
-            first = int(table.first_line + np.flatnonzero(np.isnan(values[:, k]))[0])
             remarks.append(
-                f"{path.name}, channel {name}: {missing} of {values.shape[0]} values are missing, from line {first}"
+                f"{path.name}, channel {name}: {missing} of {values.size} values are missing, from line "
+                f"{values.first_missing[k]}"
             )
         if k == 0 and is_time_unit(unit) and not is_time(name):
             name = "time"
-        arrays.append(Named(name, unit, values.shape[0], 1, _reader(values, k)))
+        arrays.append(Named(name, unit, values.size, 1, _column(values, k)))
     speed = next((one for one in arrays[:1] if one.unit.lower().replace(" ", "") in SPEEDS), None)
     if speed is not None and len(arrays) > 1 and not any(is_time(one.name) for one in arrays):
         return _over_speed(arrays, speed, path.name), remarks
@@ -67,28 +91,50 @@ def name_and_unit(text: str) -> tuple[str, str]:
     return text.strip(), ""
 
 
-def _values(path: Path) -> tuple[TextTable, np.ndarray]:
-    """Words of the table and its values (rows, columns), in memory or mapped from a temporary file."""
-    parts: list[np.ndarray] = []
-    held, first, spill = 0, None, None
+def _values(path: Path) -> Values:
+    """Read a table once, part by part."""
+    parts, held, first, spill = list[Array](), 0, None, None
+    missing = first_missing = np.zeros(0, dtype=np.int64)
     for part in table_chunks(path, WHAT, REMEDY):
-        first = part if first is None else first
+        if first is None:
+            first = part._replace(values=part.values[:1], lines=part.lines[:1])
+            missing, first_missing = np.zeros((2, part.values.shape[1]), dtype=np.int64)
+        absent = np.isnan(part.values)
+        begin = (missing == 0) & absent.any(axis=0)
+        first_missing[begin] = part.lines[absent.argmax(axis=0)[begin]]
+        missing += absent.sum(axis=0)
         held += part.values.size
+        parts.append(np.ascontiguousarray(part.values))
         if spill is None and held > LARGE:
             spill = tempfile.TemporaryFile(prefix="cranktrain-")  # noqa: SIM115 - the channels read it later
-            for kept in parts:
-                spill.write(np.ascontiguousarray(kept).tobytes())
+        if spill is not None:
+            for own in parts:
+                spill.write(own.tobytes())
             parts = []
-        if spill is None:
-            parts.append(part.values)
-        else:
-            spill.write(np.ascontiguousarray(part.values).tobytes())
     assert first is not None  # the reader refuses a table without rows
     width = first.values.shape[1]
-    if spill is None:
-        return first, np.concatenate(parts)
+    read = _in_memory(np.concatenate(parts)) if spill is None else _in_file(spill, width)
+    return Values(first, held // width, read, missing, first_missing)
+
+
+def _in_memory(values: Array) -> Callable[[int, int, int], Array]:
+    return lambda first, last, k: np.asarray(values[first:last, k], dtype=np.float64)
+
+
+def _in_file(spill: Any, width: int) -> Callable[[int, int, int], Array]:
+    """Read a column of rows in a file piece by piece; a mapped file would fill the memory as it is read."""
     spill.flush()
-    return first, np.memmap(spill, dtype=np.float64, mode="r", shape=(held // width, width))
+    row = width * np.dtype(np.float64).itemsize
+
+    def read(first: int, last: int, k: int) -> Array:
+        found, rows = np.empty(max(0, last - first)), max(1, PIECE // width)
+        for start in range(first, last, rows):
+            spill.seek(start * row)
+            piece = np.frombuffer(spill.read((min(start + rows, last) - start) * row)).reshape(-1, width)
+            found[start - first : start - first + len(piece)] = piece[:, k]
+        return found
+
+    return read
 
 
 def _names(table: TextTable) -> list[tuple[str, str]]:
@@ -131,5 +177,5 @@ def _of(one: Named) -> Any:
     return lambda first, last: one.read(first, last, 0)
 
 
-def _reader(values: np.ndarray, k: int) -> Any:
-    return lambda first, last, _: np.asarray(values[first:last, k], dtype=np.float64)
+def _column(values: Values, k: int) -> Callable[[int, int, int], Array]:
+    return lambda first, last, _: values.read(first, last, k)

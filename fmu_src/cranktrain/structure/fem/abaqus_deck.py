@@ -4,17 +4,17 @@ meshio reads a part of this: it keeps the last *NODE block only, knows no *SURFA
 and tells no line. Read are
 
 * ``*NODE``, in any number of blocks, ``*ELEMENT``, ``*NSET`` and ``*ELSET`` (GENERATE, sets of sets),
-* ``*SURFACE`` of element faces (S1 to S4) or nodes, of element sets too,
-* ``*INCLUDE``, relative to the file that names it, to any depth without cycles.
+* ``*SURFACE`` of element faces (S1 to S4), of the free faces of elements, or of nodes; of element sets too,
+* ``*INCLUDE``, relative to the file that names it, to any depth without cycles, and ``INPUT=`` of the keywords above,
+* ``*PART`` and ``*INSTANCE`` (:mod:`cranktrain.structure.fem.abaqus_assembly`).
 
-Other keywords are passed over. Nodes of several parts, or of an instance that is moved, would lie elsewhere and are
-refused.
+Keywords that make or move nodes otherwise are refused, others are passed over.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,6 +31,15 @@ SOLID = re.compile(r"(C3D|CSS|SC|DC3D|AC3D|COH3D)(5|6|8|13|15|15V|20|27)([A-Z]*)
 NODES_OF = {"4": 4, "10": 10}
 DEEPEST = 20
 """Files that include each other."""
+MAKERS = {
+    "NGEN": "nodes", "NFILL": "nodes", "NCOPY": "nodes", "NMAP": "places of nodes", "ELGEN": "elements",
+    "ELCOPY": "elements", "SYMMETRIC MODEL GENERATION": "a model", "IMPORT": "a model",
+}  # fmt: skip
+"""Keywords that make parts of a mesh that the deck does not list, and what."""
+LISTS = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE")
+"""Keywords whose data may stand in another file, INPUT=."""
+Numbers = Callable[[str], "list[int] | None"]
+"""Numbers that a text stands for, a number or the name of a set; None for a set that does not exist."""
 
 
 class Card(NamedTuple):
@@ -42,38 +51,60 @@ class Card(NamedTuple):
     place: Place
 
 
-def read_deck(path: Path) -> MeshParts:
-    """Parts of the mesh of an input deck; ``InputError`` with file and line."""
-    parts, part_names = MeshParts(), set[str]()
-    surfaces: list[Card] = []
-    sets: dict[str, list[Card]] = {"ELSET": [], "NSET": []}
-    for card in _cards(path, (path,)):
+def deck_cards(path: Path) -> Iterator[Card]:
+    """Keywords of a deck and of all files that it includes; ``InputError`` with file and line."""
+    return _cards(path, (path,))
+
+
+def parts_of(cards: Iterable[Card]) -> MeshParts:
+    """Mesh of some keywords, by their own numbers; ``InputError`` with file and line."""
+    parts, later = MeshParts(), list[Card]()
+    for card in cards:
         if card.keyword == "NODE":
             _add_nodes(parts, card)
         elif card.keyword == "ELEMENT":
             _add_elements(parts, card)
-        elif card.keyword in sets:
-            sets[card.keyword].append(card)
-        elif card.keyword == "SURFACE":
-            surfaces.append(card)
-        elif card.keyword == "PART":
-            part_names.add(card.parameters.get("NAME", ""))
-            if len(part_names) > 1:
-                raise InputError(f"{card.place}: a second part, '{card.parameters.get('NAME', '')}': export one part")
-        elif card.keyword in ("INSTANCE", "SYSTEM") and card.lines:
-            moved = "an instance that is moved" if card.keyword == "INSTANCE" else "*SYSTEM, a system of coordinates"
-            raise InputError(f"{card.place}: {moved}: give the nodes at their places in global coordinates")
-    for kind, own in (("ELSET", parts.element_sets), ("NSET", parts.node_sets)):
-        for card in sets[kind]:
-            _add_set(own, card, kind)
-    for card in surfaces:
-        _add_surface(parts, card)
+        elif card.keyword in ("NSET", "ELSET", "SURFACE"):
+            later.append(card)
+        elif MAKERS.get(card.keyword):
+            made = MAKERS[card.keyword]
+            raise InputError(
+                f"{card.place}: *{card.keyword} makes {made}; give a deck that lists all nodes and elements"
+            )
+        elif card.keyword == "SYSTEM" and card.lines:
+            raise InputError(f"{card.place}: *SYSTEM, a system of coordinates: give the nodes in global coordinates")
+    add_sets(parts, later, lambda sets, _: lambda text: named(sets, text))
     return parts
+
+
+def add_sets(parts: MeshParts, cards: list[Card], numbers: Callable[[dict[str, list[int]], Card], Numbers]) -> None:
+    """Add sets, and surfaces, which may name them wherever they stand.
+
+    ``numbers`` makes of the sets of one kind and a keyword what turns its texts into numbers.
+    """
+    for kind, own in (("ELSET", parts.element_sets), ("NSET", parts.node_sets)):
+        for card in cards:
+            if card.keyword == kind:
+                _add_set(own, card, kind, numbers(own, card))
+    for card in cards:
+        if card.keyword == "SURFACE":
+            by_nodes = card.parameters.get("TYPE", "ELEMENT").upper() == "NODE"
+            own = parts.node_sets if by_nodes else parts.element_sets
+            _add_surface(parts, card, by_nodes, numbers(own, card))
+
+
+def named(sets: dict[str, list[int]], text: str) -> list[int] | None:
+    """Numbers that a text stands for: a number, or the name of a set in capitals or not; None if it does not exist."""
+    plain = text.strip('"')
+    if plain.isdigit():
+        return [int(plain)]
+    return sets.get(plain) or next((own for name, own in sets.items() if name.lower() == plain.lower()), None)
 
 
 def included_files(path: Path) -> list[Path]:
     """Files that a deck includes, in their order; ``InputError`` where one is missing or includes itself."""
-    return list(dict.fromkeys(card.place.path for card in _cards(path, (path,)) if card.place.path != path))
+    places = (place for card in deck_cards(path) for place in (card.place, *(place for place, _ in card.lines[:1])))
+    return list(dict.fromkeys(place.path for place in places if place.path != path))
 
 
 def _cards(path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
@@ -82,27 +113,48 @@ def _cards(path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
     for place, line in _lines(path):
         if not line.startswith("*"):
             if card is not None and line:
-                card.lines.append((place, [one.strip() for one in line.rstrip(",").split(",")]))
+                card.lines.append((place, _texts(line)))
             continue
         if card is not None:
-            yield card
+            yield _with_input(card, path)
         card = _card(place, line)
         if card.keyword == "INCLUDE":
             yield from _included(card, path, inside)
             card = None
     if card is not None:
-        yield card
+        yield _with_input(card, path)
+
+
+def _with_input(card: Card, path: Path) -> Card:
+    """A keyword with the lines of the file that it names."""
+    if card.keyword not in LISTS or "INPUT" not in card.parameters:
+        return card
+    target = _named_file(card, path)
+    rows = [(place, line) for place, line in _lines(target) if line]
+    if wrong := next((place for place, line in rows if line.startswith("*")), None):
+        raise InputError(f"{wrong}: a keyword in the data of *{card.keyword}; name such a file by *INCLUDE")
+    return card._replace(lines=[(place, _texts(line)) for place, line in rows])
+
+
+def _texts(line: str) -> list[str]:
+    return [one.strip() for one in line.rstrip(",").split(",")]
+
+
+def _named_file(card: Card, path: Path) -> Path:
+    """File that INPUT= of a keyword names, beside the one that holds the keyword; ``InputError``."""
+    name = card.parameters.get("INPUT", "").strip("\"'")
+    if not name:
+        raise InputError(f"{card.place}: *{card.keyword} without INPUT=; name the file")
+    target = path.parent / name
+    if not target.is_file():
+        raise InputError(f"{card.place}: *{card.keyword} names {name}, which is not in {path.parent}; put it there")
+    return target
 
 
 def _included(card: Card, path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
-    name = card.parameters.get("INPUT", "").strip("\"'")
-    if not name:
-        raise InputError(f"{card.place}: *INCLUDE without INPUT=; name the file")
-    target = path.parent / name
-    if not target.is_file():
-        raise InputError(f"{card.place}: *INCLUDE names {name}, which is not in {path.parent}; put it there")
+    target = _named_file(card, path)
     if target.resolve() in [one.resolve() for one in inside] or len(inside) > DEEPEST:
-        raise InputError(f"{card.place}: {name} includes itself, by {' -> '.join(one.name for one in inside)}")
+        raise InputError(f"{card.place}: {target.name} includes itself, by {' -> '.join(one.name for one in inside)}")
     yield from _cards(target, (*inside, target))
 
 
@@ -145,6 +197,8 @@ def _numbers(place: Place, texts: list[str]) -> list[int]:
 
 def _add_nodes(parts: MeshParts, card: Card) -> None:
     chosen = card.parameters.get("NSET")
+    if card.parameters.get("SYSTEM", "R").upper() not in ("R", ""):
+        raise InputError(f"{card.place}: nodes in cylindrical or spherical coordinates; give them as X, Y, Z")
     for place, texts in card.lines:
         try:
             number, *coordinates = texts
@@ -189,51 +243,45 @@ def _add_elements(parts: MeshParts, card: Card) -> None:
         )
 
 
-def _add_set(sets: dict[str, list[int]], card: Card, kind: str) -> None:
+def _add_set(sets: dict[str, list[int]], card: Card, kind: str, numbers: Numbers) -> None:
     name = card.parameters.get(kind)
     if not name:
         raise InputError(f"{card.place}: *{kind} without {kind}=; name the set")
     own = sets.setdefault(name, [])
-    lower = {key.lower(): key for key in sets}
     for place, texts in card.lines:
         if "GENERATE" in card.parameters:
             first, last, *step = _numbers(place, texts) if len([t for t in texts if t]) > 1 else (0, -1)
             if last < first or (step and step[0] < 1):
                 raise InputError(f"{place}: GENERATE wants FIRST, LAST, STEP; found {shown(', '.join(texts))}")
-            own += range(first, last + 1, step[0] if step else 1)
+            begin = (numbers(str(first)) or [first])[0]
+            own += range(begin, begin + last - first + 1, step[0] if step else 1)
             continue
         for text in filter(None, texts):
-            if text.isdigit():
-                own.append(int(text))
-            elif text.strip('"').lower() in lower:
-                own += sets[lower[text.strip('"').lower()]]
-            else:
+            found = numbers(text)
+            if found is None:
                 raise InputError(f"{place}: set {shown(text)} does not exist; define it before {name}")
+            own += found
 
 
-def _add_surface(parts: MeshParts, card: Card) -> None:
-    """Faces of a surface: of a solid's side S1 to S4, of shells whole; or its nodes."""
+def _add_surface(parts: MeshParts, card: Card, by_nodes: bool, numbers: Numbers) -> None:
+    """Faces of a surface: of a solid's side S1 to S4 or its free ones, of shells whole; or its nodes."""
     name = card.parameters.get("NAME")
     if not name:
         raise InputError(f"{card.place}: *SURFACE without NAME=; name it")
-    by_nodes = card.parameters.get("TYPE", "ELEMENT").upper() == "NODE"
-    sets = parts.node_sets if by_nodes else parts.element_sets
-    lower = {key.lower(): key for key in sets}
+    if "COMBINE" in card.parameters or card.parameters.get("TYPE", "ELEMENT").upper() not in ("ELEMENT", "NODE"):
+        raise InputError(f"{card.place}: surface {name} is not of elements or nodes; give its element faces")
     for place, texts in card.lines:
-        what, side = texts[0].strip('"'), (texts[1].upper() if len(texts) > 1 else "")
-        if what.isdigit():
-            numbers = [int(what)]
-        elif what.lower() in lower:
-            numbers = sets[lower[what.lower()]]
-        else:
-            raise InputError(f"{place}: surface {name} names the set {shown(what)}, which does not exist")
+        side = texts[1].upper() if len(texts) > 1 else ""
+        found = numbers(texts[0])
+        if found is None:
+            raise InputError(f"{place}: surface {name} names the set {shown(texts[0])}, which does not exist")
         if by_nodes:
-            parts.node_sets.setdefault(name, []).extend(numbers)
+            parts.node_sets.setdefault(name, []).extend(found)
             continue
         if side in ("S1", "S2", "S3", "S4"):
-            faces = [(number, int(side[1])) for number in numbers]
+            faces = [(number, int(side[1])) for number in found]
         elif side in ("", "SPOS", "SNEG"):
-            faces = [(number, 0) for number in numbers]
+            faces = [(number, 0) for number in found]
         else:
             raise InputError(f"{place}: {shown(side)} is no face of a tetrahedron or triangle; valid: S1 to S4")
         parts.faces.setdefault(name, []).extend(faces)

@@ -1,7 +1,8 @@
 """Tetrahedra and named surfaces as meshing programs write them.
 
-Gmsh and Nastran files are read by meshio; decks of Abaqus and universal files by readers of our own, which tell the
-line of an error (:mod:`cranktrain.structure.fem.abaqus_deck`, :mod:`cranktrain.structure.fem.universal_file`).
+Gmsh files are read by meshio; decks of Abaqus, bulk data of Nastran and universal files by readers of our own, which
+tell the line of an error (:mod:`cranktrain.structure.fem.abaqus_assembly`,
+:mod:`cranktrain.structure.fem.nastran_deck`, :mod:`cranktrain.structure.fem.universal_file`).
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ import re
 import warnings
 from collections.abc import Callable
 from importlib import import_module
-from io import StringIO
 from pathlib import Path
 from typing import IO, Any
 
@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.types import Array
-from cranktrain.structure.fem.abaqus_deck import read_deck
+from cranktrain.structure.fem.abaqus_assembly import read_deck
 from cranktrain.structure.fem.mesh_parts import Assembled, MeshParts, assembled, outer_faces
 from cranktrain.structure.fem.named_matrices import held_in
+from cranktrain.structure.fem.nastran_deck import read_bulk
 from cranktrain.structure.fem.universal_file import read_universal
 
 Integers = NDArray[np.integer[Any]]
@@ -29,9 +30,11 @@ Integers = NDArray[np.integer[Any]]
 FORMATS = {
     ".msh": "gmsh", ".inp": "abaqus", ".unv": "universal", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran",
 }  # fmt: skip
-OWN: dict[str, Callable[[Path], MeshParts]] = {"abaqus": read_deck, "universal": read_universal}
-MESHIO = {"gmsh": "meshio.gmsh.main", "nastran": "meshio.nastran._nastran"}
-"""Module of meshio with ``read_buffer`` for each format."""
+OWN: dict[str, Callable[[Path], MeshParts]] = {
+    "abaqus": read_deck, "nastran": read_bulk, "universal": read_universal,
+}  # fmt: skip
+MESHIO = "meshio.gmsh.main"
+"""Module of meshio with ``read_buffer``."""
 MATRICES = {
     ".pch": "a Nastran punch", ".op4": "a Nastran OUTPUT4", ".mtx": "a matrix", ".sub": "an Ansys superelement",
     ".full": "an Ansys matrix",
@@ -41,7 +44,6 @@ TETRAHEDRA = ("tetra10", "tetra")
 TRIANGLES = ("triangle6", "triangle")
 FLAT = {"vertex", "line", "line3", *TRIANGLES}
 NUMBERED = re.compile(r"(main|pin|bore|liner|head|mount)[\s_.-]*\[?(\d+)\]?(?:[\s_.-]*(upper|lower))?")
-NAMED_PROPERTY = re.compile(r'^\$HMNAME\s+(?:PROP|COMP)\S*\s+(\d+)\s*"([^"]+)"', re.MULTILINE)
 
 
 def interface_name(name: str) -> str:
@@ -81,7 +83,7 @@ def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str,
     if not path.is_file():
         raise InputError(f"{path}: no such mesh file: give the path of a {', '.join(FORMATS)} file")
     try:
-        found = assembled(path, OWN[form](path)) if form in OWN else _by_meshio(path, form)
+        found = assembled(path, OWN[form](path)) if form in OWN else _by_meshio(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
     if found.tets.shape[1] == 4:
@@ -92,16 +94,16 @@ def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str,
     return found.points, found.tets, {name: np.concatenate(parts) for name, parts in pieces.items()}
 
 
-def _by_meshio(path: Path, form: str) -> Assembled:
+def _by_meshio(path: Path) -> Assembled:
     """Mesh of a file that meshio reads; ``InputError`` with its reason, and the place in the file."""
-    with _opened(path, form) as file:
+    with _opened(path) as file:
         try:
-            found = import_module(MESHIO[form]).read_buffer(file)
+            found = import_module(MESHIO).read_buffer(file)
         # A broken file ends meshio's readers in any way, an exit of the process included.
         except (Exception, SystemExit) as reason:
             said = " ".join(str(reason).split())
             text = f"{type(reason).__name__}: {said}" if said else type(reason).__name__
-            raise InputError(f"{path}{_where(file)}: not readable as {form} ({text})") from None
+            raise InputError(f"{path}{_where(file)}: not readable as gmsh ({text})") from None
     kinds = {block.type for block in found.cells} - FLAT
     if len(kinds) != 1 or kinds.isdisjoint(TETRAHEDRA):
         counts: dict[str, int] = {}
@@ -121,31 +123,19 @@ def _by_meshio(path: Path, form: str) -> Assembled:
     if not np.isfinite(points).all():
         wrong = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
         raise InputError(f"{path}: node {wrong + 1} of {len(points)} has no finite place: {points[wrong].tolist()}")
-    return Assembled(points, tets, _surfaces(found, tets, path, form))
+    return Assembled(points, tets, _surfaces(found, tets))
 
 
-def _opened(path: Path, form: str) -> IO[Any]:
-    """File as meshio wants it; ``InputError`` for what ends or begins otherwise, over which meshio says nothing."""
-    if form == "gmsh":
-        file = path.open("rb")
-        begin = file.readline().strip()
-        file.seek(0)
-        if begin not in (b"$MeshFormat", b"$Comments"):
-            file.close()
-            found = shown(begin.decode(errors="replace"))
-            raise InputError(f"{path}, line 1: not readable as gmsh ({found}; its files begin with $MeshFormat)")
-        return file
-    lines = path.read_text(errors="replace").splitlines()
-    cards = [line.strip().upper() for line in lines]
-    if included := [k for k, card in enumerate(cards, 1) if card.startswith("INCLUDE")]:
-        raise InputError(f"{path}, line {included[0]}: INCLUDE is not followed in Nastran files; write one file")
-    start = next((k for k, card in enumerate(cards) if card.startswith("BEGIN") and "BULK" in card), None)
-    if "ENDDATA" not in cards and start is not None:
-        raise InputError(f"{path}, line {len(lines)}: cut short: a Nastran file ends with ENDDATA; copy it again")
-    bulk = lines if start is None else lines[start + 1 :]
-    # Lines before the bulk data stay, so that a line's number is that of the file.
-    head = [*lines[:start], "BEGIN BULK"] if start is not None else ["BEGIN BULK"]
-    return StringIO("\n".join([*head, *bulk, *([] if "ENDDATA" in cards else ["ENDDATA"])]) + "\n")
+def _opened(path: Path) -> IO[Any]:
+    """File as meshio wants it; ``InputError`` for what begins otherwise, over which meshio says nothing."""
+    file = path.open("rb")
+    begin = file.readline().strip()
+    file.seek(0)
+    if begin not in (b"$MeshFormat", b"$Comments"):
+        file.close()
+        found = shown(begin.decode(errors="replace"))
+        raise InputError(f"{path}, line 1: not readable as gmsh ({found}; its files begin with $MeshFormat)")
+    return file
 
 
 def _where(file: IO[Any]) -> str:
@@ -163,7 +153,7 @@ def _where(file: IO[Any]) -> str:
     return f", line {max(1, before.count(chr(10)))}"
 
 
-def _surfaces(found: Any, tets: Integers, path: Path, form: str) -> dict[str, Integers]:
+def _surfaces(found: Any, tets: Integers) -> dict[str, Integers]:
     """Triangles (k, 3) of each named surface, whatever way it was named."""
     pieces: dict[str, list[Integers]] = {}
 
@@ -172,14 +162,10 @@ def _surfaces(found: Any, tets: Integers, path: Path, form: str) -> dict[str, In
             pieces.setdefault(name, []).append(triangles[:, :3])
 
     groups = {int(tag): name for name, (tag, dimension) in found.field_data.items() if dimension == 2}
-    if form == "nastran":
-        text = path.read_text(errors="replace")
-        groups = {int(number): name for number, name in NAMED_PROPERTY.findall(text)}
-    for key in ("gmsh:physical", "nastran:ref"):
-        for block, tags in zip(found.cells, found.cell_data.get(key, ()), strict=False):
-            if block.type in TRIANGLES:
-                for tag in np.unique(tags):
-                    add(groups.get(int(tag), str(tag)), block.data[tags == tag])
+    for block, tags in zip(found.cells, found.cell_data.get("gmsh:physical", ()), strict=False):
+        if block.type in TRIANGLES:
+            for tag in np.unique(tags):
+                add(groups.get(int(tag), str(tag)), block.data[tags == tag])
     for name, members in found.cell_sets.items():
         for block, chosen in zip(found.cells, members, strict=True):
             if block.type in TRIANGLES and chosen is not None:

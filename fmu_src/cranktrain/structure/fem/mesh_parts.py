@@ -45,7 +45,8 @@ class MeshParts:
     others : number of solids of each kind that is no tetrahedron
     surfaces : name → triangles given by their nodes
     node_sets, element_sets : name → numbers
-    faces : name → (element, face 1 to 4)
+    faces : name → (element, face 1 to 4; 0 for a triangle, or for all free faces of a tetrahedron)
+    base, instances : numbers from k ``base`` on are those of instance k of an assembly; 0 where there is none
     """
 
     nodes: dict[int, tuple[float, ...]] = field(default_factory=dict)
@@ -55,6 +56,14 @@ class MeshParts:
     node_sets: dict[str, list[int]] = field(default_factory=dict)
     element_sets: dict[str, list[int]] = field(default_factory=dict)
     faces: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
+    base: int = 0
+    instances: tuple[str, ...] = ()
+
+    def shown(self, number: int) -> str:
+        """A number as the file has it, behind the name of its instance."""
+        if not self.base or number < self.base:
+            return f"{number}"
+        return f"{self.instances[number // self.base]}.{number % self.base}"
 
     def add_element(self, number: int, nodes: tuple[int, ...], place: Place) -> None:
         """Add a tetrahedron or triangle; ``InputError`` for a number that is taken by another one."""
@@ -95,11 +104,12 @@ def assembled(path: Path, parts: MeshParts) -> Assembled:
     for number, nodes in parts.elements.items():
         missing = [node for node in nodes if node not in index]
         if missing:
-            raise InputError(f"{parts.places[number]}: element {number} has node {missing[0]}, which does not exist")
+            what = f"element {parts.shown(number)} has node {parts.shown(missing[0])}"
+            raise InputError(f"{parts.places[number]}: {what}, which does not exist")
     points = np.array(list(parts.nodes.values()), dtype=np.float64).reshape(len(index), -1)
     if points.shape[1] != 3 or not np.isfinite(points).all():
         wrong = next((n for n, place in parts.nodes.items() if len(place) != 3 or not np.isfinite(place).all()), 0)
-        raise InputError(f"{path}: node {wrong} has no finite place in space")
+        raise InputError(f"{path}: node {parts.shown(wrong)} has no finite place in space")
     tets = np.array([[index[node] for node in parts.elements[number]] for number in by_count[count]])
     return Assembled(points, tets, _surfaces(parts, index, tets, set(by_count[count])))
 
@@ -115,11 +125,16 @@ def _surfaces(parts: MeshParts, index: dict[int, int], tets: Integers, solid: se
 
     for name, numbers in parts.element_sets.items():
         add(name, (parts.elements[k] for k in numbers if k in parts.elements and k not in solid))
+    free = any(face == 0 and k in solid for faces in parts.faces.values() for k, face in faces)
+    skin = outer_faces(tets) if parts.node_sets or free else np.zeros((0, 3), dtype=np.int64)
+    outside = {tuple(sorted(row)) for row in skin.tolist()} if free else set()
     for name, faces in parts.faces.items():
-        corners = ((parts.elements[k], FACES[face - 1]) for k, face in faces if k in solid)
+        corners = ((parts.elements[k], FACES[face - 1]) for k, face in faces if face and k in solid)
         add(name, (tuple(nodes[c] for c in face) for nodes, face in corners))
         add(name, (parts.elements[k] for k, face in faces if face == 0 and k in parts.elements and k not in solid))
-    skin = outer_faces(tets) if parts.node_sets else np.zeros((0, 3), dtype=np.int64)
+        whole = (parts.elements[k] for k, face in faces if face == 0 and k in solid)
+        sides = (tuple(nodes[c] for c in corners) for nodes in whole for corners in FACES)
+        add(name, (side for side in sides if tuple(sorted(index[node] for node in side)) in outside))
     for name, numbers in parts.node_sets.items():
         inside = np.zeros(len(index), dtype=bool)
         inside[[index[node] for node in numbers if node in index]] = True

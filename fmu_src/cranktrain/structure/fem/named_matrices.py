@@ -20,6 +20,8 @@ from cranktrain.core.types import Array
 PUNCH, OUTPUT4 = ".pch", ".op4"
 NASTRAN = (PUNCH, OUTPUT4)
 ANSYS = (".sub", ".full")
+ANSYS_LINES = "*DMAT,K,D,IMPORT,SUB,{},STIFF and *EXPORT,K,DMIG,k.pch write a DMIG that is read, likewise M from MASS"
+"""What in Ansys writes a superelement's matrices so that they are read, with the nodes of their rows."""
 HEADER = re.compile(r"^DMIG\*?[ ,]+([A-Za-z]\w*)[ ,]+0[ ,]", re.MULTILINE)
 FIRST_LETTER = {"stiffness": "K", "mass": "M"}
 REAL = ("1", "2")
@@ -69,13 +71,18 @@ def named_matrix(path: Path, kind: str, name: str | None) -> NamedMatrix:
 
 def _read(path: Path) -> dict[str, NamedMatrix]:
     ending = path.suffix.lower()
-    if ending in ANSYS:
-        raise InputError(
-            f"{path}: binary matrices of Ansys, which no free library reads; in Ansys, *DMAT,K,D,IMPORT,"
-            f"{ending[1:].upper()},{path.name},STIFF and *EXPORT,K,MMF,k.mtx write a file that is read, likewise MASS"
-        )
     if not path.is_file():
         raise InputError(f"{path}: no such file; put it beside the superelement's .toml")
+    if ending == ".sub":
+        raise InputError(
+            f"{path}: binary matrices of an Ansys superelement, which no library outside Ansys reads; in Ansys, "
+            f"{ANSYS_LINES.format(path.name)}"
+        )
+    if ending == ".full":
+        raise InputError(
+            f"{path}: Ansys' matrices of all nodes, which are not condensed; condense the body (ANTYPE,SUBSTR and "
+            f"SEOPT,{path.stem},2), then {ANSYS_LINES.format(f'{path.stem}.sub')}"
+        )
     if find_spec("pyyeti") is None:
         raise InputError(f"{path}: needs pyyeti to be read; pip install cranktrain[matrices]")
     if ending == PUNCH:

@@ -95,10 +95,13 @@ def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, In
 
 
 def _included(path: Path) -> list[Path]:
-    """Files that an input deck of Abaqus includes."""
-    from cranktrain.structure.fem.abaqus_deck import included_files
+    """Files that a deck of Abaqus or bulk data of Nastran include."""
+    from cranktrain.structure.fem import abaqus_deck, nastran_deck
+    from cranktrain.structure.fem.mesh_file import FORMATS
 
-    return included_files(path) if path.suffix.lower() == ".inp" else []
+    decks = {"abaqus": abaqus_deck, "nastran": nastran_deck}
+    found = decks.get(FORMATS.get(path.suffix.lower(), ""))
+    return [] if found is None else found.included_files(path)
 
 
 def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:

@@ -331,7 +331,8 @@ def _places(source: Path, table: Any, file: Path | None, length: float) -> dict[
 def _grids(file: Path) -> dict[int, Array]:
     """Place of each GRID of a Nastran file, in its unit; ``InputError`` for one in other than basic coordinates."""
     found = {}
-    for number, line in enumerate(_text(file).splitlines(), 1):
+    lines = _text(file).splitlines()
+    for number, line in enumerate(lines, 1):
         if not line.upper().startswith("GRID"):
             continue
         wide = line[4:5] == "*"
@@ -341,7 +342,7 @@ def _grids(file: Path) -> dict[int, Array]:
             width = 16 if wide else 8
             texts = [line[8 + width * k : 8 + width * (k + 1)].strip() for k in range(5)]
         if wide:
-            rest = _text(file).splitlines()[number : number + 1] or [""]
+            rest = lines[number : number + 1] or [""]
             texts = [*texts[:4], rest[0][8:24].strip()]
         values = [re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", text.upper().replace("D", "E")) for text in texts[2:5]]
         try:

@@ -30,7 +30,7 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, field
 
 from cranktrain.core.errors import InputError, nearest, within
-from cranktrain.core.typed_file import Fault, Table, between, record
+from cranktrain.core.typed_file import Fault, Table, between, quantities, record
 from cranktrain.core.user_file import ending, read_toml, user_path
 from cranktrain.engine.file import engine_folder
 from cranktrain.engine.levels import BLOCKS
@@ -56,10 +56,10 @@ class TargetTable(Table, kw_only=True):
     of: Literal[BODIES] = BODIES[0]  # type: ignore[valid-type]
     shape: Literal[KINDS]  # type: ignore[valid-type]
     number: int = 0
-    hz: Annotated[float, between(0.01, 1e5, "Hz")] | None = None
+    hz: Annotated[float, between(0.01, 1e5, "Hz", "frequency")] | None = None
     order: Annotated[float, between(0.5, 100.0, "per revolution")] | None = None
-    rpm: Annotated[float, between(1.0, 1e5, "rev/min")] | None = None
-    tolerance: Annotated[float, between(1e-6, 0.99, "e.g. 0.02 for 2 %")]
+    rpm: Annotated[float, between(1.0, 1e5, "rev/min", "speed")] | None = None
+    tolerance: Annotated[float, between(1e-6, 0.99, "e.g. 0.02 for 2 %", "1", "1")]
     source: str
     basis: Literal[BASES] = BASES[0]  # type: ignore[valid-type]
 
@@ -67,8 +67,10 @@ class TargetTable(Table, kw_only=True):
 class ParameterTable(Table, kw_only=True):
     """A free value between two ends, in a unit."""
 
-    low: float
-    high: float
+    measured = ("low", "high")
+
+    low: Annotated[float, quantities()]
+    high: Annotated[float, quantities()]
     unit: str = "1"
     note: str = ""
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
-from cranktrain.coupling.connections import conversion
 from cranktrain.coupling.run import Coupled
 from cranktrain.coupling.unit import Port
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
@@ -30,7 +29,7 @@ from cranktrain.studies.harness.entries import (
     Ending,
     Harness,
 )
-from cranktrain.studies.harness.measures import MEASURED
+from cranktrain.studies.harness.measures import MEASURED, of_unit
 
 WORDS = {
     FINAL: "final value", MEAN: "mean", LEAST: "minimum", LARGEST: "maximum", SWING: "peak to peak", RMS: "RMS",
@@ -147,7 +146,7 @@ def _measured(assertion: Assertion, ran: Ran, harness: Harness, ports: Mapping[s
         name = ".".join(assertion.output)
         values, port = run.of(name), ports[name]
     if assertion.unit:
-        factor, shift = conversion(port, MEASURED[assertion.unit], "")
+        factor, shift = of_unit(port, assertion.unit)
         values = factor * values + shift
     if assertion.measure == ORDER:
         return float(order_amplitudes(harness, run, values, assertion.order)[-1])

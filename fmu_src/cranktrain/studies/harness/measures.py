@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.units import base_powers, known_factor
 from cranktrain.coupling.connections import conversion
 from cranktrain.coupling.unit import DIMENSIONS, Port
@@ -42,15 +42,27 @@ def named(unit: str, where: str) -> str:
 def between(unit: str, port: Port, where: str, difference: bool = False) -> tuple[float, float]:
     """Factor and shift from a value in ``unit``, empty for the port's own, to one of a port; ``InputError``.
 
-    A ``difference`` has no shift.
+    A ``difference`` has no shift. A variable that declares no unit takes values as they are: what a stated one would be
+    converted to is not known.
     """
-    if not unit:
+    if unit in ("", port.unit):
         return 1.0, 0.0
+    if not port.unit and unit != "1":
+        raise InputError(
+            f"{where}: unit {shown(unit)} is given, and the variable declares none; leave the unit out, and give the "
+            "value as the variable has it"
+        )
     own = _port(unit)
     if own is None:
         raise InputError(f"{where}: unit '{unit}' is not known; {nearest(unit, MEASURED)}")
     factor, shift = conversion(own, port, where)
     return factor, 0.0 if difference else shift
+
+
+def of_unit(port: Port, unit: str) -> tuple[float, float]:
+    """Factor and shift from a value of a port to one in a unit that :func:`between` took."""
+    own = port if unit == port.unit else _port(unit)
+    return (1.0, 0.0) if own is None else conversion(port, own, unit)
 
 
 def _port(unit: str) -> Port | None:

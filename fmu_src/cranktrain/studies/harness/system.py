@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.stated_units import begins_as_number, stated
 from cranktrain.coupling.connections import Connection, by_name
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange, Master
@@ -16,7 +17,7 @@ from cranktrain.coupling.run import Bond
 from cranktrain.coupling.unit import Unit
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.studies.harness.entries import ORDER, Change, Harness, Scenario, Variable
-from cranktrain.studies.harness.measures import MEASURED, between
+from cranktrain.studies.harness.measures import MEASURED, between, named
 from cranktrain.studies.harness.signals import SIGNALS, Curve, DroppedOut, Faulty, Noisy, Signals, in_turn
 
 
@@ -86,13 +87,18 @@ def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
 def _converted(name: str, path: Path, harness: Harness, scenario: Scenario) -> dict[str, Any]:
     """Start values of a unit, in its variables' own units."""
     given = {**harness.units[name].start, **scenario.start.get(name, {})}
-    if not any(unit for _, unit in given.values()):
+    if not any(unit or begins_as_number(value) for value, unit in given.values()):
         return {key: value for key, (value, _) in given.items()}
     known, found = FmuUnit(path, name), {}
     for key, (value, unit) in given.items():
+        if begins_as_number(value) and known.is_real(key):
+            try:
+                value, unit = stated(value, f"20 {known.port(key).unit or 'degC'}")
+            except InputError as error:
+                raise InputError(f"{name}: {key}: {error}") from None
         found[key] = value
         if unit:
-            factor, shift = between(unit, known.port(key), f"{name}: {key}")
+            factor, shift = between(named(unit, f"{name}: {key}"), known.port(key), f"{name}: {key}")
             found[key] = factor * value + shift
     return found
 
@@ -209,7 +215,9 @@ def _modified(scenario: Scenario, units: Mapping[str, FmuUnit], connections: Seq
             raise InputError(f"{where}: nothing is connected to it; {nearest(f'{unit}.{name}', there)}")
         wanted.setdefault(event.target, [])
     for noise in scenario.noises:
-        factor, _ = between(noise.unit, units[noise.target[0]].inputs[noise.target[1]], "noise", difference=True)
+        unit, name = noise.target
+        where = f"scenario '{scenario.name}': noise on {unit}.{name}"
+        factor, _ = between(noise.unit, units[unit].inputs[name], where, difference=True)
         seed = noise.seed, zlib.crc32(".".join(noise.target).encode())  # inputs differ where seeds do not
         wanted[noise.target].append(Noisy(noise.begin, noise.end, factor * noise.size, seed))
     for dropout in scenario.dropouts:

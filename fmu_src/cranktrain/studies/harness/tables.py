@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field
 
-from cranktrain.core.typed_file import Table, between
+from cranktrain.core.typed_file import Table, between, measure, quantities
 from cranktrain.coupling.master import SCHEMES
 from cranktrain.studies.harness.entries import BY_FAILURE, ENDS, GIVES, KINDS, LAST, MEASURES
 
@@ -28,26 +28,33 @@ StartValue = Annotated[
 ]
 
 
+_Seconds = Annotated[float, measure("s", "time")]
+_Share = Annotated[float, measure("1", "1")]
+_Own = Annotated[float, quantities()]
+"""A number in the unit of its table."""
+
+
 class At(Table, kw_only=True):
     """Something that happens at a time."""
 
-    at_s: float | None = None
+    at_s: _Seconds | None = None
     at_cycles: float | None = None
 
 
 class Span(Table, kw_only=True):
     """Something that lasts from one time to another."""
 
-    from_s: float | None = None
+    from_s: _Seconds | None = None
     from_cycles: float | None = None
-    to_s: float | None = None
+    to_s: _Seconds | None = None
     to_cycles: float | None = None
 
 
 class Measured(Table, kw_only=True):
     """A start value with its unit of measurement."""
 
-    value: float
+    measured = ("value",)
+    value: _Own
     unit: str
 
     remedy = "a table holds value and unit, { value = 20, unit = 'degC' }"
@@ -56,25 +63,28 @@ class Measured(Table, kw_only=True):
 class Step(At, kw_only=True):
     """An input that jumps to a value."""
 
+    measured = ("value",)
     input: str
-    value: float
+    value: _Own
     unit: str = ""
 
 
 class Ramp(Span, kw_only=True):
     """An input that goes linearly from what it is to a value."""
 
+    measured = ("value",)
     input: str
-    value: float
+    value: _Own
     unit: str = ""
 
 
 class Signal(Table, kw_only=True):
     """An input that goes linearly from point to point; two of one time are a jump."""
 
+    measured = ("values",)
     input: str
-    values: list[float]
-    times_s: list[float] | None = None
+    values: list[_Own]
+    times_s: list[_Seconds] | None = None
     times_cycles: list[float] | None = None
     unit: str = ""
 
@@ -88,8 +98,9 @@ class Misfire(Span, kw_only=True):
 class NoiseTable(Span, kw_only=True):
     """Noise on an input: its standard deviation."""
 
+    measured, differences = ("rms",), ("rms",)
     input: str
-    rms: float
+    rms: _Own
     unit: str = ""
     seed: int = 0
 
@@ -112,6 +123,7 @@ class FaultTable(At, kw_only=True):
 class AssertTable(Span, kw_only=True):
     """What an output, or the residual of a power bond, is to be."""
 
+    measured, differences = ("expected", "absolute", "least", "most"), ("absolute",)
     name: str = ""
     output: str | None = None
     residual: str = ""
@@ -120,11 +132,11 @@ class AssertTable(Span, kw_only=True):
     over_cycles: float | None = None
     unit: str = ""
     ratio_to: str = ""
-    expected: float | None = None
-    tolerance: float | None = None
-    absolute: float | None = None
-    least: float | None = None
-    most: float | None = None
+    expected: _Own | None = None
+    tolerance: _Share | None = None
+    absolute: _Own | None = None
+    least: _Own | None = None
+    most: _Own | None = None
 
 
 class EndsTable(At, kw_only=True):
@@ -133,7 +145,7 @@ class EndsTable(At, kw_only=True):
     how: Literal[ENDS] = BY_FAILURE  # type: ignore[valid-type]
     of: str = ""
     says: str | None = None
-    within_s: float | None = None
+    within_s: _Seconds | None = None
 
 
 class UnitTable(Table, kw_only=True):
@@ -165,9 +177,9 @@ class WayTable(Table, kw_only=True):
     """How scenarios are run; a scenario may say otherwise."""
 
     cycles: float | None = None
-    stop_s: float | None = None
-    step_deg: float | None = None
-    step_s: float | None = None
+    stop_s: _Seconds | None = None
+    step_deg: Annotated[float, measure("deg", "angle")] | None = None
+    step_s: _Seconds | None = None
     error: float | None = None
     scheme: Literal[tuple(SCHEMES)] | None = None  # type: ignore[valid-type]
     reconstruction: str | None = None
@@ -197,9 +209,9 @@ class HarnessTable(WayTable, kw_only=True):
     scenario: list[ScenarioTable]
     title: str | None = None
     engine: str | None = None
-    speed_rpm: Annotated[float, between(10.0, 30000.0, "rev/min")] | None = None
-    start_limit_s: Annotated[float, between(0.01, 1e6, "s")] | None = None
-    step_limit_s: Annotated[float, between(0.01, 1e6, "s")] | None = None
+    speed_rpm: Annotated[float, between(10.0, 30000.0, "rev/min", "speed")] | None = None
+    start_limit_s: Annotated[float, between(0.01, 1e6, "s", "time")] | None = None
+    step_limit_s: Annotated[float, between(0.01, 1e6, "s", "time")] | None = None
     angle: str | None = None
     abscissa: str | None = None
     valvetrain: bool | None = None

@@ -1,0 +1,179 @@
+"""Cycles of a measured pressure, some at a time: rows of samples that are read and converted when they are asked for.
+
+A recording of 1 GB holds some 10⁴ cycles of 10⁴ samples. Means, scatter and figures of each cycle need one pass over
+them each, never all at once.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+
+Kind = TypeVar("Kind", bound=np.generic)
+BLOCK = 1_000_000
+"""Samples that are read at once."""
+HELD = 4_000_000
+"""Samples of computed rows that stay in memory; more go to a temporary file."""
+
+
+class CycleRows:
+    """Rows (count, size) of samples, read block by block; ``numpy.asarray`` makes an array of all.
+
+    ``read``: (first, past the last) → (k, size).
+    """
+
+    def __init__(self, count: int, size: int, read: Callable[[int, int], Array]) -> None:
+        self.count, self.size, self.read = count, size, read
+
+    @classmethod
+    def of(cls, values: Array) -> CycleRows:
+        """Rows of an array in memory."""
+        return cls(len(values), values.shape[1], lambda first, last: values[first:last])
+
+    @classmethod
+    def kept(cls, blocks: Iterable[Array]) -> CycleRows:
+        """Rows of blocks (k, size) that are expensive: in memory, or in a temporary file."""
+        parts, held, size, spill = list[Array](), 0, 0, None
+        for block in blocks:
+            held, size = held + len(block), block.shape[1]
+            parts.append(block)
+            if spill is None and held * size > HELD:
+                spill = tempfile.TemporaryFile(prefix="cranktrain-")  # noqa: SIM115 - the rows are read later
+            if spill is not None:
+                for part in parts:
+                    spill.write(np.ascontiguousarray(part, dtype=np.float64).tobytes())
+                parts = []
+        if spill is None:
+            return cls.of(np.concatenate(parts))
+        return cls(held, size, _in_file(spill, size))
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return self.count
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        """Return all rows, for recordings that fit the memory."""
+        whole = np.concatenate([block for _, block in self.blocks()]) if self.count else np.empty((0, self.size))
+        return whole if dtype is None else whole.astype(dtype)
+
+    def blocks(self) -> Iterator[tuple[int, Array]]:
+        """Yield the first row of each block, and the block (k, size)."""
+        step = max(1, BLOCK // self.size)
+        for first in range(0, self.count, step):
+            yield first, self.read(first, min(first + step, self.count))
+
+    def mapped(self, change: Callable[[int, Array], Array]) -> CycleRows:
+        """Rows as ``change`` makes them of a first row's number and a block (k, size), whenever they are read."""
+        return CycleRows(self.count, self.size, lambda first, last: change(first, self.read(first, last)))
+
+    def chosen(self, rows: NDArray[np.intp]) -> CycleRows:
+        """Rows of these numbers, which increase."""
+
+        def read(first: int, last: int) -> Array:
+            own = rows[first:last]
+            return self.read(int(own[0]), int(own[-1]) + 1)[own - own[0]] if own.size else np.empty((0, self.size))
+
+        return CycleRows(len(rows), self.size, read)
+
+    def mean(self) -> Array:
+        """Return the mean row, (size,)."""
+        total = np.zeros(self.size)
+        for _, block in self.blocks():
+            total += block.sum(axis=0)
+        return np.asarray(total / self.count)
+
+    def deviation(self, mean: Array) -> Array:
+        """Return the standard deviation of the rows about their mean, (size,); zeros for a single one."""
+        total = np.zeros(self.size)
+        for _, block in self.blocks():
+            total += ((block - mean) ** 2).sum(axis=0)
+        return np.asarray(np.sqrt(total / max(1, self.count - 1)))
+
+    def each(self, value: Callable[[Array], NDArray[Kind]]) -> NDArray[Kind]:
+        """Return a number for each row, (count,), of blocks (k, size)."""
+        return np.concatenate([np.asarray(value(block)) for _, block in self.blocks()])
+
+
+def _in_file(spill: Any, size: int) -> Callable[[int, int], Array]:
+    spill.flush()
+    row = size * np.dtype(np.float64).itemsize
+
+    def read(first: int, last: int) -> Array:
+        spill.seek(first * row)
+        return np.frombuffer(spill.read((last - first) * row)).reshape(-1, size)
+
+    return read
+
+
+@dataclass(frozen=True)
+class Cycles:
+    """Measured cycles of one cylinder.
+
+    Attributes
+    ----------
+    name : of the channel
+    angle : (n,) rad after firing dead centre as it is assumed
+    pressure : (c, n) Pa, zeros as measured until they are pegged; read block by block, ``numpy.asarray`` has all
+    speed : rad/s, mean
+    rate : samples per second of the channel, Hz; not a number where unknown
+    zeros : (c,) Pa that were added
+    remarks : one line each
+    """
+
+    name: str
+    angle: Array
+    pressure: CycleRows
+    speed: float
+    rate: float
+    zeros: Array
+    remarks: tuple[str, ...] = ()
+
+    @cached_property
+    def mean(self) -> Array:
+        """Mean cycle, (n,) Pa."""
+        return self.pressure.mean()
+
+    @cached_property
+    def scatter(self) -> Array:
+        """Standard deviation of the cycles, (n,) Pa; zeros for a single one."""
+        return self.pressure.deviation(self.mean)
+
+    def turned(self, by: float) -> Cycles:
+        """Move the cycles by an angle, rad: what was at θ is at θ + by."""
+        whole = period(self.angle)
+
+        def moved(_: int, rows: Array) -> Array:
+            return np.array([np.interp(self.angle - by, self.angle, row, period=whole) for row in rows])
+
+        return replace(self, pressure=self.pressure.mapped(moved))
+
+    def low_passed(self, shortest: float) -> Cycles:
+        """Without waves shorter than an angle, rad; no delay. ``InputError``: an angle below two samples."""
+        step = float(self.angle[1] - self.angle[0])
+        if shortest < 2.0 * step:
+            raise InputError(
+                f"{self.name}: a low-pass of {math.degrees(shortest):.3g} deg is finer than two samples, "
+                f"{math.degrees(2 * step):.3g} deg"
+            )
+        order = np.fft.rfftfreq(self.angle.size, step) * shortest  # 1 at the shortest wave
+        gain = 0.5 * (1.0 + np.cos(math.pi * np.clip((order - 0.8) / 0.4, 0.0, 1.0)))
+
+        def passed(_: int, rows: Array) -> Array:
+            return np.asarray(np.fft.irfft(np.fft.rfft(rows, axis=1) * gain, self.angle.size, axis=1))
+
+        return replace(self, pressure=self.pressure.mapped(passed))
+
+
+def period(angle: Array) -> float:
+    """Angle of a cycle, rad, that these angles (n,) go through."""
+    return float(angle[1] - angle[0]) * angle.size
