@@ -268,7 +268,7 @@ def refine_crossings(values, first, sign, rows, count):
         if k + 1 < total:
             pitch = min(pitch, rows[0, k + 1] - place)
         before = place
-        middle = int(math.floor(place - first + 0.5))
+        middle = math.floor(place - first + 0.5)
         reach = int(min(OF_PITCH * pitch, LONGEST)) if pitch < math.inf else LONGEST
         reach = min(reach, middle, n - 1 - middle)
         level = rows[1, k]

@@ -41,6 +41,8 @@ SPARE = 1.25
 """Points that count, over the unknowns of a fit, at least."""
 SURE = 2.0
 """Standard deviations by which squares of changes exceed those of noise where a line is free to change."""
+DENSEST = 4
+"""Largest overlap of fits, over half a window: in fast ramps a peak would lie between two of them."""
 POOLED = 8
 """Fits by whose changes a line is judged, besides those of its bin."""
 MOST_CYCLES = 64
@@ -205,9 +207,11 @@ def track(
     check_orders(wanted, points)
     cycles, degree, lines = fit_shape(points, rotation, wanted, cycles, degree)
     low, high = rotation.speed_range
-    places = _places(points, cycles)
-    speeds = _speeds_at(rotation, places)
     width = step_rpm / RPM if step_rpm > 0.0 else max(10.0 / RPM, (high - low) / 40.0)
+    places = _places(points, cycles)
+    dense = min(DENSEST, math.ceil((high - low) / width / places.size))
+    places = _places(points, cycles, dense)
+    speeds = _speeds_at(rotation, places)
     bins = np.rint((speeds) / width).astype(np.int64)
     members = []
     for key in np.unique(bins):
@@ -218,9 +222,7 @@ def track(
     if degree:
         changes = _changes(fits)
         fits = [[_fit(points, places[k], shape, held) for k in own] for own, held in zip(members, changes, strict=True)]
-    rows = [
-        (float(np.mean(speeds[own])), *_joined(found), own.size) for own, found in zip(members, fits, strict=True)
-    ]
+    rows = [(float(np.mean(speeds[own])), *_joined(found), own.size) for own, found in zip(members, fits, strict=True)]
     keep = np.rint(2.0 * wanted).astype(int) - 1
     found, errors, coherence = (np.array([row[k] for row in rows])[:, keep] for k in (1, 2, 3))
     return Orders(np.array([row[0] for row in rows]), wanted, found, errors, coherence,
@@ -241,6 +243,11 @@ def fit_shape(
     unknowns = TREND + 2 * lines.size * (degree + 1)
     least = max(CYCLES, math.ceil(SPARE * unknowns / (WEIGHT * a_cycle)))
     cycles = least if cycles is None else cycles
+    if cycles <= degree:
+        raise InputError(
+            f"{points.name}: {cycles} cycles do not tell half orders of changing amplitude apart; a fit spans "
+            f"{degree + 1} or more while the speed changes"
+        )
     if cycles > MOST_CYCLES or WEIGHT * a_cycle * cycles < unknowns:
         raise InputError(
             f"{points.name}: {a_cycle:.3g} points a cycle over {cycles} cycles do not determine orders up to "
@@ -261,13 +268,13 @@ def check_orders(orders: Array, points: Points) -> None:
         )
 
 
-def _places(points: Points, cycles: int) -> Array:
-    """Middles of fits, half a window apart, the first and the last at an end of the points."""
+def _places(points: Points, cycles: int, dense: int = 1) -> Array:
+    """Middles of fits, half a window apart or ``dense`` times closer; the first and the last at an end."""
     half = 0.5 * cycles * CYCLE
     first, last = points.phase[0] + half, points.phase[-1] - half
     if last < first:
         raise InputError(f"{points.name}: {np.ptp(points.phase) / CYCLE:.2g} cycles are recorded; a fit spans {cycles}")
-    count = max(1, math.floor((last - first) / half))
+    count = max(1, math.floor(dense * (last - first) / half))
     return np.asarray(first + (last - first) / count * np.arange(count + 1)) if last > first else np.array([first])
 
 

@@ -325,7 +325,7 @@ class MeanRotation:
 
 def _spline_coefficients(design: Any, values: Array) -> Array:
     """Coefficients of the least-squares fit of a banded ``design``; 6th differences hold those that no value tells."""
-    from scipy.linalg import cholesky_banded, cho_solve_banded
+    from scipy.linalg import cho_solve_banded, cholesky_banded
     from scipy.sparse import diags
 
     count = design.shape[1]
