@@ -11,10 +11,13 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.orders.measured import Measured, phases_of
-from cranktrain.results.run_up.run_up import AXIAL, RunUp
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, RunUp
+from cranktrain.results.run_up.twist import TWIST, with_twist
 from cranktrain.results.tables import NOTHING, Table
 
 RPM = 30.0 / math.pi
+MOTIONS = {AXIAL: "axial", FLYWHEEL: "flywheel's torsion", TWIST: "twist"}
+"""Names of outputs; all others are torsion of the pulley."""
 FOREIGN = 0.25
 """Relative difference of all peaks' speeds from which measured orders are said to be of another engine."""
 
@@ -28,6 +31,7 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
     where one has no peak, or phases are not known.
     """
     rows = []
+    run_up = with_twist(run_up)
     for output, by_order in measured.items():
         for order, (speeds, sizes) in by_order.items():
             if output not in run_up.amplitudes or order not in run_up.orders:
@@ -56,6 +60,22 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
                 }
             )
     return rows
+
+
+def deviations_said(rows: list[dict[str, Any]]) -> str:
+    """Deviations as a line of text below a picture: peak in speed and height, phase; empty where there are none."""
+    parts = []
+    for row in rows:
+        said = [
+            f"{row[key]:{form}} {words}"
+            for key, form, words in (
+                ("speed_percent", "+.1f", "% speed"), ("amplitude_percent", "+.0f", "% amplitude"),
+                ("phase_deg", "+.0f", "deg phase"), ("rms_percent", ".0f", "% rms"),
+            )
+            if row[key] is not None
+        ]  # fmt: skip
+        parts.append(f"order {row['order']:g}: {', '.join(said)}")
+    return f"Computed against measured peaks: {'; '.join(parts)}." if parts else ""
 
 
 def of_another_engine(rows: list[dict[str, Any]]) -> str:
@@ -88,7 +108,7 @@ def deviation_table(rows: list[dict[str, Any]]) -> Table:
 
     texts = tuple(
         (
-            "axial" if row["output"] == AXIAL else "torsion",
+            MOTIONS.get(row["output"], "torsion"),
             f"{row['order']:g}",
             str(row["points"]),
             said(row["measured_peak_rpm"], ".0f"),
