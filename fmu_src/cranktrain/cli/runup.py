@@ -77,6 +77,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
     from cranktrain.dynamics.simulation import check_far_end
+    from cranktrain.results.orders.deviations import check_speeds_measured
     from cranktrain.results.orders.measured import read_measured_orders
     from cranktrain.results.run_up.run_up import check_run_up_target
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses, stress_table
@@ -94,6 +95,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     check_run_up_target(path)
     folder = None if options.plots is None else pictures_folder(options.plots)
     measured = None if options.measured is None else read_measured_orders(options.measured)
+    if measured is not None:
+        check_speeds_measured(measured, options.from_rpm / PER_RPM, options.to_rpm / PER_RPM)
     for rpm in (options.from_rpm, options.to_rpm):
         replace(request, speed_rpm=rpm).tell_doubts(engine, gas)
     made = assembled(asked, not options.no_inherit)

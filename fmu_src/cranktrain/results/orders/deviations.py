@@ -91,12 +91,17 @@ def of_another_engine(rows: list[dict[str, Any]]) -> str:
 
 def check_measured(run_up: RunUp, measured: Measured) -> None:
     """Refuse measured orders that have nothing in common with a run-up; ``InputError`` with the ranges of both."""
+    check_speeds_measured(measured, float(run_up.speeds[0]), float(run_up.speeds[-1]))
+
+
+def check_speeds_measured(measured: Measured, first: float, last: float) -> None:
+    """Refuse measured orders without a speed between two, rad/s; ``InputError`` with both ranges."""
     spans = [(speeds[0], speeds[-1]) for by_order in measured.values() for speeds, _ in by_order.values()]
     low, high = min(one[0] for one in spans), max(one[1] for one in spans)
-    if high < run_up.speeds[0] or low > run_up.speeds[-1]:
+    if high < first or low > last:
         raise InputError(
             f"measured orders are from {low * RPM:.0f} to {high * RPM:.0f} rev/min, the run-up from "
-            f"{run_up.speeds_rpm[0]:.0f} to {run_up.speeds_rpm[-1]:.0f} rev/min; they have no speed in common"
+            f"{first * RPM:.0f} to {last * RPM:.0f} rev/min; they have no speed in common"
         )
 
 

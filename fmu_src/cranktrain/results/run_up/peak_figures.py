@@ -25,7 +25,7 @@ def history_figure(run_up: RunUp, quantity: Quantity, title: str, beside: Beside
     """
     places = peak_speeds(run_up, quantity)
     figure, axes = _grid(len(places))
-    angle = np.arange(HISTORY + 1) * (4.0 * math.pi / HISTORY)
+    angle = np.arange(HISTORY + 1, dtype=np.float64) * (4.0 * math.pi / HISTORY)
     turn = np.exp(1j * np.outer(run_up.orders, angle))
     for ax, (at, order) in zip(axes, places, strict=True):
         motion = quantity.scale * (run_up.amplitudes[quantity.output][at] @ turn).real

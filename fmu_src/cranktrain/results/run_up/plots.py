@@ -285,11 +285,11 @@ def plot_campbell(
             at[keep], order * at[keep] / 60.0, s=260.0 * amplitudes[keep] / largest, color=ORANGE, alpha=0.35, lw=0.0,
             zorder=3,
         )  # fmt: skip
-    for order, rpm, values, band in measured:
-        keep = (values > 0.01 * largest) & (rpm >= low) & (rpm <= high)
+    for order, across, values, band in measured:
+        keep = (values > 0.01 * largest) & (across >= low) & (across <= high)
         for side, width in ((0.0, 1.1), (-1.0, 0.5), (1.0, 0.5)):
             area = 260.0 * np.maximum(values + side * band, 0.0)[keep] / largest
-            ax.scatter(rpm[keep], order * rpm[keep] / 60.0, s=area, fc="none", ec=RED, lw=width, zorder=3.5)
+            ax.scatter(across[keep], order * across[keep] / 60.0, s=area, fc="none", ec=RED, lw=width, zorder=3.5)
     for order, rpm in (published or {}).items():
         if low <= rpm <= high:
             ax.plot(rpm, order * rpm / 60.0, "x", ms=8, color="black", mew=1.6, zorder=6)
