@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
-from cranktrain.measured.channels import MANY, Channel, long_time_base, time_base
+from cranktrain.measured.channels import MANY, Channel, long_time_base, time_base, timed
 
 TIME_NAMES = ("time", "zeit", "t", "time_s", "timestamps", "timestamp", "x_time", "t_s")
 RATE_NAMES = ("fs", "rate", "sample_rate", "sampling_rate", "samplerate", "samplingrate", "f_s", "fsample")
@@ -52,8 +52,9 @@ def as_channels(arrays: Sequence[Named], scalars: Mapping[str, float], source: s
             over = "time"
         for k in range(one.columns):
             name = one.name if one.columns == 1 else f"{one.name}:{k + 1}"
+            size = one.size if order is None else order.size
             found.append(
-                Channel(name, one.unit, one.size, source, _column(one, k, order), start,
+                Channel(name, one.unit, size, source, _column(one, k, order), start,
                         math.nan if places is not None else step, None if places is None else _held(places),
                         over, "s" if over == "time" else "1")
             )  # fmt: skip
@@ -71,12 +72,15 @@ def _clock(base: Named, source: str, remarks: list[str]) -> tuple[float, float, 
     if base.size > MANY and (even := long_time_base(lambda first, last: base.read(first, last, 0) * scale, base.size)):
         return *even, None, None
     times = base.read(0, base.size, 0) * scale
+    order, told = timed(times, f"{source}, channel {base.name}")
+    remarks += told
+    times = times if order is None else times[order]
     start, step, own, told = time_base(times, f"{source}, channel {base.name}")
     remarks += told
-    order = None
     if own is not None and own.size > 1 and np.any(np.diff(own) < 0.0):
-        order = np.argsort(own, kind="stable")
-        own = own[order]
+        rising = np.argsort(own, kind="stable")
+        order = rising if order is None else order[rising]
+        own = own[rising]
         start = float(own[0])
     return start, step, own, order
 
