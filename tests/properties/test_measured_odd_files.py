@@ -213,21 +213,31 @@ def test_uff_with_other_data_sets_and_no_end(tmp_path):
 
 @pytest.mark.parametrize("kind", ["uff", "uffb", "mat"])
 def test_long_channels_are_not_all_in_memory_at_once(kind, tmp_path, monkeypatch):
-    """Twelve channels, one at a time: the peak is far below their sum, and samples come back in any order."""
+    """Sixty channels, one at a time: what is held is far below their sum, and samples come back in any order."""
     import tracemalloc
 
     from cranktrain.measured.formats import matlab, uff
 
-    n = 20_000 if kind == "uff" else 200_000
-    monkeypatch.setattr(uff, "HELD", 10_000)
-    monkeypatch.setattr(matlab, "HELD", 10_000)
+    n, count = 10_000, 60
+    monkeypatch.setattr(uff, "HELD", 1000)
+    monkeypatch.setattr(matlab, "HELD", 1000)
     time = np.arange(n) / 1e4
-    columns = {f"c{k}": np.sin(time + k) for k in range(12)}
+    columns = {f"c{k}": np.sin(time + k) for k in range(count)}
     path = write(tmp_path, kind, time, columns, dict.fromkeys(columns, "V"))
+    ct.read_measured(write(tmp_path, kind, time[:50], {"c": time[:50]}, {"c": "V"}, name="small"))  # imports
     tracemalloc.start()
     found = ct.read_measured(path)
-    for k in (11, 0, 5, 0):
+    for k in (59, 0, 5, 0):
         np.testing.assert_allclose(found.channels[k].values(100, 200), columns[f"c{k}"][100:200], atol=1e-6)
     held, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert held < 4 * 8 * n and peak < (30 if kind == "uff" else 8) * 8 * n + 2**20
+    assert held < 0.2 * 8 * n * count and peak < 8 * n * count + 1.2 * path.stat().st_size * (kind != "mat")
+
+
+def test_a_uff_file_that_is_too_large_is_refused_with_what_to_do(tmp_path, monkeypatch):
+    from cranktrain.measured.formats import uff
+
+    path = write(tmp_path, "uff", TIME, with_pressure(PRESSURE), UNITS)
+    monkeypatch.setattr(uff, "LARGEST", 1000)
+    with pytest.raises(ct.InputError, match=r"run.uff: has .* GB, UFF files are read up to 1e-06 GB; export fewer"):
+        ct.read_measured(path)

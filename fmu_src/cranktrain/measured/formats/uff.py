@@ -1,7 +1,8 @@
 """UFF data sets 58 and 58b by pyuff: time series, and functions over frequency, speed or order.
 
-pyuff skips what it does not read; data sets that are cut short are told and those before them kept. pyuff reads a data
-set as a whole, so one at a time is in memory; it is read again when its samples are asked for.
+pyuff skips what it does not read; data sets that are cut short are told and those before them kept. pyuff takes the
+whole file into memory while it looks for data sets, so a file may have ``LARGEST`` bytes; afterwards one data set at a
+time is in memory, which is read again when its samples are asked for.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ FUNCTIONS = {
     9: "power spectral density", 12: "spectrum", 13: "order",
 }  # fmt: skip
 NOTHING = ("", "none")
+LARGEST = 2_000_000_000
+"""Bytes of a file."""
 HELD = 100_000
 """Values of a data set that stays in memory."""
 
@@ -34,6 +37,11 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
     """List the channels of a file, and remarks."""
     import pyuff
 
+    if (size := path.stat().st_size) > LARGEST:
+        raise InputError(
+            f"{path.name}: has {size / 1e9:.3g} GB, UFF files are read up to {LARGEST / 1e9:g} GB; export fewer channels a "
+            "file, or MDF4, TDMS or HDF5, which are read in blocks"
+        )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = pyuff.UFF(str(path))
