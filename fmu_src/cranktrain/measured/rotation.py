@@ -22,8 +22,10 @@ from cranktrain.measured.wheel import CYCLE, MeanRotation, Numbered, Wheel, lear
 RPM = 30.0 / math.pi
 DISAGREE = 0.005
 """Relative difference of mean speeds from which two tachos are said to disagree."""
-SLOWEST = 1.0
-"""Speed, rev/min, below which a shaft stands still."""
+SLOWEST, FASTEST = 1.0, 50_000.0
+"""Speed, rev/min, below which a shaft stands still, and above which none of an engine turns."""
+WRONG, FEW_WRONG = 0.1, 20
+"""Fraction of lost and double pulses, and their number, from which a signal is not that of a wheel."""
 NAMED = 4
 """Orders that a remark on pitch errors names."""
 KEEP, REMOVE = "keep", "remove"
@@ -256,8 +258,15 @@ def _turning_part(numbered: Numbered, wheel: Wheel, where: str) -> tuple[Numbere
 
 
 def _told(numbered: Numbered, wheel: Wheel, where: str) -> list[str]:
-    """Remarks on lost and double pulses and slips."""
+    """Remarks on lost and double pulses and slips; ``InputError``: too many of them to be a wheel's."""
     remarks = []
+    wrong, whole = numbered.lost + numbered.doubled, numbered.times.size + wheel.pulses
+    if wrong > max(FEW_WRONG, WRONG * whole):
+        raise InputError(
+            f"{where}: {numbered.lost} pulses are missing and {numbered.doubled} are double among "
+            f"{numbered.times.size}; these are no pulses of a wheel of {wheel.teeth} teeth, or they are sampled too "
+            "slowly (aliasing); check channel, level and teeth"
+        )
     if numbered.lost:
         remarks.append(
             f"{where}: {numbered.lost} of {numbered.times.size + numbered.lost} pulses are missing and were bridged"
@@ -309,6 +318,11 @@ def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where
     speed = float(np.median(np.diff(angle) / np.diff(numbered.times)))
     if speed * RPM < SLOWEST:
         raise InputError(f"{where}: turns at {speed * RPM:.3g} rev/min, it stands still; check the pulses a revolution")
+    if speed * RPM > FASTEST:
+        raise InputError(
+            f"{where}: turns at {speed * RPM:.4g} rev/min with {wheel.teeth} teeth, above {FASTEST:g} rev/min; "
+            "check the pulses a revolution"
+        )
     if errors.any() or wheel.teeth < 4 or angle[-1] - angle[0] < 16 * CYCLE:
         return np.zeros(0), []
     found = learn_errors(numbered, wheel, None, where)

@@ -39,8 +39,8 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
 
     if (size := path.stat().st_size) > LARGEST:
         raise InputError(
-            f"{path.name}: has {size / 1e9:.3g} GB, UFF files are read up to {LARGEST / 1e9:g} GB; export fewer channels a "
-            "file, or MDF4, TDMS or HDF5, which are read in blocks"
+            f"{path.name}: has {size / 1e9:.3g} GB, UFF files are read up to {LARGEST / 1e9:g} GB; export fewer "
+            "channels a file, or MDF4, TDMS or HDF5, which are read in blocks"
         )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
