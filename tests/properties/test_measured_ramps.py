@@ -13,7 +13,7 @@ from pulse_signals import RPM, channel, motion, pitch_errors, sine_signal
 from cranktrain.core.errors import InputError
 from cranktrain.measured.filtered import filtered_orders
 from cranktrain.measured.rotation import rotation
-from cranktrain.measured.tracking import torsion_points, track
+from cranktrain.measured.tracking import channel_points, torsion_points, track
 from cranktrain.measured.wheel import CYCLE, MeanRotation, Wheel
 
 RATE = 2e5
@@ -150,3 +150,49 @@ def test_what_recurs_each_revolution_is_told_by_order():
     assert any("most of all 2 (0.2 deg)" in text for text in turning.remarks)
     learned = rotation(channel(sine_signal(theta, 60, 0, errors), 5e4), Wheel(60), learn=turning.errors)
     assert learned.recurring.size == 60 // 2 - 1
+
+
+def test_bands_hold_the_truth_as_often_as_they_say():
+    """Noise as large as the orders, in a ramp: 95 % bands of amplitudes hold the true one in at least 85 %."""
+    rate, held, counted = 2e4, 0, 0
+    orders = np.array([1.5, 3.0, 6.0])
+    for seed in range(3):
+        _, phi, theta = motion(rate, 30.0, (1000, 2000), {})
+        turning = rotation(channel(sine_signal(theta, 60), rate), Wheel(60))
+        values = sum(np.cos(n * phi + n) for n in orders) + np.random.default_rng(seed).normal(0.0, 1.0, phi.size)
+        found = track(channel_points(channel(values, rate, "mic", "Pa"), turning, 7.0), turning, orders, step_rpm=25.0)
+        low, high = found.bands
+        held += int(np.count_nonzero((low <= 1.0) & (high >= 1.0)))
+        counted += low.size
+        assert found.coherence.min() > 0.9
+    assert counted > 300 and 0.85 < held / counted <= 1.0
+
+
+def test_coherence_is_the_share_that_repeats():
+    """Of 64 cycles an order has the phase 0 in three quarters and 180 deg in one: |1/2|² of 1 is a quarter."""
+    rate = 2e4
+    _, phi, theta = motion(rate, 26.0, (1200, 1200), {})
+    turning = rotation(channel(sine_signal(theta, 60), rate), Wheel(60))
+    block = np.floor(phi / (16.0 * CYCLE)).astype(int) % 4
+    values = np.where(block == 3, -1.0, 1.0) * np.cos(3.0 * phi) + np.cos(6.0 * phi)
+    points = channel_points(channel(values, rate, "mic", "Pa"), turning, 7.0)
+    found = track(points, turning, np.array([3.0, 6.0]), step_rpm=200.0)
+    assert found.coherence[0, 0] == pytest.approx(0.25, abs=0.1) and found.coherence[0, 1] > 0.999
+    assert found.errors[0, 0] > 50.0 * found.errors[0, 1]
+
+
+@pytest.mark.parametrize("dead_centre", [0.0, 31.5, 400.0])
+def test_phases_count_from_firing_dead_centre_of_cylinder_1(dead_centre):
+    """Torsion a cos(n (θ − θ₁) + p), θ₁ the dead centre behind tooth 0: phases are p, of half orders too."""
+    rate, torsion = 1e5, {0.5: (0.2, 0.3), 1.5: (0.1, -1.2), 6.0: (0.05, 2.0)}
+    shift = math.radians(dead_centre)
+    _, phi, theta = motion(rate, 8.0, (1000, 1400), {n: (a, p - n * shift) for n, (a, p) in torsion.items()})
+    index = channel(sine_signal(theta, 1), rate, "index")
+    turning = rotation(channel(sine_signal(theta, 120), rate), Wheel(120), index=index, dead_centre=shift)
+    pressure = channel(np.exp(-((np.mod(phi - shift + math.pi, CYCLE) - math.pi) ** 2) / 0.1), rate, "p1", "bar")
+    found = track(
+        torsion_points(turning.with_firing(pressure)), turning.with_firing(pressure), np.array([0.5, 1.5, 6.0])
+    )
+    for k, (_, phase) in enumerate(torsion.values()):
+        off = np.angle(found.amplitudes[:, k] * np.exp(-1j * phase))
+        assert np.degrees(np.abs(off)).max() < 1.0
