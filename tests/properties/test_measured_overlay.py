@@ -179,3 +179,15 @@ def test_runup_compares_with_measured_orders_and_refuses_other_speeds_at_once(tm
     assert main([*command, "--from", "1800", "--to", "2800", "--json"]) == 0
     (row,) = json.loads(capsys.readouterr().out)["deviations"]
     assert row["order"] == 6.0 and abs(row["speed_percent"]) < 3.0
+
+
+def test_noise_is_no_measured_peak(run_up, tmp_path):
+    """An order that is constant within its band has no peak to compare."""
+    rng = np.random.default_rng(0)
+    speeds = np.arange(1200.0, 2800.0, 20.0)
+    path = tmp_path / "flat.csv"
+    sizes = 0.1 + rng.normal(0.0, 0.005, speeds.size)
+    lines = [f"{rpm},6,{size},deg,0.0,0.01" for rpm, size in zip(speeds, sizes, strict=True)]
+    path.write_text("speed_rpm,order,amplitude,unit,phase_deg,band\n" + "\n".join(lines))
+    (row,) = deviations(run_up, read_measured_orders(path))
+    assert row["measured_peak_rpm"] is None and row["speed_percent"] is None and row["rms_percent"] > 50.0

@@ -333,7 +333,7 @@ def _fit(points: Points, place: float, shape: FitShape, held: Array | None = Non
     spread = weighted * root[:, None]
     middle = spread.T @ spread
     rows = inverse[TREND:]
-    variance = s2 * np.einsum("ij,jk,ik->i", rows, middle, rows)
+    variance = s2 * np.sum((rows @ middle) * rows, axis=1)
     sizes = found[TREND:].reshape(degree + 1, 2, count)
     variance = variance.reshape(degree + 1, 2, count)
     return Fit(sizes[0, 0] + 1j * sizes[0, 1], np.sqrt(variance[0].mean(axis=0)),

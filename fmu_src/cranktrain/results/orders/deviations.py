@@ -10,7 +10,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.results.orders.harmonics import ComplexArray
-from cranktrain.results.orders.measured import Measured, phases_of
+from cranktrain.results.orders.measured import Measured, band_of, phases_of
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, RunUp
 from cranktrain.results.run_up.twist import TWIST, with_twist
 from cranktrain.results.tables import NOTHING, Table
@@ -43,7 +43,9 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
             at, own = speeds[inside], sizes[inside]
             there = np.interp(at, run_up.speeds, np.abs(computed))
             keep = (run_up.speeds >= at[0]) & (run_up.speeds <= at[-1])
-            peak, base = _peak(at, own), _peak(run_up.speeds[keep], np.abs(computed)[keep])
+            band = band_of(measured, output, order)
+            noise = 0.0 if band is None else 2.0 * float(np.nanmedian(band[inside]))
+            peak, base = _peak(at, own, noise), _peak(run_up.speeds[keep], np.abs(computed)[keep])
             phases = phases_of(measured, output, order)
             power = float(np.sqrt(np.mean(own**2)))
             rows.append(
@@ -137,11 +139,16 @@ def deviation_table(rows: list[dict[str, Any]]) -> Table:
     return Table("Computed against measured orders", header, texts)
 
 
-def _peak(speeds: Array, sizes: Array) -> tuple[float, float] | None:
-    """Speed and height of a curve's peak, by the parabola through three points; None for a peak at an end."""
+def _peak(speeds: Array, sizes: Array, noise: float = 0.0) -> tuple[float, float] | None:
+    """Speed and height of a curve's peak, by the parabola through three points.
+
+    None for a peak at an end, or one that stands out of the lower quarter of the curve by less than ``noise``.
+    """
     if speeds.size < 3:
         return None
     k = int(np.argmax(sizes))
+    if sizes[k] - float(np.quantile(sizes, 0.25)) < noise:
+        return None
     if not 0 < k < speeds.size - 1 or speeds[k - 1] == speeds[k] or speeds[k] == speeds[k + 1]:
         return None
     a, b, c = np.polyfit(speeds[k - 1 : k + 2] - speeds[k], sizes[k - 1 : k + 2], 2)
