@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 import scipy.io
-from pulse_signals import motion, sine_signal
+from pulse_signals import channel, motion, sine_signal
 
 from cranktrain.cli.main import main
+from cranktrain.measured.rotation import rotation
+from cranktrain.measured.wheel import Wheel
 
 PULLEY = ["--rotation", "pulley"]
 CASES = {
@@ -81,3 +83,13 @@ def test_bad_input_is_told_in_one_line_with_numbers(case, recording, capsys, mon
     lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("cranktrain: remark: ")]
     assert len(lines) == 1 and said in lines[0], lines
     assert not (recording / "out.csv").exists()
+
+
+def test_a_wheel_with_three_gaps_is_bridged_not_refused():
+    """36-2-2-2 teeth lack a sixth of their pulses and turn as an even wheel of 36 does."""
+    t, _, theta = motion(5e4, 6.0, (1000, 1500), {})
+    s = theta * (36.0 / math.tau)
+    wave = np.where(np.isin(np.floor(s + 0.5) % 36, (16, 17, 19, 20, 34, 35)), -0.9, np.sin(math.tau * s))
+    turning = rotation(channel(wave, 5e4), Wheel(36))
+    assert turning.numbered.lost > 600 and turning.speed_range[1] == pytest.approx(1500.0 * math.pi / 30.0, rel=0.01)
+    assert np.ptp(turning.angle) == pytest.approx(np.ptp(np.interp(turning.times, t, theta)), abs=1e-4)

@@ -24,8 +24,10 @@ DISAGREE = 0.005
 """Relative difference of mean speeds from which two tachos are said to disagree."""
 SLOWEST, FASTEST = 1.0, 50_000.0
 """Speed, rev/min, below which a shaft stands still, and above which none of an engine turns."""
-WRONG, FEW_WRONG = 0.1, 20
-"""Fraction of lost and double pulses, and their number, from which a signal is not that of a wheel."""
+WRONG, FEW_WRONG = 0.04, 20
+"""Fraction of lost and of double pulses, and their number, from which a signal is not that of a wheel. Wheels with
+several gaps lack many pulses, and a bouncing switch doubles many, but noise has both.
+"""
 NAMED = 4
 """Orders that a remark on pitch errors names."""
 KEEP, REMOVE = "keep", "remove"
@@ -260,8 +262,7 @@ def _turning_part(numbered: Numbered, wheel: Wheel, where: str) -> tuple[Numbere
 def _told(numbered: Numbered, wheel: Wheel, where: str) -> list[str]:
     """Remarks on lost and double pulses and slips; ``InputError``: too many of them to be a wheel's."""
     remarks = []
-    wrong, whole = numbered.lost + numbered.doubled, numbered.times.size + wheel.pulses
-    if wrong > max(FEW_WRONG, WRONG * whole):
+    if min(numbered.lost, numbered.doubled) > max(FEW_WRONG, WRONG * numbered.times.size):
         raise InputError(
             f"{where}: {numbered.lost} pulses are missing and {numbered.doubled} are double among "
             f"{numbered.times.size}; these are no pulses of a wheel of {wheel.teeth} teeth, or they are sampled too "
