@@ -15,7 +15,7 @@ the heat determines. Of a fired trace it takes the compression until heat is rel
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +42,8 @@ CAPACITY, UNSURE = {True: 0.02, False: 0.005}, 0.02
 tell them, and fired; and that of the stated errors, which is wider because formulas for gas and heat differ so.
 """
 UNUSUAL, IMPOSSIBLE = 4.0, 25.0
-"""Standard deviations by which one of these is told as unusual, and refused. A compression ratio that is 0.3 off
-makes 5.
+"""Standard deviations by which one of these is told as unusual, and refused. A compression ratio of 16.4 in
+place of 17 is told.
 """
 MIDWAY = 0.5
 """Temperature, 1000 K, at which the change of the rise is zero."""
@@ -141,12 +141,7 @@ def fit_compression(
     found = least_squares(residual, np.array([0.0, start[0], start[1], TEMPERATURE[0], 0.0, 0.0, 0.0]), x_scale=scale)
     x = found.x
     points = theta.size
-    scaled = found.jac * scale
-    scaled[points + 2 : points + 4] *= CAPACITY[motored] / UNSURE
-    # Pressures in Pa and changes of a hundredth do not stand in one matrix.
-    covariance = np.linalg.pinv(scaled.T @ scaled) * np.outer(scale, scale)
-    inflated = max(1.0, float(np.sum(found.fun[:points] ** 2)) / max(1, points - 7))
-    errors = np.sqrt(np.diag(covariance) * inflated)
+    errors = _standard_errors(found, points, scale, motored)
     by = float(x[0]) if shift is None else shift
     left = float(np.sqrt(np.mean((found.fun[:points] / weight) ** 2)))
     limit = 0.03 * float(np.ptp(p)) + 3.0 * noise
@@ -175,6 +170,16 @@ def fit_compression(
         left,
         doubt,
     )
+
+
+def _standard_errors(found: Any, points: int, scale: Array, motored: bool) -> Array:
+    """Standard errors (7,) of a fit's unknowns, with what the priors of the heat capacity hide."""
+    scaled = found.jac * scale
+    scaled[points + 2 : points + 4] *= CAPACITY[motored] / UNSURE
+    # Pressures in Pa and changes of a hundredth do not stand in one matrix.
+    covariance = np.linalg.pinv(scaled.T @ scaled) * np.outer(scale, scale)
+    inflated = max(1.0, float(np.sum(found.fun[:points] ** 2)) / max(1, points - 7))
+    return np.asarray(np.sqrt(np.diag(covariance) * inflated))
 
 
 def _compressed(angle: Array, pressure: Array, cylinder: Cylinder, motored: bool) -> NDArray[np.bool_]:
@@ -267,7 +272,8 @@ def _start(theta: Array, p: Array, cylinder: Cylinder) -> tuple[float, float]:
 def _pressure(angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, ...]) -> Array:
     """Pressure (n,) Pa along rising angles (n,) rad by Runge and Kutta's method, a step between two angles.
 
-    ``numbers``: pressure and temperature at the first angle, ln C, change of the heat capacity, wall temperature.
+    ``numbers``: pressure and temperature at the first angle, ln C, change of the heat capacity and of its
+    rise in 1000 K, wall temperature.
     """
     p0, t0, heat, capacity, rise, wall = (float(value) for value in numbers)
     halves = np.empty(2 * angle.size - 1)
