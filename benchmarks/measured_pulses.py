@@ -79,7 +79,8 @@ def main() -> None:
         begin = time.perf_counter()
         done = subprocess.run(command, capture_output=True, text=True, check=True, env=os.environ | ONE_CORE)
         seconds = time.perf_counter() - begin
-    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0**2
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    peak = used.ru_maxrss / 1024.0**2
     told = json.loads(done.stdout)
     twist = told["orders"][-1]
     k = twist["orders"].index(6.0)
@@ -90,6 +91,7 @@ def main() -> None:
                 "samples_per_channel": asked.samples,
                 "channels": 2,
                 "seconds": round(seconds, 1),
+                "processor_seconds": round(used.ru_utime + used.ru_stime, 1),
                 "peak_memory_gb": round(peak, 2),
                 "pulses": [one["pulses"] for one in told["rotation"]],
                 "twist_order_6_deg": [min(found), max(found)],

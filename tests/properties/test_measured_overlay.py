@@ -68,8 +68,8 @@ def test_speed_amplitude_and_phase_are_told_apart(run_up, tmp_path):
 def test_measured_orders_name_their_output(run_up, tmp_path):
     found = read_measured_orders(measured_file(tmp_path, outputs=(TORSION, FLYWHEEL, "twist")))
     assert set(found) == {TORSION, FLYWHEEL, "twist"}
-    rows = deviations(run_up, found)  # the run-up has no output of the twist of its own
-    assert [row["output"] for row in rows] == [TORSION, FLYWHEEL]
+    rows = deviations(run_up, found)
+    assert [row["output"] for row in rows] == [TORSION, FLYWHEEL, "twist"]
     assert rows[1]["amplitude_percent"] == pytest.approx(-90.0, abs=1.0)
     path = tmp_path / "wrong.csv"
     path.write_text("speed_rpm,order,amplitude,unit,output\n2000,6,0.1,deg,pully.torsion\n")
@@ -96,3 +96,98 @@ def test_data_of_another_engine_are_told(run_up, tmp_path):
         InputError, match=r"from 1800 to 2895 rev/min, the run-up from 100 to 300 .* no speed in common"
     ):
         check_measured(slow, read_measured_orders(measured_file(tmp_path)))
+
+
+def test_every_picture_has_the_measured_orders_with_their_bands(run_up, tmp_path):
+    """Waterfall, colour maps, Campbell diagram, cycles and orders at peaks; the deviations stand below."""
+    from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
+    from cranktrain.results.run_up import peak_figures
+
+    measured = read_measured_orders(measured_file(tmp_path))
+    points = measured[TORSION][6.0][0].size
+    hz = np.full((SPEEDS.size, 1), 238.0)
+    modes = ModesOverSpeed(SPEEDS * RPM, hz, ("torsional 1",), ("torsional",), np.ones((SPEEDS.size - 1, 1)))
+    beside, bare = shown.Beside(SIX, modes, measured), shown.Beside(SIX, modes)
+    quantity = shown.TORSIONAL
+
+    def marks(figure):
+        """Artists with a place for each measured point."""
+        found = [artist for ax in figure.axes for artist in (*ax.lines, *ax.collections)]
+        counts = [len(a.get_xdata()) if hasattr(a, "get_xdata") else len(a.get_offsets()) for a in found]
+        segments = [len(a.get_segments()) for a in found if hasattr(a, "get_segments")]
+        return sum(count == points for count in counts), sum(count == points for count in segments)
+
+    waterfall, without = (figures.waterfall_figure(run_up, quantity, one, "six", 400.0) for one in (beside, bare))
+    assert marks(waterfall) == (1, 1) and marks(without) == (0, 0)
+    assert marks(figures.map_figure(run_up, quantity, beside, "six", 400.0))[0] == 2
+    circles = figures.campbell_figure(run_up, beside, "six").axes[0].collections
+    middle, lower, upper = (a.get_sizes() for a in circles if not len(a.get_facecolor()))
+    assert np.all(lower < middle) and np.all(middle < upper)
+    for figure in (waterfall, figures.campbell_figure(run_up, beside, "six")):
+        assert "Computed against measured peaks: order 6: " in " ".join(
+            text.get_text() for text in figure.texts
+        ).replace("\n", " ")
+    history = peak_figures.history_figure(run_up, quantity, "six", beside)
+    named = [line.get_label() for ax in history.axes for line in ax.lines]
+    assert "measured" in named and any(ax.collections for ax in history.axes)
+    bars = peak_figures.harmonic_figure(run_up, quantity, beside, "six")
+    assert any(len(a.get_segments()) == 1 for ax in bars.axes for a in ax.collections)
+
+
+def test_the_measured_cycle_is_the_sum_of_its_orders(tmp_path):
+    from cranktrain.results.orders.measured_points import motion_of, points_at
+
+    path = tmp_path / "two.csv"
+    path.write_text(
+        "speed_rpm,order,amplitude,unit,phase_deg,band\n2000,3,0.2,deg,30,0.03\n2000,6,0.1,deg,-90,0.04\n2000,9,1,deg,,\n"
+    )
+    points = points_at(read_measured_orders(path), TORSION, 2001.0 * RPM, 2.0 * RPM)
+    assert [point.order for point in points] == [3.0, 6.0, 9.0]
+    angle = np.linspace(0.0, 4.0 * math.pi, 100)
+    motion, band = motion_of(points, angle)
+    true = 0.2 * np.cos(3.0 * angle + math.radians(30.0)) + 0.1 * np.cos(6.0 * angle - math.radians(90.0))
+    np.testing.assert_allclose(np.degrees(motion), true, atol=1e-6)
+    assert np.degrees(band) == pytest.approx(0.05, rel=1e-6)  # 3, 4, 5
+    assert not points_at(read_measured_orders(path), TORSION, 2010.0 * RPM, 2.0 * RPM)
+
+
+def test_charts_of_the_report_draw_bands():
+    from cranktrain.studies.report.chart import bar_chart, line_chart
+
+    x = np.array([1.0, 2.0, 3.0])
+    points = {"order 6": (np.array([1.5, 2.5, 9.0]), np.array([0.5, 0.6, 0.7]), np.array([0.1, 0.0, 0.1]))}
+    text = line_chart("Orders", x, {"order 6": np.array([0.4, 0.6, 0.5])}, ("x", "y"), points=points)
+    assert text.count("measured</title>") == 2  # the third lies beyond the axis
+    assert text.count('stroke-width="1.2"/>') == 1  # the second has no band
+    bars = bar_chart(
+        "Orders", x, {"a": x}, ("x", "y"), {"a": (np.array([1.0, np.nan, 9.0]), np.array([0.5, 0.1, 0.1]))}
+    )
+    assert bars.count("measured</title>") == 2 and bars.count('stroke-width="1.2"/>') == 2
+
+
+def test_runup_compares_with_measured_orders_and_refuses_other_speeds_at_once(tmp_path, capsys, monkeypatch):
+    import json
+
+    from cranktrain.cli.main import main
+
+    monkeypatch.chdir(tmp_path)
+    path = measured_file(tmp_path)
+    command = ["runup", "diesel_i6", "--step", "40", "--steady", "linear", "--crank", "torsional", "--bearings", "held",
+               "--measured", str(path)]  # fmt: skip
+    assert main([*command, "--from", "600", "--to", "900"]) == 2
+    assert "no speed in common" in capsys.readouterr().err and not (tmp_path / "diesel_i6_runup.h5").exists()
+    assert main([*command, "--from", "1800", "--to", "2800", "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["deviations"]
+    assert row["order"] == 6.0 and abs(row["speed_percent"]) < 3.0
+
+
+def test_noise_is_no_measured_peak(run_up, tmp_path):
+    """An order that is constant within its band has no peak to compare."""
+    rng = np.random.default_rng(0)
+    speeds = np.arange(1200.0, 2800.0, 20.0)
+    path = tmp_path / "flat.csv"
+    sizes = 0.1 + rng.normal(0.0, 0.005, speeds.size)
+    lines = [f"{rpm},6,{size},deg,0.0,0.01" for rpm, size in zip(speeds, sizes, strict=True)]
+    path.write_text("speed_rpm,order,amplitude,unit,phase_deg,band\n" + "\n".join(lines))
+    (row,) = deviations(run_up, read_measured_orders(path))
+    assert row["measured_peak_rpm"] is None and row["speed_percent"] is None and row["rms_percent"] > 50.0

@@ -283,6 +283,12 @@ def _orders(measurement: Measurement, rotations: list[Rotation], options: argpar
                 "fits": orders.fits.tolist(),
             }
         )
+        recurring: list[float] = [] if options.of else rotations[0].summary()["recurring_deg"]
+        teeth = [
+            recurring[round(order) - 1] if order % 1.0 == 0.0 and order <= len(recurring) else None
+            for order in orders.orders.tolist()
+        ]
+        result[-1]["recurring"] = teeth
         if not options.json:
             rows = []
             for k, order in enumerate(orders.orders):
@@ -296,12 +302,21 @@ def _orders(measurement: Measurement, rotations: list[Rotation], options: argpar
                         f"{1.96 * scale * orders.errors[s, k]:.2g}",
                         f"{math.degrees(math.atan2(value.imag, value.real)):.1f}",
                         f"{orders.coherence[s, k]:.3f}",
+                        _said(teeth[k], ".2g"),
                     )
                 )
             title = f"Orders of {orders.name}, {len(rpm)} speeds from {rpm[0]:.0f} to {rpm[-1]:.0f} rev/min"
             show_rows(
                 title,
-                ("order", "largest at / rev/min", f"amplitude / {unit}", "band ±", "phase / deg", "coherence"),
+                (
+                    "order",
+                    "largest at / rev/min",
+                    f"amplitude / {unit}",
+                    "band ±",
+                    "phase / deg",
+                    "coherence",
+                    "constant / deg",
+                ),
                 rows,
             )
     if options.output and not options.pressure:

@@ -87,14 +87,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if options.engine:
             raise
         say(f"cranktrain: warning: no published speeds and no Campbell diagram: {error}; give --engine")
-    rows = _deviations(run_up, measured, options.json) if measured else []
+    rows = told_deviations(run_up, measured, options.json) if measured else []
     paths = draw(folder, run_up, engine, measured, damped, style=options)
     if not options.json:
         print("\n".join(paths))
     return {"plots": paths, "deviations": rows} if measured else {"plots": paths}
 
 
-def _deviations(run_up: RunUp, measured: Measured, quiet: bool) -> list[dict[str, Any]]:
+def told_deviations(run_up: RunUp, measured: Measured, quiet: bool) -> list[dict[str, Any]]:
     """Deviations of the computed from the measured orders; shown unless ``quiet``."""
     from cranktrain.results.orders.deviations import check_measured, deviation_table, deviations, of_another_engine
 

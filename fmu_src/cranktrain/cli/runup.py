@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show
-from cranktrain.cli.plot_runup import draw, pictures_folder
+from cranktrain.cli.plot_runup import draw, pictures_folder, told_deviations
 from cranktrain.cli.run_options import (
     BALANCED,
     add_run_options,
@@ -70,11 +70,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--anew", action="store_true", help="run all speeds, and replace a file of another run-up")
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_runup.h5)")
     add("--plots", metavar="DIR", help="write the pictures of cranktrain plot-runup there")
+    add("--measured", metavar="FILE", help="measured orders, compared with the computed ones and drawn into the "
+        "pictures; table of 'cranktrain measured' or UFF 58")  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
     from cranktrain.dynamics.simulation import check_far_end
+    from cranktrain.results.orders.deviations import check_speeds_measured
+    from cranktrain.results.orders.measured import read_measured_orders
     from cranktrain.results.run_up.run_up import check_run_up_target
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses, stress_table
     from cranktrain.studies.run_up.modes_in_motion import in_motion
@@ -90,6 +94,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     path = Path(options.output or f"{engine.name}_runup.h5")
     check_run_up_target(path)
     folder = None if options.plots is None else pictures_folder(options.plots)
+    measured = None if options.measured is None else read_measured_orders(options.measured)
+    if measured is not None:
+        check_speeds_measured(measured, options.from_rpm / PER_RPM, options.to_rpm / PER_RPM)
     for rpm in (options.from_rpm, options.to_rpm):
         replace(request, speed_rpm=rpm).tell_doubts(engine, gas)
     made = assembled(asked, not options.no_inherit)
@@ -111,8 +118,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     }  # fmt: skip
     if options.steady is not None and has_sections(engine):
         said["shaft_stress"] = shaft_stresses(engine, found)
+    if measured is not None:
+        said["deviations"] = told_deviations(found, measured, options.json)
     if folder is not None:
-        said["plots"] = draw(folder, found, engine, motion=peaks)
+        said["plots"] = draw(folder, found, engine, measured, motion=peaks)
     note_axial_path(engine, bool((found.repeats == 1).all()))
     if not options.json:
         for table in (*run_up_tables(said), *([stress_table(said["shaft_stress"])] if "shaft_stress" in said else [])):

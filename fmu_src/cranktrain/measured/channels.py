@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.types import Array
@@ -124,7 +125,7 @@ def of_array(values: Array) -> Reader:
 def time_base(times: Array, where: str) -> tuple[float, float, Array | None, list[str]]:
     """Return start and step of sampling times (n,) s, or the times themselves where steps differ; and remarks.
 
-    ``InputError``: times that are not finite.
+    ``InputError``: times that are not finite; :func:`timed` leaves their samples out.
     """
     times = np.asarray(times, dtype=np.float64)
     if times.size < 2:
@@ -136,6 +137,8 @@ def time_base(times: Array, where: str) -> tuple[float, float, Array | None, lis
     back = int(np.count_nonzero(steps < 0.0))
     if back:
         return float(times[0]), math.nan, times, [f"{where}: time runs backwards {back} times; samples were sorted"]
+    if not steps.any():
+        return float(times[0]), math.nan, times, [f"{where}: time stands still at {times[0]:.6g} s"]
     if usual > 0.0 and float(np.max(np.abs(steps - usual))) <= UNEVEN * usual:
         return float(times[0]), float((times[-1] - times[0]) / steps.size), None, []
     remarks = []
@@ -143,7 +146,22 @@ def time_base(times: Array, where: str) -> tuple[float, float, Array | None, lis
     if 0 < gaps.size <= 0.01 * steps.size:
         k = int(gaps[np.argmax(steps[gaps])])
         remarks.append(f"{where}: {gaps.size} gaps in time, the longest {steps[k]:.4g} s at {times[k]:.6g} s")
+    elif alike := int(np.count_nonzero(steps == 0.0)):
+        remarks.append(f"{where}: {alike} times are that of the sample before")
+    else:
+        remarks.append(f"{where}: uneven steps of time, from {steps.min():.4g} to {steps.max():.4g} s")
     return float(times[0]), math.nan, times, remarks
+
+
+def timed(times: Array, where: str) -> tuple[NDArray[np.int64] | None, list[str]]:
+    """Samples (n,) that have a time, None where all do, and a remark on the others; ``InputError`` where none does."""
+    good = np.flatnonzero(np.isfinite(times))
+    if good.size == times.size:
+        return None, []
+    lost = times.size - good.size
+    if not good.size:
+        raise InputError(f"{where}: none of {times.size} times is a number; export the time channel again")
+    return good, [f"{where}: {lost} of {times.size} times are not numbers; their samples are left out"]
 
 
 def long_time_base(read: Reader, size: int) -> tuple[float, float] | None:
@@ -188,11 +206,15 @@ def sampled(
     """Make a channel over time of arrays (n,), and remarks on its times."""
     where = f"{source}, channel {name}"
     n = min(times.size, values.size)
-    start, step, own, remarks = time_base(times[:n], where)
-    values = np.asarray(values[:n])
+    times, values = np.asarray(times[:n], dtype=np.float64), np.asarray(values[:n])
+    good, remarks = timed(times, where)
+    if good is not None:
+        times, values = times[good], values[good]
+    start, step, own, told = time_base(times, where)
+    remarks += told
     if own is not None and own.size > 1 and np.any(np.diff(own) < 0.0):
         order = np.argsort(own, kind="stable")
         own, values = own[order], values[order]
         start = float(own[0])
     places = None if own is None else of_array(own)
-    return Channel(name, unit, n, source, of_array(values), start, step, places, about=about), remarks
+    return Channel(name, unit, values.size, source, of_array(values), start, step, places, about=about), remarks

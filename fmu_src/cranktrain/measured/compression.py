@@ -4,9 +4,9 @@
 
 γ(T) is that of air, by the polynomials of :mod:`cranktrain.modules.combustion.gas`, and α Woschni's coefficient
 without its combustion term. The measured trace is p − z at θ + δ. A least-squares fit finds the shift δ, the zero z,
-p₀, T₀, the factor C of the heat and a change of the heat capacity (mixture, residual gas). T₀, C and the heat capacity
-are held near usual values by their usual scatter, since a noisy trace does not determine them; the standard errors of
-δ and z include this.
+p₀, T₀, the factor C of the heat and a change of the heat capacity and of its rise with the temperature (mixture,
+residual gas, another formula). T₀, C and the heat capacity are held near usual values by their usual scatter, since a
+noisy trace does not determine them; the standard errors of δ and z include this.
 
 Of a motored trace the fit takes both flanks: its peak lies before dead centre by the thermodynamic loss angle, which
 the heat determines. Of a fired trace it takes the compression until heat is released, and δ is less certain.
@@ -15,7 +15,7 @@ the heat determines. Of a fired trace it takes the compression until heat is rel
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,22 +25,28 @@ from cranktrain.core.types import Array
 from cranktrain.measured.cylinder import Cylinder
 from cranktrain.modules.combustion.gas import AIR, HIGHEST, MIDDLE, POLYNOMIALS
 
-FIRST_DEG, LAST_DEG = -115.0, 75.0
-"""Range of a motored fit, degrees after firing dead centre; valves are closed there."""
+FIRST_DEG, FIRST_OF_TWO_STROKES_DEG, LAST_DEG = -115.0, -90.0, 75.0
+"""Range of a motored fit, degrees after firing dead centre; valves or ports are closed there."""
 BEFORE_BURN_DEG = 6.0
 """Distance of a fired fit's end from the start of the heat release."""
 MOTORED_SYMMETRY = 1.06
 HALF_WAY, NEAR = math.radians(50.0), math.radians(8.0)
 """A trace is motored if its peak is within ``NEAR`` of dead centre and its pressure ``HALF_WAY`` after the peak exceeds
 that before by less than this ratio, both above the pressure 110 degrees before the peak."""
-HEAT, TEMPERATURE, CAPACITY = (0.0, 0.3), (65.0, 20.0), (0.0, 0.005)
-"""Usual value and scatter of ln C, of T₀ above the intake's temperature (K), of the relative change of heat
-capacity.
+HEAT, TEMPERATURE = (0.3, 0.4), (65.0, 20.0)
+"""Usual value and scatter of ln C and of T₀ above the intake's temperature (K). Hohenberg's and Annand's heat of a
+motored engine are 1.3 and 1.9 times Woschni's.
+"""
+CAPACITY, UNSURE = {True: 0.02, False: 0.005}, 0.02
+"""Scatter about air of the heat capacity, and of its rise with the temperature in 1000 K: motored, whose both flanks
+tell them, and fired; and that of the stated errors, which is wider because formulas for gas and heat differ so.
 """
 UNUSUAL, IMPOSSIBLE = 4.0, 25.0
-"""Standard deviations by which one of these is told as unusual, and refused. A compression ratio that is 0.3 off
-makes 5.
+"""Standard deviations by which one of these is told as unusual, and refused. A compression ratio of 16.4 in
+place of 17 is told.
 """
+MIDWAY = 0.5
+"""Temperature, 1000 K, at which the change of the rise is zero."""
 MODEL_ERROR = 1.0e-3
 """Relative error of the model's pressure, by which points are weighted besides their noise."""
 _AIR = tuple(
@@ -119,26 +125,27 @@ def fit_compression(
 
     def residual(x: Array) -> Array:
         by = x[0] if shift is None else shift
-        model = _pressure(theta + by, cylinder, speed, (x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature))
+        model = _pressure(
+            theta + by, cylinder, speed, (x[2], x[3] + intake_temperature, x[4], x[5], x[6], wall_temperature)
+        )
         priors = [
             (x[3] - TEMPERATURE[0]) / TEMPERATURE[1],
             (x[4] - HEAT[0]) / HEAT[1],
-            (x[5] - CAPACITY[0]) / CAPACITY[1],
+            x[5] / CAPACITY[motored],
+            x[6] / CAPACITY[motored],
             0.0 if shift is None else x[0],
         ]
         return np.concatenate((weight * (model - x[1] - p), priors))
 
-    scale = np.array([0.01, 1e4, 1e4, 20.0, 0.3, 0.01])
-    found = least_squares(residual, np.array([0.0, start[0], start[1], TEMPERATURE[0], 0.0, 0.0]), x_scale=scale)
+    scale = np.array([0.01, 1e4, 1e4, 20.0, 0.3, 0.01, 0.01])
+    found = least_squares(residual, np.array([0.0, start[0], start[1], TEMPERATURE[0], 0.0, 0.0, 0.0]), x_scale=scale)
     x = found.x
-    covariance = np.linalg.pinv(found.jac.T @ found.jac)
     points = theta.size
-    inflated = max(1.0, float(np.sum(found.fun[:points] ** 2)) / max(1, points - 6))
-    errors = np.sqrt(np.diag(covariance) * inflated)
+    errors = _standard_errors(found, points, scale, motored)
     by = float(x[0]) if shift is None else shift
     left = float(np.sqrt(np.mean((found.fun[:points] / weight) ** 2)))
     limit = 0.03 * float(np.ptp(p)) + 3.0 * noise
-    pulls = found.fun[points : points + 3]
+    pulls = found.fun[points : points + 4]
     doubt = _doubt(x, pulls, intake_temperature, cylinder) if np.abs(pulls).max() > UNUSUAL else ""
     if np.abs(pulls).max() > IMPOSSIBLE:
         raise InputError(f"{doubt}; the trace is of another engine, or its unit or dead centre are wrong")
@@ -148,7 +155,7 @@ def fit_compression(
             f"{math.degrees(by):.2f} deg, zero {1e-5 * x[1]:+.3g} bar); "
             "the trace is of another engine, or its unit or dead centre are wrong"
         )
-    numbers = x[2], x[3] + intake_temperature, x[4], x[5], wall_temperature
+    numbers = x[2], x[3] + intake_temperature, x[4], x[5], x[6], wall_temperature
     exponent, loss = _shape(theta + by, cylinder, speed, numbers, motored)
     return Compression(
         by,
@@ -165,20 +172,31 @@ def fit_compression(
     )
 
 
+def _standard_errors(found: Any, points: int, scale: Array, motored: bool) -> Array:
+    """Standard errors (7,) of a fit's unknowns, with what the priors of the heat capacity hide."""
+    scaled = found.jac * scale
+    scaled[points + 2 : points + 4] *= CAPACITY[motored] / UNSURE
+    # Pressures in Pa and changes of a hundredth do not stand in one matrix.
+    covariance = np.linalg.pinv(scaled.T @ scaled) * np.outer(scale, scale)
+    inflated = max(1.0, float(np.sum(found.fun[:points] ** 2)) / max(1, points - 7))
+    return np.asarray(np.sqrt(np.diag(covariance) * inflated))
+
+
 def _compressed(angle: Array, pressure: Array, cylinder: Cylinder, motored: bool) -> NDArray[np.bool_]:
     """Samples (n,) of the compression that the fit takes; ``InputError`` where there are too few."""
     last = math.radians(LAST_DEG) if motored else burn_begins(angle, pressure, cylinder) - math.radians(BEFORE_BURN_DEG)
-    inside = (angle >= math.radians(FIRST_DEG)) & (angle <= last)
+    first = FIRST_DEG if cylinder.cycle > 3.0 * math.pi else FIRST_OF_TWO_STROKES_DEG
+    inside = (angle >= math.radians(first)) & (angle <= last)
     if np.count_nonzero(inside) < 12 or last < math.radians(-60.0):
         raise InputError(
-            f"{cylinder.name}: no compression from {FIRST_DEG:g} to {math.degrees(last):.0f} deg after dead centre in "
+            f"{cylinder.name}: no compression from {first:g} to {math.degrees(last):.0f} deg after dead centre in "
             f"the trace; its peak lies at {math.degrees(angle[np.argmax(pressure)]):.0f} deg; check the dead centre"
         )
     return np.asarray(inside)
 
 
 def _shape(
-    angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, float, float, float, float], motored: bool
+    angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, ...], motored: bool
 ) -> tuple[float, float]:
     """Mean polytropic exponent of a compression along true angles (n,), and the loss angle, rad, where motored."""
     curve = _pressure(angle, cylinder, speed, numbers)
@@ -202,6 +220,7 @@ def _doubt(x: Array, pulls: Array, intake_temperature: float, cylinder: Cylinder
         f"{x[3] + intake_temperature:.0f} K at the begin of the compression",
         f"{math.exp(float(x[4])):.2f} times the usual heat to the walls",
         f"a heat capacity {100.0 * x[5]:+.1f} % off that of air",
+        f"a heat capacity that rises by {100.0 * x[6]:+.1f} % in 1000 K beside that of air",
     )
     worst = said[int(np.argmax(np.abs(pulls)))]
     return (
@@ -250,14 +269,13 @@ def _start(theta: Array, p: Array, cylinder: Cylinder) -> tuple[float, float]:
     return -float(shift), float(slope * power[0])
 
 
-def _pressure(
-    angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, float, float, float, float]
-) -> Array:
+def _pressure(angle: Array, cylinder: Cylinder, speed: float, numbers: tuple[float, ...]) -> Array:
     """Pressure (n,) Pa along rising angles (n,) rad by Runge and Kutta's method, a step between two angles.
 
-    ``numbers``: pressure and temperature at the first angle, ln C, change of the heat capacity, wall temperature.
+    ``numbers``: pressure and temperature at the first angle, ln C, change of the heat capacity and of its
+    rise in 1000 K, wall temperature.
     """
-    p0, t0, heat, capacity, wall = (float(value) for value in numbers)
+    p0, t0, heat, capacity, rise, wall = (float(value) for value in numbers)
     halves = np.empty(2 * angle.size - 1)
     halves[0::2], halves[1::2] = angle, 0.5 * (angle[1:] + angle[:-1])
     volume, derivative = cylinder.volume(halves)
@@ -272,7 +290,7 @@ def _pressure(
         p = max(p, 1e3)
         t = min(ratio * p * v[k], HIGHEST)
         c0, c1, c2, c3, c4 = low if t < MIDDLE else high
-        cv = (c0 - 1.0 + t * (c1 + t * (c2 + t * (c3 + t * c4)))) * (1.0 + capacity)
+        cv = (c0 - 1.0 + t * (c1 + t * (c2 + t * (c3 + t * c4)))) * (1.0 + capacity + rise * (1e-3 * t - MIDWAY))
         lost = factor * (1e-5 * p) ** 0.8 * max(t, 100.0) ** -0.53 * a[k] * (t - wall)
         return (-(1.0 + 1.0 / cv) * p * dv[k] - lost / cv) / v[k]
 

@@ -19,7 +19,12 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import unit_factor
 from cranktrain.measured.channels import Channel
-from cranktrain.measured.compression import Compression, fit_compression, two_point_zero
+from cranktrain.measured.compression import (
+    FIRST_OF_TWO_STROKES_DEG,
+    Compression,
+    fit_compression,
+    two_point_zero,
+)
 from cranktrain.measured.cycles import BLOCK, CycleRows, Cycles, period
 from cranktrain.measured.cylinder import Cylinder
 from cranktrain.measured.rotation import RPM, Rotation
@@ -240,7 +245,8 @@ def pegged(
 
 def _relative_zeros(cycles: Cycles) -> Array:
     """Zeros of the cycles against their mean: the mean compression, scaled and shifted, fitted to each."""
-    inside = (cycles.angle >= math.radians(PEG_RANGE[0])) & (cycles.angle <= math.radians(PEG_RANGE[1]))
+    first = PEG_RANGE[0] if period(cycles.angle) > 3.0 * math.pi else FIRST_OF_TWO_STROKES_DEG
+    inside = (cycles.angle >= math.radians(first)) & (cycles.angle <= math.radians(PEG_RANGE[1]))
     shape = cycles.mean[inside]
     # Charge varies little: its scale is held at 1 with a scatter of 1 %, so noise does not trade it for a zero.
     off = cycles.pressure.each(lambda rows: (rows[:, inside] - shape).mean(axis=1))

@@ -2,7 +2,9 @@
 
 A rising crossing counts when the signal has been below ``level − h`` since the last one and rises above ``level + h``;
 its time is that of the last passage of the level before. Between samples a straight line, or the cubic through four
-samples, is taken. Samples are read in blocks, so a channel of any length takes bounded memory.
+samples, is taken. Where a flank has many samples, a cubic is fitted to all samples of the flank by least squares, which
+averages their noise: with n samples the error of a crossing falls to 1.5/√n of that of one sample (Savitzky and Golay,
+Anal. Chem. 36 (1964) 1627). Samples are read in blocks, so a channel of any length takes bounded memory.
 
 Level and hysteresis follow the signal where they are not given: they are taken from the range between its 2nd and 98th
 percentile in each ``STRETCH`` samples, because the amplitude of inductive pick-ups changes with the speed. A stretch
@@ -29,6 +31,12 @@ STRETCH, PROBES = 2**16, 64
 """Samples of a stretch of one level; stretches whose range is looked at before the others."""
 FEWEST_SAMPLES = 3.0
 """Samples a pulse below which it is undersampled."""
+FLANK, OF_PITCH, LONGEST = 0.65, 0.12, 48
+"""A flank's samples: within this fraction of half the range from the level, this fraction of the distance to the next
+pulse from the crossing, and at most so many on either side.
+"""
+FEWEST_OF_FLANK = 3
+"""Samples on either side from which the flank is fitted."""
 TIMES = ("s", "ms", "us", "µs", "ns")
 _ARMED, _LAST, _BEFORE, _BEFORE2, _PENDING = range(5)
 
@@ -109,10 +117,12 @@ def _crossings(
     memory = np.array([-1.0, math.nan, math.nan, math.nan, math.nan])
     out = np.empty(STRETCH // 2 + 2)
     parts: list[Array] = []
+    tail, pending = np.zeros(0), np.zeros((3, 0))
     largest, used, missing = _largest_range(channel), (math.nan, math.nan), 0
     for first, values in channel.blocks():
         if not math.isfinite(values.sum()):
             missing += int(values.size - np.count_nonzero(np.isfinite(values)))
+        found = [pending]
         for begin in range(0, values.size, STRETCH):
             part = values[begin : begin + STRETCH]
             low, high = _range(part)
@@ -126,7 +136,18 @@ def _crossings(
             used = own_level, width
             signed = np.ascontiguousarray(sign * part)
             count = int(find_crossings(signed, float(first + begin), sign * own_level, width, int(cubic), memory, out))
-            parts.append(out[:count].copy())
+            ends = np.full((2, count), [[own_level], [0.5 * FLANK * (high - low)]])
+            found.append(np.vstack((out[:count], ends)))
+        # The last crossings of a block wait for the next one: their flanks may go on there.
+        rows = np.hstack(found)
+        last = first + values.size >= channel.size
+        ready = rows.shape[1] if last else int(np.searchsorted(rows[0], first + values.size - LONGEST - 2))
+        if cubic:
+            joined = np.concatenate((tail, values))
+            refine_crossings(joined, float(first - tail.size), sign, rows, ready)
+            tail = joined[-4 * LONGEST :]
+        parts.append(rows[0, :ready].copy())
+        pending = rows[:, ready:]
     remarks = []
     if missing:
         remarks.append(f"{channel.source}, channel {channel.name}: {missing} of {channel.size} samples are not numbers")
@@ -225,4 +246,80 @@ def _fraction(a, b, c, d, level, cubic):
         x -= (b - level + x * (c1 + x * (c2 + c3 * x))) / slope
     if x < 0.0 or x > 1.0:
         return s
+    return x
+
+
+@kernel
+def refine_crossings(values, first, sign, rows, count):
+    """Refine the places ``rows[0]`` of crossings by a cubic fitted to each flank; ``count`` of them.
+
+    ``values`` (n,) are the samples from sample ``first`` on; ``rows`` (3, k) have places, levels and the distance from
+    the level up to which a sample belongs to the flank. A flank of few samples, or one that is not smooth, keeps its
+    place.
+    """
+    n = values.shape[0]
+    total = rows.shape[1]
+    before = math.nan
+    for k in range(count):
+        place = rows[0, k]
+        pitch = math.inf
+        if k > 0:
+            pitch = place - before
+        if k + 1 < total:
+            pitch = min(pitch, rows[0, k + 1] - place)
+        before = place
+        middle = math.floor(place - first + 0.5)
+        reach = int(min(OF_PITCH * pitch, LONGEST)) if pitch < math.inf else LONGEST
+        reach = min(reach, middle, n - 1 - middle)
+        level = rows[1, k]
+        limit = rows[2, k]
+        m = 0
+        while m < reach:
+            below = sign * (values[middle - m - 1] - level)
+            above = sign * (values[middle + m + 1] - level)
+            # Noise near the level may have either sign, a flank further out has one.
+            if not (-limit < below < 0.2 * limit and -0.2 * limit < above < limit):
+                break
+            m += 1
+        if m < FEWEST_OF_FLANK:
+            continue
+        x = _fitted_crossing(values, middle, m, level)
+        if -1.5 < x - (place - first - middle) < 1.5:
+            rows[0, k] = first + middle + x
+
+
+@kernel
+def _fitted_crossing(values, middle, m, level):
+    """Where the cubic fitted to 2 m + 1 samples about one crosses the level, in samples from that one; NaN if nowhere.
+
+    Sums of even powers of −m to m separate the even and the odd coefficients.
+    """
+    s2 = m * (m + 1.0) * (2.0 * m + 1.0) / 3.0
+    s4 = s2 * (3.0 * m * m + 3.0 * m - 1.0) / 5.0
+    s6 = s2 * (3.0 * m**4 + 6.0 * m**3 - 3.0 * m + 1.0) / 7.0
+    y0 = values[middle] - level
+    y1 = 0.0
+    y2 = 0.0
+    y3 = 0.0
+    for j in range(1, m + 1):
+        up = values[middle + j] - level
+        down = values[middle - j] - level
+        y0 += up + down
+        y1 += j * (up - down)
+        y2 += j * j * (up + down)
+        y3 += j * j * j * (up - down)
+    even = (2.0 * m + 1.0) * s4 - s2 * s2
+    odd = s2 * s6 - s4 * s4
+    a0 = (y0 * s4 - y2 * s2) / even
+    a2 = ((2.0 * m + 1.0) * y2 - s2 * y0) / even
+    a1 = (y1 * s6 - y3 * s4) / odd
+    a3 = (s2 * y3 - s4 * y1) / odd
+    if a1 == 0.0:
+        return math.nan
+    x = -a0 / a1
+    for _ in range(4):
+        slope = a1 + x * (2.0 * a2 + 3.0 * a3 * x)
+        if slope * a1 <= 0.0:
+            return math.nan
+        x -= (a0 + x * (a1 + x * (a2 + a3 * x))) / slope
     return x

@@ -8,10 +8,12 @@ import logging
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.types import Array
@@ -21,6 +23,8 @@ from cranktrain.measured.channels import Channel, Measurement, Reader
 SOURCE = "cranktrain.measured.formats"
 TALKERS = ("nptdms", "nptdms.reader", "nptdms.tdms_segment", "nptdms.types", "nptdms.tdms", "asammdf", "canmatrix")
 """Loggers of the packages that read files."""
+CHECKED, ROUNDED = 4_000_000, 2.0**53
+"""Values of a file that are looked at when it is opened, and the integer from which float64 rounds."""
 EXTRA = "pip install cranktrain[measured]"
 
 
@@ -100,10 +104,30 @@ def _read_file(path: Path) -> Listing:
         f"{path.name}, channel {channel.name}: is empty and left out" for channel in channels if not channel.size
     ]
     channels = [replace(channel, read=_guarded(channel, kind)) for channel in channels if channel.size]
+    remarks += _odd_values(channels)
     if not channels:
         told = f" ({remarks[0]})" if remarks else ""
         raise InputError(f"{path.name}: holds no channel of numbers{told}; export it again with its signals")
     return channels, remarks
+
+
+def _odd_values(channels: Sequence[Channel]) -> list[str]:
+    """Remarks on values that are not numbers, or that float64 rounds, in the first channels up to ``CHECKED``."""
+    remarks, left = [], CHECKED
+    for channel in channels:
+        left -= channel.size
+        if left < 0:
+            break
+        with suppress(CranktrainError):  # damage is told when the samples are read
+            values = np.abs(channel.read(0, channel.size))
+            if lost := int(np.count_nonzero(~np.isfinite(values))):
+                told = f"{lost} of {channel.size} values are not numbers"
+            elif values.max() > ROUNDED and np.array_equal(values, np.rint(values)) and values.max() < 2.0**64:
+                told = f"whole numbers up to {values.max():.4g} are rounded to the 53 bits of float64"
+            else:
+                continue
+            remarks.append(f"{channel.source}, channel {channel.name}: {told}")
+    return remarks
 
 
 @contextmanager
@@ -164,7 +188,7 @@ def file_format(path: Path) -> Format:
         return FORMATS[0]
     ending = path.suffix.lower()
     for kind in FORMATS:
-        if ending in kind.endings and (not kind.begins or kind.module == "uff"):
+        if ending in kind.endings and (not kind.begins or kind.module in ("uff", "matlab")):
             return kind
     if b"\0" not in begin or begin[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return FORMATS[-1]

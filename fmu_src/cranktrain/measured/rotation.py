@@ -22,8 +22,14 @@ from cranktrain.measured.wheel import CYCLE, MeanRotation, Numbered, Wheel, lear
 RPM = 30.0 / math.pi
 DISAGREE = 0.005
 """Relative difference of mean speeds from which two tachos are said to disagree."""
-SLOWEST = 1.0
-"""Speed, rev/min, below which a shaft stands still."""
+SLOWEST, FASTEST = 1.0, 50_000.0
+"""Speed, rev/min, below which a shaft stands still, and above which none of an engine turns."""
+WRONG, FEW_WRONG = 0.04, 20
+"""Fraction of lost and of double pulses, and their number, from which a signal is not that of a wheel. Wheels with
+several gaps lack many pulses, and a bouncing switch doubles many, but noise has both.
+"""
+NAMED = 4
+"""Orders that a remark on pitch errors names."""
 KEEP, REMOVE = "keep", "remove"
 
 
@@ -41,6 +47,8 @@ class Rotation:
     remarks : one line each
     cycle_known : whether angle 0 is firing dead centre of cylinder 1; else it may be a revolution off, which turns the
         phases of half orders by 180 degrees
+    recurring : (n,) rad, zero to peak, what orders 1 to n have of constant size and phase over the recording, be it of
+        the teeth or torsion; empty where pitch errors were taken off
     """
 
     name: str
@@ -52,6 +60,7 @@ class Rotation:
     mean: MeanRotation
     remarks: tuple[str, ...] = field(default=())
     cycle_known: bool = False
+    recurring: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def phase(self) -> Array:
@@ -147,6 +156,7 @@ class Rotation:
             "double_pulses": self.numbered.doubled,
             "slips": [list(slip) for slip in self.numbered.slips],
             "tooth_error_percent": 100.0 * float(np.std(self.errors)) / pitch if self.errors.any() else None,
+            "recurring_deg": np.degrees(self.recurring).tolist(),
             "remarks": list(self.remarks),
         }
 
@@ -204,9 +214,10 @@ def rotation(
     elif learn is True:
         errors = _without_order_one(errors)
     angle = angle + errors[number] - dead_centre
-    remarks += _doubts(numbered, angle, errors, wheel, where)
+    recurring, told = _doubts(numbered, angle, errors, wheel, where)
     mean = MeanRotation.of(numbered.times, angle, CYCLE)
-    return Rotation(channel.name, numbered.times, angle, wheel, numbered, errors, mean, tuple(remarks))
+    made = Rotation(channel.name, numbered.times, angle, wheel, numbered, errors, mean, (*remarks, *told))
+    return replace(made, recurring=recurring)
 
 
 def _with_order_one(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel) -> Array:
@@ -249,8 +260,14 @@ def _turning_part(numbered: Numbered, wheel: Wheel, where: str) -> tuple[Numbere
 
 
 def _told(numbered: Numbered, wheel: Wheel, where: str) -> list[str]:
-    """Remarks on lost and double pulses and slips."""
+    """Remarks on lost and double pulses and slips; ``InputError``: too many of them to be a wheel's."""
     remarks = []
+    if min(numbered.lost, numbered.doubled) > max(FEW_WRONG, WRONG * numbered.times.size):
+        raise InputError(
+            f"{where}: {numbered.lost} pulses are missing and {numbered.doubled} are double among "
+            f"{numbered.times.size}; these are no pulses of a wheel of {wheel.teeth} teeth, or they are sampled too "
+            "slowly (aliasing); check channel, level and teeth"
+        )
     if numbered.lost:
         remarks.append(
             f"{where}: {numbered.lost} of {numbered.times.size + numbered.lost} pulses are missing and were bridged"
@@ -294,22 +311,40 @@ def _from_index(numbered: Numbered, wheel: Wheel, marks: Array, names: tuple[str
     return replace(numbered, teeth=numbered.teeth - first), told
 
 
-def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where: str) -> list[str]:
-    """Tell of errors that recur each revolution where none were taken off, and of a shaft that hardly turns."""
+def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where: str) -> tuple[Array, list[str]]:
+    """Size of what whole orders hold that recurs each revolution, where no errors were taken off, and remarks.
+
+    ``InputError``: a shaft that hardly turns.
+    """
     speed = float(np.median(np.diff(angle) / np.diff(numbered.times)))
     if speed * RPM < SLOWEST:
         raise InputError(f"{where}: turns at {speed * RPM:.3g} rev/min, it stands still; check the pulses a revolution")
+    if speed * RPM > FASTEST:
+        raise InputError(
+            f"{where}: turns at {speed * RPM:.4g} rev/min with {wheel.teeth} teeth, above {FASTEST:g} rev/min; "
+            "check the pulses a revolution"
+        )
     if errors.any() or wheel.teeth < 4 or angle[-1] - angle[0] < 16 * CYCLE:
-        return []
+        return np.zeros(0), []
     found = learn_errors(numbered, wheel, None, where)
+    sizes = recurring_orders(found)
     share = float(np.std(found)) / (math.tau / wheel.teeth)
     if share < 0.002:
-        return []
-    return [
+        return sizes, []
+    largest = ", ".join(
+        f"{n + 1} ({math.degrees(sizes[n]):.2g} deg)" for n in np.argsort(-sizes, kind="stable")[:NAMED].tolist()
+    )
+    return sizes, [
         f"{where}: the teeth's places recur each revolution with {100 * share:.2g} % of a pitch "
-        f"({math.degrees(float(np.std(found))):.2g} deg), which whole orders hold; learn them from a stretch "
-        f"without torsion"
+        f"({math.degrees(float(np.std(found))):.2g} deg); of that whole orders hold, most of all {largest}, be it of "
+        f"teeth or torsion of constant size; learn the teeth from a stretch without torsion, --learn-teeth FROM,TO"
     ]
+
+
+def recurring_orders(errors: Array) -> Array:
+    """Sizes (n,) rad, zero to peak, of orders 1 to n of pitch errors (teeth,), up to less than half of the teeth."""
+    lines = np.abs(np.fft.rfft(errors)) * (2.0 / errors.size)
+    return np.asarray(lines[1 : (errors.size + 1) // 2], dtype=np.float64)
 
 
 def tachos(measurement: Measurement) -> list[dict[str, Any]]:

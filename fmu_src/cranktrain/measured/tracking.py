@@ -7,6 +7,12 @@ Points need not be equidistant: pulses of a wheel with a gap, or samples over ti
 is fitted by least squares under a window cos⁴ with all half orders up to the highest one wanted, so neighbours do not
 leak into one another at any change of speed. Points are taken where they are, so nothing is interpolated. The standard
 error of an order follows from the residual and the fit; where several fits share a bin of speed, from their scatter.
+
+Few lines change within a window, but a_n' and a_n'' of all lines are most of a fit's unknowns and take the noise in.
+So all places are fitted twice. The first fits, which leave a_n' and a_n'' free, show the variance of each about its
+noise among the fits of a bin and its neighbours; the second fits hold each near zero by that variance (empirical
+Bayes: C. N. Morris, J. Am. Stat. Assoc. 78 (1983) 47). A line in a resonance stays free, one that does not change gets
+the noise of a constant amplitude.
 """
 
 from __future__ import annotations
@@ -33,6 +39,12 @@ WEIGHT = 0.42
 """Points that count under the window, as a fraction of all."""
 SPARE = 1.25
 """Points that count, over the unknowns of a fit, at least."""
+SURE = 2.0
+"""Standard deviations by which squares of changes exceed those of noise where a line is free to change."""
+DENSEST = 4
+"""Largest overlap of fits, over half a window: in fast ramps a peak would lie between two of them."""
+POOLED = 8
+"""Fits by whose changes a line is judged, besides those of its bin."""
 MOST_CYCLES = 64
 MOST_FITS = 48
 """Fits in a bin of speed; they are spread over the bin's time."""
@@ -94,9 +106,10 @@ class Orders:
 
 def torsion_points(rotation: Rotation) -> Points:
     """Torsional vibration at the pulses, rad, without half a cycle at either end, which has no mean rotation."""
-    inside = (rotation.times >= rotation.mean.times[0]) & (rotation.times <= rotation.mean.times[-1])
-    phase = rotation.mean.at(rotation.times[inside])
-    torsion = rotation.angle[inside] - phase
+    phase = rotation.phase
+    first, last = rotation.mean.inner
+    inside = (phase >= first) & (phase <= last)
+    phase, torsion = phase[inside], (rotation.angle - phase)[inside]
     rising = np.concatenate(([True], np.diff(phase) > 0.0))
     return Points(phase[rising], torsion[rising], 0.5 * rotation.wheel.pulses, f"{rotation.name} torsion", "rad")
 
@@ -194,16 +207,22 @@ def track(
     check_orders(wanted, points)
     cycles, degree, lines = fit_shape(points, rotation, wanted, cycles, degree)
     low, high = rotation.speed_range
-    places = _places(points, cycles)
-    speeds = _speeds_at(rotation, places)
     width = step_rpm / RPM if step_rpm > 0.0 else max(10.0 / RPM, (high - low) / 40.0)
+    places = _places(points, cycles)
+    dense = min(DENSEST, math.ceil((high - low) / width / places.size))
+    places = _places(points, cycles, dense)
+    speeds = _speeds_at(rotation, places)
     bins = np.rint((speeds) / width).astype(np.int64)
-    rows = []
+    members = []
     for key in np.unique(bins):
         own = np.flatnonzero(bins == key)
-        own = own[np.unique(np.linspace(0, own.size - 1, min(own.size, MOST_FITS)).astype(int))]
-        fits = [_fit(points, places[k], cycles, degree, lines) for k in own]
-        rows.append((float(np.mean(speeds[own])), *_joined(fits), own.size))
+        members.append(own[np.unique(np.linspace(0, own.size - 1, min(own.size, MOST_FITS)).astype(int))])
+    shape = FitShape(cycles, degree, lines)
+    fits = [[_fit(points, places[k], shape) for k in own] for own in members]
+    if degree:
+        changes = _changes(fits)
+        fits = [[_fit(points, places[k], shape, held) for k in own] for own, held in zip(members, changes, strict=True)]
+    rows = [(float(np.mean(speeds[own])), *_joined(found), own.size) for own, found in zip(members, fits, strict=True)]
     keep = np.rint(2.0 * wanted).astype(int) - 1
     found, errors, coherence = (np.array([row[k] for row in rows])[:, keep] for k in (1, 2, 3))
     return Orders(np.array([row[0] for row in rows]), wanted, found, errors, coherence,
@@ -224,6 +243,11 @@ def fit_shape(
     unknowns = TREND + 2 * lines.size * (degree + 1)
     least = max(CYCLES, math.ceil(SPARE * unknowns / (WEIGHT * a_cycle)))
     cycles = least if cycles is None else cycles
+    if cycles <= degree:
+        raise InputError(
+            f"{points.name}: {cycles} cycles do not tell half orders of changing amplitude apart; a fit spans "
+            f"{degree + 1} or more while the speed changes"
+        )
     if cycles > MOST_CYCLES or WEIGHT * a_cycle * cycles < unknowns:
         raise InputError(
             f"{points.name}: {a_cycle:.3g} points a cycle over {cycles} cycles do not determine orders up to "
@@ -244,13 +268,13 @@ def check_orders(orders: Array, points: Points) -> None:
         )
 
 
-def _places(points: Points, cycles: int) -> Array:
-    """Middles of fits, half a window apart, the first and the last at an end of the points."""
+def _places(points: Points, cycles: int, dense: int = 1) -> Array:
+    """Middles of fits, half a window apart or ``dense`` times closer; the first and the last at an end."""
     half = 0.5 * cycles * CYCLE
     first, last = points.phase[0] + half, points.phase[-1] - half
     if last < first:
         raise InputError(f"{points.name}: {np.ptp(points.phase) / CYCLE:.2g} cycles are recorded; a fit spans {cycles}")
-    count = max(1, math.floor((last - first) / half))
+    count = max(1, math.floor(dense * (last - first) / half))
     return np.asarray(first + (last - first) / count * np.arange(count + 1)) if last > first else np.array([first])
 
 
@@ -264,8 +288,18 @@ def _speeds_at(rotation: Rotation, phase: Array) -> Array:
     return np.where(inside, 2.0 * reach / np.maximum(after - before, 1e-300), rotation.mean.speed(times))
 
 
-def _fit(points: Points, place: float, cycles: int, degree: int, lines: Array) -> tuple[ComplexArray, Array]:
-    """Amplitudes (o,) of all lines at a place, and their standard errors."""
+class Fit(NamedTuple):
+    """One fit: amplitudes (o,) and their standard errors, and squares and variances (degree, o) of their changes."""
+
+    amplitudes: ComplexArray
+    errors: Array
+    changes: Array
+    noise: Array
+
+
+def _fit(points: Points, place: float, shape: FitShape, held: Array | None = None) -> Fit:
+    """Fit all lines at a place; ``held``: variances (degree, o) about zero by which their changes are held."""
+    cycles, degree, lines = shape
     half = 0.5 * cycles * CYCLE
     first, last = np.searchsorted(points.phase, (place - half, place + half))
     phase, x = points.phase[first:last], points.values[first:last]
@@ -278,17 +312,59 @@ def _fit(points: Points, place: float, cycles: int, degree: int, lines: Array) -
     basis = np.concatenate([powers] + [pairs * tau[:, None] ** k for k in range(degree + 1)], axis=1)
     weighted = basis * root[:, None]
     normal = weighted.T @ weighted
-    found, inverse = _solved(normal, weighted.T @ (root * x))
-    left = x - basis @ found
+    right = weighted.T @ (root * x)
+    found, inverse = _solved(normal, right)
+
+    def noise_of(solution: Array, unknowns: float) -> float:
+        left = x - basis @ solution
+        free = max(1.0, float(np.sum(root**2)) ** 2 / float(np.sum(root**4)) - unknowns * WEIGHT)
+        return float(np.sum(root**2 * left**2) / np.sum(root**2)) * max(1.0, phase.size * WEIGHT / free)
+
+    s2 = noise_of(found, basis.shape[1])
     count = lines.size
+    if held is not None:
+        penalty = np.zeros(basis.shape[1])
+        penalty[TREND + 2 * count :] = s2 / np.maximum(np.repeat(held, 2, axis=0).ravel(), 1e-9 * s2 + 1e-300)
+        used = normal + np.diag(penalty)
+        found, inverse = _solved(used, right)
+        # The trace of the hat matrix is the number of unknowns that the fit has left.
+        s2 = noise_of(found, float(np.sum(inverse * normal)))
     # Weights are those of interpolation, not of noise: the error of the estimate is s² N⁻¹ (Bᵀ W² B) N⁻¹.
-    rows = inverse[TREND : TREND + 2 * count]
     spread = weighted * root[:, None]
-    free = max(1.0, float(np.sum(root**2)) ** 2 / float(np.sum(root**4)) - basis.shape[1] * WEIGHT)
-    s2 = float(np.sum(root**2 * left**2) / np.sum(root**2)) * max(1.0, phase.size * WEIGHT / free)
-    variance = s2 * np.einsum("ij,jk,ik->i", rows, spread.T @ spread, rows)
-    pair = found[TREND : TREND + 2 * count]
-    return pair[:count] + 1j * pair[count:], np.sqrt(0.5 * (variance[:count] + variance[count:]))
+    middle = spread.T @ spread
+    rows = inverse[TREND:]
+    variance = s2 * np.sum((rows @ middle) * rows, axis=1)
+    sizes = found[TREND:].reshape(degree + 1, 2, count)
+    variance = variance.reshape(degree + 1, 2, count)
+    return Fit(sizes[0, 0] + 1j * sizes[0, 1], np.sqrt(variance[0].mean(axis=0)),
+               np.mean(sizes[1:] ** 2, axis=1), np.mean(variance[1:], axis=1))  # fmt: skip
+
+
+def _changes(fits: list[list[Fit]]) -> list[Array]:
+    """Variances (degree, o) of the changes of amplitudes in each bin, without noise; zero where noise may be all.
+
+    The larger one of the bin's own and of that with its neighbours counts, so a resonance that one bin has stays free.
+    """
+    squares = [np.sum([one.changes for one in own], axis=0) for own in fits]
+    noises = [np.sum([one.noise for one in own], axis=0) for own in fits]
+    found = []
+    for k in range(len(fits)):
+        sizes = []
+        for near in (range(k, k + 1), _around(k, fits)):
+            count = sum(len(fits[j]) for j in near)
+            total, noise = (sum(one[j] for j in near) / count for one in (squares, noises))
+            sizes.append(np.where(total > (1.0 + SURE / math.sqrt(count)) * noise, total - noise, 0.0))
+        found.append(np.maximum(*sizes))
+    return found
+
+
+def _around(k: int, fits: list[list[Fit]]) -> range:
+    """Bins around bin k, its neighbours at least, with ``POOLED`` fits or all."""
+    for reach in range(1, len(fits) + 1):
+        near = range(max(0, k - reach), min(len(fits), k + reach + 1))
+        if sum(len(fits[j]) for j in near) >= POOLED:
+            break
+    return near
 
 
 def _solved(normal: Array, right: Array) -> tuple[Array, Array]:
@@ -300,10 +376,10 @@ def _solved(normal: Array, right: Array) -> tuple[Array, Array]:
     return np.asarray(inverse @ right), np.asarray(inverse, dtype=np.float64)
 
 
-def _joined(fits: list[tuple[ComplexArray, Array]]) -> tuple[ComplexArray, Array, Array]:
+def _joined(fits: list[Fit]) -> tuple[ComplexArray, Array, Array]:
     """Mean, standard error and coherence of the fits in a bin. Neighbouring fits overlap by half a window."""
-    found = np.array([one[0] for one in fits])
-    own = np.array([one[1] for one in fits])
+    found = np.array([one.amplitudes for one in fits])
+    own = np.array([one.errors for one in fits])
     mean = found.mean(axis=0)
     power = np.mean(np.abs(found) ** 2, axis=0)
     coherence = np.where(power > 0.0, np.abs(mean) ** 2 / np.where(power > 0.0, power, 1.0), 0.0)

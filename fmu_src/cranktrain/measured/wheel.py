@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,12 @@ DOUBLE = 0.55
 CYCLE = 4.0 * math.pi
 MOST_MISSING = 6
 """Pulses missing in a row beyond which the shaft is taken to have stood still."""
+GRID = 8
+"""Values of the mean rotation a cycle."""
+SPLINED = 4.0
+"""Cycles from which the mean rotation is a spline; of less it is a parabola."""
+STIFF = 1e-7
+"""Weight of sixth differences of the mean rotation's coefficients against its values."""
 FEWEST_REVOLUTIONS = 8
 """Revolutions from which pitch errors are learned."""
 Indices = NDArray[np.int64]
@@ -257,15 +264,18 @@ class MeanRotation:
 
     @classmethod
     def of(cls, times: Array, angle: Array, span: float) -> MeanRotation:
-        """Mean of the time over ``span`` rad of the angle, at steps of a sixteenth of the span or less.
+        """Smooth time S over the angle, whose means over ``span`` rad are those of the pulses' times.
 
-        Means are integrals of the straight lines between pulses, so uneven teeth need no resampling. A mean of a
-        curve lies off the curve by T'' span²/24; T'' is the second difference of the means one span apart.
+        Means are integrals of the straight lines between pulses, so uneven teeth need no resampling; what recurs over
+        ``span`` vanishes from them. S is a spline of degree 5 with knots ``span`` apart. The mean of a B-spline of
+        degree 5 over the distance of its knots is the B-spline of degree 6, so S has the coefficients of the spline of
+        degree 6 that fits the means (I. J. Schoenberg, Quart. Appl. Math. 4 (1946) 45). So S follows any change of
+        speed that is smooth over some cycles, up to both ends.
         """
+        from scipy.interpolate import BSpline
+
         area = np.concatenate(([0.0], np.cumsum(0.5 * (times[1:] + times[:-1]) * np.diff(angle))))
-        step = span / 16.0
-        count = max(4, math.floor((angle[-1] - angle[0] - span) / step))
-        middle = angle[0] + 0.5 * span + (angle[-1] - angle[0] - span) / count * np.arange(count + 1)
+        cycles = float(angle[-1] - angle[0]) / span
 
         def integral(x: Array) -> Array:
             k = np.clip(np.searchsorted(angle, x) - 1, 0, angle.size - 2)
@@ -273,12 +283,25 @@ class MeanRotation:
             slope = (times[k + 1] - times[k]) / (angle[k + 1] - angle[k])
             return np.asarray(area[k] + part * (times[k] + 0.5 * slope * part))
 
-        means = (integral(middle + 0.5 * span) - integral(middle - 0.5 * span)) / span
-        far = round(span / (middle[1] - middle[0]))
-        if middle.size > 2 * far:
-            bend = means[2 * far :] - 2.0 * means[far:-far] + means[: -2 * far]
-            means = means - np.pad(bend, far, mode="edge") / 24.0
-        return cls(middle, means)
+        steps = max(4, math.ceil(cycles * GRID))
+        grid = angle[0] + span * cycles * np.arange(steps + 1) / steps
+        if cycles < SPLINED:
+            line = np.polynomial.Polynomial.fit(angle, times, min(2, max(1, int(cycles))))
+            return cls(grid, np.asarray(line(grid)))
+        count = math.ceil((cycles - 1.0) * GRID)
+        v = 1.0 + (cycles - 1.0) * np.arange(count + 1) / count  # ends of the means' windows, in spans from the begin
+        ends = angle[0] + span * v
+        means = (integral(ends) - integral(ends - span)) / span
+        knots = np.arange(-5, math.ceil(cycles) + 7, dtype=np.float64)
+        coefficients = _spline_coefficients(BSpline.design_matrix(v, knots, 6), means)
+        smooth = BSpline(knots[:-1], coefficients, 5)
+        return cls(grid, np.asarray(smooth((grid - angle[0]) / span)))
+
+    @property
+    def inner(self) -> tuple[float, float]:
+        """Angles between which the mean rests on a cycle around it, rad; all where there are less than two cycles."""
+        half = 0.5 * CYCLE if np.ptp(self.angle) > 2.0 * CYCLE else 0.0
+        return float(self.angle[0]) + half, float(self.angle[-1]) - half
 
     def at(self, times: Array) -> Array:
         """Mean rotation (n,) rad at times (n,) s; beyond the grid's ends by its end's speed and acceleration."""
@@ -298,3 +321,23 @@ class MeanRotation:
         from scipy.interpolate import CubicSpline
 
         return np.asarray(CubicSpline(self.times, self.angle)(np.clip(times, self.times[0], self.times[-1]), 1))
+
+
+def _spline_coefficients(design: Any, values: Array) -> Array:
+    """Coefficients of the least-squares fit of a banded ``design``; 6th differences hold those that no value tells."""
+    from scipy.linalg import cho_solve_banded, cholesky_banded
+    from scipy.sparse import diags
+
+    count = design.shape[1]
+    taps = [(-1.0) ** k * math.comb(6, k) for k in range(7)]
+    rough = diags(taps, range(7), shape=(max(0, count - 6), count))
+    normal = (design.T @ design + STIFF * (rough.T @ rough)).todia()
+    bands = np.zeros((7, count))
+    for lag, row in zip(normal.offsets, normal.data, strict=True):
+        if 0 <= lag <= 6:
+            bands[6 - lag] = row[:count]
+    factor = cholesky_banded(bands)
+    found = np.zeros(count)
+    for _ in range(3):  # refinements: the times are large beside what is sought
+        found = found + cho_solve_banded((factor, False), design.T @ (values - design @ found))
+    return np.asarray(found)

@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
-from cranktrain.measured.channels import MANY, Channel, Reader, long_time_base, of_array, rising_times, time_base
+from cranktrain.measured.channels import (
+    MANY,
+    Channel,
+    Reader,
+    long_time_base,
+    of_array,
+    rising_times,
+    time_base,
+    timed,
+)
 
 TIME_NAMES = ("time", "zeit", "t", "time_s", "timestamps", "timestamp", "x_time", "t_s")
 RATE_NAMES = ("fs", "rate", "sample_rate", "sampling_rate", "samplerate", "samplingrate", "f_s", "fsample")
@@ -52,8 +61,9 @@ def as_channels(arrays: Sequence[Named], scalars: Mapping[str, float], source: s
             over = "time"
         for k in range(one.columns):
             name = one.name if one.columns == 1 else f"{one.name}:{k + 1}"
+            size = one.size if order is None else order.size
             found.append(
-                Channel(name, one.unit, one.size, source, _column(one, k, order), start,
+                Channel(name, one.unit, size, source, _column(one, k, order), start,
                         math.nan if places is not None else step, places,
                         over, "s" if over == "time" else "1")
             )  # fmt: skip
@@ -81,12 +91,15 @@ def _clock(
             remarks += told
             return float(read(0, 1)[0]), math.nan, read, None
     times = read(0, base.size)
+    order, told = timed(times, where)
+    remarks += told
+    times = times if order is None else times[order]
     start, step, own, told = time_base(times, where)
     remarks += told
-    order = None
     if own is not None and own.size > 1 and np.any(np.diff(own) < 0.0):
-        order = np.argsort(own, kind="stable")
-        own = own[order]
+        rising = np.argsort(own, kind="stable")
+        order = rising if order is None else order[rising]
+        own = own[rising]
         start = float(own[0])
     return start, step, None if own is None else of_array(own), order
 

@@ -1,7 +1,8 @@
 """MATLAB files up to version 7 by scipy; version 7.3 is HDF5.
 
 Structures of signals are opened: a field of numbers is a channel named ``structure.field``. Fields called ``unit`` give
-the unit of the other fields beside them.
+the unit of the other fields beside them. One variable at a time is in memory, which the format limits to 2 GB; it is
+read again when samples of another one were asked for meanwhile.
 """
 
 from __future__ import annotations
@@ -11,9 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from cranktrain.core.types import Array
 from cranktrain.measured.channels import Channel
 from cranktrain.measured.formats import hdf
 from cranktrain.measured.formats.arrays import Named, as_channels
+
+HELD = 100_000
+"""Values of an array that stays in memory."""
 
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
@@ -21,17 +26,41 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
     with path.open("rb") as file:
         if file.read(10) == b"MATLAB 7.3":
             return hdf.channels(path)
-    from scipy.io import loadmat
+    from scipy.io import whosmat
 
-    data = loadmat(str(path), squeeze_me=True, struct_as_record=True)
     arrays: list[Named] = []
     scalars: dict[str, float] = {}
     remarks: list[str] = []
-    for name, value in data.items():
-        if not name.startswith("__"):
-            _add(name, value, "", (arrays, scalars, remarks), path.name)
+    held: dict[str, list[Named]] = {}
+    for name, _, _ in whosmat(str(path)):
+        own: list[Named] = []
+        _add(name, _variable(path, name), "", (own, scalars, remarks), path.name)
+        for k, one in enumerate(own):
+            again = one.size * one.columns > HELD
+            arrays.append(one._replace(read=_later(path, name, k, held)) if again else one)
     found, told = as_channels(arrays, scalars, path.name)
     return found, remarks + told
+
+
+def _variable(path: Path, name: str) -> Any:
+    """One variable of a file."""
+    from scipy.io import loadmat
+
+    return loadmat(str(path), squeeze_me=True, struct_as_record=True, variable_names=[name])[name]
+
+
+def _later(path: Path, name: str, k: int, held: dict[str, list[Named]]) -> Any:
+    """Reader of the k-th array of a variable, which is read when it is asked for; ``held`` keeps the last one."""
+
+    def read(first: int, last: int, column: int) -> Array:
+        if name not in held:
+            held.clear()
+            own: list[Named] = []
+            _add(name, _variable(path, name), "", (own, {}, []), path.name)
+            held[name] = own
+        return held[name][k].read(first, last, column)
+
+    return read
 
 
 def _add(name: str, value: Any, unit: str, into: tuple[list[Named], dict[str, float], list[str]], source: str) -> None:

@@ -72,6 +72,8 @@ def _channel(
     if (even := long_time_base(times, size)) is not None:
         return Channel(name, unit, size, source, read, *even, about=about), []
     whole = times(0, size)
+    if not np.isfinite(whole.sum()):
+        return sampled(name, unit, whole, read(0, size), source, about)
     start, step, own, remarks = time_base(whole, f"{source}, channel {name}")
     if own is not None and np.any(np.diff(own) < 0.0):
         return sampled(name, unit, whole, read(0, size), source, about)

@@ -65,8 +65,7 @@ def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel,
     def read(first: int, last: int) -> np.ndarray:
         return np.asarray(channel.read_data(first, last - first), dtype=np.float64)
 
-    step = float(held.get("wf_increment", 0.0) or 0.0)
-    start = float(held.get("wf_start_offset", 0.0) or 0.0)
+    step, start = (_number(held.get(key)) for key in ("wf_increment", "wf_start_offset"))
     if step > 0.0:
         return Channel(channel.name, unit, len(channel), source, read, start, step, about=group), []
     if base is not None and len(base):
@@ -78,8 +77,18 @@ def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel,
         n = min(len(base), len(channel))
         made, more = sampled(channel.name, unit, np.asarray(base[:n]), read(0, n), source, group)
         return made, told + more
-    told = [f"{source}, channel {channel.name}: states no sampling; its samples are counted from 0, one a second"]
+    stated = f"a step of {held['wf_increment']}" if "wf_increment" in held else "no sampling"
+    told = [f"{source}, channel {channel.name}: states {stated}; its samples are counted from 0, one a second"]
     made = Channel(
         channel.name, unit, len(channel), source, read, 0.0, 1.0, abscissa="sample", abscissa_unit="1", about=group
     )
     return made, told if math.isfinite(made.step) else []
+
+
+def _number(value: Any) -> float:
+    """A property as a number; 0 where it is none."""
+    try:
+        number = float(value or 0.0)
+    except (TypeError, ValueError):
+        return 0.0
+    return number if math.isfinite(number) else 0.0

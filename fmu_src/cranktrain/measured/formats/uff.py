@@ -1,6 +1,8 @@
 """UFF data sets 58 and 58b by pyuff: time series, and functions over frequency, speed or order.
 
-pyuff skips what it does not read; data sets that are cut short are told and those before them kept.
+pyuff skips what it does not read; data sets that are cut short are told and those before them kept. pyuff takes the
+whole file into memory while it looks for data sets, so a file may have ``LARGEST`` bytes; afterwards one data set at a
+time is in memory, which is read again when its samples are asked for.
 """
 
 from __future__ import annotations
@@ -8,12 +10,14 @@ from __future__ import annotations
 import math
 import re
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.measured.channels import TIME, Channel, of_array, sampled
 
 ABSCISSAE = {17: (TIME, "s"), 18: ("frequency", "Hz"), 19: ("speed", "rev/min"), 16: ("order", "1")}
@@ -23,18 +27,28 @@ FUNCTIONS = {
     9: "power spectral density", 12: "spectrum", 13: "order",
 }  # fmt: skip
 NOTHING = ("", "none")
+LARGEST = 2_000_000_000
+"""Bytes of a file."""
+HELD = 100_000
+"""Values of a data set that stays in memory."""
 
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
     """List the channels of a file, and remarks."""
     import pyuff
 
+    if (size := path.stat().st_size) > LARGEST:
+        raise InputError(
+            f"{path.name}: has {size / 1e9:.3g} GB, UFF files are read up to {LARGEST / 1e9:g} GB; export fewer "
+            "channels a file, or MDF4, TDMS or HDF5, which are read in blocks"
+        )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = pyuff.UFF(str(path))
         kinds = [int(kind) for kind in file.get_set_types()]
         found: list[Channel] = []
         remarks: list[str] = []
+        held: dict[int, Channel] = {}
         for k, kind in enumerate(kinds):
             if kind != 58:
                 continue
@@ -51,7 +65,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
                 reason = str(error).splitlines()[0] if str(error) else type(error).__name__
                 remarks.append(f"{path.name}, data set {k + 1}: cannot be read ({reason}); it is left out")
                 continue
-            found.append(channel)
+            found.append(_later(channel, file, k, held) if channel.size > HELD else channel)
             remarks += told
     if not kinds:
         raise InputError(f"{path.name}: holds no complete data set between lines of -1; it is cut short")
@@ -59,6 +73,29 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
         remarks.append(f"{path.name}: data sets {', '.join(map(str, others))} hold no signals and are left out")
     _tell_ends(path, len(kinds), remarks)
     return found, remarks
+
+
+def _later(channel: Channel, file: Any, k: int, held: dict[int, Channel]) -> Channel:
+    """The channel with samples that are read when they are asked for; ``held`` keeps the data set read last."""
+    source = channel.source  # not the channel, which has its samples
+
+    def again() -> Channel:
+        if k not in held:
+            held.clear()
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                one = file.read_sets(k)
+            held[k] = _channel(one, np.asarray(one["data"]), source)[0]
+        return held[k]
+
+    def places(first: int, last: int) -> Array:
+        return again().abscissae(first, last)
+
+    return replace(
+        channel,
+        read=lambda first, last: again().read(first, last),
+        places=None if channel.places is None else places,
+    )
 
 
 def _tell_ends(path: Path, complete: int, remarks: list[str]) -> None:

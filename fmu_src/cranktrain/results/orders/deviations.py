@@ -10,11 +10,14 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.results.orders.harmonics import ComplexArray
-from cranktrain.results.orders.measured import Measured, phases_of
-from cranktrain.results.run_up.run_up import AXIAL, RunUp
+from cranktrain.results.orders.measured import Measured, band_of, phases_of
+from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, RunUp
+from cranktrain.results.run_up.twist import TWIST, with_twist
 from cranktrain.results.tables import NOTHING, Table
 
 RPM = 30.0 / math.pi
+MOTIONS = {AXIAL: "axial", FLYWHEEL: "flywheel's torsion", TWIST: "twist"}
+"""Names of outputs; all others are torsion of the pulley."""
 FOREIGN = 0.25
 """Relative difference of all peaks' speeds from which measured orders are said to be of another engine."""
 
@@ -28,6 +31,7 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
     where one has no peak, or phases are not known.
     """
     rows = []
+    run_up = with_twist(run_up)
     for output, by_order in measured.items():
         for order, (speeds, sizes) in by_order.items():
             if output not in run_up.amplitudes or order not in run_up.orders:
@@ -39,7 +43,9 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
             at, own = speeds[inside], sizes[inside]
             there = np.interp(at, run_up.speeds, np.abs(computed))
             keep = (run_up.speeds >= at[0]) & (run_up.speeds <= at[-1])
-            peak, base = _peak(at, own), _peak(run_up.speeds[keep], np.abs(computed)[keep])
+            band = band_of(measured, output, order)
+            noise = 0.0 if band is None else 2.0 * float(np.nanmedian(band[inside]))
+            peak, base = _peak(at, own, noise), _peak(run_up.speeds[keep], np.abs(computed)[keep])
             phases = phases_of(measured, output, order)
             power = float(np.sqrt(np.mean(own**2)))
             rows.append(
@@ -58,6 +64,22 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
     return rows
 
 
+def deviations_said(rows: list[dict[str, Any]]) -> str:
+    """Deviations as a line of text below a picture: peak in speed and height, phase; empty where there are none."""
+    parts = []
+    for row in rows:
+        said = [
+            f"{row[key]:{form}} {words}"
+            for key, form, words in (
+                ("speed_percent", "+.1f", "% speed"), ("amplitude_percent", "+.0f", "% amplitude"),
+                ("phase_deg", "+.0f", "deg phase"), ("rms_percent", ".0f", "% rms"),
+            )
+            if row[key] is not None
+        ]  # fmt: skip
+        parts.append(f"order {row['order']:g}: {', '.join(said)}")
+    return f"Computed against measured peaks: {'; '.join(parts)}." if parts else ""
+
+
 def of_another_engine(rows: list[dict[str, Any]]) -> str:
     """Remark where all peaks of measured orders are further than ``FOREIGN`` from the computed ones; else empty."""
     found = [row["speed_percent"] for row in rows if row["speed_percent"] is not None]
@@ -71,12 +93,17 @@ def of_another_engine(rows: list[dict[str, Any]]) -> str:
 
 def check_measured(run_up: RunUp, measured: Measured) -> None:
     """Refuse measured orders that have nothing in common with a run-up; ``InputError`` with the ranges of both."""
+    check_speeds_measured(measured, float(run_up.speeds[0]), float(run_up.speeds[-1]))
+
+
+def check_speeds_measured(measured: Measured, first: float, last: float) -> None:
+    """Refuse measured orders without a speed between two, rad/s; ``InputError`` with both ranges."""
     spans = [(speeds[0], speeds[-1]) for by_order in measured.values() for speeds, _ in by_order.values()]
     low, high = min(one[0] for one in spans), max(one[1] for one in spans)
-    if high < run_up.speeds[0] or low > run_up.speeds[-1]:
+    if high < first or low > last:
         raise InputError(
             f"measured orders are from {low * RPM:.0f} to {high * RPM:.0f} rev/min, the run-up from "
-            f"{run_up.speeds_rpm[0]:.0f} to {run_up.speeds_rpm[-1]:.0f} rev/min; they have no speed in common"
+            f"{first * RPM:.0f} to {last * RPM:.0f} rev/min; they have no speed in common"
         )
 
 
@@ -88,7 +115,7 @@ def deviation_table(rows: list[dict[str, Any]]) -> Table:
 
     texts = tuple(
         (
-            "axial" if row["output"] == AXIAL else "torsion",
+            MOTIONS.get(row["output"], "torsion"),
             f"{row['order']:g}",
             str(row["points"]),
             said(row["measured_peak_rpm"], ".0f"),
@@ -112,11 +139,16 @@ def deviation_table(rows: list[dict[str, Any]]) -> Table:
     return Table("Computed against measured orders", header, texts)
 
 
-def _peak(speeds: Array, sizes: Array) -> tuple[float, float] | None:
-    """Speed and height of a curve's peak, by the parabola through three points; None for a peak at an end."""
+def _peak(speeds: Array, sizes: Array, noise: float = 0.0) -> tuple[float, float] | None:
+    """Speed and height of a curve's peak, by the parabola through three points.
+
+    None for a peak at an end, or one that stands out of the lower quarter of the curve by less than ``noise``.
+    """
     if speeds.size < 3:
         return None
     k = int(np.argmax(sizes))
+    if sizes[k] - float(np.quantile(sizes, 0.25)) < noise:
+        return None
     if not 0 < k < speeds.size - 1 or speeds[k - 1] == speeds[k] or speeds[k] == speeds[k + 1]:
         return None
     a, b, c = np.polyfit(speeds[k - 1 : k + 2] - speeds[k], sizes[k - 1 : k + 2], 2)

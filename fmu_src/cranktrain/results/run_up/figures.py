@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.results.figures import save_figure
+from cranktrain.results.orders.deviations import deviations, deviations_said
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.plots import foot
 from cranktrain.results.run_up import plots
@@ -76,7 +77,7 @@ def save_run_up_pictures(
         figures["campbell"] = campbell_figure(run_up, beside, title)
     for quantity, sizes, name in ((TORSIONAL, torsional, "torsion"), (ALONG, along, "axial")):
         if quantity.output in run_up.amplitudes:
-            figures[f"{name}_histories"] = history_figure(run_up, quantity, title)
+            figures[f"{name}_histories"] = history_figure(run_up, quantity, title, beside)
             figures[f"{name}_harmonics"] = harmonic_figure(run_up, sizes, beside, title)
     if beside.stresses:
         figures["shaft_stress"] = stress_figure(run_up, beside.stresses, title)
@@ -114,11 +115,17 @@ def map_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str, hi
     hz = np.linspace(0.0, highest_hz, MAP_ROWS)
     of_orders = quantity.scale * order_map(run_up, quantity.output, speeds)
     of_hz = quantity.scale * frequency_map(run_up, quantity.output, speeds, hz)
-    plots.plot_map(left, RPM * speeds, run_up.orders, of_orders, "order", beside.log)
-    colours = plots.plot_map(right, RPM * speeds, hz, of_hz, "frequency / Hz", beside.log)
+    marks = beside.measured_marks(quantity, run_up.orders.tolist())
+    plots.plot_map(left, RPM * speeds, run_up.orders, of_orders, "order", beside.log, marks, along_orders=True)
+    colours = plots.plot_map(right, RPM * speeds, hz, of_hz, "frequency / Hz", beside.log, marks)
     bar = figure.colorbar(colours, ax=(left, right), pad=0.01)
     bar.set_label(f"{quantity.name} / {quantity.unit}")
     figure.suptitle(f"Orders and frequencies over the speed: {title}", fontsize=12, parse_math=False)
+    if marks:
+        foot(
+            figure,
+            f"Circles: measured, filled with the colour of their amplitude. {_deviating(run_up, beside, quantity)}",
+        )
     return figure
 
 
@@ -167,8 +174,11 @@ def waterfall_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: s
     plots.plot_waterfall(
         figure.subplots(), run_up.speeds_rpm[::every], run_up.orders, sizes, quantity.unit,
         shown_orders(run_up, quantity, Beside(orders=beside.orders)), highest_hz,
+        marks := beside.measured_marks(quantity, run_up.orders.tolist()),
     )  # fmt: skip
     figure.suptitle(f"Waterfall of the {quantity.name}: {title}", fontsize=12, parse_math=False)
+    if marks:
+        foot(figure, f"Circles: measured, with 95 % bands. {_deviating(run_up, beside, quantity)}")
     return figure
 
 
@@ -180,7 +190,8 @@ def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
     sizes = {order: (run_up.speeds_rpm, TORSIONAL.scale * np.abs(run_up.order(order))) for order in orders}
     published = beside.published(TORSIONAL)
     ax, rays = figure.subplots(), sorted({*orders, *published})
-    plots.plot_campbell(ax, beside.modes, rays, beside.highest_hz(run_up), sizes, published)
+    marks = beside.measured_marks(TORSIONAL, orders)
+    plots.plot_campbell(ax, beside.modes, rays, beside.highest_hz(run_up), sizes, published, marks)
     motion = [(peak.speed * RPM, peak.motion_hz) for peak in beside.motion if math.isfinite(peak.motion_hz)]
     if motion:
         plots.plot_modes_in_motion(ax, motion)
@@ -189,7 +200,8 @@ def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
         figure,
         "Lines: modes at rest, on ground, collar closed, as the turning crank has them. Rays: orders; area of their "
         "circles: torsion of the pulley." + (" Diamonds: its torsional mode in motion." if motion else "")
-        + (" Crosses: published critical speeds." if published else ""),
+        + (" Crosses: published critical speeds." if published else "")
+        + (f" Rings: measured torsion, thin ones its band. {_deviating(run_up, beside, TORSIONAL)}" if marks else ""),
     )  # fmt: skip
     return figure
 
@@ -238,7 +250,16 @@ def _legend(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:
     if beside.published(quantity):
         parts.append("Triangles on the axis: published critical speeds of an order.")
     if quantity.output in (beside.measured or {}):
-        parts.append("Circles: measured.")
+        parts.append("Circles: measured, lines through them 95 % bands.")
+        parts.append(_deviating(run_up, beside, quantity))
     if np.any(unsteady(run_up)):
         parts.append("Shaded: speeds at which no cycle repeats the one before, orders and peaks of a mean cycle.")
     return " ".join(parts)
+
+
+def _deviating(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:
+    """Deviations from the measured orders of an output, as a line of text."""
+    measured = beside.measured
+    if measured is None or quantity.output not in measured:
+        return ""
+    return deviations_said([row for row in deviations(run_up, measured) if row["output"] == quantity.output])

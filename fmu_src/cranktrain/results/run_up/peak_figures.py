@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.core.reduced_body import Array
+from cranktrain.results.orders.measured_points import motion_of
 from cranktrain.results.run_up import plots
 from cranktrain.results.run_up.run_up import AXIAL, RunUp
 from cranktrain.results.run_up.shown import PARTS, Beside, Quantity, figure_of, unsteady, worthy
@@ -18,15 +18,22 @@ HISTORY = 1440
 """Points of a cycle."""
 
 
-def history_figure(run_up: RunUp, quantity: Quantity, title: str) -> Any:
-    """Motion over a cycle at the speeds of the largest peaks, of the orders that the run-up holds; without the mean."""
+def history_figure(run_up: RunUp, quantity: Quantity, title: str, beside: Beside | None = None) -> Any:
+    """Motion over a cycle at the speeds of the largest peaks, of the orders that the run-up holds; without the mean.
+
+    Measured orders with phases ``beside`` make a measured motion with its band.
+    """
     places = peak_speeds(run_up, quantity)
     figure, axes = _grid(len(places))
-    angle = np.arange(HISTORY + 1) * (4.0 * math.pi / HISTORY)
+    angle = np.arange(HISTORY + 1, dtype=np.float64) * (4.0 * math.pi / HISTORY)
     turn = np.exp(1j * np.outer(run_up.orders, angle))
     for ax, (at, order) in zip(axes, places, strict=True):
         motion = quantity.scale * (run_up.amplitudes[quantity.output][at] @ turn).real
-        plots.plot_history(ax, np.degrees(angle), motion, quantity.unit, _at(run_up, at, order))
+        own = None if beside is None else motion_of(beside.points_at(quantity, run_up, at), angle)
+        measured = None if own is None else (quantity.scale * own[0], quantity.scale * own[1])
+        plots.plot_history(ax, np.degrees(angle), motion, quantity.unit, _at(run_up, at, order), measured)
+        if measured is not None:
+            ax.legend(frameon=False, fontsize=8)
     _share_scale(axes)
     _under(figure, axes, "crank angle / deg")
     name = quantity.name.partition(",")[0]
@@ -45,9 +52,13 @@ def harmonic_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: st
         bars = {"pulley": quantity.scale * np.abs(run_up.amplitudes[quantity.output][at, keep])}
         if quantity.output == AXIAL:
             bars |= {name: quantity.scale * np.abs(run_up.amplitudes[out][at, keep]) for name, out in parts.items()}
-        if (measured := _measured_at(beside, quantity, run_up, at, orders)) is not None:
+        measured, band = np.full((2, orders.size), math.nan)
+        for point in beside.points_at(quantity, run_up, at):
+            measured[orders == point.order] = quantity.scale * point.amplitude
+            band[orders == point.order] = quantity.scale * point.band
+        if np.isfinite(measured).any():
             bars["measured"] = measured
-        plots.plot_harmonics(ax, orders, bars, quantity.unit, _at(run_up, at, order))
+        plots.plot_harmonics(ax, orders, bars, quantity.unit, _at(run_up, at, order), band)
     _share_scale(axes)
     named = {container.get_label(): container for ax in axes for container in ax.containers}
     if len(named) > 1:
@@ -71,23 +82,6 @@ def peak_speeds(run_up: RunUp, quantity: Quantity) -> list[tuple[int, float]]:
         place = np.unravel_index(sizes.argmax(), sizes.shape)
         found[int(place[0])] = float(run_up.orders[place[1]])
     return sorted(found.items())
-
-
-def _measured_at(beside: Beside, quantity: Quantity, run_up: RunUp, at: int, orders: Array) -> Array | None:
-    """Measured amplitudes (k,) of orders at a speed, not a number where none was measured within half a step.
-
-    Of a speed that was measured several times it is the mean.
-    """
-    speeds = run_up.speeds_rpm
-    reach = 0.5 * float(np.diff(speeds).mean()) + 1e-6 if speeds.size > 1 else 1.0
-    found = np.full(orders.size, math.nan)
-    for k, order in enumerate(orders.tolist()):
-        measured = beside.measured_of(quantity, order)
-        if measured is not None:
-            nearest = measured[0][np.argmin(np.abs(measured[0] - speeds[at]))]
-            if abs(nearest - speeds[at]) <= reach:
-                found[k] = measured[1][measured[0] == nearest].mean()
-    return found if np.any(np.isfinite(found)) else None
 
 
 def _at(run_up: RunUp, at: int, order: float) -> str:

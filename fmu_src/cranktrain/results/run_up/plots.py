@@ -20,6 +20,8 @@ BAR_COLOURS = {"pulley": INK, "crank": BLUE, "bearing": ORANGE, "engine": GREEN,
 _RPM = 30.0 / math.pi
 DECADES = 3.0
 """Range of a logarithmic scale of amplitudes below the largest."""
+Marks = Sequence[tuple[float, Array, Array, Array]]
+"""Measured orders: order, speeds (k,) rev/min, amplitudes (k,) and half widths of bands (k,)."""
 
 
 class Label(NamedTuple):
@@ -153,12 +155,21 @@ def shade(ax: Any, speeds: Array, which: NDArray[np.bool_]) -> None:
         ax.axvspan(borders[k], borders[k + 1], color="#f1e3d3", lw=0.0, zorder=0)
 
 
+# In one piece: spectra, their axes, and what is measured.
 def plot_waterfall(
-    ax: Any, speeds: Array, orders: Array, amplitudes: Array, unit: str, named: Sequence[float], highest_hz: float
+    ax: Any,
+    speeds: Array,
+    orders: Array,
+    amplitudes: Array,
+    unit: str,
+    named: Sequence[float],
+    highest_hz: float,
+    measured: Marks = (),
 ) -> None:
     """Draw spectra (s, o) over the frequency, one above the other by their speed (s,), rev/min.
 
-    ``named`` orders are drawn as rays with their number.
+    ``named`` orders are drawn as rays with their number; ``measured`` ones as circles at the height of their amplitude
+    above their speed, with bands.
     """
     step = float(np.diff(speeds).mean())
     largest = float(amplitudes.max()) or 1.0
@@ -185,6 +196,12 @@ def plot_waterfall(
     ax.set_xlabel("frequency / Hz; dashed: orders")
     ax.set_ylabel("engine speed / rev/min")
     height = scale * largest
+    for order, rpm, sizes, band in measured:
+        hz = order * rpm / 60.0
+        keep = (hz <= highest_hz) & (rpm >= speeds[0]) & (rpm <= speeds[-1])
+        least, most = (rpm + scale * np.maximum(sizes + side * band, 0.0) for side in (-1.0, 1.0))
+        ax.vlines(hz[keep], least[keep], most[keep], color=RED, lw=1.0, zorder=3.5)
+        ax.plot(hz[keep], (rpm + scale * sizes)[keep], "o", ms=3.0, mfc="white", mec=RED, mew=0.8, zorder=3.6)
     ax.plot([0.985 * highest_hz] * 2, [ends[1] - height, ends[1]], color=INK, lw=1.5, zorder=6)
     ax.annotate(
         f"{largest:.3g} {unit}", (0.985 * highest_hz, ends[1] - 0.5 * height), xytext=(-4, 0),
@@ -193,10 +210,21 @@ def plot_waterfall(
     )  # fmt: skip
 
 
-def plot_map(ax: Any, x: Array, y: Array, values: Array, y_label: str, log: bool) -> Any:
+# In one piece: values, their axes, and what is measured.
+def plot_map(
+    ax: Any,
+    x: Array,
+    y: Array,
+    values: Array,
+    y_label: str,
+    log: bool,
+    measured: Marks = (),
+    along_orders: bool = False,
+) -> Any:
     """Draw values (m, n) over speeds x (n,) rev/min and places y (m,) as colours; returns them, for a colour bar.
 
-    ``log`` takes ``DECADES`` below the largest value.
+    ``log`` takes ``DECADES`` below the largest value. ``measured`` orders are circles filled with the colour of their
+    amplitude, over orders where y is such (``along_orders``), else over frequencies, Hz.
     """
     from matplotlib.colors import LogNorm, Normalize
 
@@ -207,6 +235,10 @@ def plot_map(ax: Any, x: Array, y: Array, values: Array, y_label: str, log: bool
     colours = ax.pcolormesh(x, y, shown, norm=scale, cmap="viridis", shading="nearest", rasterized=True)
     ax.set_xlabel("engine speed / rev/min")
     ax.set_ylabel(y_label)
+    ax.set(xlim=(float(x[0]), float(x[-1])), ylim=(float(y[0]), float(y[-1])))
+    for order, rpm, sizes, _ in measured:
+        places = np.full(rpm.size, order) if along_orders else order * rpm / 60.0
+        ax.scatter(rpm, places, s=22.0, c=np.maximum(sizes, least), norm=scale, cmap="viridis", ec="white", lw=0.7)
     return colours
 
 
@@ -217,6 +249,7 @@ def plot_campbell(
     highest_hz: float,
     sizes: Mapping[float, tuple[Array, Array]] | None = None,
     published: Mapping[float, float] | None = None,
+    measured: Marks = (),
 ) -> None:
     """Draw frequencies at rest over the speed, rays of orders, and where they meet.
 
@@ -227,6 +260,7 @@ def plot_campbell(
     highest_hz : end of the frequency axis
     sizes : order → speeds (k,) rev/min and amplitudes (k,), drawn along its ray as circles of that area
     published : order → critical speed, rev/min, a cross on its ray
+    measured : circles along the rays, of the area that a computed amplitude has; both ends of its band are thin
     """
     speeds = modes.speeds * _RPM
     low, high = float(speeds[0]), float(speeds[-1])
@@ -251,6 +285,11 @@ def plot_campbell(
             at[keep], order * at[keep] / 60.0, s=260.0 * amplitudes[keep] / largest, color=ORANGE, alpha=0.35, lw=0.0,
             zorder=3,
         )  # fmt: skip
+    for order, across, values, band in measured:
+        keep = (values > 0.01 * largest) & (across >= low) & (across <= high)
+        for side, width in ((0.0, 1.1), (-1.0, 0.5), (1.0, 0.5)):
+            area = 260.0 * np.maximum(values + side * band, 0.0)[keep] / largest
+            ax.scatter(across[keep], order * across[keep] / 60.0, s=area, fc="none", ec=RED, lw=width, zorder=3.5)
     for order, rpm in (published or {}).items():
         if low <= rpm <= high:
             ax.plot(rpm, order * rpm / 60.0, "x", ms=8, color="black", mew=1.6, zorder=6)
@@ -283,11 +322,13 @@ def _ray(ax: Any, order: float, low: float, high: float, highest_hz: float) -> N
 
 
 def plot_history(
-    ax: Any, angle_deg: Array, values: Array, unit: str, title: str, measured: Array | None = None
+    ax: Any, angle_deg: Array, values: Array, unit: str, title: str, measured: tuple[Array, float] | None = None
 ) -> None:
-    """Draw a motion (n,) over one cycle of crank angles (n,), with a measured one of the same angles."""
+    """Draw a motion (n,) over one cycle of crank angles (n,), with a measured one of the same angles and its band."""
     if measured is not None:
-        ax.plot(angle_deg, measured, color=ORANGE, lw=1.2, label="measured")
+        motion, band = measured
+        ax.fill_between(angle_deg, motion - band, motion + band, color=ORANGE, alpha=0.25, lw=0.0)
+        ax.plot(angle_deg, motion, color=ORANGE, lw=1.2, label="measured")
     ax.plot(angle_deg, values, color=BLUE, lw=1.4, label="computed")
     ax.set(xlim=(0, 720), xticks=np.arange(0, 721, 180))
     ax.set_ylabel(unit)
@@ -295,12 +336,21 @@ def plot_history(
     ax.grid(alpha=0.25)
 
 
-def plot_harmonics(ax: Any, orders: Array, bars: Mapping[str, Array], unit: str, title: str) -> None:
-    """Draw orders (k,) as groups of bars, a name of ``BAR_COLOURS`` → amplitudes (k,), not a number where none is."""
+def plot_harmonics(
+    ax: Any, orders: Array, bars: Mapping[str, Array], unit: str, title: str, band: Array | None = None
+) -> None:
+    """Draw orders (k,) as groups of bars, a name of ``BAR_COLOURS`` → amplitudes (k,), not a number where none is.
+
+    ``band``: half widths (k,) of the measured amplitudes' bands.
+    """
     width = 0.42 / max(len(bars), 1)
     for k, (name, values) in enumerate(bars.items()):
         places = orders + (k - 0.5 * (len(bars) - 1)) * width
         ax.bar(places, np.nan_to_num(values), width, color=BAR_COLOURS[name], label=name)
+        if name == "measured" and band is not None:
+            known = np.isfinite(values) & np.isfinite(band)
+            ends = np.maximum(values - band, 0.0)[known], (values + band)[known]
+            ax.vlines(places[known], *ends, color=INK, lw=1.0, zorder=4)
     ax.set(xlim=(0.0, float(orders[-1]) + 0.5), xticks=np.arange(0, orders[-1] + 0.1, 1.5))
     ax.tick_params(axis="x", labelsize=8)
     ax.set_ylabel(unit)

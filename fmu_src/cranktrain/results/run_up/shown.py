@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.measured import Measured, band_of
+from cranktrain.results.orders.measured_points import Point, points_at, reach_of
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.orders.resonances import Peak, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
@@ -103,6 +104,19 @@ class Beside(NamedTuple):
         """Half widths (k,) of the bands of the measured amplitudes, in the picture's unit; None where not known."""
         found = band_of(self.measured, quantity.output, order)
         return None if found is None else found * quantity.scale
+
+    def points_at(self, quantity: Quantity, run_up: RunUp, at: int) -> list[Point]:
+        """Measured orders next to a speed of the run-up, in SI."""
+        return points_at(self.measured, quantity.output, float(run_up.speeds[at]), reach_of(run_up.speeds))
+
+    def measured_marks(self, quantity: Quantity, orders: Sequence[float]) -> list[tuple[float, Array, Array, Array]]:
+        """Order, speeds (k,) rev/min, amplitudes (k,) and half bands (k,) of measured orders; zeros without a band."""
+        found = []
+        for order in orders:
+            if (points := self.measured_of(quantity, order)) is not None:
+                band = self.band_of(quantity, order)
+                found.append((order, *points, np.zeros(points[0].size) if band is None else np.nan_to_num(band)))
+        return found
 
 
 def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[float]:

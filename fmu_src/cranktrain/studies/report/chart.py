@@ -75,7 +75,7 @@ def line_chart(
     labels: tuple[str, str],
     step: float = 0.0,
     colours: Sequence[str] = COLOURS,
-    points: Mapping[str, tuple[Array, Array]] = MappingProxyType({}),
+    points: Mapping[str, tuple[Array, ...]] = MappingProxyType({}),
     switches: Switches | None = None,
     named: int = NAMED,
 ) -> str:
@@ -87,11 +87,11 @@ def line_chart(
     labels : of both axes, with units
     step : of the numbers along x; 0 leaves it open
     colours : of the curves that are named
-    points : measured x (k,) and y (k,) of curves, by their names
+    points : measured x (k,) and y (k,) of curves, by their names, and half widths (k,) of their bands where known
     switches : of a chart of amplitudes, zero to peak, which the label along y says; None: has none
     """
     within = {name: _within(x, *measured) for name, measured in points.items()}
-    every = [*curves.values(), *(y for _, y in within.values())]
+    every = [*curves.values(), *(found[1] for found in within.values())]
     values = np.concatenate([np.asarray(y, dtype=float) for y in every])
     low, high = min(0.0, float(np.nanmin(values))), max(0.0, float(np.nanmax(values)))
     room = 0.06 * (high - low or 1.0)
@@ -105,7 +105,7 @@ def line_chart(
         for up in scales
     ]
     shown = dict(list(curves.items())[:named])
-    more = ["others"] * (len(curves) > named) + [MEASURED] * any(x.size for x, _ in within.values())
+    more = ["others"] * (len(curves) > named) + [MEASURED] * any(found[0].size for found in within.values())
     return _figure(title, drawings, across, x, shown, colours, more, switches)
 
 
@@ -115,7 +115,7 @@ def _curves(
     up: Axis,
     x: Array,
     curves: Mapping[str, Array],
-    within: Mapping[str, tuple[Array, Array]],
+    within: Mapping[str, tuple[Array, ...]],
     colours: Sequence[str],
     named: int,
 ) -> list[str]:
@@ -130,7 +130,8 @@ def _curves(
             )
     for k, name in enumerate(curves):
         colour = colours[k] if k < named else GREY
-        for place, value in zip(*(values.tolist() for values in within.get(name, ())), strict=True):
+        for place, value, *band in zip(*(values.tolist() for values in within.get(name, ())), strict=True):
+            parts += _band(f'data-k="{k}"', colour, across, up, place, value, *band)
             parts.append(
                 f'<circle data-k="{k}" cx="{_x(across, place)}" cy="{_y(up, value)}" r="3.5" fill="white" '
                 f'stroke="{colour}" stroke-width="1.6"><title>{html.escape(name)}, measured</title></circle>'
@@ -138,11 +139,21 @@ def _curves(
     return parts
 
 
-def bar_chart(title: str, x: Array, bars: Mapping[str, Array], labels: tuple[str, str]) -> str:
-    """A figure of groups of bars (n,) at even places x (n,), up to ``NAMED`` a group; ``labels`` as of lines."""
+def bar_chart(
+    title: str,
+    x: Array,
+    bars: Mapping[str, Array],
+    labels: tuple[str, str],
+    points: Mapping[str, tuple[Array, Array]] = MappingProxyType({}),
+) -> str:
+    """A figure of groups of bars (n,) at even places x (n,), up to ``NAMED`` a group; ``labels`` as of lines.
+
+    ``points``: measured values (n,) and half widths (n,) of bands beside bars, by their names; NaN where there is none.
+    """
     pitch = float(x[1] - x[0])
     across = Axis(labels[0], float(x[0]) - pitch, float(x[-1]) + pitch, 2.0 * pitch)
-    up = Axis(labels[1], 0.0, 1.06 * max(max(float(np.nanmax(y)) for y in bars.values()), 1e-30))
+    most = [float(np.nanmax(y)) for y in (*bars.values(), *(np.append(one[0], 0.0) for one in points.values()))]
+    up = Axis(labels[1], 0.0, 1.06 * max(*most, 1e-30))
     width, foot = 0.8 * pitch / len(bars), _y(up, 0.0)
     parts = [*_frame(across, up)]
     for k, (name, y) in enumerate(bars.items()):
@@ -153,7 +164,16 @@ def bar_chart(title: str, x: Array, bars: Mapping[str, Array], labels: tuple[str
                     f'<rect x="{left}" y="{top}" width="{_x(across, place + width) - left:.1f}" '
                     f'height="{foot - top:.1f}" fill="{COLOURS[k]}"><title>{html.escape(name)}</title></rect>'
                 )
-    return _figure(title, ["".join(parts)], across, x, bars, COLOURS)
+        measured, band = points.get(name, (np.full(len(x), math.nan),) * 2)
+        middles = (x + (k + 0.5 - 0.5 * len(bars)) * width).tolist()
+        for place, value, half in zip(middles, measured.tolist(), band.tolist(), strict=True):
+            if math.isfinite(value):
+                parts += _band("", "#1c2733", across, up, place, value, half)
+                parts.append(
+                    f'<circle cx="{_x(across, place)}" cy="{_y(up, value)}" r="2.6" fill="white" stroke="#1c2733">'
+                    f"<title>{html.escape(name)}, measured</title></circle>"
+                )
+    return _figure(title, ["".join(parts)], across, x, bars, COLOURS, [MEASURED] * bool(points))
 
 
 def map_chart(title: str, x: Array, y: Array, values: Array, labels: tuple[str, str, str]) -> str:
@@ -262,10 +282,21 @@ def _switches(state: Switches) -> str:
     )
 
 
-def _within(x: Array, places: Array, values: Array) -> tuple[Array, Array]:
+def _within(x: Array, places: Array, *values: Array) -> tuple[Array, ...]:
     """Points between the ends of an axis."""
     inside = (places >= x[0]) & (places <= x[-1])
-    return places[inside], values[inside]
+    return places[inside], *(each[inside] for each in values)
+
+
+# In one piece: where a band is drawn and how.
+def _band(
+    words: str, colour: str, across: Axis, up: Axis, place: float, value: float, half: float = math.nan
+) -> list[str]:
+    """Line through a measured point from end to end of its band, where that is known."""
+    if not half > 0.0:
+        return []
+    at, low, high = _x(across, place), _y(up, max(value - half, up.low)), _y(up, min(value + half, up.high))
+    return [f'<line {words} x1="{at}" x2="{at}" y1="{low}" y2="{high}" stroke="{colour}" stroke-width="1.2"/>']
 
 
 def _frame(across: Axis, up: Axis, both: bool = False) -> list[str]:

@@ -11,10 +11,12 @@ import numpy as np
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.deviations import deviation_table, deviations, of_another_engine
+from cranktrain.results.orders.measured import band_of
+from cranktrain.results.orders.measured_points import motion_of, points_at, reach_of
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
 from cranktrain.results.run_up.shown import PARTS
-from cranktrain.results.run_up.twist import frequency_map, half_range, order_map
+from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map
 from cranktrain.results.tables import NOTHING, Table
 from cranktrain.studies.report.chart import NAMED, Switches, bar_chart, line_chart, map_chart
 from cranktrain.studies.report.elements import paragraph, table
@@ -26,7 +28,8 @@ NEXT = 0.12
 """Relative difference of speed below which cycles of another speed are not shown."""
 SHOWN_CYCLES = 4
 """Speeds whose cycle is drawn."""
-SAMPLES = 720
+SAMPLES, MARKS = 720, 48
+"""Points of a curve over a cycle, and of a measured one."""
 LEAST_UM = 1e-6
 """Axial motion below this is none: an engine on ground does not move."""
 MAP_COLUMNS, MAP_ROWS = 240, 200
@@ -77,7 +80,7 @@ def torsion_cycles(found: Findings) -> list[str]:
         [peak.speed for peak in resonances]
         or [float(run.speeds[np.nan_to_num(np.abs(run.torsion)).max(axis=1).argmax()])]
     )
-    return [draw(run, TORSION, speeds) for draw in (_cycles, _bars)]
+    return [draw(found, run, TORSION, speeds) for draw in (_cycles, _bars)]
 
 
 def whole_torsion(found: Findings) -> list[str]:
@@ -106,7 +109,7 @@ def axial(found: Findings) -> list[str]:
         parts.append(line_chart(title, run.speeds_rpm, curves, ("speed / rev/min", "axial motion / µm")))
     total = np.sqrt((np.abs(run.axial) ** 2).sum(axis=1))
     largest = _apart(run.speeds[np.argsort(-total)].tolist())
-    parts += [_cycles(run, AXIAL, largest), _bars(run, AXIAL, largest)]
+    parts += [_cycles(found, run, AXIAL, largest), _bars(found, run, AXIAL, largest)]
     if all(output in run.amplitudes for output in PARTS.values()):
         row = int(np.abs(run.speeds - largest[0]).argmin())
         keep = run.orders <= HIGHEST_BAR
@@ -120,7 +123,7 @@ def axial(found: Findings) -> list[str]:
 def _beside(found: Findings, run: RunUp, output: str, words: str) -> list[str]:
     """Chart of an output's orders over the speed, with measured orders."""
     measured = {order: points for order, points in found.measured.get(output, {}).items() if order in run.orders}
-    chart = _orders(found.asked, run, output, words, measured=measured)
+    chart = _orders(found.asked, run, output, words, measured=_with_bands(found, output, measured))
     if not measured:
         return [chart]
     rows = [row for row in deviations(run, found.measured) if row["output"] == output]
@@ -129,6 +132,17 @@ def _beside(found: Findings, run: RunUp, output: str, words: str) -> list[str]:
         chart, table(_measured(run, output, measured)), *([table(deviation_table(rows))] if rows else []),
         *([paragraph(doubt[0].upper() + doubt[1:] + ".")] if doubt else []),
     ]  # fmt: skip
+
+
+def _with_bands(
+    found: Findings, output: str, measured: Mapping[float, tuple[Array, Array]]
+) -> dict[float, tuple[Array, Array, Array]]:
+    """Measured orders of an output with half widths of their bands, zero where none is known."""
+    bands = {order: band_of(found.measured, output, order) for order in measured}
+    return {
+        order: (*points, np.zeros(points[0].size) if (band := bands[order]) is None else np.nan_to_num(band))
+        for order, points in measured.items()
+    }
 
 
 def _measured(run: RunUp, output: str, measured: Mapping[float, tuple[Array, Array]]) -> Table:
@@ -155,7 +169,7 @@ def _orders(
     output: str,
     words: str,
     what: str = "",
-    measured: Mapping[float, tuple[Array, Array]] | None = None,
+    measured: Mapping[float, tuple[Array, Array, Array]] | None = None,
     whole: bool = False,
 ) -> str:
     """Chart of an output's orders over the speed: those asked for, or the strongest and the ``measured`` ones named.
@@ -174,7 +188,10 @@ def _orders(
         curves = {ALL_ORDERS: scale * half_range(run, run.amplitudes[output]), **curves}
         colours, named = ["black", *colours], named + 1
     title = f"{what or name + ' of the pulley'}, orders over the speed, {words}"
-    points = {f"order {order:g}": (RPM * speeds, scale * sizes) for order, (speeds, sizes) in measured.items()}
+    points = {
+        f"order {order:g}": (RPM * speeds, scale * sizes, scale * bands)
+        for order, (speeds, sizes, bands) in measured.items()
+    }
     labels = "speed / rev/min", f"zero to peak / {unit}"
     return line_chart(
         title, run.speeds_rpm, curves, labels, colours=colours, switches=Switches(asked.log, asked.peak_to_peak),
@@ -199,7 +216,11 @@ def _twist(found: Findings, run: RunUp, words: str) -> list[str]:
     """Chart of the twist from pulley to flywheel, where the run-up has both."""
     if FLYWHEEL not in run.amplitudes:
         return []
-    return [_orders(found.asked, _twisting(run), TORSION, words, "Twist from pulley to flywheel", whole=True)]
+    measured = {order: points for order, points in found.measured.get(TWIST, {}).items() if order in run.orders}
+    marks, title = _with_bands(found, TWIST, measured), "Twist from pulley to flywheel"
+    parts = [_orders(found.asked, _twisting(run), TORSION, words, title, measured=marks, whole=True)]
+    rows = [row for row in deviations(run, found.measured) if row["output"] == TWIST]
+    return [*parts, *([table(deviation_table(rows))] if rows else [])]
 
 
 def _maps(found: Findings, run: RunUp, words: str) -> list[str]:
@@ -259,14 +280,22 @@ def _apart(speeds: list[float]) -> list[float]:
     return kept
 
 
-def _bars(run: RunUp, output: str, speeds: Iterable[float]) -> str:
+def _bars(found: Findings, run: RunUp, output: str, speeds: Iterable[float]) -> str:
     """Chart of an output's orders at the speeds of :func:`_cycles`."""
     scale, unit, what = _UNITS[output]
     keep = run.orders <= HIGHEST_BAR
     rows = sorted(_rows(run, speeds))
-    bars = {f"{run.speeds_rpm[k]:.0f} rev/min": scale * np.abs(run.amplitudes[output][k][keep]) for k in rows}
+    names = {k: f"{run.speeds_rpm[k]:.0f} rev/min" for k in rows}
+    bars = {name: scale * np.abs(run.amplitudes[output][k][keep]) for k, name in names.items()}
+    points = {}
+    for k, name in names.items():
+        values = np.full((2, np.count_nonzero(keep)), math.nan)
+        for point in points_at(found.measured, output, float(run.speeds[k]), reach_of(run.speeds)):
+            values[:, run.orders[keep] == point.order] = scale * np.array([[point.amplitude], [point.band]])
+        if np.isfinite(values[0]).any():
+            points[name] = values[0], values[1]
     title = f"{what} of the pulley, orders at these speeds"
-    return bar_chart(title, run.orders[keep], bars, ("order", f"zero to peak / {unit}"))
+    return bar_chart(title, run.orders[keep], bars, ("order", f"zero to peak / {unit}"), points)
 
 
 def _rows(run: RunUp, speeds: Iterable[float]) -> list[int]:
@@ -274,15 +303,22 @@ def _rows(run: RunUp, speeds: Iterable[float]) -> list[int]:
     return list(dict.fromkeys(int(np.abs(run.speeds - speed).argmin()) for speed in speeds))[:SHOWN_CYCLES]
 
 
-def _cycles(run: RunUp, output: str, speeds: Iterable[float]) -> str:
+def _cycles(found: Findings, run: RunUp, output: str, speeds: Iterable[float]) -> str:
     """Chart of an output over a cycle at the speeds of the run-up next to the first of those given."""
     scale, unit, what = _UNITS[output]
     rows = _rows(run, speeds)
     angle = np.linspace(0.0, 4.0 * math.pi, SAMPLES + 1).astype(np.float64)
     names = {k: f"{run.speeds_rpm[k]:.0f} rev/min" for k in sorted(rows)}
     curves = {name: scale * cycle(run, output, k, angle) for k, name in names.items()}
+    points = {}
+    marked = angle[:: SAMPLES // MARKS]
+    for k, name in names.items():
+        near = points_at(found.measured, output, float(run.speeds[k]), reach_of(run.speeds))
+        if (own := motion_of(near, marked)) is not None:
+            points[name] = np.degrees(marked), scale * own[0], np.full(marked.size, scale * own[1])
     title = f"{what} of the pulley about its mean over a cycle, where it is largest"
-    return line_chart(title, np.degrees(angle), curves, ("crank angle / deg", f"{what.lower()} / {unit}"), 120.0)
+    return line_chart(title, np.degrees(angle), curves, ("crank angle / deg", f"{what.lower()} / {unit}"), 120.0,
+                      points=points)  # fmt: skip
 
 
 def cycle(run: RunUp, output: str, row: int, angle: Array) -> Array:
