@@ -36,7 +36,7 @@ COEFFICIENT = 1.0e-8
 (E. Rabinowicz, Friction and Wear of Materials, Wiley, 1965); the value within is chosen and to be calibrated. Only the
 product of k and time counts."""
 END_GAP = 0.5
-"""Gap of the mean planes at which running in ends, over σ₀; chosen, as for the shape of :mod:`cranktrain.studies.run_in`."""
+"""Gap of the mean planes at which running in ends, over σ₀; chosen, as that of the passes of ``run-in``."""
 RUN_IN_ROUGHNESS, RUN_IN_DEPTH = 0.5, 1.0
 """σ_∞ and ℓ over σ₀; chosen."""
 # Settings of worn_rates: clearance, m; (k/p_H) v, m/(s Pa); pressure without wear, Pa; the sample's share of the cycle.
@@ -105,8 +105,7 @@ def worn_rates(place, shell, line, angles, constants, table, settings, maps):
 
     ``place`` (4,) is that of the journal in the shell's axes, m; ``shell`` (n_ζ,) the shell's radius over that of a
     straight one, m; ``line`` (2, n_ζ) ζ and weight (m) of the slices; ``angles`` (2, n_φ) cosine and sine of even
-    angles; ``constants`` and ``table`` of the contact (:mod:`cranktrain.film.contact.asperity`); ``settings`` (SETTINGS,).
-    ``maps`` (MAPS, n_φ, n_ζ): rate of wear, m/s; its decrease with the wear, 1/s; contact pressure, Pa.
+    angles; ``constants`` and ``table`` of :mod:`cranktrain.film.contact.asperity`; ``settings`` (SETTINGS,). ``maps`` (MAPS, n_φ, n_ζ): rate of wear, m/s; its decrease with the wear, 1/s; contact pressure, Pa.
     """
     reach = rough.HIGHEST * constants[rough.SIGMA]
     speed = settings[WEAR_SPEED]

@@ -1,4 +1,4 @@
-"""History of wear of an engine's main bearings, as ``cranktrain run-in --hours`` finds it: rows over time, and a file."""
+"""History of wear of an engine's main bearings, as ``cranktrain run-in --hours`` finds it: rows and their file."""
 
 from __future__ import annotations
 
@@ -84,7 +84,9 @@ class WearHistory:
 
     def with_row(self, worn: Array, settled: bool, **values: Any) -> WearHistory:
         """With one row more; ``values`` are those of ``OVER_TIME``."""
-        added = {name: np.concatenate([getattr(self, name), np.asarray(values[name])[None]]) for name in OVER_TIME}
+        added: dict[str, Any] = {
+            name: np.concatenate([getattr(self, name), np.asarray(values[name])[None]]) for name in OVER_TIME
+        }
         return replace(self, worn=worn, settled=settled, **added)
 
     def save(self, path: str | Path) -> Path:
@@ -111,7 +113,8 @@ class WearHistory:
                 "depth_um": 1e6 * self.deepest[:, k], "roughness_um": 1e6 * self.sigma[:, k],
                 "volume_mm3": 1e9 * self.volume[:, k], "contact_work_j": self.contact_work[:, k],
                 "contact_share": self.contact_share[:, k], "contact_power_w": self.contact_power[:, k],
-                "friction_power_w": self.friction_power[:, k], "contact_pressure_mpa": 1e-6 * self.largest_pressure[:, k],
+                "friction_power_w": self.friction_power[:, k],
+                "contact_pressure_mpa": 1e-6 * self.largest_pressure[:, k],
                 "least_gap_um": 1e6 * self.least_gap[:, k],
             }  # fmt: skip
             columns |= {f"main[{number}].{name}": values for name, values in own.items()}
@@ -127,5 +130,5 @@ def no_history(bearings: Array, zeta: Array, weight: Array, worn: Array, attribu
     """A history without rows."""
     b, n = len(bearings), len(zeta)
     shapes = {name: (0,) if name in ("time", "speed", "gas_load") else (0, b) for name in OVER_TIME}
-    empty = {name: np.zeros(shape) for name, shape in (shapes | {"profile": (0, b, n)}).items()}
+    empty: dict[str, Any] = {name: np.zeros(shape) for name, shape in (shapes | {"profile": (0, b, n)}).items()}
     return WearHistory(bearings=bearings, zeta=zeta, weight=weight, worn=worn, attributes=attributes, **empty)

@@ -5,8 +5,9 @@ rate of wear ∂w/∂t (φ, ζ), a mean over the cycle. The state then goes on b
 
     w ← w + Δt ∂w/∂t,      Δt = a min(σ₀/max ∂w/∂t, 1/max |∂²w/∂t∂w|),
 
-so no place wears by more than the fraction a of the roughness, and none goes beyond the depth at which its wear ends. The
-first bound rules as long as edges lie in the shell, the second as the surfaces part. The error is of first order in a.
+so no place wears by more than the fraction a of the roughness, and none goes beyond the depth at which its wear ends.
+The first bound rules as long as edges lie in the shell, the second as the surfaces part. The error is of first order in
+a.
 The worn volume is the sum of the increments, hence Archard's integral to rounding.
 
 Wear has ended where no place would wear by more than ``SETTLED`` of the roughness before its contact is elastic. The
@@ -22,7 +23,7 @@ import json
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +66,7 @@ class Choices:
     cycles : of an increment
     """
 
-    law: WearLaw = WearLaw()
+    law: WearLaw = field(default_factory=WearLaw)
     crank: str = "solid"
     increment: float = INCREMENT
     alike: bool = False
@@ -74,9 +75,7 @@ class Choices:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.increment <= 1.0:
-            raise InputError(
-                f"increment {self.increment:g} is not within 0 to 1 of the roughness; usual {INCREMENT:g}"
-            )
+            raise InputError(f"increment {self.increment:g} is not within 0 to 1 of the roughness; usual {INCREMENT:g}")
         if self.cycles < 1:
             raise InputError(f"cycles {self.cycles} of an increment: give one or more")
 
@@ -172,7 +171,9 @@ def wear_history(
         say(row)
         follow(min(march.time / end, 1.0))
     else:
-        warnings.warn(f"run-in: {MOST} increments did not reach {end / HOUR:g} h; repeat the command to go on", stacklevel=2)
+        warnings.warn(
+            f"run-in: {MOST} increments did not reach {end / HOUR:g} h; repeat the command to go on", stacklevel=2
+        )
     return march.history
 
 

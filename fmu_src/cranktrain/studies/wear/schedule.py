@@ -55,7 +55,9 @@ def _columns(table: TextRows, name: str) -> list[str]:
         if not kind:
             raise InputError(f"{name}: unknown column {shown(column)}; {nearest(column, COLUMNS)}")
     if len(set(kinds)) != len(kinds) or not {"duration", "speed"} <= set(kinds):
-        raise InputError(f"{name}: columns are {', '.join(table.names)}; give hours, speed_rpm and load (or none), once")
+        raise InputError(
+            f"{name}: columns are {', '.join(table.names)}; give hours, speed_rpm and load (or none), once"
+        )
     return kinds
 
 
@@ -74,7 +76,9 @@ def _block(where: str, cells: dict[str, str], table: TextRows) -> Block:
         except ValueError:
             value = math.nan
         if not low <= value <= high:
-            raise InputError(f"{where}: {kind} {shown(text)} is not a number within {low:g} to {high:g} {unit}; {REMEDY}")
+            raise InputError(
+                f"{where}: {kind} {shown(text)} is not a number within {low:g} to {high:g} {unit}; {REMEDY}"
+            )
         values[kind] = value
     return Block(values["duration"] * HOUR, values["speed"] * math.pi / 30.0, values["load"])
 

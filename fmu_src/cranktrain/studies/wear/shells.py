@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.contact.asperity import HIGHEST, bearing_contact_constants, contact_table
 from cranktrain.film.contact.gap import SMOOTH
-from cranktrain.film.contact.journal import REACH2, RELIEF, SLICES, WEIGHT, bearing_contact
+from cranktrain.film.contact.journal import REACH2, RELIEF, SLICES, WEIGHT, bearing_contact, slice_resultants
 from cranktrain.film.contact.journal import ZETA as LINE_ZETA
 from cranktrain.film.contact.wear import (
     DECREASE,
@@ -34,6 +35,7 @@ from cranktrain.film.contact.wear import (
 from cranktrain.film.journal.grid import EDGE, FACE_PROFILE, FACE_ZETA, PROFILE, ROUGHNESS, ZETA
 from cranktrain.film.laws.films import COS, SIN
 from cranktrain.film.laws.rigid_bore import RigidBore, rigid_bore
+from cranktrain.film.spline import not_a_knot
 
 ANGLES = 120
 """Meridians of a wear map: 3 degrees, a fifth of a touching arc."""
@@ -204,6 +206,12 @@ class _Tally:
         )  # fmt: skip
 
 
+@cache
+def _spline_fit(count: int) -> Array:
+    """Matrix (n + 2, n + 2) from values to a spline, the inverse of what ``log_spline`` solves."""
+    return np.asarray(np.linalg.inv(not_a_knot(count)))
+
+
 def put_shell(bore: RigidBore, bearing: PlainBearing, zeta: Array, profile: Array, sigma: float) -> None:
     """Let the film of one bearing see a ``profile`` (n,), m, of its shell at ``zeta`` (n,), and a roughness, m."""
     grid, c = bore.grid, bearing.clearance
@@ -211,8 +219,11 @@ def put_shell(bore: RigidBore, bearing: PlainBearing, zeta: Array, profile: Arra
         grid.axial[row] = np.interp(grid.axial[of], zeta, profile) / c
     grid.shear[2] = np.interp(grid.shear[0], zeta, profile) / c
     grid.settings[ROUGHNESS], grid.settings[EDGE] = max(sigma / c, SMOOTH), 0.5 * (profile[0] + profile[-1]) / c
-    made = bearing_contact(worn_surfaces(bearing, sigma), bore.contact.table)
-    bore.contact.constants[:], bore.contact.slices[:] = made.constants, made.slices
+    surfaces = bearing_contact_constants(worn_surfaces(bearing, sigma))
+    dimensions = 0.5 * bearing.diameter, c, bearing.width
+    bore.contact.constants[:], values = slice_resultants(*dimensions, surfaces, bore.contact.table)
+    knots = np.concatenate([np.log(values), np.zeros((2, values.shape[1]))])
+    bore.contact.slices[:] = _spline_fit(len(values)) @ knots
     line = bore.contact.line
     line[RELIEF] = np.interp(line[LINE_ZETA], zeta, profile)
     line[REACH2] = (c + line[RELIEF] - HIGHEST * sigma) ** 2
