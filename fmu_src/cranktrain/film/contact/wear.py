@@ -105,7 +105,8 @@ def worn_rates(place, shell, line, angles, constants, table, settings, maps):
 
     ``place`` (4,) is that of the journal in the shell's axes, m; ``shell`` (n_ζ,) the shell's radius over that of a
     straight one, m; ``line`` (2, n_ζ) ζ and weight (m) of the slices; ``angles`` (2, n_φ) cosine and sine of even
-    angles; ``constants`` and ``table`` of :mod:`cranktrain.film.contact.asperity`; ``settings`` (SETTINGS,). ``maps`` (MAPS, n_φ, n_ζ): rate of wear, m/s; its decrease with the wear, 1/s; contact pressure, Pa.
+    angles; ``constants`` and ``table`` of :mod:`cranktrain.film.contact.asperity`; ``settings``
+    (SETTINGS,). ``maps`` (MAPS, n_φ, n_ζ): rate of wear, m/s; its decrease with the wear, 1/s; contact pressure, Pa.
     """
     reach = rough.HIGHEST * constants[rough.SIGMA]
     speed = settings[WEAR_SPEED]
