@@ -25,7 +25,7 @@ least_gap_um        least gap of each pass, negative where an edge lies in the s
 
 With --hours or --schedule the shells wear over time, each main by its own contact: Archard's wear of the asperities'
 pressure and the sliding speed over a cycle, on maps over circumference and width, while the roughness runs in. Wear
-ends where the gap reaches half the roughness of new surfaces (--end-gap), so the shape goes to that of the passes above.
+ends where the gap reaches half the roughness of new surfaces (--end-gap): the shape goes to that of the passes above.
 A schedule is a text table with the columns hours, speed_rpm and load (fraction of the full-load burn); it is repeated
 until --hours. The history is kept in --output after each increment, and the same command, with the same or more hours,
 goes on where it ends. Only the product of --wear-coefficient and time counts: calibrate it by a measured depth.

@@ -125,5 +125,3 @@ def adiabatic_bearing(
         f"adiabatic film: temperatures did not settle within {TURNS} turns, the last one changed them by "
         f"{np.abs(change).max():.2g} K; take a smaller load or speed, or the heat balance of the whole film"
     )
-
-

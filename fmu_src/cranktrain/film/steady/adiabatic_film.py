@@ -49,7 +49,7 @@ class Row(NamedTuple):
 
 
 class Warmth(NamedTuple):
-    """Temperatures (n,), K; the heat that the oil takes, W; the flow out of the ends, m³/s, and its mean temperature."""
+    """Temperatures (n,), K; heat that the oil takes, W; flow out of the ends, m³/s, and its mean temperature, K."""
 
     temperature: Array
     heat: float
@@ -124,7 +124,9 @@ def temperatures(
         value = came
         for i in range(n):
             if is_fed[i]:
-                old = carried * min(flow[i - 1], flow[i]) if (i == 0 or not is_fed[i - 1]) else min(flow[i - 1], flow[i])
+                old = (
+                    carried * min(flow[i - 1], flow[i]) if (i == 0 or not is_fed[i - 1]) else min(flow[i - 1], flow[i])
+                )
                 value = (old * value + (flow[i] - old) * supply) / flow[i]
             warm[i] = value
             value = value + rise[i]
