@@ -475,11 +475,12 @@ def simulate(
 
     Without ``cycles`` a run goes on until no more than ``settle`` of any family of outputs is left of settling, at most
     ``MOST_CYCLES`` cycles (:mod:`cranktrain.dynamics.settled`), and keeps the last cycle, or the last ones that repeat.
-    ``parts`` hold what the levels need. With ``film_temperature`` heat-balance or adiabatic each main's film is as warm as
-    its friction makes it (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` the damper as its losses make it:
-    the run repeats, going on where it ended, until no temperature changes by more than ``SETTLED``, at most ``PASSES``
-    times; the last run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N m), or by
-    the torque that holds the speed; ``speed`` is where the run starts, and a cycle the time that it takes there.
+    ``parts`` hold what the levels need. With ``film_temperature`` heat-balance or adiabatic each main's film is as warm
+    as its friction makes it (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` the damper as its losses
+    make it: the run repeats, going on where it ended, until no temperature changes by more than ``SETTLED``, at most
+    ``PASSES`` times; the last run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N
+    m), or by the torque that holds the speed; ``speed`` is where the run starts, and a cycle the time that it takes
+    there.
     ``progress`` is called with the share of a run done, in [0, 1], ``say`` with cycles and what is left. An interrupt
     ends the run early and keeps what it has. With a ``sink`` all samples go there, those of a failing run as well; the
     result holds the last cycles, and memory does not grow with their number.

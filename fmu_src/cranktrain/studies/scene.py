@@ -22,8 +22,8 @@ which alone are judged by pulley torsion and the forces of the mains. Accuracy i
 ``frequency_hz`` over the last cycle, divided by the RMS of its alternating part. Optional are ``title``,
 ``budget_real_time_factor`` (wall seconds per simulated second), ``cycles``, ``load`` (share of the full-load burn),
 ``damper`` and ``film_temperature`` (``engine``, ``heat-balance`` or ``adiabatic``, of the mains); and what is
-otherwise chosen, by the outputs alone: ``block``, ``pistons`` and ``big_ends``; by the plan: ``crank``, ``bearings``, ``cutoff_hz`` (of
-the crank's modes), ``integrator`` and ``step_deg``.
+otherwise chosen, by the outputs alone: ``block``, ``pistons`` and ``big_ends``; by the plan: ``crank``, ``bearings``,
+``cutoff_hz`` (of the crank's modes), ``integrator`` and ``step_deg``.
 """
 
 from __future__ import annotations
