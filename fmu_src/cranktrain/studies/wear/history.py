@@ -33,6 +33,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Parts, Simulation
+from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.film.contact.wear import WearLaw
 from cranktrain.results.bearings.wear_history import OVER_TIME, WearHistory, no_history
@@ -87,6 +88,10 @@ class Running:
         bearing = engine.plain_mains
         if not math.isfinite(bearing.hardness):
             raise InputError("run-in: Archard's wear needs the lining's hardness; give main_bearing.hardness")
+        if not crank_level(choices.crank).bends:
+            raise InputError(
+                f"run-in: a crank at level '{choices.crank}' does not bend, so no edge touches; take solid or beam"
+            )
         if choices.straight:
             engine = replace(engine, main_bearing=replace(bearing, relief_depth=0.0))
         self.engine, self.choices = engine, choices
