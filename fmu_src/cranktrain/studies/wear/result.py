@@ -16,6 +16,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.contact.gap import relief
 from cranktrain.results.bearings.wear_history import WearHistory
+from cranktrain.store.wear_file import WEAR
 from cranktrain.store.whole_file import check_place, whole_file
 from cranktrain.studies.calibration.engine_text import NEW, Written, new_path, rewritten
 from cranktrain.studies.run_in import fitted_profile
@@ -55,7 +56,7 @@ def run_in_over_time(
     blocks = _blocks(base, hours, schedule, speed_rpm)
     path = None if output is None else user_path(output)
     if path is not None:
-        check_place(path)
+        check_place(path, WEAR)
     running = Running(base, choices or Choices(), say)
     history = wear_history(running, blocks, hours, path, say, follow)
     found = figures(history, base)
