@@ -18,7 +18,15 @@ SURFACES = (
     "contact_modulus_gpa", "hardness_mpa", "boundary_friction", "boundary_shear_mpa",
 )  # fmt: skip
 GIVEN = ("length_ratio", "eccentricity", "squeeze", "squeeze_only", "tilt")
-HEAT = ("inlet_temperature_c", "oil_viscosity_40", "oil_viscosity_100", "oil_density", "heat_share")
+HEAT = (
+    "inlet_temperature_c",
+    "oil_viscosity_40",
+    "oil_viscosity_100",
+    "oil_density",
+    "heat_share",
+    "film_temperature",
+    "carry_over",
+)
 LOADED = (
     "diameter_mm", "width_mm", "clearance_um", "viscosity", "speed", "load", "moment_nm", "grooves", "groove_deg",
     *HEAT, *SURFACES, "pressure_law", "pressure_viscosity", "compressibility", "bore",
@@ -26,7 +34,7 @@ LOADED = (
 UNITS = (*LOADED[:5], *HEAT)
 NEEDED = {"eccentricity": ("length_ratio",), "load": LOADED[:5], "place": LOADED[:5]}
 FOREIGN = {"eccentricity": LOADED, "load": GIVEN, "place": ("load", "moment_nm", "grooves", "groove_deg", *GIVEN[2:])}
-OIL_DENSITY, HEAT_SHARE = 860.0, 0.8
+OIL_DENSITY = 860.0
 TIMED_RUNS, TIMED_SECONDS = 15, 0.02
 
 DESCRIPTION = """\
@@ -61,6 +69,13 @@ With --inlet-temperature-c instead of --viscosity the oil is Walther's (ASTM D34
 the temperature: --heat-share of the friction power warms the oil that leaves at the ends (2000 J/(kg K)) from inlet to
 outlet, and the viscosity is that at their mean. The result has effective_temperature_c, outlet_temperature_c and
 viscosity (Pa s) too.
+
+With --film-temperature adiabatic (and --cavitation mass-conserving) the oil warms along the circumference by its own
+friction, one temperature over gap and width, and its viscosity follows. --heat-share is 1 unless given: nothing passes
+into journal and bore. At the supply the oil that comes round, --carry-over of it, mixes with fresh oil. The result has
+supply_mixture_temperature_c, largest_temperature_c at largest_temperature_deg (from the load, in the sense of
+rotation), outlet_temperature_c, heat (W), and film_temperature_c over film_angle_deg. Stiffness and damping are at this
+temperature field.
 
 --roughness-um (standard deviation sigma of both surfaces together) adds flow factors (Patir and Cheng; isotropic, or
 stretched by --roughness-pattern along the motion) and asperities that carry (Greenwood and Tripp) and rub. They are
@@ -114,7 +129,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--oil-viscosity-40", type=positive, metavar="NU", help="mm^2/s at 40 degC")
     add("--oil-viscosity-100", type=positive, metavar="NU", help="mm^2/s at 100 degC")
     add("--oil-density", type=positive, metavar="RHO", help=f"kg/m^3 (default {OIL_DENSITY:g})")
-    add("--heat-share", type=share, metavar="X", help=f"fraction of friction heat in the oil (default {HEAT_SHARE:g})")
+    add("--heat-share", type=share, metavar="X", help="fraction of friction heat in the oil (0.8; adiabatic: 1)")
+    add("--film-temperature", metavar="WAY", help="heat-balance (default) or adiabatic, with --inlet-temperature-c")
+    add("--carry-over", type=number(0.0, 1.0, "of the hot oil"), metavar="X", help="of an adiabatic film (default 1)")
     add = parser.add_argument
     add = parser.add_argument_group("in units: surfaces, oil under pressure, bore").add_argument
     add("--roughness-um", type=positive, metavar="UM", help="of both surfaces together (default: smooth)")
@@ -165,7 +182,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     result = _given(options) if form == "eccentricity" else _loaded(options, options.speed[0])
     if not options.json:
         norm = "eccentricity" if form == "eccentricity" else "load"
-        rows = [(key, _text(value), _UNITS.get((norm, key), "")) for key, value in result.items()]
+        rows = [(key, _text(value), _UNITS.get((norm, key), "")) for key, value in result.items() if key not in _LONG]
         show_rows("Plain bearing", ("value", "", "unit or norm"), rows)
     return result
 
@@ -251,6 +268,8 @@ def _text(value: Any) -> str:
     return f"{value:.5g}"
 
 
+_LONG = ("film_angle_deg", "film_temperature_c")
+"""Results that are not printed."""
 _OF_CURVE = {
     "speed_rpm": "rev/min",
     "eccentricity": "eccentricity",
@@ -280,4 +299,5 @@ _UNITS = {
     ("load", "friction_torque"): "N m",
     ("load", "p_max"): "Pa",
     ("load", "viscosity"): "Pa s",
+    ("load", "heat"): "W",
 }

@@ -120,8 +120,8 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
     add("--damper-temperature", default="engine", metavar="SOURCE", help=f"{_SOURCES}, from the damper's own losses")
     add(
         "--film-temperature", default="engine", metavar="SOURCE",
-        help=f"temperature of the main bearings' oil: {_SOURCES}, each film warmed by its own friction (the run "
-        "repeats, at most 6 times; big ends and thrust bearing stay at the engine's)",
+        help=f"temperature of the main bearings' oil: {_SOURCES} or adiabatic, each film warmed by its own "
+        "friction (the run repeats, at most 6 times; big ends and thrust bearing stay at the engine's)",
     )  # fmt: skip
     add("--integrator", metavar="NAME", help=_integrators())
     add("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")

@@ -55,6 +55,7 @@ WORDS: Mapping[str, tuple[str, ...]] = {
     "bore": ("bore", "bohrung"),
     "strength": ("strength", "festigkeit", "zugfestigkeit"),
     "section": ("section", "querschnitt"),
+    "duration": ("hours", "hour", "duration", "durationhours", "timeh", "stunden", "dauer", "laufzeit"),
 }  # fmt: skip
 
 

@@ -201,19 +201,19 @@ def balanced(
     cycles: int | None,
     run: Callable[[], Result],
     result: Result,
-    films: bool,
+    films: str,
     damper: bool,
 ) -> Result:
-    """Repeat a run until its temperatures agree with what it dissipates."""
+    """Repeat a run until its temperatures agree with what it dissipates; ``films`` is one of ``FILM_TEMPERATURES``."""
     engine = simulation.engine
     inlet = supply_temperature(engine, simulation.settings, float(simulation.inputs[0]))
     bounds: tuple[str, ...] = ()
     for passes in range(1, PASSES + 1):
         changes, warmer, warmth = [], simulation.film_temperatures, 0.0
-        if films:
+        if films != "engine":
             before = warmer
             means = cycle_means(result.outputs, before.size, result.per_cycle)
-            warmer, bounds = balanced_temperatures(engine, inlet, before, *means)
+            warmer, bounds = balanced_temperatures(engine, inlet, before, *means, films == "adiabatic")
             changes.append(float(np.abs(warmer - before).max()))
         if damper:
             warmth = damper_balance_temperature(required_damper(engine), damper_power(result))
@@ -223,7 +223,7 @@ def balanced(
             break
         if cycles is not None:
             rewind(simulation, cycles)
-        if films:
+        if films != "engine":
             simulation.film_temperatures = warmer
         if damper:
             simulation.damper_temperature = warmth

@@ -103,7 +103,7 @@ class Simulation(SteppedModel):
     gas : pressure trace in place of the engine's built-in one
     parts : film tables, elastic bores, block: what the levels of the settings need
     temperatures : (b,) of the main bearings' films, K; without them all are as warm as the engine's oil, or with
-        ``film_temperature`` heat-balance as a run at the speed of the start makes them
+        ``film_temperature`` heat-balance or adiabatic as a run at the speed of the start makes them
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ class Simulation(SteppedModel):
         self._check_inputs()
         if self.parts.cycles is not None:
             self.parts.cycles.forget()
-        if self.settings.film_temperature == "heat-balance":
+        if self.settings.film_temperature != "engine":
             self._temperatures = self._balanced_temperatures()
         self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
         model = self._model()
@@ -475,11 +475,12 @@ def simulate(
 
     Without ``cycles`` a run goes on until no more than ``settle`` of any family of outputs is left of settling, at most
     ``MOST_CYCLES`` cycles (:mod:`cranktrain.dynamics.settled`), and keeps the last cycle, or the last ones that repeat.
-    ``parts`` hold what the levels need. With ``film_temperature`` heat-balance each main's film is as warm as its
-    friction makes it (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` the damper as its losses make it:
-    the run repeats, going on where it ended, until no temperature changes by more than ``SETTLED``, at most ``PASSES``
-    times; the last run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N m), or by
-    the torque that holds the speed; ``speed`` is where the run starts, and a cycle the time that it takes there.
+    ``parts`` hold what the levels need. With ``film_temperature`` heat-balance or adiabatic each main's film is as warm
+    as its friction makes it (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` the damper as its losses
+    make it: the run repeats, going on where it ended, until no temperature changes by more than ``SETTLED``, at most
+    ``PASSES`` times; the last run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N
+    m), or by the torque that holds the speed; ``speed`` is where the run starts, and a cycle the time that it takes
+    there.
     ``progress`` is called with the share of a run done, in [0, 1], ``say`` with cycles and what is left. An interrupt
     ends the run early and keeps what it has. With a ``sink`` all samples go there, those of a failing run as well; the
     result holds the last cycles, and memory does not grow with their number.
@@ -500,8 +501,8 @@ def simulate(
         raise InputError(f"at least one cycle must run, got {cycles}")
     if not 0.0 < settle < 1.0:
         raise InputError(f"what may be left of settling must lie between 0 and 1, got {settle:g}; e.g. 1e-3")
-    heat_balance = settings.film_temperature == "heat-balance"
-    if heat_balance:
+    warmed = settings.film_temperature != "engine"
+    if warmed:
         check_level(resolved(settings, engine).bearings)
     if load_torque is not None and settings.boundary != "torque":
         raise InputError(f"a load torque acts at boundary 'torque' only, not '{settings.boundary}'; change one of them")
@@ -521,8 +522,8 @@ def simulate(
         return run_cycles(simulation, cycles, settle, progress, say, sink)
 
     result = run()
-    if heat_balance or damper_balance:
-        result = balanced(simulation, cycles, run, result, heat_balance, damper_balance)
+    if warmed or damper_balance:
+        result = balanced(simulation, cycles, run, result, settings.film_temperature, damper_balance)
     if simulation.settings.damper == "fitted":
         line = power_warning(required_damper(engine), damper_power(result))
         if line is not None:

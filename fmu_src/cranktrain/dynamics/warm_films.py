@@ -6,6 +6,9 @@ and housing (:mod:`cranktrain.film.steady.heat_balance`). The oil comes at the e
 within seconds or more and a cycle takes hundredths of one: the balance is that of means, and the film stays as warm all
 through the cycle.
 
+``adiabatic`` leaves all of the heat in the oil, which warms along the film; the film's viscosity is the mean over its
+length (:func:`cranktrain.film.steady.heat_balance.adiabatic_temperature`).
+
 The power of a journal's tilting is left out; big ends and the thrust bearing stay at the engine's temperature.
 """
 
@@ -20,7 +23,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import PLAIN, bearing_law, bearing_levels
-from cranktrain.film.steady.heat_balance import balanced_temperature
+from cranktrain.film.steady.heat_balance import adiabatic_temperature, balanced_temperature
 
 SETTLED = 0.5
 """Change of every film's temperature below which the balance has settled, K."""
@@ -56,14 +59,15 @@ def cycle_means(outputs: Mapping[str, Array], bearings: int, samples: int) -> tu
 
 
 def balanced_temperatures(
-    engine: Engine, inlet: float, temperatures: Array, powers: Array, flows: Array
+    engine: Engine, inlet: float, temperatures: Array, powers: Array, flows: Array, adiabatic: bool = False
 ) -> tuple[Array, tuple[str, ...]]:
     """Temperatures (b,), K, at which films that ran at ``temperatures`` would balance, and what bounds each of them.
 
     Rollers stay at the inlet's.
     """
+    balance = adiabatic_temperature if adiabatic else balanced_temperature
     found = [
-        balanced_temperature(engine.oil, inlet, *map(float, values)) if i in engine.plain_numbers else (inlet, "")
+        balance(engine.oil, inlet, *map(float, values)) if i in engine.plain_numbers else (inlet, "")
         for i, values in enumerate(zip(temperatures, powers, flows, strict=True))
     ]
     return np.array([temperature for temperature, _ in found]), tuple(bound for _, bound in found)

@@ -182,7 +182,7 @@ def build_scene(
         film_tables=run.parts.film_tables,
     )
     if platforms and scene.film_temperature != "engine":
-        say(f"{scene.name}: film temperatures by heat balance need runs before the start, so the Python FMU is built")
+        say(f"{scene.name}: film temperatures by their friction need runs before the start, so the Python FMU is built")
         platforms = ()
     interface = scene_interface(engine_interface(engine), made, model, family_counts(engine))
     say(f"{scene.name}: {made.case}, {made.modes} modes; predicted error {made.predicted_error:.2g}")

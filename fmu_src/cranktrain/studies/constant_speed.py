@@ -15,7 +15,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.dynamics import simulation
-from cranktrain.dynamics.model.settings import TEMPERATURES, Settings, axial_force
+from cranktrain.dynamics.model.settings import FILM_TEMPERATURES, TEMPERATURES, Settings, axial_force
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.settled.samples import Sink
 from cranktrain.dynamics.time.integrators import integrator_table
@@ -50,7 +50,7 @@ _LEVELS: dict[str, Callable[[], tuple[str, ...]]] = {
     "big_ends": lambda: bearing_levels(BIG_END),
     "block": lambda: ("auto", *BLOCKS),
     "pistons": lambda: ("auto", *PISTONS),
-    "film_temperature": lambda: TEMPERATURES,
+    "film_temperature": lambda: FILM_TEMPERATURES,
     "damper_temperature": lambda: TEMPERATURES,
 }
 _OF_THE_ASSEMBLY = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "mesh", "block_mesh", "mesh_unit")
@@ -68,7 +68,7 @@ class Request:
     settle : largest settling error of any family of outputs, over its alternating part
     crank, bearings, big_ends, block, pistons : fidelity levels; ``auto`` follows the engine and the other levels
     damper : with the engine's torsional damper on the pulley
-    film_temperature, damper_temperature : ``engine`` by its speed, or ``heat-balance``
+    film_temperature, damper_temperature : ``engine`` by its speed, or ``heat-balance``; of films also ``adiabatic``
     load_torque_nm : frees the dynamometer and loads it with this torque
     axial_force_n : steady axial force on the flywheel, positive away from the pulley; None as the engine's axial path
         has it
@@ -163,8 +163,8 @@ class Request:
             return
         if not bearing_law(settings.bearings).carries:
             raise InputError(
-                f"{label('film_temperature')} heat-balance needs films, and bearing level '{settings.bearings}' "
-                "has none"
+                f"{label('film_temperature')} {self.film_temperature} needs films, and bearing level "
+                f"'{settings.bearings}' has none"
             )
         check_level(settings.bearings)
 

@@ -21,9 +21,10 @@ followed by ``.orders`` for the same output (orders are part of every summary), 
 which alone are judged by pulley torsion and the forces of the mains. Accuracy is the RMS of an output's error up to
 ``frequency_hz`` over the last cycle, divided by the RMS of its alternating part. Optional are ``title``,
 ``budget_real_time_factor`` (wall seconds per simulated second), ``cycles``, ``load`` (share of the full-load burn),
-``damper`` and ``film_temperature`` (``engine`` or ``heat-balance``, of the mains); and what is otherwise chosen, by the
-outputs alone: ``block``, ``pistons`` and ``big_ends``; by the plan: ``crank``, ``bearings``, ``cutoff_hz`` (of
-the crank's modes), ``integrator`` and ``step_deg``. Numbers may be texts with a unit, ``frequency_hz = "0.6 kHz"``.
+``damper`` and ``film_temperature`` (``engine``, ``heat-balance`` or ``adiabatic``, of the mains); and what is
+otherwise chosen, by the outputs alone: ``block``, ``pistons`` and ``big_ends``; by the plan: ``crank``, ``bearings``,
+``cutoff_hz`` (of the crank's modes), ``integrator`` and ``step_deg``. Numbers may be texts with a unit,
+``frequency_hz = "0.6 kHz"``.
 """
 
 from __future__ import annotations

@@ -28,7 +28,9 @@ FOR_HELD_INPUTS = {"esdirk4": "sdirk4"}
 """Usual integrators whose first stage is that of the step before, and knows nothing of inputs that jump in between:
 their like of which all stages are implicit."""
 TEMPERATURES = ("engine", "heat-balance")
-"""Where films and damper have their temperature from: the engine's table over speed, or their own heat balance."""
+"""Where the damper has its temperature from: the engine's table over speed, or its own heat balance."""
+FILM_TEMPERATURES = (*TEMPERATURES, "adiabatic")
+"""The same of films; adiabatic: all friction stays in the oil, which warms along the film."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +41,8 @@ class Settings:
     ``newton_tolerance`` of the ports in units of clearance; ``film_change``, the share of itself by which a film may
     close over a step. With ``control``
     adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
-    (:mod:`cranktrain.dynamics.time.error_estimate`). ``film_temperature`` is one of ``TEMPERATURES``; ``gas_delay`` is
-    how many communication steps before its own a given pressure was computed for
+    (:mod:`cranktrain.dynamics.time.error_estimate`). ``film_temperature`` is one of ``FILM_TEMPERATURES``;
+    ``gas_delay`` is how many communication steps before its own a given pressure was computed for
     (:mod:`cranktrain.dynamics.time.reconstruction`); ``work_limit`` bounds the Newton iterations of a communication
     step, 0 does not (:mod:`cranktrain.dynamics.time.work_limit`). With ``follow_films`` films with a memory follow
     those of the cycle before in runs that settle (:mod:`cranktrain.film.laws.past_cycle`). ``axial_force`` (N) on the
@@ -154,7 +156,7 @@ def check_levels(settings: Settings, engine: Engine) -> None:
         (settings.control, CONTROLS, "step control"),
         (settings.gas_source, GAS_SOURCES, "gas source"),
         (settings.reconstruction, RECONSTRUCTIONS, "input reconstruction"),
-        (settings.film_temperature, TEMPERATURES, "film temperature"),
+        (settings.film_temperature, FILM_TEMPERATURES, "film temperature"),
     ):
         if value not in valid:
             raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")

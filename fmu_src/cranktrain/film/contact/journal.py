@@ -123,14 +123,31 @@ def journal_contact_data(
             f"roughness, {1e6 * rough.HIGHEST * sigma:.4g} um; check both units"
         )
     table = contact_table() if table is None else table
-    points, weights = np.polynomial.legendre.leggauss(200)
+    of_bearing, values = slice_resultants(radius, clearance, width, constants, table)
+    return JournalContact(of_bearing, table, log_spline(values), _line(of_bearing, profile))
+
+
+def slice_resultants(
+    radius: float, clearance: float, width: float, constants: Array, table: Array
+) -> tuple[Array, Array]:
+    """Constants of a bearing (11,), and the resultants of a slice over m/σ, (n, N_COLUMNS).
+
+    :func:`journal_contact_data` fits splines to their logarithms; arguments as there.
+    """
+    sigma = float(constants[rough.SIGMA])
+    points, weights = _gauss_points()
     values = np.empty((round((rough.HIGHEST - rough.LOWEST) / rough.GAP_STEP) + 1, N_COLUMNS))
     # The arc that touches at the table's end, of the half circle: sin φ of cos φ = c/(c + 20 σ).
     arc = math.sqrt(1.0 - (clearance / (clearance - rough.LOWEST * sigma)) ** 2)
     deep = 1.0 / arc - 1.0 if constants[rough.PER_HARDNESS] > 0.0 else 0.0
     of_bearing = np.concatenate([constants, [radius, clearance, width, deep]])
     _sample_slices(of_bearing, table, points, weights, values)
-    return JournalContact(of_bearing, table, log_spline(values), _line(of_bearing, profile))
+    return of_bearing, values
+
+
+@cache
+def _gauss_points() -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(200)
 
 
 def _line(constants: Array, profile: tuple[float, float, float]) -> Array:

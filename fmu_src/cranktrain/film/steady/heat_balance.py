@@ -17,6 +17,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import numpy as np
+
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.engine.lubricant import viscosity
 from cranktrain.engine.parts import Oil
@@ -24,6 +26,8 @@ from cranktrain.engine.parts import Oil
 MEAN = 0.5
 """Fraction of the oil's temperature rise at which the film's viscosity is evaluated."""
 STEPS = 100
+GAUSS = 12
+"""Points of an integral over the temperature."""
 LARGEST_RISE = 100.0
 """Most that a film of a run is taken to be warmer than its supply, K: no bearing metal or engine oil lasts beyond."""
 
@@ -110,6 +114,50 @@ def balanced_temperature(
     if heat * viscosity(oil, hottest) / eta >= LARGEST_RISE * flow:
         return hottest, f"{1e6 * flow:.3g} cm^3/s of oil cannot carry {power:.4g} W: bounded {LARGEST_RISE:g} K above"
     return effective_temperature(oil, inlet, lambda other: power * other / eta, lambda _: flow, place), ""
+
+
+def adiabatic_temperature(oil: Oil, inlet: float, temperature: float, power: float, flow: float) -> tuple[float, str]:
+    """Temperature at whose viscosity a film that keeps all its heat would be sheared as it is, K, and any bound.
+
+    ``temperature``, ``power`` (W) and ``flow`` (m³/s) are those of a run, as in :func:`balanced_temperature`. Along a
+    film of uniform gap dT/dx ~ η(T), so the mean viscosity over its length between inlet and outlet is
+
+        η_m = (T_out − T_in)/∫ dT/η(T),      P η_m/η = ρ c_p Q (T_out − T_in),
+
+    and the film's temperature has η(T) = η_m.
+    """
+    if not power > 0.0:
+        return inlet, "friction takes no power: as warm as its supply"
+    heat = power / (viscosity(oil, temperature) * oil.density * oil.heat_capacity)
+    places, weights = np.polynomial.legendre.leggauss(GAUSS)
+
+    def fluidity(rise: float) -> float:
+        """∫ dT/η over the rise, K/(Pa s)."""
+        warm = inlet + 0.5 * rise * (places + 1.0)
+        return 0.5 * rise * float(sum(w / viscosity(oil, float(t)) for w, t in zip(weights, warm, strict=True)))
+
+    # P η_m/η = ρ c_p Q ΔT says flow · ∫ dT/η = heat, and the integral grows with ΔT.
+    low, high = 0.0, 2.0 * LARGEST_RISE
+    if flow * fluidity(high) <= heat:
+        rise = high
+    else:
+        for _ in range(STEPS):
+            rise = 0.5 * (low + high)
+            low, high = (rise, high) if flow * fluidity(rise) < heat else (low, rise)
+            if high - low <= 1e-10:
+                break
+    mean = rise / fluidity(rise)
+    low, high = inlet, inlet + rise
+    while high - low > 1e-10:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if viscosity(oil, middle) > mean else (low, middle)
+        if middle in (low, high) and high - low <= 4.0 * math.ulp(high):
+            break
+    found = 0.5 * (low + high)
+    if rise >= 2.0 * LARGEST_RISE or found > inlet + LARGEST_RISE:
+        bound = f"{1e6 * flow:.3g} cm^3/s of oil cannot carry {power:.4g} W: bounded {LARGEST_RISE:g} K above"
+        return min(found, inlet + LARGEST_RISE), bound
+    return found, ""
 
 
 def _zero(surplus: Callable[[float], float], low: float, at_low: float, high: float, at_high: float) -> float:

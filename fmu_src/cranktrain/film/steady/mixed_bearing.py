@@ -20,6 +20,7 @@ film, and the friction of the asperities.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,6 +74,7 @@ class Surroundings:
     roughness : of the surfaces; None: smooth
     contact : constants of :func:`cranktrain.film.contact.asperity.contact_constants`; None: asperities carry nothing
     bore : elastic bore; None: rigid
+    thinning : η over the journal's viscosity at angles (n,) from x, rad, for oil that is warmer there; None: 1
     """
 
     cavitation: str = "mass-conserving"
@@ -80,6 +82,7 @@ class Surroundings:
     roughness: Roughness | None = None
     contact: Array | None = None
     bore: BoreCompliance | None = None
+    thinning: Callable[[Array], Array] | None = None
 
     def laws(self, viscosity: float) -> tuple[Law | None, Density | None]:
         """Factors of viscosity and density by pressure, for an oil of ``viscosity`` (Pa s) at ambient pressure."""
@@ -101,7 +104,7 @@ class Surroundings:
 
 
 @dataclass(frozen=True)
-class _Loads:
+class Loads:
     """Of one film, SI: forces (F_x, F_y, ∫ζ dF_x, ∫ζ dF_y) of film and asperities, shapes' amplitudes they make."""
 
     force: Array
@@ -112,6 +115,7 @@ class _Loads:
     rubbing: float  # torque of the asperities, N m
     pressing: float  # largest pressure of the asperities, Pa
     area: float  # that truly touches, m²
+    rows: Array  # friction force of the asperities at each angle, N
 
 
 class MixedBearing:
@@ -146,6 +150,17 @@ class MixedBearing:
         SolverError
             where no film is found that carries the load
         """
+        running, y, steps = self.solved(journal, load, moment, place)
+        return running.result(y, steps)
+
+    def solved(
+        self,
+        journal: Journal,
+        load: float | None,
+        moment: tuple[float, float] | None = None,
+        place: tuple[float, float] = (0.0, 0.0),
+    ) -> tuple[Running, Array, int]:
+        """Newton's method at the equilibrium of :meth:`state`, its unknowns and steps."""
         count = 0 if load is None else 2 if moment is None else 4
         wanted = np.zeros(4)
         y = np.zeros(4 + self.shapes)
@@ -155,7 +170,7 @@ class MixedBearing:
             wanted[0] = -load
             if moment is not None:
                 wanted[2:] = -2.0 / journal.width * np.asarray(moment)
-        running = _Running(self, journal, wanted, count)
+        running = Running(self, journal, wanted, count)
         if load is not None:
             y = running.opened(self._nodes(journal, y), y)
         elif self.shapes:
@@ -166,7 +181,7 @@ class MixedBearing:
             y, steps = running.settle(nodes, y)
             if turn > 0 and np.abs(y[:2] - before).max() < 0.02:
                 break
-        return running.result(y, steps)
+        return running, y, steps
 
     def _guess(self, journal: Journal, load: float, moment: tuple[float, float] | None) -> Array:
         """Place of a smooth rigid journal, (4,); of one that asperities carry where no film could."""
@@ -184,7 +199,7 @@ class MixedBearing:
         return conserving_grid(y[:2], journal.width / journal.diameter, self.supply, *self.grid, self.groove)
 
 
-class _Running:
+class Running:
     """Newton's method for one journal; unknowns y over the clearance: eccentricity, tilt, shapes."""
 
     def __init__(self, bearing: MixedBearing, journal: Journal, wanted: Array, count: int) -> None:
@@ -213,7 +228,7 @@ class _Running:
         tilt = np.outer(y[2:4] @ self.normal, self.nodes.zeta)
         return np.asarray(1.0 - (y[:2] @ self.normal)[:, None] - tilt + np.tensordot(y[4:], self.forms, 1))
 
-    def loads(self, y: Array, rate: Array | None = None) -> _Loads:
+    def loads(self, y: Array, rate: Array | None = None) -> Loads:
         """Forces of the film at ``y`` and, where given, at a ``rate`` (4,) of eccentricity and tilt, 1/s."""
         journal, around, nodes = self.journal, self.bearing.around, self.nodes
         c, radius, width = journal.clearance, journal.radius, journal.width
@@ -222,31 +237,34 @@ class _Running:
         squeeze = np.zeros_like(gap)
         if rate is not None:
             squeeze -= c * ((rate[:2] @ self.normal)[:, None] + np.outer(rate[2:] @ self.normal, nodes.zeta))
+        viscosity = np.full(gap.shape, journal.viscosity)
+        if around.thinning is not None:
+            viscosity *= around.thinning(nodes.phi)[:, None]
         fed = np.repeat(nodes.fed[:, None], nodes.zeta.size, axis=1)
         film = solve_film(
-            nominal, (2.0 * math.pi * radius, width), speeds=(journal.speed * radius, 0.0), viscosity=journal.viscosity,
+            nominal, (2.0 * math.pi * radius, width), speeds=(journal.speed * radius, 0.0), viscosity=viscosity,
             pressure_viscosity=self.law, density=self.density, roughness=around.roughness, squeeze=squeeze,
             periodic=True, supplies=(Supply("supply", fed, 0.0),) if fed.any() else (), cavitation=around.cavitation,
             nodes=(radius * (nodes.phi - nodes.phi[0]), 0.5 * width * (nodes.zeta + 1.0)), guess=self.last,
         )  # fmt: skip
         self.last = film
         pressed = film.pressure * (0.5 * film.areas.sum(axis=1)[:, None] * nodes.weight)
-        touched, rubbed, pressing, area = np.zeros_like(pressed), 0.0, 0.0, 0.0
+        touched, rows, pressing, area = np.zeros_like(pressed), np.zeros(len(pressed)), 0.0, 0.0
         if around.contact is not None:
             out = np.empty((2, gap.size))
             _touch(gap.ravel(), around.contact, self.bearing.table, out)
             touched = out[0].reshape(gap.shape) * film.areas
-            rubbed = around.contact[FRICTION] * touched.sum()
-            pressing, area = float(out[0].max()), float((out[1].reshape(gap.shape) * film.areas).sum())
-            rubbed += around.contact[SHEAR] * area
+            true = out[1].reshape(gap.shape) * film.areas
+            pressing, area = float(out[0].max()), float(true.sum())
+            rows = (around.contact[FRICTION] * touched + around.contact[SHEAR] * true).sum(axis=1)
         parts = [
             -np.concatenate((self.normal @ part.sum(axis=1), self.normal @ (part @ nodes.zeta)))
             for part in (pressed, touched)
         ]
         shapes = np.tensordot(self.weights, pressed + touched, 2)
-        return _Loads(parts[0] + parts[1], parts[1], shapes, film, gap, float(rubbed) * radius, pressing, area)
+        return Loads(parts[0] + parts[1], parts[1], shapes, film, gap, float(rows.sum()) * radius, pressing, area, rows)
 
-    def residual(self, y: Array, loads: _Loads) -> Array:
+    def residual(self, y: Array, loads: Loads) -> Array:
         """Residual: forces over the largest applied force, shapes over the clearance; (free,)."""
         missing = (loads.force - self.wanted) / self.unit
         shapes = y[4:] - loads.shapes / self.journal.clearance

@@ -12,10 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
+import numpy as np
+
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.engine.lubricant import pressure_constants
 from cranktrain.engine.parts import Oil
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.steady.adiabatic_bearing import adiabatic_bearing
 from cranktrain.film.steady.bearing import Journal, SteadyBearing, SteadyState, bearing_grid
 from cranktrain.film.steady.conserving_bearing import DEFAULT_GRID
 from cranktrain.film.steady.mixed_bearing import MixedBearing, Surroundings
@@ -27,8 +30,12 @@ RPM = math.pi / 30.0
 ZERO_CELSIUS = 273.15
 HEAT_CAPACITY = 2000.0
 """Of the oil, J/(kg K)."""
+HEAT_SHARES = {"heat-balance": 0.8, "adiabatic": 1.0}
+"""Ways to the film's temperature, and the usual fraction of the friction that heats the oil."""
 CONSERVING = "mass-conserving"
 ELASTIC_GRID = (96, 12)
+FILM_STEP = 5.0
+"""Between two angles of a result's film temperatures, degrees."""
 COMPRESSIBILITIES = ("none", "dowson-higginson")
 _BOUNDS = {
     "diameter_mm": (0.1, 1e4, "mm"),
@@ -42,6 +49,7 @@ _BOUNDS = {
     "oil_viscosity_100": (0.5, 1e6, "mm^2/s"),
     "oil_density": (300.0, 3000.0, "kg/m^3"),
     "heat_share": (0.0, 1.0, "of the friction"),
+    "carry_over": (0.0, 1.0, "of the hot oil"),
     "pressure_viscosity": (1e-3, 1e3, "1/GPa"),
 }
 
@@ -61,7 +69,9 @@ class Bearing(Surfaces):
     inlet_temperature_c : instead of the viscosity; the film's temperature follows from its heat balance
     oil_viscosity_40, oil_viscosity_100 : kinematic viscosities at 40 and 100 °C, mm²/s
     oil_density : kg/m³
-    heat_share : fraction of the friction power that heats the oil
+    heat_share : fraction of the friction power that heats the oil; None: 0.8 in a heat balance, 1 in an adiabatic film
+    film_temperature : heat-balance, one temperature for the film, or adiabatic, warming along the circumference
+    carry_over : fraction of the hot oil that an adiabatic film carries past its supply; None: all
     cavitation : reynolds, guembel, full or mass-conserving
     supply : widest-gap or none; None as the cavitation suggests
     grooves : two-axial, at ±90° to the load, each of ``groove_deg``
@@ -82,7 +92,9 @@ class Bearing(Surfaces):
     oil_viscosity_40: float | None = None
     oil_viscosity_100: float | None = None
     oil_density: float = 860.0
-    heat_share: float = 0.8
+    heat_share: float | None = None
+    film_temperature: str = "heat-balance"
+    carry_over: float | None = None
     cavitation: str = "reynolds"
     supply: str | None = None
     grooves: str | None = None
@@ -106,6 +118,8 @@ class Bearing(Surfaces):
         ``eccentricity``, ``attitude_deg``, ``min_film_um``, ``stiffness`` (N/m) and ``damping`` (N s/m) as rows of
         −∂F/∂x and −∂F/∂x', ``whirl_threshold`` ω_s √(c m/W), ``flow`` (m³/s), ``friction_torque`` (N m), ``p_max``
         (Pa); with a heat balance ``effective_temperature_c``, ``outlet_temperature_c`` and ``viscosity`` (Pa s);
+        of an adiabatic film also ``largest_temperature_c`` at ``largest_temperature_deg`` from the load,
+        ``supply_mixture_temperature_c`` behind the supply, ``heat`` (W) and the film's temperatures over the angle;
         between rough surfaces ``contact_load`` (N) and ``contact_friction_torque`` (N m), their parts,
         ``friction_coefficient`` (torque over load and radius), ``contact_pressure_max_mpa`` and ``contact_area_mm2``,
         the area that truly touches; in an elastic bore ``bore_displacement_um``, the largest
@@ -144,6 +158,8 @@ class Bearing(Surfaces):
             viscosity = 1e-3 * self.viscosity_mpas if self.viscosity_pas is None else self.viscosity_pas  # type: ignore[operator]
             return lambda: self._values(run(viscosity), moment, load_n is None)
         oil = self._oil()
+        if self.film_temperature == "adiabatic":
+            return self._adiabatic(oil, load_n, eccentricity, supply)
 
         def warm() -> dict[str, Any]:
             found = warm_bearing(oil, oil.temperatures[0], self.speed_rpm * RPM, run)
@@ -170,6 +186,7 @@ class Bearing(Surfaces):
             raise InputError(
                 f"{label('inlet_temperature_c')} needs {label('oil_viscosity_40')} and {label('oil_viscosity_100')}"
             )
+        self._check_heat(moment, label)
         if self.grooves is not None and self.grooves != "two-axial":
             raise InputError(f"{label('grooves')} '{self.grooves}' does not exist; valid: two-axial")
         if self.groove_deg is not None and self.grooves is None:
@@ -191,6 +208,56 @@ class Bearing(Surfaces):
             )
         self._check_surroundings(label)
         return supply
+
+    def _check_heat(self, moment: Moment | None, label: Callable[[str], str]) -> None:
+        """Refuse a way to the film's temperature that cannot be taken with ``InputError``."""
+        if self.film_temperature not in HEAT_SHARES:
+            near = nearest(self.film_temperature, HEAT_SHARES)
+            raise InputError(f"{label('film_temperature')} '{self.film_temperature}' does not exist; {near}")
+        adiabatic = self.film_temperature == "adiabatic"
+        if self.carry_over is not None and not adiabatic:
+            raise InputError(f"{label('carry_over')} needs {label('film_temperature')} adiabatic")
+        if not adiabatic:
+            return
+        if self.inlet_temperature_c is None:
+            raise InputError(f"{label('film_temperature')} adiabatic needs {label('inlet_temperature_c')}")
+        if self.cavitation != CONSERVING:
+            raise InputError(
+                f"{label('film_temperature')} adiabatic: heat travels with the oil, so oil must be conserved; give "
+                f"{label('cavitation')} {CONSERVING}"
+            )
+        if moment is not None:
+            raise InputError(f"{label('film_temperature')} adiabatic is a mean over the width; leave the moment out")
+
+    def _adiabatic(
+        self, oil: Oil, load: float | None, eccentricity: float, supply: str
+    ) -> Callable[[], dict[str, Any]]:
+        """The bearing whose film warms along the circumference, ready to run."""
+        grid = self.grid or (ELASTIC_GRID if self.bore is not None else DEFAULT_GRID)
+        groove = math.radians(20.0 if self.groove_deg is None else self.groove_deg)
+        bearing = MixedBearing(self._surroundings(), supply, (grid[0], grid[1]), groove)
+        journal, carried = self._journal(1.0), 1.0 if self.carry_over is None else self.carry_over
+
+        def run() -> dict[str, Any]:
+            found = adiabatic_bearing(oil, oil.temperatures[0], bearing, journal, load, (eccentricity, 0.0), carried)
+            even = np.radians(np.arange(0.0, 360.0, FILM_STEP))
+            film = np.interp(even, found.angle, found.temperature, period=2.0 * math.pi)
+            return self._values(found.state, None, load is None) | {
+                "supply_mixture_temperature_c": found.mixed - ZERO_CELSIUS,
+                "largest_temperature_c": float(found.temperature.max()) - ZERO_CELSIUS,
+                "largest_temperature_deg": math.degrees(found.angle[found.temperature.argmax()]),
+                "outlet_temperature_c": found.outlet - ZERO_CELSIUS,
+                "heat": found.heat,
+                "film_angle_deg": np.degrees(even).tolist(),
+                "film_temperature_c": (film - ZERO_CELSIUS).tolist(),
+            }
+
+        return run
+
+    def _journal(self, viscosity: float) -> Journal:
+        """The journal at a viscosity, Pa s."""
+        diameter, width = 1e-3 * self.diameter_mm, 1e-3 * self.width_mm
+        return Journal(diameter, width, 1e-6 * self.clearance_um, viscosity, self.speed_rpm * RPM)
 
     def _check_surroundings(self, label: Callable[[str], str]) -> None:
         """Refuse surfaces, laws or a bore that do not go together with ``InputError``."""
@@ -229,17 +296,11 @@ class Bearing(Surfaces):
         """The bearing as a function of its viscosity, Pa s."""
         groove = math.radians(20.0 if self.groove_deg is None else self.groove_deg)
 
-        def journal(viscosity: float) -> Journal:
-            return Journal(
-                1e-3 * self.diameter_mm, 1e-3 * self.width_mm, 1e-6 * self.clearance_um, viscosity,
-                self.speed_rpm * RPM,
-            )  # fmt: skip
-
         around = self._surroundings()
         if load is None or around != Surroundings(self.cavitation) or self.cavitation == CONSERVING:
             grid = self.grid or (ELASTIC_GRID if self.bore is not None else DEFAULT_GRID)
             mixed = MixedBearing(around, supply, (grid[0], grid[1]), groove)
-            return lambda eta: mixed.state(journal(eta), load, moment, (eccentricity, 0.0))
+            return lambda eta: mixed.state(self._journal(eta), load, moment, (eccentricity, 0.0))
         n_phi, n_z = self.grid or (0, 16)
         steady = SteadyBearing(
             bearing_grid(
@@ -247,7 +308,7 @@ class Bearing(Surfaces):
                 ratio=self.width_mm / self.diameter_mm,
             )
         )  # fmt: skip
-        return lambda eta: steady.state(journal(eta), load, moment)
+        return lambda eta: steady.state(self._journal(eta), load, moment)
 
     def _values(self, state: SteadyState, moment: Moment | None, placed: bool) -> dict[str, Any]:
         """Results in the units of users."""
@@ -279,7 +340,7 @@ class Bearing(Surfaces):
             walther_temperatures=(40.0 + ZERO_CELSIUS, 100.0 + ZERO_CELSIUS),
             walther_viscosities=(1e-6 * thin, 1e-6 * thick),
             heat_capacity=HEAT_CAPACITY,
-            heat_share=self.heat_share,
+            heat_share=HEAT_SHARES[self.film_temperature] if self.heat_share is None else self.heat_share,
         )
 
 

@@ -53,7 +53,7 @@ def job_of(request: Request, made: Assembly, gas: Gas | None, outputs: Sequence[
         settle=request.settle,
         highest_order=highest_order,
         outputs=wanted_outputs(made, outputs),
-        film_balance=request.film_temperature == "heat-balance",
+        film_temperature=request.film_temperature,
         damper_balance=request.damper_temperature == "heat-balance",
     )
 

@@ -129,7 +129,9 @@ def digests(job: Job) -> dict[str, str]:
     """Digests of all input of the result at a speed: of the request, and of the code."""
     made, trace = job.made, (job.gas or GasTrace.from_engine(job.made.engine)).values
     bodies = [made.body.digest, made.parts.block.digest if made.parts.block is not None else ""]
-    choices = [job.settle, job.highest_order, job.outputs, job.film_balance, job.damper_balance]
+    # The two that have always been there keep their files.
+    films = {"engine": False, "heat-balance": True}.get(job.film_temperature, job.film_temperature)
+    choices = [job.settle, job.highest_order, job.outputs, films, job.damper_balance]
     asked = repr((made.engine, sorted(asdict(made.settings).items()), bodies, trace, choices))
     return {ASKED: sha256(asked.encode()).hexdigest(), CODE: source_digest(steady.__file__, deferred=True)}
 

@@ -48,7 +48,8 @@ class Job:
     settle : largest settling error
     highest_order : of the amplitudes
     outputs : whose orders are wanted
-    film_balance, damper_balance : whether temperatures of films and damper follow from their losses
+    film_temperature : where films have theirs from, one of ``FILM_TEMPERATURES``
+    damper_balance : whether the damper's temperature follows from its losses
     balanced : whether the burn balances the engine's ``[load]`` at each speed
     """
 
@@ -57,7 +58,7 @@ class Job:
     settle: float
     highest_order: float
     outputs: tuple[str, ...]
-    film_balance: bool = False
+    film_temperature: str = "engine"
     damper_balance: bool = False
     balanced: bool = False
 
@@ -118,7 +119,7 @@ class SteadyRuns:
             motion=motion_of(state, n),
             shaft_angle=float(state[SHAFT_ANGLE]),
             films=state[self._films_begin :].copy(),
-            temperatures=simulation.film_temperatures if job.film_balance else None,
+            temperatures=simulation.film_temperatures if job.film_temperature != "engine" else None,
             periodic=result.settling.repeats == 1,
             learned=self._learned(result),
         )
@@ -150,8 +151,8 @@ class SteadyRuns:
             return run_cycles(simulation, None, job.settle, None, None, expected=expected)
 
         result = run()
-        if job.film_balance or job.damper_balance:
-            result = balanced(simulation, None, run, result, job.film_balance, job.damper_balance)
+        if job.film_temperature != "engine" or job.damper_balance:
+            result = balanced(simulation, None, run, result, job.film_temperature, job.damper_balance)
         return result
 
     def _learned(self, result: Result) -> Learned | None:
