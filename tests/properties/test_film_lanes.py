@@ -102,7 +102,7 @@ def _turned(pairs: np.ndarray, cos: float, sin: float) -> np.ndarray:
 
 CASES = {
     "six": ("diesel_i6", 2000.0, 187),
-    "barus": ("diesel_i6", 2000.0, 40, "barus"),
+    "barus": ("diesel_i6", 2000.0, 187, "barus"),
     "single": ("single_petrol", 3000.0, 100),
     "twelve": ("v12_petrol", 5000.0, 150),
 }
