@@ -88,11 +88,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 def ladder_cases(runs: SceneRun, with_ehd: bool) -> list[Case]:
     """Every level that the scene's outputs allow, with all modes, at the plan's method and step; ehd at its own."""
+    from cranktrain.film.laws.register import bearing_law
     from cranktrain.studies.planning.ladder import every_pair
     from cranktrain.studies.planning.scene_model import Case
 
     case, cutoff = runs.plan.case, runs.model.all_modes
-    elastic = ("sdirk2", min(case.step, math.radians(2.5)))
+    law = bearing_law("ehd")
+    elastic = (law.integrator, min(case.step, math.radians(law.step_deg)))
     return [
         Case(*pair, cutoff, *(elastic if pair[1] == "ehd" else (case.integrator, case.step)))
         for pair in every_pair(runs.scene, with_ehd)

@@ -1,7 +1,9 @@
-"""Numba's type of four doubles that stay in a vector register, and its arithmetic.
+"""Numba's types of four doubles and of eight singles that stay in a vector register, and their arithmetic.
 
-Products and sums by + - * are rounded one by one: nothing is contracted or reordered, and a processor without 256-bit
-registers gives the same bits in two halves. :mod:`cranktrain.core.vectors` makes, loads and stores such vectors.
+Products and sums by + - * / are rounded one by one: nothing is contracted or reordered, and a processor without 256-bit
+registers gives the same bits in two halves. :mod:`cranktrain.core.vectors` makes, loads and stores vectors of doubles,
+:mod:`cranktrain.core.singles` those of singles. Eight singles are compared lane by lane: the answer is a mask, of which
+& | ~ make others.
 """
 
 from __future__ import annotations
@@ -18,40 +20,62 @@ from numba.extending import register_model
 
 LANES = 4
 VECTOR = ir.VectorType(ir.DoubleType(), LANES)
+SINGLES = 8
+SINGLE_VECTOR = ir.VectorType(ir.FloatType(), SINGLES)
+MASK_VECTOR = ir.VectorType(ir.IntType(1), SINGLES)
 
 
-class FourDoubles(types.Type):
-    """Four doubles in one register."""
+class VectorKind(types.Type):
+    """Lanes of one LLVM type in one register."""
 
-    def __init__(self) -> None:
-        super().__init__("four_doubles")
+    def __init__(self, name: str, vector: Any) -> None:
+        super().__init__(name)
+        self.vector = vector
 
 
-FOUR = FourDoubles()
+class FourDoubles(VectorKind):
+    """Four doubles."""
+
+
+class EightSingles(VectorKind):
+    """Eight singles."""
+
+
+class EightTruths(VectorKind):
+    """Which of eight lanes something holds for."""
+
+
+FOUR = FourDoubles("four_doubles", VECTOR)
+EIGHT = EightSingles("eight_singles", SINGLE_VECTOR)
+MASK = EightTruths("eight_truths", MASK_VECTOR)
 
 
 @register_model(FourDoubles)
-class _FourModel(models.PrimitiveModel):
+@register_model(EightSingles)
+@register_model(EightTruths)
+class _VectorModel(models.PrimitiveModel):
     """An LLVM vector."""
 
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, VECTOR)
+        super().__init__(manager, kind, kind.vector)
 
 
-def all_lanes(builder: Any, scalar: Any) -> Any:
-    """A vector with one scalar in all lanes."""
-    undefined = ir.Constant(VECTOR, ir.Undefined)
+def all_lanes(builder: Any, scalar: Any, vector: Any = VECTOR) -> Any:
+    """A vector with one scalar in all lanes; a double is rounded where the lanes are singles."""
+    if vector is SINGLE_VECTOR and scalar.type != ir.FloatType():
+        scalar = builder.fptrunc(scalar, ir.FloatType())
+    undefined = ir.Constant(vector, ir.Undefined)
     first = builder.insert_element(undefined, scalar, ir.Constant(ir.IntType(32), 0))
-    return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES))
+    none = ir.Constant(ir.VectorType(ir.IntType(32), vector.count), [0] * vector.count)
+    return builder.shuffle_vector(first, undefined, none)
 
 
-def _arithmetic(symbol: Any, instruction: str) -> None:
-    """Define ``symbol`` of two vectors, and of a number and a vector either way."""
-    number = types.float64
-    pairs = [(FOUR, FOUR), (number, FOUR), (FOUR, number)]
+def _define(symbol: Any, of: VectorKind, answer: VectorKind, number: Any, make: Any) -> None:
+    """Define ``symbol`` of two vectors, and of a number and a vector either way; ``make(builder, left, right)``."""
+    pairs = [(of, of)] + ([(number, of), (of, number)] if number is not None else [])
 
     class _Template(ConcreteTemplate):
-        cases = [signature(FOUR, *pair) for pair in pairs]  # noqa: RUF012 - numba reads a plain list
+        cases = [signature(answer, *pair) for pair in pairs]  # noqa: RUF012 - numba reads a plain list
 
     infer_global(symbol)(_Template)
     for pair in pairs:
@@ -59,17 +83,31 @@ def _arithmetic(symbol: Any, instruction: str) -> None:
         @lower_builtin(symbol, *pair)
         def _generate(context: Any, builder: Any, sig: Any, values: Any) -> Any:
             left, right = (
-                value if kind == FOUR else all_lanes(builder, value)
+                value if kind == of else all_lanes(builder, value, of.vector)
                 for kind, value in zip(sig.args, values, strict=True)
             )
-            return getattr(builder, instruction)(left, right)
+            return make(builder, left, right)
 
 
-for _symbols, _instruction in (
+def _instruction(name: str) -> Any:
+    return lambda builder, left, right: getattr(builder, name)(left, right)
+
+
+def _comparison(symbol: str) -> Any:
+    return lambda builder, left, right: builder.fcmp_ordered(symbol, left, right)
+
+
+for _symbols, _name in (
     ((operator.add, operator.iadd), "fadd"),
     ((operator.sub, operator.isub), "fsub"),
     ((operator.mul, operator.imul), "fmul"),
     ((operator.truediv, operator.itruediv), "fdiv"),
 ):
     for _symbol in _symbols:
-        _arithmetic(_symbol, _instruction)
+        for _kind in (FOUR, EIGHT):
+            _define(_symbol, _kind, _kind, types.float64, _instruction(_name))
+for _symbol, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")):
+    _define(_symbol, EIGHT, MASK, types.float64, _comparison(_sign))
+_define(operator.ne, EIGHT, MASK, types.float64, lambda builder, one, other: builder.fcmp_unordered("!=", one, other))
+for _symbol, _name in ((operator.and_, "and_"), (operator.or_, "or_"), (operator.xor, "xor")):
+    _define(_symbol, MASK, MASK, None, _instruction(_name))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
@@ -87,6 +89,7 @@ def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
 def run_numbers(settings: Settings, engine: Engine) -> Array:
     """All numbers of a run, (NUMBERS,); ``settings`` of words that exist, with or without what is left open."""
     numbers = np.zeros(NUMBERS)
+    settings = replace(settings, step=settings.step or resolved(settings, engine).step)
     for name, slot in NUMBER_SLOTS.items():
         numbers[slot] = getattr(settings, name) or 0.0
     for name, slot in GEOMETRY_SLOTS.items():

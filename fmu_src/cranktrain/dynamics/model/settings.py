@@ -37,8 +37,9 @@ TEMPERATURES = ("engine", "heat-balance")
 class Settings:
     """Choices of one run; angles rad, pressures Pa, temperatures K (0: from the engine's tables at the first speed).
 
-    What is left open follows the level, see :func:`resolved`: ``integrator`` auto; ``newton_tolerance`` of the ports in
-    units of clearance; ``film_change``, the share of itself by which a film may close over a step. With ``control``
+    What is left open follows the level, see :func:`resolved`: ``integrator`` auto; ``step`` 0, rad of crank angle;
+    ``newton_tolerance`` of the ports in units of clearance; ``film_change``, the share of itself by which a film may
+    close over a step. With ``control``
     adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
     (:mod:`cranktrain.dynamics.time.error_estimate`). With ``dense_output`` on they pass over communication points that
     are finer (:mod:`cranktrain.dynamics.time.communication`). ``film_temperature`` is one of ``TEMPERATURES``;
@@ -57,7 +58,7 @@ class Settings:
     damper: str = "none"
     boundary: str = "speed"
     integrator: str = "auto"
-    step: float = math.radians(2.5)
+    step: float = 0.0
     control: str = "fixed"
     dense_output: str = "on"
     tolerance: float = 1.0e-3
@@ -111,6 +112,7 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
         "block": block,
         "pistons": pistons,
         "integrator": integrator,
+        "step": settings.step or math.radians(law.step_deg),
         "newton_tolerance": settings.newton_tolerance or usual,
         "film_change": settings.film_change or usual_film_change(law, engine),
     }

@@ -32,6 +32,7 @@ from cranktrain.dynamics.motion.film_ports import (
     hand_forces,
     hand_pair,
     law_block,
+    line_up_laws,
     pairs_block,
     place_law,
     place_pair,
@@ -182,6 +183,7 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
     for k in range(f.shape[0]):
         f[k] = 0.0
     status = 0
+    line_up_laws(model, work, frame)
     for k in range(model.connections.shape[0]):
         if model.connections[k, at.OF_ROD] > 0.0:
             continue

@@ -12,7 +12,7 @@ from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
-from cranktrain.dynamics.motion.film_ports import frame_numbers, place_law, tell_law
+from cranktrain.dynamics.motion.film_ports import frame_numbers, line_up_laws, place_law, tell_law
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.film.laws.films import ANGLE as FRAME_ANGLE
@@ -112,15 +112,13 @@ def close_stage(model, work, frame):
     ud = work.port[at.UD]
     d = work.port[at.RELATIVE]
     dd = work.port[at.RELATIVE_RATE]
-    known = False
+    relative_motion(model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, d, dd)
+    line_up_laws(model, work, frame)
     for k in range(model.connections.shape[0]):
         if model.laws.traits[k, MEMORY] > 0.0:
             if model.connections[k, at.ON_BLOCK] == 0.0:
                 place_law(model, k, u, ud, frame[at.WHIRL])
             else:
-                if not known:
-                    relative_motion(model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, d, dd)
-                    known = True
                 place_law(model, k, d, dd, frame[at.WHIRL])
             tell_law(model, frame, k, u, ud)
             status = film_call(model.laws, CLOSE_STAGE, k, work.scratch, work.scratch)

@@ -8,9 +8,21 @@ velocity make one block.
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import inlined_kernel
+from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, COS, FRICTION, RUBBING, SIN, SPEED
+from cranktrain.film.laws.films import (
+    ANGLE,
+    BY_PLACE,
+    BY_VELOCITY,
+    COS,
+    FRICTION,
+    LINE_UP,
+    RUBBING,
+    SIN,
+    SPEED,
+    TOGETHER,
+    film_call,
+)
 
 ROW = 4
 """Values in a row of a law's tangents, and of a connection's block."""
@@ -64,6 +76,17 @@ def tell_law(model, frame, k, u, ud):
     if row[at.TOLD] >= 0.0:
         windup = u[int(row[at.TOLD])] + model.scalars[at.WINDUP_LEAD] * frame[at.LEAD]
         model.laws.place[k, int(row[at.COUPLED])] = model.scalars[at.WINDUP_K] * windup
+
+
+@kernel
+def line_up_laws(model, work, frame):
+    """Tell laws that solve their films side by side where all their journals are, by RELATIVE and RELATIVE_RATE."""
+    laws = model.laws
+    for k in range(model.connections.shape[0]):
+        if laws.traits[k, TOGETHER] > 0.0:
+            place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
+            tell_law(model, frame, k, work.port[at.U], work.port[at.UD])
+            film_call(laws, LINE_UP, k, laws.out, laws.out)
 
 
 @inlined_kernel

@@ -210,12 +210,12 @@ def _extreme(film, field, q):
     line = q - i * lines
     up = i - 1 if i > 0 else n_phi - 1
     down = i + 1 if i + 1 < n_phi else 0
-    beyond, shift = _vertex(field[up * lines + line], field[q], field[down * lines + line])
+    beyond, shift = vertex(field[up * lines + line], field[q], field[down * lines + line])
     angle = (i + shift) * 2.0 * math.pi / n_phi
     zeta = film.lines[line, at.ZETA]
     value = field[q] + beyond
     if 0 < line < lines - 1:
-        beyond, shift = _vertex(field[q - 1], field[q], field[q + 1])
+        beyond, shift = vertex(field[q - 1], field[q], field[q + 1])
         value += beyond
         zeta += shift * (film.lines[line + 1, at.ZETA] - zeta if shift > 0.0 else zeta - film.lines[line - 1, at.ZETA])
     return value, angle, zeta
@@ -252,12 +252,12 @@ def _crest(film, nodes, q):
         k = i * lines + line
         h = nodes[at.OPEN, k]
         beyond = nodes[at.OPEN, k + 1]
-        whole, tilted = _wedge_integrals(1.0, h, beyond)
+        whole, tilted = wedge_integrals(1.0, h, beyond)
         drop = (nodes[at.PRESSURE, k] - nodes[at.PRESSURE, k + 1]) / length
         begin = (drop - rise * tilted) / whole
         t = -begin / rise
         if 0.0 < t < 1.0:
-            whole, tilted = _wedge_integrals(t, h, beyond)
+            whole, tilted = wedge_integrals(t, h, beyond)
             p = nodes[at.PRESSURE, k] - length * (begin * whole + rise * tilted)
             most = max(most, p - nodes[at.PRESSURE, q])
     return most
@@ -276,7 +276,7 @@ def _flow_across(film, nodes, i, line):
 
 
 @kernel
-def _wedge_integrals(t, h, beyond):
+def wedge_integrals(t, h, beyond):
     """∫₀ᵗ ds/H³ and ∫₀ᵗ s ds/H³ with H linear from ``h`` at 0 to ``beyond`` at 1."""
     there = h + t * (beyond - h)
     per_square = 1.0 / (there * there)
@@ -284,7 +284,7 @@ def _wedge_integrals(t, h, beyond):
 
 
 @kernel
-def _vertex(before, here, after):
+def vertex(before, here, after):
     """How far the parabola through three neighbours goes beyond the middle one, and where, in steps from it."""
     bend = before - 2.0 * here + after
     lean = 0.5 * (after - before)

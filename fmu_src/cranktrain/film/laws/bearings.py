@@ -14,7 +14,7 @@ from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import AxialPath, JournalBearing, Oil, PlainBearing, ThrustBearing
 from cranktrain.film.laws.axial_joint import REMEMBERED
-from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, VISCOUS, Films, no_films
+from cranktrain.film.laws.films import CLOSES, CONTACT, MEMORY, SIZE, TOGETHER, VISCOUS, Films, no_films
 from cranktrain.film.laws.parabolic import film_geometry
 from cranktrain.film.laws.register import AXIAL_JOINT, BIG_END, ROLLER, THRUST, Law
 
@@ -93,6 +93,7 @@ def enter_law(films: Films, which: Sequence[int], law: Law, kind: str, bearings:
     remembered = resolve(form.memory)(record) if form.memory else 0.0
     for i in which:
         films.traits[i, [CLOSES, CONTACT, VISCOUS, MEMORY]] = form.closes, form.contact, form.viscous, remembered
+        films.traits[i, TOGETHER] = form.together
     enter(films, resolve(form.kernel), record, which)
     if kind == ROLLER:
         films.entry[list(which), 2] = range(len(which))

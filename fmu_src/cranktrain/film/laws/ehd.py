@@ -26,7 +26,7 @@ from cranktrain.engine.parts import Oil, PlainBearing
 from cranktrain.film.contact.asperity import bearing_contact_constants
 from cranktrain.film.contact.gap import over
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
-from cranktrain.film.elastic.film import CONVERGED, elastic_film
+from cranktrain.film.elastic.film import CONVERGED
 from cranktrain.film.elastic.grid import (
     AROUND_LIMIT,
     CLEARANCE,
@@ -34,42 +34,49 @@ from cranktrain.film.elastic.grid import (
     FILM_MIN,
     FILM_MIN_ANGLE,
     FRICTION_TORQUE,
-    ITERATIONS,
     LIMITS,
     MOVE_LIMIT,
     N_PHI,
     N_SHAPES,
     N_Z,
     OIL,
-    OIL_ROW,
     OIL_STEP,
     OUT_SIZE,
     PRESSURE_MAX,
     SIDE_FLOW,
     SIDE_LIMIT,
     STEP_LIMIT,
-    VISCOSITY,
     ElasticFilm,
     ElasticGrid,
     ElasticWork,
-    FilmHistory,
 )
 from cranktrain.film.elastic.grid import FORCE as FORCE_ON_JOURNAL
 from cranktrain.film.elastic.oil import OilTables, fill_oil_table, oil_tables
+from cranktrain.film.lanes.grid import MOST_SHAPES, LaneWork, lane_oils, lane_work
+from cranktrain.film.laws.film_solution import (
+    ASKED,
+    CALLS,
+    CARRIED,
+    SOLVED,
+    carried_on_at,
+    force_solved,
+    line_up,
+    open_lane,
+    stage_closed,
+)
 from cranktrain.film.laws.films import (
     ANGLE,
     CLOSE_STAGE,
     CLOSE_STEP,
     COS,
     ECCENTRICITY,
-    ELAPSED,
     FLOW,
     FORCE,
     FRICTION,
-    FROZEN,
     GAIN,
     GAP,
     GAP_ANGLE,
+    LINE_UP,
     OPEN_STAGE,
     OPEN_STEP,
     P_MAX,
@@ -85,28 +92,17 @@ from cranktrain.film.laws.films import OIL as NEW_OIL
 from cranktrain.film.laws.films import VISCOSITY as NEW_VISCOSITY
 from cranktrain.film.laws.in_space import closing_rate, force_in_frame, turn_pairs
 from cranktrain.film.laws.parameters import VISCOSITY as VISCOSITIES
+from cranktrain.film.laws.past_cycle import FRICTION as KNOWN_FRICTION
 from cranktrain.film.laws.past_cycle import (
-    ENTRY,
-    FOUND,
-    REACH,
     RESULTS,
-    SIDE,
-    STILL,
     PastCycle,
     PastCycles,
-    begin_as_known,
-    begin_beside,
     begin_stage,
     begin_step,
-    carried_on,
-    distance,
     end_step,
     found_at,
-    keep_film,
-    keep_tangents,
     no_past,
 )
-from cranktrain.film.laws.past_cycle import FRICTION as KNOWN_FRICTION
 from cranktrain.film.laws.pressure_peak import PEAKS, keep_peak
 
 if TYPE_CHECKING:
@@ -123,12 +119,6 @@ KEPT = 4 + OIL + 1 - PRESSURE_MAX
 """Parts of a film's result in the state: the force, and the values after the tangents."""
 
 
-SOLVED, CARRIED, LAST, EVALUATIONS, TANGENTS, PASSES, CALLS = range(7)
-"""Columns of ``ElasticMemory.calls``: of the present stage, how often the film was solved so far, and whether its force
-was carried on from the last cycle; the stage of that cycle which is the one before, or what is never one. Of the whole
-run so far: solutions, those with tangents, and Newton iterations of all of them."""
-
-
 class ElasticMemory(NamedTuple):
     """Memory that the films of b journals read and write during a step; N nodes, k shapes."""
 
@@ -139,7 +129,8 @@ class ElasticMemory(NamedTuple):
     unknowns: Array  # (b, N) at the stage
     shapes: Array  # (b, k) at the stage, m
     rates: Array  # (stages, b, k) δ̇ of each stage, m/s
-    motion: Array  # (2, 4) place and velocity in space
+    motions: Array  # (b, 2, 4) places and velocities in space
+    speeds: Array  # (b,) of the journals, rad/s
     out: Array  # (b, OUT_SIZE)
     by_past: Array  # (b, 4, k) derivatives of the forces by Δ, N/m; (b, 4, 0) where no cycle is kept
     line: Array  # (RESULTS,) a force that is carried on from the last cycle
@@ -158,6 +149,7 @@ class ElasticBore(NamedTuple):
     viscosities: Array  # (b,) Pa s
     oil_law: Array  # (2,) what pressure does to the oil: law and slope (1/Pa), see engine.lubricant
     past: PastCycle
+    lanes: LaneWork  # room for films side by side; of no group where each is solved alone
 
 
 # In one piece: what the films of a bearing are made of, and the room that a run has for their past.
@@ -180,7 +172,15 @@ def elastic_bore(
     return ElasticBore(
         film, grid.work(shapes), elastic_memory(film, count, cycles is not None),
         np.array([bearing.contact_height]), np.array(viscosities, dtype=float), _oil_law(oil), past,
+        lanes_of(film, count),
     )  # fmt: skip
+
+
+def lanes_of(film: ElasticFilm, count: int) -> LaneWork:
+    """Room for films side by side; of no group for compressible oil, which is solved one film at a time."""
+    alone = film.constants[COMPRESSIBLE] > 0.0 or film.constants[N_SHAPES] > MOST_SHAPES
+    work = lane_work(film, 0 if alone else count)
+    return work._replace(oils=lane_oils(film)) if film.constants[OIL_STEP] > 0.0 else work
 
 
 def _oil_law(oil: Oil | None) -> Array:
@@ -245,7 +245,7 @@ def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> El
     z = np.zeros
     return ElasticMemory(
         z((bearings, size)), z((bearings, 4)), z((bearings, k)), z((bearings, k)), z((bearings, size)),
-        z((bearings, k)), z((8, bearings, k)), z((2, 4)), z((bearings, OUT_SIZE)),
+        z((bearings, k)), z((8, bearings, k)), z((bearings, 2, 4)), z(bearings), z((bearings, OUT_SIZE)),
         z((bearings, 4, k if cyclic else 0)), z(RESULTS), z((bearings, 4)),
         z((bearings, CALLS)), z((bearings, PEAKS)),
     )  # fmt: skip
@@ -254,7 +254,8 @@ def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> El
 _SMALL = SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
 _read = record_reader(
     ElasticBore(
-        _SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), np.zeros(2), no_past(0, 0)
+        _SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), np.zeros(2), no_past(0, 0),
+        lane_work(_SMALL, 0),
     )
 )  # fmt: skip
 
@@ -274,20 +275,25 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     sin = numbers[SIN]
     if action == FORCE:
         out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
-        _move(own, place, velocity, cos, sin)
-        if _carried_on(bore, i):
+        if own.calls[i, ASKED] == 0.0:
+            _move(own, i, numbers, place, velocity)
+        if carried_on_at(bore, i):
             force_in_frame(own.line, cos, sin, out)
             side, at = found_at(bore.past)
             out[FRICTION] = bore.past.values[side, at, i, KNOWN_FRICTION]
             return 0
-        status = _solve(bore, i, numbers, numbers[FROZEN] == 0.0 or own.calls[i, SOLVED] == 0.0)
+        status = force_solved(bore, i, numbers)
         if status != CONVERGED:
             return status
         force_in_frame(own.out[i], cos, sin, out)
         out[FRICTION] = own.out[i, FRICTION_TORQUE]
+    elif action == LINE_UP:
+        _move(own, i, numbers, place, velocity)
+        line_up(bore, i)
     elif action == CLOSE_STAGE:
-        _move(own, place, velocity, cos, sin)
-        status = _close(bore, i, numbers)
+        if own.calls[i, ASKED] == 0.0:
+            _move(own, i, numbers, place, velocity)
+        status = stage_closed(bore, i, numbers)
         for k in range(shapes):
             own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
         return status
@@ -312,6 +318,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
             own.start_shapes[i, k] = memory[nodes + k]
             own.shapes[i, k] = memory[nodes + k]
             own.rates[0, i, k] = memory[nodes + shapes + k]
+        open_lane(bore, i)
     elif action == CLOSE_STEP:
         end_step(bore.past)
         keep_peak(
@@ -322,10 +329,10 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         _take_limits(bore.film.constants, numbers[TOLERANCE])
         return _take_oil(bore, i, numbers[NEW_VISCOSITY])
     else:
-        _move(own, place, velocity, cos, sin)
+        _move(own, i, numbers, place, velocity)
         if action == RATE:
             out[0] = closing_rate(
-                bore.film, own.motion[0], own.motion[1], memory[nodes : nodes + shapes],
+                bore.film, own.motions[i, 0], own.motions[i, 1], memory[nodes : nodes + shapes],
                 memory[nodes + shapes : nodes + 2 * shapes], bore.contact_height[0],
             )  # fmt: skip
             return 0
@@ -372,6 +379,10 @@ def _take_oil(bore, i, viscosity):
         if not first > 0.0:
             return 1
     fill_oil_table(law, first, second, constants[COMPRESSIBLE] > 0.0, bore.film.oil[i])
+    if bore.lanes.oils.shape[0] > i:
+        for k in range(bore.lanes.oils.shape[1]):
+            bore.lanes.oils[i, k, 0] = bore.film.oil[i, k, 0] / constants[OIL_STEP]
+            bore.lanes.oils[i, k, 1] = bore.film.oil[i, k, 1]
     return 0
 
 
@@ -392,82 +403,8 @@ def _keep_memory(own, i, stage, memory):
 
 
 @inlined_kernel
-def _move(own, place, velocity, cos, sin):
-    """Keep a journal's motion, in space."""
-    turn_pairs(cos, sin, place, own.motion[0])
-    turn_pairs(cos, sin, velocity, own.motion[1])
-
-
-@kernel
-def _carried_on(bore, i):
-    """Whether the force of film i, ``memory.line``, is extrapolated from the previous cycle."""
-    own = bore.memory
-    if bore.past.marks[FOUND] < 0.0:
-        return False
-    side, at = found_at(bore.past)
-    known = bore.past.values[side, at, i]
-    near = distance(known, own.motion[0], bore.contact_height[0]) <= bore.past.marks[REACH]
-    if near:
-        carried_on(known, own.motion, own.known[i], own.defect[i], own.line)
-        own.calls[i, CARRIED] = 1.0
-    return near
-
-
-@kernel
-def _solve(bore, i, numbers, tangents):
-    """Solve film i at a stage into ``memory.out[i]``; its status."""
-    own = bore.memory
-    # All films share the rest of their data.
-    bore.film.constants[VISCOSITY] = bore.viscosities[i]
-    bore.film.constants[OIL_ROW] = i
-    history = FilmHistory(
-        own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i],
-        own.by_past[i],
-    )  # fmt: skip
-    clock = numbers[SPEED], numbers[ELAPSED], numbers[GAIN]
-    status = elastic_film(bore.film, own.motion, clock, history, bore.scratch, own.out[i], tangents)
-    own.calls[i, SOLVED] += 1.0
-    own.calls[i, EVALUATIONS] += 1.0
-    own.calls[i, TANGENTS] += 1.0 if tangents else 0.0
-    own.calls[i, PASSES] += own.out[i, ITERATIONS]
-    if status != CONVERGED:
-        # The next attempt, with a shorter step, starts from the last converged state.
-        for k in range(own.start.shape[1]):
-            own.unknowns[i, k] = own.start[i, k]
-        for k in range(own.shapes.shape[1]):
-            own.shapes[i, k] = own.start_shapes[i, k]
-    return status
-
-
-@kernel
-def _close(bore, i, numbers):
-    """Solve film i at the place where a stage ends, and keep it for the next cycle; its status."""
-    own = bore.memory
-    past = bore.past
-    tangents = False
-    if own.calls[i, CARRIED] > 0.0 and own.calls[i, SOLVED] == 0.0:
-        side, at = found_at(past)
-        known = past.values[side, at, i]
-        if at > 0 and own.calls[i, LAST] == at - 1.0:
-            begin_beside(known, past.values[side, at - 1, i], own.unknowns[i], own.shapes[i])
-        else:
-            begin_as_known(known, own.unknowns[i], own.shapes[i])
-        tangents = distance(known, own.motion[0], bore.contact_height[0]) > STILL
-        if not tangents:
-            keep_tangents(known, own.out[i], own.by_past[i])
-    status = _solve(bore, i, numbers, tangents)
-    own.calls[i, LAST] = past.marks[FOUND] if status == CONVERGED else -1.0
-    for k in range(4):
-        own.defect[i, k] = 0.0
-    if status == CONVERGED and own.calls[i, CARRIED] > 0.0:
-        side, at = found_at(past)
-        carried_on(past.values[side, at, i], own.motion, own.known[i], own.defect[i], own.line)
-        for k in range(4):
-            own.defect[i, k] = own.out[i, k] - own.line[k]
-    if status == CONVERGED and past.marks[ENTRY] >= 0.0:
-        keep_film(
-            past.values[int(past.marks[SIDE]), int(past.marks[ENTRY]), i], own.motion, own.out[i],
-            own.out[i, FRICTION_TORQUE], own.out[i, FILM_MIN],
-            (own.known[i], own.by_past[i], own.shapes[i], own.unknowns[i]),
-        )  # fmt: skip
-    return status
+def _move(own, i, numbers, place, velocity):
+    """Keep the motion of journal i, in space, and its speed."""
+    turn_pairs(numbers[COS], numbers[SIN], place, own.motions[i, 0])
+    turn_pairs(numbers[COS], numbers[SIN], velocity, own.motions[i, 1])
+    own.speeds[i] = numbers[SPEED]

@@ -18,6 +18,9 @@ failure.
 Some records hold more data of the oil than the bearings' parameters (trait VISCOUS). The action OIL sets another
 viscosity in these records: film i then has the viscosity in ``numbers``. The action WARM tells laws of added
 connections whose data follow the engine's speed, by a table of temperatures, that speed (SPEED).
+
+Laws with the trait TOGETHER solve films side by side: before FORCE or CLOSE_STAGE is asked of any, LINE_UP tells each
+where its journal is. What FORCE and CLOSE_STAGE then give is that of the motion told.
 """
 
 from __future__ import annotations
@@ -48,7 +51,7 @@ PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
 
 PAIR = 2
 """Values that a law remembers which keeps one quantity and its rate by time, and may be interpolated within a step."""
-FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM = range(9)
+FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM, LINE_UP = range(10)
 # Columns of ``numbers``: the sum of the speeds of journal and bore (rad/s); cosine and sine of the frame's angle; time
 # from the step's start to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where
 # tangents are kept: a law may leave those that it found last; the difference of the speeds of journal and bore (rad/s);
@@ -58,8 +61,8 @@ FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM 
 SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, PRESSURE, NUMBERS = range(14)
 
 # Traits of a law: values that one film keeps in the state; 1 where its least gap limits the step; 1 where its force has
-# a kink at the contact height; 1 where it is told of the oil.
-MEMORY, CLOSES, CONTACT, VISCOUS, TRAITS = range(5)
+# a kink at the contact height; 1 where it is told of the oil; 1 where it solves films together.
+MEMORY, CLOSES, CONTACT, VISCOUS, TOGETHER, TRAITS = range(6)
 
 
 class Films(NamedTuple):

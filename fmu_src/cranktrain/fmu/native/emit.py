@@ -55,7 +55,7 @@ SMALL = (
     "8dynamics6motion17added_connections4lean", "8dynamics6motion12added_memory", "8dynamics6motion11added_hooks",
     "8dynamics4time14reconstruction", "8dynamics4time9work_limit", "8dynamics4time14error_estimate",
     "8dynamics4time4bdf2", "8dynamics4time12step_control", "8dynamics4time13communication",
-    "8dynamics6motion11turned_pins", "5loads15articulated_rod", "6engine15articulated_rod",
+    "8dynamics6motion11turned_pins", "5loads15articulated_rod", "6engine15articulated_rod", "4film7elastic",
 )  # fmt: skip
 """In the names of functions that run once a start, a change of the step or an output, or for few engines: they are made
 small, not fast."""

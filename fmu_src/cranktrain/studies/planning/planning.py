@@ -34,7 +34,7 @@ from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name, p
 from cranktrain.studies.planning.scene_model import Case, SceneModel
 from cranktrain.studies.scene import RPM, Scene, load_scene
 
-ELASTIC_METHODS = {"sdirk2": (2.5, 1.25, 0.625)}
+ELASTIC_METHODS = {"esdirk3": (2.0, 1.0, 0.5)}
 """Methods and steps (deg) that are tried on elastic films, each half of the one before. The closing of the films limits
 the step."""
 LONE_STEPS = (5.0, 2.5, 1.25, 0.625, 0.3125)

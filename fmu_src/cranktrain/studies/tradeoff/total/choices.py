@@ -32,7 +32,7 @@ FINE_DEG = {CHEAP: 0.5, MODERATE: 0.5, DEAR: 1.0, DEAREST: 1.0}
 """Steps of runs that others are compared with: their error is far below the least total error of a table."""
 WORK = {CHEAP: 1.0, MODERATE: 3.0, DEAR: 30.0, DEAREST: 100.0}
 """What a run takes by its bearings' class of cost, about; tells how far a study is."""
-USUAL_DEG = round(math.degrees(Settings().step), 9)
+USUAL_DEG = 2.5
 
 
 class Method(NamedTuple):

@@ -1,0 +1,1 @@
+"""Elastic films side by side in the lanes of vector registers."""

@@ -1,0 +1,117 @@
+"""Band LU of eight matrices in lanes, without pivoting, and its solutions for eight right-hand sides each.
+
+Each lane does what :mod:`cranktrain.film.elastic.band_blocks` does for one matrix; what is zero in all lanes is left
+out, which changes no digit of a lane.
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.singles import all_eight, any_lane, choose, eight, minus_product, put_eight
+
+DEAD = 1.0e-25
+"""Solutions below this are zero: they have fallen by far more than a single resolves."""
+
+
+@kernel
+def factor_lanes(a, n, width, lane, failed):
+    """Factor in place; diagonals become their inverses. ``lane[failed]`` becomes 1 where a pivot is not positive."""
+    bad = eight(lane, failed)
+    for j in range(n):
+        pivot = eight(a, (j, width))
+        fits = pivot > 0.0
+        bad = choose(fits, bad, all_eight(1.0))
+        inverse = 1.0 / choose(fits, pivot, all_eight(1.0))
+        put_eight(a, (j, width), inverse)
+        last = width if j + width < n else n - 1 - j
+        for i in range(1, last + 1):
+            share = eight(a, (j + i, width - i))
+            if any_lane(share != 0.0):
+                share = share * inverse
+                put_eight(a, (j + i, width - i), share)
+                for k in range(1, width + 1):
+                    to = width - i + k
+                    put_eight(a, (j + i, to), minus_product(eight(a, (j + i, to)), share, eight(a, (j, width + k))))
+    put_eight(lane, failed, bad)
+
+
+@kernel
+def solve_lanes(a, n, width, b):
+    """Solve with these factors for eight right-hand sides ``b`` (n, 8, 8) in place; the nearest rows last."""
+    for j in range(n):
+        _row(a, b, j, width)
+    for j in range(n - 1, -1, -1):
+        _row_back(a, b, j, n, width)
+
+
+@kernel
+def _row(a, b, j, width):
+    """Subtract what the rows before a row contribute to it."""
+    b0 = eight(b, (j, 0))
+    b1 = eight(b, (j, 1))
+    b2 = eight(b, (j, 2))
+    b3 = eight(b, (j, 3))
+    b4 = eight(b, (j, 4))
+    b5 = eight(b, (j, 5))
+    b6 = eight(b, (j, 6))
+    b7 = eight(b, (j, 7))
+    for k in range(width - min(j, width), width):
+        share = eight(a, (j, k))
+        if any_lane(share != 0.0):
+            to = j - width + k
+            b0 = minus_product(b0, share, eight(b, (to, 0)))
+            b1 = minus_product(b1, share, eight(b, (to, 1)))
+            b2 = minus_product(b2, share, eight(b, (to, 2)))
+            b3 = minus_product(b3, share, eight(b, (to, 3)))
+            b4 = minus_product(b4, share, eight(b, (to, 4)))
+            b5 = minus_product(b5, share, eight(b, (to, 5)))
+            b6 = minus_product(b6, share, eight(b, (to, 6)))
+            b7 = minus_product(b7, share, eight(b, (to, 7)))
+    _put(b, j, (b0, b1, b2, b3, b4, b5, b6, b7))
+
+
+@kernel
+def _row_back(a, b, j, n, width):
+    """The same of the rows behind it, the farthest first, and divide by the pivot."""
+    b0 = eight(b, (j, 0))
+    b1 = eight(b, (j, 1))
+    b2 = eight(b, (j, 2))
+    b3 = eight(b, (j, 3))
+    b4 = eight(b, (j, 4))
+    b5 = eight(b, (j, 5))
+    b6 = eight(b, (j, 6))
+    b7 = eight(b, (j, 7))
+    for i in range(min(width, n - 1 - j), 0, -1):
+        share = eight(a, (j, width + i))
+        if any_lane(share != 0.0):
+            to = j + i
+            b0 = minus_product(b0, share, eight(b, (to, 0)))
+            b1 = minus_product(b1, share, eight(b, (to, 1)))
+            b2 = minus_product(b2, share, eight(b, (to, 2)))
+            b3 = minus_product(b3, share, eight(b, (to, 3)))
+            b4 = minus_product(b4, share, eight(b, (to, 4)))
+            b5 = minus_product(b5, share, eight(b, (to, 5)))
+            b6 = minus_product(b6, share, eight(b, (to, 6)))
+            b7 = minus_product(b7, share, eight(b, (to, 7)))
+    d = eight(a, (j, width))
+    _put(b, j, (d * b0, d * b1, d * b2, d * b3, d * b4, d * b5, d * b6, d * b7))
+
+
+@kernel
+def _put(b, j, row):
+    """Write eight right-hand sides of a row."""
+    b0, b1, b2, b3, b4, b5, b6, b7 = row
+    put_eight(b, (j, 0), _flushed(b0))
+    put_eight(b, (j, 1), _flushed(b1))
+    put_eight(b, (j, 2), _flushed(b2))
+    put_eight(b, (j, 3), _flushed(b3))
+    put_eight(b, (j, 4), _flushed(b4))
+    put_eight(b, (j, 5), _flushed(b5))
+    put_eight(b, (j, 6), _flushed(b6))
+    put_eight(b, (j, 7), _flushed(b7))
+
+
+@inlined_kernel
+def _flushed(value):
+    """Zero in place of what has died away: processors are slow with numbers next to the least."""
+    return choose((value > DEAD) | (value < -DEAD), value, all_eight(0.0))

@@ -1,0 +1,153 @@
+"""Room for eight elastic films that are solved side by side, one in each lane, and tables that they share.
+
+The films are those of :mod:`cranktrain.film.elastic.grid` on one grid; they differ in their motion, their oil and their
+memory. Inside, all numbers are singles. Sums of forces, a film's memory and its motion stay doubles. The gap at the
+start of a step is summed in doubles, and what a step adds to it in singles, so that a thin film keeps its digits.
+
+Every lane has its ring of columns cut where its own film is ruptured, and begins there: columns are counted from the
+cut, position 0, on, and the geometry of a lane is turned to it.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.types import Array
+from cranktrain.film.contact.asperity import HIGHEST, SIGMA, contact_pressure
+from cranktrain.film.contact.gap import open_gap
+from cranktrain.film.elastic import grid as one
+from cranktrain.film.elastic.grid import ElasticFilm
+
+Singles = NDArray[np.float32]
+
+LANES = 8
+SIDES = 8
+"""Right-hand sides that are solved together: the residual and the shapes, or the journal's places and velocities."""
+MOST_SHAPES = SIDES - 1
+
+# Fields of nodes, ends included.
+FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, MASS, WAS_VOID, WEIGHT, START = range(11)
+OWN, AFTER, BEFORE, SQUEEZE, GROWTH, CONTACT, CONTACT_SLOPE, CHANGE = range(11, 19)
+REDUCED, MOBILITY, THICKENING = 19, 20, 21
+# What the last Newton step changes a node's unknown by; weight or load of its pressure, for sums.
+NEXT, PRESSING = 22, 23
+NODE_FIELDS = 24
+# Fields of faces between columns, behind the node of the same number.
+FACE_FILM, FACE_OPEN, FACE_SLOPE, FACE_FLOW, FACE_FLUX, FACE_EXTRA, FACE_LIMITED, FACE_START = range(8)
+FACE_FIELDS = 8
+# Columns of LaneWork.trig.
+COS, SIN, FACE_COS, FACE_SIN = range(4)
+# Columns of LaneWork.lines: ζ, width of contact, 1/(Δζ w) towards the next and the last line.
+ZETA, WIDTH, AFTER_SIDE, BEFORE_SIDE = range(4)
+# Rows of LaneWork.lane, singles: ½ω per angle forward and backward (1/s), pressure of the supply over p₀, p₀ of contact
+# (1/Pa), step of the oil's table, ½ω signed of the limited transport; velocity and displacement of the journal since
+# the step's start, over the clearance; fraction of the Newton step.
+FORWARD, BACKWARD, SUPPLY, PER_UNIT, PER_OIL_STEP, EXTRA_RATE, SHARE, HIGHEST_PRESSURE, CHANGED, MOVED = range(10)
+ACTIVE, FAILED, MOST, DONE = 10, 11, 12, 13
+MOVE, PACE = 14, 18
+STEP = 22
+RATE = STEP + SIDES
+LANE_ROWS = RATE + SIDES
+# Rows of LaneWork.wide, doubles: the journal now, its velocity, at the step's start, the shapes now, at the step's
+# start, Δ of the stage; all over the clearance. Speeds, viscosities and p₀ follow.
+PLACE, VELOCITY, START_PLACE = 0, 4, 8
+SHIFT, START_SHIFT, KNOWN = 12, 20, 28
+SPEED, ETA, UNIT, OIL_ROW = 36, 37, 38, 39
+WIDE_ROWS = 40
+# Columns of a group's marks; a lane's unknowns are resident where ``nodes`` hold what its film was solved to last.
+CUT, PREPARED, SIGN, RESIDENT = range(4)
+# Columns of the table over the gap: mean gap over σ with two derivatives by u = H/σ, contact pressure and its
+# derivative by u (Pa), share of the area in contact.
+MEAN, MEAN_SLOPE, MEAN_BEND, PRESS, PRESS_SLOPE, AREA = range(6)
+LOWEST_U, PER_U = -20.0, 16.0
+"""First place of the table over u, and its rows per unit; chosen: singles' accuracy between rows."""
+
+
+class LaneWork(NamedTuple):
+    """Room of the films of g groups of eight; N columns of n lines between the ends, seven shapes at most.
+
+    The last axis of arrays in eights counts in eights: (…, m × 8).
+    """
+
+    trig: Any  # (g, N, 4 × 8) turned to each lane's cut
+    shapes: Any  # (g, N (n + 2) + N n, 7 × 8) at nodes, then at faces; turned likewise
+    supply: Any  # (g, N n × 8) 1 where a node is at supply pressure
+    lines: Any  # (n + 2, 4) shared
+    gaps: Any  # (m, 6) table over u
+    oils: Any  # (b, m, 2) reduced pressure over the table's step, and mobility
+    marks: (
+        Array  # (g, 8, 4) cut of each lane, whether the step is prepared, sign of the speed that it was for, resident
+    )
+    nodes: Any  # (g, NODE_FIELDS, N (n + 2) × 8)
+    faces: Any  # (g, FACE_FIELDS, N n × 8)
+    band: Any  # (N n, (2 n + 1) × 8) balance of the present group
+    columns: Any  # (N n, 8 × 8) right-hand sides and solutions: those of residual and shapes, then of the journal
+    loads: Any  # (11, 16 × 8) generalised forces of solutions: those of the shapes, then those of the last sources
+    touching: Any  # (11, 11 × 8) derivatives of the loads at fixed pressure
+    border: Any  # (7, 15 × 8) equations of the shapes
+    lane: Any  # (LANE_ROWS × 8,)
+    wide: Array  # (WIDE_ROWS × 8,)
+    sums: Array  # (16 × 8,) loads in doubles
+    total: Array  # (8,) a sum in doubles
+    own: Array  # (8,) numbers of the lanes' films
+    asked: Array  # (8,) 1 for lanes whose films were asked for
+    wanted: Array  # (8,) the same, of those that converge
+    tangents: Array  # (8,) 1 where tangents are wanted too
+    status: Array  # (8,) passes of a lane, 0 where it failed; at last its status
+
+
+def _singles(*shape: int) -> Singles:
+    return np.zeros(shape, dtype=np.float32)
+
+
+def _lanes(*shape: int) -> Singles:
+    """Eight singles for every entry."""
+    return _singles(*shape[:-1], LANES * shape[-1])
+
+
+def lane_groups(films: int) -> int:
+    """Groups of eight that hold so many films."""
+    return (films + LANES - 1) // LANES
+
+
+def lane_work(film: ElasticFilm, films: int) -> LaneWork:
+    """Room for so many films like ``film``."""
+    n_phi, n_z = int(film.constants[one.N_PHI]), int(film.constants[one.N_Z])
+    lines, size, groups = n_z + 2, n_phi * n_z, lane_groups(films)
+    marks = np.zeros((groups, LANES, 4))
+    marks[:, :, CUT] = -1.0
+    shared = _singles(lines, 4)
+    shared[:, ZETA], shared[:, WIDTH] = film.lines[:, one.ZETA], film.lines[:, one.LINE_WIDTH]
+    shared[:, AFTER_SIDE], shared[:, BEFORE_SIDE] = film.sides[one.AFTER_SIDE], film.sides[one.BEFORE_SIDE]
+    points = n_phi * lines + size
+    return LaneWork(
+        _lanes(groups, n_phi, 4), _lanes(groups, points, MOST_SHAPES), _lanes(groups, size), shared, gap_table(film),
+        np.zeros((1, 2, 2), dtype=np.float32), marks, _lanes(groups, NODE_FIELDS, n_phi * lines),
+        _lanes(groups, FACE_FIELDS, size), _lanes(size, 2 * n_z + 1), _lanes(size, SIDES), _lanes(11, 2 * SIDES),
+        _lanes(11, 11), _lanes(MOST_SHAPES, MOST_SHAPES + SIDES), _lanes(LANE_ROWS), np.zeros(WIDE_ROWS * LANES),
+        np.zeros(16 * LANES), *np.zeros((6, LANES)),
+    )  # fmt: skip
+
+
+def lane_oils(film: ElasticFilm) -> Singles:
+    """Reduced pressure over the table's step and mobility of every film's oil, (b, m, 2)."""
+    oils = film.oil.copy()
+    oils[:, :, 0] /= film.constants[one.OIL_STEP]
+    return oils.astype(np.float32)
+
+
+def gap_table(film: ElasticFilm) -> Singles:
+    """Mean gap and contact over u = H/σ, (m, 6), from the very functions that a single film calls."""
+    count = round((HIGHEST - LOWEST_U) * PER_U) + 2
+    table = _singles(count, 6)
+    sigma = film.contact[SIGMA]
+    for k in range(count):
+        u = LOWEST_U + k / PER_U
+        table[k, MEAN:PRESS] = open_gap(u, 1.0)
+        if sigma > 0.0:
+            p, by_gap, area = contact_pressure(u * sigma, film.contact, film.contact_table)
+            table[k, PRESS:] = p, by_gap * sigma, area
+    return table

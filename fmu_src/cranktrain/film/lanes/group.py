@@ -1,0 +1,94 @@
+"""Solve a group of up to eight elastic films at a stage of a step, from and into their memories."""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import kernel
+from cranktrain.film.elastic import grid as one
+from cranktrain.film.elastic.film import CONVERGED, NOT_CONVERGED
+from cranktrain.film.lanes import grid as at
+from cranktrain.film.lanes.balance import take_sides
+from cranktrain.film.lanes.begin import begin_solution, prepare_step
+from cranktrain.film.lanes.film import film_tangents, past_tangents, solve_films, take_last_step
+from cranktrain.film.lanes.result import film_figures, film_forces
+
+
+@kernel
+def solve_group(film, work, group, clock, memory):
+    """Solve the films of a group's lanes, told by ``lane_units`` and ``lane_motion``.
+
+    Lanes whose films are asked for are 1 in ``work.wanted``, those with tangents in ``work.tangents``. Afterwards
+    ``work.status`` holds CONVERGED or NOT_CONVERGED; of a film that did not converge nothing else is written. Returns
+    the Newton iterations of the group.
+
+    Parameters
+    ----------
+    clock : time from the step's start to the stage, s; g of the stage's rule, s; 1 where figures for outputs are wanted
+    memory : unknowns at the step's start (b, N n); unknowns (b, N n), shapes (b, k, m), in: where to begin, out: the
+        solution; results (b, OUT_SIZE); derivatives by the past (b, 4, k or 0)
+    """
+    elapsed, gain, figures = clock
+    starts, unknowns, shapes, outs, by_past = memory
+    per_step = 1.0 / elapsed
+    per_gain = 1.0 / gain
+    wanted = work.wanted
+    own = work.own
+    if work.marks[group, 0, at.PREPARED] == 0.0:
+        prepare_step(film, work, group, starts, own)
+    take_sides(film, work, group, unknowns, own)
+    begin_solution(film, work, group, per_step, per_gain)
+    passes = solve_films(film, work, group, per_step, per_gain)
+    tangents = False
+    for c in range(at.LANES):
+        good = work.status[c] > 0.0
+        work.asked[c] = wanted[c]
+        if not good:
+            wanted[c] = 0.0
+            work.tangents[c] = 0.0
+        if wanted[c] > 0.0:
+            outs[int(own[c]), one.ITERATIONS] = work.status[c]
+        tangents = tangents or work.tangents[c] > 0.0
+        work.status[c] = float(CONVERGED if good else NOT_CONVERGED)
+    if tangents:
+        film_tangents(film, work, group, outs, work.tangents, own)
+        if by_past.shape[1] > 0:
+            past_tangents(film, work, group, per_gain, by_past, work.tangents, own)
+    take_last_step(film, work, group)
+    film_forces(film, work, group, outs, wanted, own)
+    if figures > 0.0:
+        film_figures(film, work, group, outs, wanted, own)
+    _write(film, work, group, unknowns, shapes, outs, figures > 0.0)
+    return float(passes)
+
+
+@kernel
+def _write(film, work, group, unknowns, shapes, outs, whole):
+    """Shapes of the lanes' films and, of the ``whole`` films, unknowns; nothing is more than full."""
+    n_phi = int(film.constants[one.N_PHI])
+    n_z = int(film.constants[one.N_Z])
+    lines = n_z + 2
+    nodes = work.nodes[group]
+    for c in range(at.LANES):
+        if work.wanted[c] == 0.0:
+            continue
+        i_film = int(work.own[c])
+        work.marks[group, c, at.RESIDENT] = 1.0
+        for k in range(shapes.shape[1]):
+            shapes[i_film, k] = work.wide[8 * (at.SHIFT + k) + c] * film.constants[one.CLEARANCE]
+        if not whole:
+            continue
+        cut = int(work.marks[group, c, at.CUT])
+        clipped = 0
+        for position in range(n_phi):
+            i = cut + position
+            if i >= n_phi:
+                i -= n_phi
+            for j in range(n_z):
+                q = position * lines + j + 1
+                u = float(nodes[at.PRESSURE, 8 * q + c])
+                if nodes[at.FULL, 8 * q + c] == 0.0:
+                    u = float(nodes[at.VOID, 8 * q + c])
+                    if u < -1.0:
+                        u = -1.0
+                        clipped += 1
+                unknowns[i_film, i * n_z + j] = u
+        outs[i_film, one.CLIPPED] = float(clipped)

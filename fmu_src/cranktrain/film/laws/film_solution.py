@@ -1,0 +1,234 @@
+"""Solutions of elastic films at a stage: alone, or side by side in lanes, or a cycle's line carried on.
+
+Films that were lined up are solved together when the first of them is asked; see LINE_UP in
+:mod:`cranktrain.film.laws.films`. A film that fails in its lane is solved alone.
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.film.elastic.film import CONVERGED, elastic_film
+from cranktrain.film.elastic.grid import FILM_MIN, FRICTION_TORQUE, ITERATIONS, OIL_ROW, VISCOSITY, FilmHistory
+from cranktrain.film.lanes import grid as lanes
+from cranktrain.film.lanes.begin import choose_cut, lane_motion, lane_units, turn_geometry
+from cranktrain.film.lanes.group import solve_group
+from cranktrain.film.laws.films import ELAPSED, FROZEN, GAIN, STAGE
+from cranktrain.film.laws.past_cycle import (
+    ENTRY,
+    FOUND,
+    REACH,
+    SIDE,
+    STILL,
+    begin_as_known,
+    begin_beside,
+    carried_on,
+    distance,
+    found_at,
+    keep_film,
+    keep_tangents,
+)
+
+SOLVED, CARRIED, LAST, EVALUATIONS, TANGENTS, PASSES, ASKED, READY, STATUS, GROUPS, GROUP_PASSES, CALLS = range(12)
+"""Columns of ``ElasticMemory.calls``: of the present stage, how often the film was solved so far, and whether its force
+was carried on from the last cycle; the stage of that cycle which is the one before, or what is never one. Of the whole
+run so far: solutions, those with tangents, and Newton iterations of all of them. Then whether its motion was told for
+films side by side, whether they were solved at it, and with which status. At last, of the whole run, solutions
+and Newton iterations of a group of films, in the row of its first."""
+
+
+@kernel
+def open_lane(bore, i):
+    """Cut film i at the start of a step, and let its group prepare the step anew."""
+    if bore.lanes.marks.shape[0] == 0:
+        return
+    group = i // lanes.LANES
+    lane = i - group * lanes.LANES
+    turn_geometry(bore.film, bore.lanes, group, lane, choose_cut(bore.film, bore.memory.start[i]))
+    bore.lanes.marks[group, 0, lanes.PREPARED] = 0.0
+    bore.lanes.marks[group, lane, lanes.RESIDENT] = 0.0
+    bore.memory.calls[i, ASKED] = 0.0
+
+
+@kernel
+def line_up(bore, i):
+    """Note that film i is to be solved at its motion, together with others."""
+    if bore.lanes.marks.shape[0] > 0:
+        bore.memory.calls[i, ASKED] = 1.0
+        bore.memory.calls[i, READY] = 0.0
+
+
+@kernel
+def carried_on_at(bore, i):
+    """Whether the force of film i, ``memory.line``, is extrapolated from the previous cycle."""
+    own = bore.memory
+    near = _is_near(bore, i)
+    if near:
+        side, at = found_at(bore.past)
+        carried_on(bore.past.values[side, at, i], own.motions[i], own.known[i], own.defect[i], own.line)
+        own.calls[i, CARRIED] = 1.0
+        own.calls[i, ASKED] = 0.0
+    return near
+
+
+@kernel
+def _is_near(bore, i):
+    """Whether the previous cycle knows film i near its present place."""
+    if bore.past.marks[FOUND] < 0.0:
+        return False
+    side, at = found_at(bore.past)
+    known = bore.past.values[side, at, i]
+    return distance(known, bore.memory.motions[i, 0], bore.contact_height[0]) <= bore.past.marks[REACH]
+
+
+@kernel
+def force_solved(bore, i, numbers):
+    """Solve film i for its force; its status."""
+    calls = bore.memory.calls
+    if calls[i, ASKED] > 0.0:
+        if calls[i, READY] == 0.0:
+            _solve_lanes(bore, i // lanes.LANES, numbers, False)
+        calls[i, ASKED] = 0.0
+        if calls[i, STATUS] == CONVERGED:
+            return CONVERGED
+    return solve_alone(bore, i, numbers, numbers[FROZEN] == 0.0 or calls[i, SOLVED] == 0.0)
+
+
+@kernel
+def stage_closed(bore, i, numbers):
+    """Solve film i at the place where a stage ends, and keep it for the next cycle; its status."""
+    own = bore.memory
+    calls = own.calls
+    past = bore.past
+    if calls[i, ASKED] > 0.0:
+        if calls[i, READY] == 0.0:
+            _solve_lanes(bore, i // lanes.LANES, numbers, True)
+        status = int(calls[i, STATUS])
+        if status != CONVERGED:
+            status = solve_alone(bore, i, numbers, False)
+        calls[i, ASKED] = 0.0
+    else:
+        status = solve_alone(bore, i, numbers, _begin_close(bore, i))
+    calls[i, LAST] = past.marks[FOUND] if status == CONVERGED else -1.0
+    for k in range(4):
+        own.defect[i, k] = 0.0
+    if status == CONVERGED and calls[i, CARRIED] > 0.0:
+        side, at = found_at(past)
+        carried_on(past.values[side, at, i], own.motions[i], own.known[i], own.defect[i], own.line)
+        for k in range(4):
+            own.defect[i, k] = own.out[i, k] - own.line[k]
+    if status == CONVERGED and past.marks[ENTRY] >= 0.0:
+        keep_film(
+            past.values[int(past.marks[SIDE]), int(past.marks[ENTRY]), i], own.motions[i], own.out[i],
+            own.out[i, FRICTION_TORQUE], own.out[i, FILM_MIN],
+            (own.known[i], own.by_past[i], own.shapes[i], own.unknowns[i]),
+        )  # fmt: skip
+    return status
+
+
+@kernel
+def _begin_close(bore, i):
+    """Begin the last solution of a stage whose force was carried on; whether it needs tangents."""
+    own = bore.memory
+    past = bore.past
+    if own.calls[i, CARRIED] == 0.0 or own.calls[i, SOLVED] > 0.0:
+        return False
+    side, at = found_at(past)
+    known = past.values[side, at, i]
+    if at > 0 and own.calls[i, LAST] == at - 1.0:
+        begin_beside(known, past.values[side, at - 1, i], own.unknowns[i], own.shapes[i])
+    else:
+        begin_as_known(known, own.unknowns[i], own.shapes[i])
+    _not_resident(bore, i)
+    if distance(known, own.motions[i, 0], bore.contact_height[0]) > STILL:
+        return True
+    keep_tangents(known, own.out[i], own.by_past[i])
+    return False
+
+
+@kernel
+def solve_alone(bore, i, numbers, tangents):
+    """Solve film i at a stage into ``memory.out[i]``; its status."""
+    own = bore.memory
+    # All films share the rest of their data.
+    bore.film.constants[VISCOSITY] = bore.viscosities[i]
+    bore.film.constants[OIL_ROW] = i
+    history = FilmHistory(
+        own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i],
+        own.by_past[i],
+    )  # fmt: skip
+    clock = own.speeds[i], numbers[ELAPSED], numbers[GAIN]
+    _not_resident(bore, i)
+    status = elastic_film(bore.film, own.motions[i], clock, history, bore.scratch, own.out[i], tangents)
+    _count(own, i, tangents)
+    if status != CONVERGED:
+        # The next attempt, with a shorter step, starts from the last converged state.
+        for k in range(own.start.shape[1]):
+            own.unknowns[i, k] = own.start[i, k]
+        for k in range(own.shapes.shape[1]):
+            own.shapes[i, k] = own.start_shapes[i, k]
+    return status
+
+
+@inlined_kernel
+def _not_resident(bore, i):
+    """Let lanes read the unknowns of film i anew."""
+    if bore.lanes.marks.shape[0] > 0:
+        bore.lanes.marks[i // lanes.LANES, i % lanes.LANES, lanes.RESIDENT] = 0.0
+
+
+@kernel
+def _count(own, i, tangents):
+    """Count a solution of film i."""
+    own.calls[i, SOLVED] += 1.0
+    own.calls[i, EVALUATIONS] += 1.0
+    own.calls[i, TANGENTS] += 1.0 if tangents else 0.0
+    own.calls[i, PASSES] += own.out[i, ITERATIONS]
+
+
+@inlined_kernel
+def _foresee(own, i, numbers):
+    """Begin a stage's first solution with shapes that go on as fast as at the stage before."""
+    last = max(int(numbers[STAGE]) - 1, 0)
+    for k in range(own.shapes.shape[1]):
+        own.shapes[i, k] = own.known[i, k] + numbers[GAIN] * own.rates[last, i, k]
+
+
+@kernel
+def _solve_lanes(bore, group, numbers, closing):
+    """Solve the films of a group that were lined up, at the end of a stage all of them."""
+    own = bore.memory
+    work = bore.lanes
+    first = group * lanes.LANES
+    count = own.calls.shape[0]
+    for lane in range(lanes.LANES):
+        # Lanes without a film do what the first one does.
+        i = first + lane if first + lane < count else first
+        if first + lane >= count or work.marks[group, lane, lanes.CUT] < 0.0:
+            turn_geometry(bore.film, work, group, lane, max(int(work.marks[group, 0, lanes.CUT]), 0))
+        work.own[lane] = float(i)
+        asked = first + lane < count and own.calls[i, ASKED] > 0.0
+        tangents = False
+        if asked and closing:
+            tangents = _begin_close(bore, i)
+        elif asked:
+            asked = not _is_near(bore, i)
+            if own.calls[i, SOLVED] == 0.0:
+                _foresee(own, i, numbers)
+            tangents = numbers[FROZEN] == 0.0 or own.calls[i, SOLVED] == 0.0
+        work.wanted[lane] = 1.0 if asked else 0.0
+        work.tangents[lane] = 1.0 if asked and tangents else 0.0
+        lane_units(bore.film, work, lane, bore.viscosities[i], float(i))
+        past = own.start_place[i], own.start_shapes[i], own.known[i], own.shapes[i]
+        lane_motion(bore.film, work, lane, own.motions[i], own.speeds[i], past)
+    clock = numbers[ELAPSED], numbers[GAIN], 1.0 if closing else 0.0
+    memory = own.start, own.unknowns, own.shapes, own.out, own.by_past
+    passes = solve_group(bore.film, work, group, clock, memory)
+    own.calls[first, GROUPS] += 1.0
+    own.calls[first, GROUP_PASSES] += passes
+    for lane in range(min(lanes.LANES, count - first)):
+        i = first + lane
+        if work.asked[lane] > 0.0:
+            own.calls[i, READY] = 1.0
+            own.calls[i, STATUS] = work.status[lane]
+            if work.status[lane] == CONVERGED:
+                _count(own, i, work.tangents[lane] > 0.0)

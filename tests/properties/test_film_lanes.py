@@ -1,0 +1,150 @@
+"""Elastic films side by side: each lane against the solver of single films, whatever its neighbours."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cranktrain.core.kernel import RECORDS
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.file import load_engine
+from cranktrain.film.elastic import grid as one
+from cranktrain.film.elastic.film import CONVERGED, elastic_film
+from cranktrain.film.elastic.grid import LIMITS, OUT_SIZE, FilmHistory
+from cranktrain.film.lanes import grid as lanes
+from cranktrain.film.lanes.begin import choose_cut, lane_motion, lane_units, turn_geometry
+from cranktrain.film.lanes.group import solve_group
+from cranktrain.structure.assembly import assemble
+
+STEP = math.radians(2.0)
+FORCE = slice(one.FORCE, one.FORCE + 4)
+STIFFNESS = slice(one.STIFFNESS, one.STIFFNESS + 16)
+DAMPING = slice(one.DAMPING, one.DAMPING + 16)
+
+
+class Films:
+    """Films of an engine at the end of some steps, and a stage of the next one."""
+
+    def __init__(self, name: str, rpm: float, steps: int, law: str = "none") -> None:
+        engine = load_engine(name)
+        engine = replace(engine, oil=replace(engine.oil, pressure_law=law))
+        speed = rpm * math.pi / 30.0
+        made = assemble(engine, Settings(bearings="ehd", crank="beam", block="ground"))
+        run = Simulation(made.engine, made.body, made.settings, None, made.parts)
+        run.inputs[0] = speed
+        run.initialize()
+        h = STEP / speed
+        run.series(h, 1, np.zeros((steps, run.outputs.size)))
+        laws = run.model.laws
+        self.bore = RECORDS[int(run.model.films.entry[0, 1])]
+        memory = self.bore.memory
+        self.count = len(self.bore.viscosities)
+        self.speed, self.elapsed, self.gain = speed, h, 0.4358665 * h
+        self.start, self.shapes = memory.unknowns.copy(), memory.shapes.copy()
+        cos, sin = laws.numbers[1], laws.numbers[2]
+        self.places = _turned(laws.place[: self.count], cos, sin)
+        self.paces = _turned(laws.velocity[: self.count], cos, sin)
+        self.next = self.places + 0.5 * h * self.paces
+
+    @property
+    def film(self) -> one.ElasticFilm:
+        return self.bore.film
+
+    def alone(self, i: int, limits: tuple[float, ...] = LIMITS) -> np.ndarray:
+        """Results of film i by the solver of single films."""
+        constants = self.film.constants
+        constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = limits
+        constants[one.VISCOSITY], constants[one.OIL_ROW] = self.bore.viscosities[i], i
+        out = np.zeros(OUT_SIZE)
+        history = FilmHistory(
+            self.start[i], self.places[i], self.shapes[i], self.shapes[i].copy(), self.start[i].copy(),
+            self.shapes[i].copy(),
+        )  # fmt: skip
+        motion = np.array([self.next[i], self.paces[i]])
+        status = elastic_film(
+            self.film, motion, (self.speed, self.elapsed, self.gain), history, self.bore.scratch, out, True
+        )
+        assert status == CONVERGED
+        return out
+
+    def together(self, which: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Results, unknowns and shapes of the films in lanes; lane k has film ``which[k]``."""
+        constants = self.film.constants
+        constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = (1.0e-4, 1.0e-4, 1.0e-5, 1.0e-9)
+        work = lanes.lane_work(self.film, 8)
+        if self.film.constants[one.OIL_STEP] > 0.0:
+            work = work._replace(oils=lanes.lane_oils(self.film))
+        outs, unknowns, shapes = np.zeros((self.count, OUT_SIZE)), self.start.copy(), self.shapes.copy()
+        for lane in range(8):
+            i = which[lane] if lane < len(which) else which[0]
+            work.own[lane] = i
+            work.wanted[lane] = work.tangents[lane] = float(lane < len(which))
+            turn_geometry(self.film, work, 0, lane, choose_cut(self.film, self.start[i]))
+            lane_units(self.film, work, lane, self.bore.viscosities[i], float(i))
+            motion = np.array([self.next[i], self.paces[i]])
+            past = self.places[i], self.shapes[i], self.shapes[i], self.shapes[i]
+            lane_motion(self.film, work, lane, motion, self.speed, past)
+        memory = self.start, unknowns, shapes, outs, np.zeros((self.count, 4, 0))
+        solve_group(self.film, work, 0, (self.elapsed, self.gain, 1.0), memory)
+        assert (work.status[: len(which)] == CONVERGED).all()
+        return outs, unknowns, shapes
+
+
+def _turned(pairs: np.ndarray, cos: float, sin: float) -> np.ndarray:
+    """Pairs of components (b, 4) along a frame's axes, in space."""
+    x, y = pairs[:, 0::2], pairs[:, 1::2]
+    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=2).reshape(pairs.shape)
+
+
+CASES = {
+    "six": ("diesel_i6", 2000.0, 187),
+    "barus": ("diesel_i6", 2000.0, 40, "barus"),
+    "single": ("single_petrol", 3000.0, 100),
+    "twelve": ("v12_petrol", 5000.0, 150),
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def films(request: pytest.FixtureRequest) -> Films:
+    return Films(*CASES[request.param])
+
+
+def test_a_lane_holds_what_a_single_film_does(films: Films) -> None:
+    which = list(range(min(films.count, 8)))
+    outs, _, _ = films.together(which)
+    for i in which:
+        known, found = films.alone(i), outs[i]
+        size = np.abs(known[FORCE]).max()
+        assert found[FORCE] == pytest.approx(known[FORCE], abs=2.0e-6 * size)
+        for part in (STIFFNESS, DAMPING):
+            assert found[part] == pytest.approx(known[part], abs=1.0e-3 * np.abs(known[part]).max())
+        for figure in (one.PRESSURE_MAX, one.FILM_MIN, one.OIL, one.FILL_MEAN, one.FRICTION_TORQUE, one.SUPPLY_FLOW):
+            assert found[figure] == pytest.approx(known[figure], rel=1.0e-4)
+
+
+def test_no_digit_of_a_film_depends_on_its_neighbours(films: Films) -> None:
+    which = list(range(min(films.count, 8)))
+    outs, unknowns, shapes = films.together(which)
+    for i in which:
+        alone, own_unknowns, own_shapes = films.together([i])
+        assert np.array_equal(alone[i], outs[i])
+        assert np.array_equal(own_unknowns[i], unknowns[i])
+        assert np.array_equal(own_shapes[i], shapes[i])
+    turned = which[::-1]
+    others, _, _ = films.together(turned)
+    assert np.array_equal(others[turned], outs[turned])
+
+
+def test_the_cut_lies_where_the_film_is_ruptured(films: Films) -> None:
+    n_z = int(films.film.constants[one.N_Z])
+    for i in range(films.count):
+        columns = films.start[i].reshape(-1, n_z)
+        free = films.film.supply.reshape(-1, n_z) == 0.0
+        ruptured = np.array([(u[f] < 0.0).all() for u, f in zip(columns, free, strict=True)])
+        cut = int(choose_cut(films.film, films.start[i]))
+        if (ruptured & np.roll(ruptured, 1) & np.roll(ruptured, 2)).any():
+            assert ruptured[cut] and ruptured[cut - 1]
