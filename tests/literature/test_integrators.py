@@ -16,9 +16,9 @@ from scipy.linalg import block_diag
 
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.dynamics.time.communication import advance
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
 from cranktrain.dynamics.time.status import OK
-from cranktrain.dynamics.time.step_control import advance
 from cranktrain.dynamics.time.table import C_V, EXPLICIT_FIRST, HEAD, STAGES
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "integrators.json").read_text())}
@@ -41,7 +41,8 @@ def oscillator(integrator):
         more[name] = np.append(getattr(body, name), 1.0 if name == "omega" else 0.0)
     more["translation"] = np.hstack([body.translation, np.zeros((3, 1))])
     more["shapes"] = np.concatenate([body.shapes, np.zeros((len(body.interfaces), 6, 1))], axis=2)
-    simulation = Simulation(engine, replace(body, **more), Settings(bearings="linear", integrator=integrator))
+    settings = Settings(bearings="linear", integrator=integrator, dense_output="off")
+    simulation = Simulation(engine, replace(body, **more), settings)
     simulation.inputs[0] = 200.0
     simulation.initialize()
     return simulation

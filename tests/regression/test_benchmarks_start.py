@@ -69,6 +69,7 @@ STARTS = {
     ),
     "coupling": Start("torsional", {"STEPS_DEG": [6.0], "CYCLES": 2}, quick=True),
     "damper": Start("diesel_i6 6", {"CYCLES": 2}),
+    "dense_output": Start(constants={"SHORT": 0.001, "LONG": 0.002, "TIMES": 1, "CYCLE": 0.002}),
     "digests": Start("digests.json --quick --only rigid", quick=True),
     "edges": Start("--speeds 1000 --cycles 0.005 --horizon 0.005 --bearings ehd"),
     "elastic_cost": Start(constants={"CYCLES": 2, "GRIDS": [[48, 8, 0.5]], "REPEATS": 1, "CALLS": 2}),

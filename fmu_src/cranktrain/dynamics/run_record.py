@@ -23,8 +23,8 @@ from cranktrain.dynamics.model.workspace import Work, make_work
 from cranktrain.dynamics.outputs.register import Outputs, observers, output_counts, output_needs
 from cranktrain.dynamics.run import observe
 from cranktrain.dynamics.start.start import start as start_state
+from cranktrain.dynamics.time.communication import advance
 from cranktrain.dynamics.time.status import INPUT_NEGATIVE, INPUT_NOT_FINITE, NOT_AHEAD, OK, UNKNOWN_METHOD
-from cranktrain.dynamics.time.step_control import advance
 from cranktrain.dynamics.time.table import FAMILY, HEAD
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -58,7 +58,7 @@ def make_run(
     """
     model = structure(engine, body, resolved(settings, engine), gas, parts, films_made)
     size = dimensions(model)
-    state = np.zeros(state_size(size.modes, size.ports, size.films))
+    state = np.zeros(state_size(size.modes, size.ports, size.films, size.passes))
     work = make_work(model, state.size, integrators=True)
     inputs = np.zeros(engine.n_cylinders + at.OTHER_INPUTS)
     inputs[1 : 1 + engine.n_cylinders] = at.AMBIENT

@@ -1,6 +1,6 @@
 """Running a cranktrain: the object that the FMU drives, and a whole simulation at constant speed.
 
-Both call the same :func:`~cranktrain.dynamics.time.step_control.advance`; that they agree to the last bit is a test.
+Both call the same :func:`~cranktrain.dynamics.time.communication.advance`; that they agree to the last bit is a test.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ from cranktrain.dynamics.model.state import (
     STEP_LAST,
     STEP_REFERENCE,
     TIME,
+    UNDER_WAY,
     state_size,
 )
 from cranktrain.dynamics.model.workspace import Work, make_work
@@ -47,6 +48,7 @@ from cranktrain.dynamics.settled.judging import FREE_CYCLES, TOLERANCE
 from cranktrain.dynamics.settled.powers import PowerSamples
 from cranktrain.dynamics.settled.samples import Sink
 from cranktrain.dynamics.start.mean_motion import rigid_start
+from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
 from cranktrain.dynamics.time.status import OK, REMEDIES, SINGULAR, STALLED
 from cranktrain.dynamics.time.step_control import MAX_HALVINGS, ports_at_state
@@ -191,7 +193,7 @@ class Simulation(SteppedModel):
         self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
         model = self._model()
         size = dimensions(model)
-        state = np.zeros(state_size(size.modes, size.ports, size.films))
+        state = np.zeros(state_size(size.modes, size.ports, size.films, size.passes))
         work, counts = make_work(model, state.size, input_rates=self.input_rates), self.counts
         observed = observers(counts, model, work, state, self.outputs)
         entries = self._entries_of(model, work, state, observed)
@@ -214,6 +216,7 @@ class Simulation(SteppedModel):
 
     def follow_gas(self) -> None:
         """Take the pressure trace of the present speed in a run whose speed has changed."""
+        self._end_step()
         self.model.gas[:] = gas_tables(self.gas)
 
     @property
@@ -236,6 +239,12 @@ class Simulation(SteppedModel):
         if bearing_law(self.settings.bearings).carries:
             return self.output_names
         return tuple(name for name, need in self._needs.items() if "bearings" not in need or "block" in need)
+
+    def _end_step(self) -> None:
+        """Let a step that reaches beyond the present time end here: what comes is another model."""
+        state = self._current()
+        if state[UNDER_WAY] > 0.0:
+            end_step_here(self.model, self.work, state)
 
     def _model(self) -> ModelArrays:
         return build_model(
@@ -263,6 +272,7 @@ class Simulation(SteppedModel):
         except InputError:
             self._temperatures = before
             raise
+        self._end_step()
         self.model, self.work = model, make_work(model, state.size, input_rates=self.input_rates)
         self._observe()
 
@@ -281,6 +291,7 @@ class Simulation(SteppedModel):
         except InputError:
             self.settings = before
             raise
+        self._end_step()
         self.model, self.work = model, make_work(model, state.size, input_rates=self.input_rates)
         self._observe()
 
@@ -290,6 +301,7 @@ class Simulation(SteppedModel):
         Motion and films stay as they are. Raises ``InputError`` for a speed that no run can have.
         """
         state = self._current()
+        self._end_step()
         if self.parts.cycles is not None:
             self.parts.cycles.go_on_at(speed, float(self.inputs[0]))
         self.inputs[0] = speed

@@ -52,7 +52,7 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import (
     thrust_bearing,
 )
-from cranktrain.film.laws.films import Films
+from cranktrain.film.laws.films import PAIR, Films
 from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable
@@ -149,6 +149,7 @@ class Dimensions(NamedTuple):
     slides: bool  # whether the joint does
     collar: int  # ports of the collar along its axis and of the damper's twist
     twist: int
+    passes: bool  # whether a step may pass over communication points: what laws remember can be interpolated
 
 
 def dimensions(model: ModelArrays) -> Dimensions:
@@ -156,11 +157,12 @@ def dimensions(model: ModelArrays) -> Dimensions:
     rows = model.layout[[at.CRANK_MODES, at.THRUST_ROW, at.JOINT_ROW, at.DAMPER_ROW]].astype(int).tolist()
     crank, thrust, joint, damper = rows
     collar, twist = (int(model.connections[row, at.FIRST]) if row >= 0 else -1 for row in (thrust, damper))
+    remembered = np.concatenate((np.diff(model.laws.remembered), np.diff(model.links.remembered)))
     return Dimensions(
         model.omega2.size, model.ports.shape[1], model.bearings.shape[0], model.cylinders.shape[0],
         model.scales.size + model.links.scales.size, int(model.layout[at.PORTS]), model.ports.shape[0],
         int(model.laws.remembered[-1] + model.links.remembered[-1]), crank, thrust, joint, damper,
-        bool(model.layout[at.SLIDING] > 0.0), collar, twist,
+        bool(model.layout[at.SLIDING] > 0.0), collar, twist, bool(np.all((remembered == 0) | (remembered == PAIR))),
     )  # fmt: skip
 
 

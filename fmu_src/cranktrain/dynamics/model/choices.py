@@ -18,6 +18,7 @@ from cranktrain.dynamics.model.numbers import (
     SET_COMPRESSION,
     SET_CRANKCASE,
     SET_DAMPER_TEMPERATURE,
+    SET_DENSE,
     SET_FILM_CHANGE,
     SET_GAS_DELAY,
     SET_GAS_LOAD,
@@ -32,6 +33,7 @@ from cranktrain.dynamics.model.numbers import (
     SET_WORK_LIMIT,
 )
 from cranktrain.dynamics.model.settings import (
+    DENSE_OUTPUTS,
     FOR_HELD_INPUTS,
     GAS_SOURCES,
     RECONSTRUCTIONS,
@@ -66,6 +68,7 @@ def option_slots() -> dict[str, tuple[int, dict[str, float]]]:
     methods = {"auto": -1.0} | {name: float(row) for row, name in enumerate(INTEGRATORS)}
     return {
         "control": (SET_ADAPTIVE, {"fixed": 0.0, "adaptive": 1.0}),
+        "dense_output": (SET_DENSE, {word: float(number) for word, number in DENSE_OUTPUTS.items()}),
         "gas_source": (SET_GAS_SOURCE, {word: float(number) for word, number in GAS_SOURCES.items()}),
         "reconstruction": (SET_RECONSTRUCTION, {word: float(number) for word, number in RECONSTRUCTIONS.items()}),
         "integrator": (SET_METHOD, methods),

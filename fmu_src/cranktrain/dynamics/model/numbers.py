@@ -19,7 +19,9 @@ SET_NEWTON_TOLERANCE, SET_FILM_CHANGE = 14, 15
 SET_WORK_LIMIT = 16
 # What the bearing level brings: Newton tolerance and share of its films, rows of its usual integrator and of the one
 # for inputs that are held.
-LEVEL_TOLERANCE, LEVEL_FILM_CHANGE, LEVEL_METHOD, LEVEL_HELD_METHOD, NUMBERS = range(17, 22)
+LEVEL_TOLERANCE, LEVEL_FILM_CHANGE, LEVEL_METHOD, LEVEL_HELD_METHOD = range(17, 21)
+# 1 where internal steps pass over communication points.
+SET_DENSE, NUMBERS = 21, 22
 MOST_DELAY = 2.0
 """Communication steps by which given pressures may be late."""
 LEAST_TOLERANCE, MOST_TOLERANCE = 1.0e-10, 1.0

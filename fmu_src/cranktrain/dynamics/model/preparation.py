@@ -24,6 +24,7 @@ from cranktrain.dynamics.model.numbers import (
     SET_COMPRESSION,
     SET_CRANKCASE,
     SET_DAMPER_TEMPERATURE,
+    SET_DENSE,
     SET_FILM_CHANGE,
     SET_GAS_DELAY,
     SET_GAS_LOAD,
@@ -167,6 +168,7 @@ def choose(model, numbers):
     choices[at.RECONSTRUCTION] = numbers[SET_RECONSTRUCTION]
     choices[at.GAS_DELAY] = numbers[SET_GAS_DELAY]
     choices[at.WORK_LIMIT] = numbers[SET_WORK_LIMIT]
+    choices[at.DENSE] = numbers[SET_DENSE]
     row = int(method_row(numbers))
     method = model.basis.methods[row]
     table = model.basis.tables[row]

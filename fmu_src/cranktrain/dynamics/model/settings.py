@@ -22,6 +22,8 @@ from cranktrain.loads.damper import required_damper
 GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
 RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2, "polytropic": 3}
 CONTROLS = ("fixed", "adaptive")
+DENSE_OUTPUTS = {"off": 0, "on": 1}
+"""Whether internal steps pass over communication points, whose outputs are interpolated, or end at each."""
 BOUNDARIES = {"speed": 1.0, "torque": 0.0}
 """What is given at the dynamometer."""
 FOR_HELD_INPUTS = {"esdirk4": "sdirk4"}
@@ -41,7 +43,8 @@ class Settings:
     ``newton_tolerance`` of the ports in units of clearance; ``film_change``, the share of itself by which a film may
     close over a step. With ``control``
     adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
-    (:mod:`cranktrain.dynamics.time.error_estimate`). ``film_temperature`` is one of ``FILM_TEMPERATURES``;
+    (:mod:`cranktrain.dynamics.time.error_estimate`). With ``dense_output`` on they pass over communication points that
+    are finer (:mod:`cranktrain.dynamics.time.communication`). ``film_temperature`` is one of ``FILM_TEMPERATURES``;
     ``gas_delay`` is how many communication steps before its own a given pressure was computed for
     (:mod:`cranktrain.dynamics.time.reconstruction`); ``work_limit`` bounds the Newton iterations of a communication
     step, 0 does not (:mod:`cranktrain.dynamics.time.work_limit`). With ``follow_films`` films with a memory follow
@@ -59,6 +62,7 @@ class Settings:
     integrator: str = "auto"
     step: float = 0.0
     control: str = "fixed"
+    dense_output: str = "on"
     tolerance: float = 1.0e-3
     gas_source: str = "auto"
     gas_load: float = 1.0
@@ -154,6 +158,7 @@ def check_levels(settings: Settings, engine: Engine) -> None:
         (settings.damper, DAMPERS, "damper level"),
         (settings.boundary, BOUNDARIES, "boundary"),
         (settings.control, CONTROLS, "step control"),
+        (settings.dense_output, DENSE_OUTPUTS, "dense output"),
         (settings.gas_source, GAS_SOURCES, "gas source"),
         (settings.reconstruction, RECONSTRUCTIONS, "input reconstruction"),
         (settings.film_temperature, FILM_TEMPERATURES, "film temperature"),

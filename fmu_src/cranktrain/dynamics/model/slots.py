@@ -26,9 +26,9 @@ DRIVEN, DAMPER_TEMPERATURE, LINE_INERTIA, WINDUP_K, WINDUP_LEAD, SCALARS = range
 # ``ModelArrays.choices``: numbers of gas source and reconstruction of the inputs, Newton tolerance, share of itself by
 # which a film may close over a step, tolerance of adaptive control (0: fixed steps), order of the embedded method and
 # of the method itself, communication steps by which given pressures are late, the method's mark in a state; Newton
-# iterations that a communication step may take (0: any number).
+# iterations that a communication step may take (0: any number); 1 where internal steps pass over communication points.
 GAS_SOURCE, RECONSTRUCTION, NEWTON_TOLERANCE, FILM_CHANGE, STEP_TOLERANCE, EMBEDDED_ORDER, ORDER = range(7)
-GAS_DELAY, METHOD_MARK, WORK_LIMIT, CHOICES = 7, 8, 9, 10
+GAS_DELAY, METHOD_MARK, WORK_LIMIT, DENSE, CHOICES = 7, 8, 9, 10, 11
 # ``ModelArrays.layout``, read by :mod:`cranktrain.dynamics.model.layout`: modes of the crank; ports in all; rows of
 # ``connections`` of the thrust bearing, of the drive line's axial joint and of the damper (−1: none); 1 where that
 # joint is a spline, which slides; 1 where turning couples modes, by gyroscopic or centrifugal terms; 1 where bodies or
@@ -63,8 +63,9 @@ STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, F_STEP, PO
 # step's difference from its embedded solution.
 BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(9)
 # Rows of ``Work.inputs``: value and rate of each input over the communication step; where ``EXPONENT`` is not 0, those
-# of a cylinder's p Vⁿ by the crank's angle, with what it bends; the angles of the two newest samples.
-VALUE, RATE, BEND, EXPONENT, ANGLES, INPUT_ROWS = range(6)
+# of a cylinder's p Vⁿ by the crank's angle, with what it bends; the angles of the two newest samples; what the samples
+# before foresaw for the newest, and its rate.
+VALUE, RATE, BEND, EXPONENT, ANGLES, FORESEEN, FORESEEN_RATE, INPUT_ROWS = range(8)
 # Inputs behind speed and pressures: torque on the dynamometer and of the valve train, N m; axial force on the
 # flywheel, N; the crank angle that the pressures belong to, rad. How many there are beside the pressures.
 LOAD_INPUT, VALVE_INPUT, AXIAL_INPUT, ANGLE_INPUT, OTHER_INPUTS = 1, 2, 3, 4, 5

@@ -3,7 +3,9 @@
 A header of scalars, the inputs at the last three communication points, the rates that were given with the last, then
 modal position, velocity, acceleration and two blocks that integrators remember, what the guess of the ports missed at
 each stage of the last step, and the elastic films: of each its node unknowns, shapes, their rates, and the results at
-the end of the step. A copy of it is all that get, set and serialise need.
+the end of the step. Behind them there may be room for the two ends of an internal step that reaches beyond the
+communication point (:mod:`cranktrain.dynamics.time.between`); what comes before it is the motion at that point. A copy
+of the vector is all that get, set and serialise need.
 """
 
 from __future__ import annotations
@@ -31,8 +33,14 @@ ANGLE_SET = 29
 """Whether a partner has said which angle its pressures belong to."""
 LIMITED = 30
 """1 where the last communication step took more work than it may, else 0."""
+# The internal step that is under way at the communication point: 1 if there is one; its begin and its end, s; begin of
+# the sub-step that it is a part of, s; how many of the sub-step's parts are done with it; least halvings of the next
+# part.
+UNDER_WAY, STEP_BEGIN, STEP_END, SUBSTEP_BEGIN, PARTS_DONE, PARTS_HALVED = range(31, 37)
+EACH_POINT = 37
+"""1 where the next communication step shall be stepped to its end, as if an input had changed at its begin; then 0."""
 MOST_SAMPLES = 3
-HEADER = 31
+HEADER = 38
 MAX_INPUTS = 35
 """Room for one speed, the pressures of up to 30 cylinders and what comes behind them in each sample."""
 INPUTS_NOW = HEADER
@@ -65,6 +73,16 @@ def film_offset(n, m):
     return BODY + MODAL_BLOCKS * n + MAX_STAGES * m
 
 
-def state_size(n_modes: int, n_ports: int, films: int = 0) -> int:
-    """Length of the state vector; ``films`` values belong to elastic films."""
-    return BODY + MODAL_BLOCKS * n_modes + MAX_STAGES * n_ports + films
+@kernel
+def end_size(size):
+    """Numbers that are kept of an end of a step, of a state whose motion takes ``size`` numbers in all."""
+    return METHOD + size - BODY
+
+
+def state_size(n_modes: int, n_ports: int, films: int = 0, passes: bool = False) -> int:
+    """Length of the state vector; ``films`` values belong to elastic films and other laws with a memory.
+
+    With ``passes`` there is room for the ends of a step that passes over communication points.
+    """
+    size = BODY + MODAL_BLOCKS * n_modes + MAX_STAGES * n_ports + films
+    return size + 2 * int(end_size(size)) if passes else size

@@ -75,7 +75,8 @@ class Work(NamedTuple):
     input_rates: Array  # (c + OTHER_INPUTS,) rates of the inputs (1/s) that a driver gives for the next communication
     # step; what is no number is not given
     powers: Array  # (POWERS,) of gas, losses and dynamometer as last observed, W, and the energy stored, J
-    backup: Array  # (2, state) state at the start of a communication step and of a sub-step
+    backup: Array  # (3, state) state at the start of a communication step, of a part of a sub-step, and before a step
+    # that is under way ends at a communication point
     family: NDArray[np.int64]  # (families, 2) addresses of the integrators' kernels by family: a step, the difference
     # from its embedded solution; 0 where nobody needs them
     start: StartRoom
@@ -114,7 +115,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         inputs=z((at.INPUT_ROWS, d.cylinders + at.OTHER_INPUTS)),
         input_rates=np.full(d.cylinders + at.OTHER_INPUTS, np.nan) if input_rates is None else input_rates,
         powers=z(at.POWERS),
-        backup=z((2, state_size)),
+        backup=z((3, state_size)),
         family=np.zeros((len(FAMILIES), 2), dtype=np.int64),
         start=start_room(model),
         build=build_mark(),

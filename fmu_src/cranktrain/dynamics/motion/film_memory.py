@@ -45,6 +45,14 @@ def memory_offset(model, k):
 
 
 @inlined_kernel
+def motion_size(model):
+    """Length of the state without the ends of a step that is under way."""
+    first = film_offset(model.omega2.shape[0], port_count(model))
+    first += model.laws.remembered[model.laws.remembered.shape[0] - 1]
+    return first + model.links.remembered[model.links.remembered.shape[0] - 1]
+
+
+@inlined_kernel
 def remembers(laws):
     """Whether any of the laws, or of the added connections, has a memory."""
     return laws.remembered[laws.remembered.shape[0] - 1] > 0

@@ -21,7 +21,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME
+from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME, UNDER_WAY
 from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.creep import creep_of
 from cranktrain.dynamics.settled.estimate import Past
@@ -328,7 +328,7 @@ def move_on(simulation: Stepped, motion: Motion) -> None:
 def rewind(simulation: Stepped, cycles: int) -> None:
     """Call the present state the start: time from 0, the shaft's angle less the cycles that it has turned."""
     state = simulation.state
-    state[TIME] = 0.0
+    state[TIME] = state[UNDER_WAY] = 0.0
     state[SHAFT_ANGLE] -= 4.0 * math.pi * cycles
     simulation.state = state
 

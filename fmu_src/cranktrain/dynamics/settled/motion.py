@@ -15,6 +15,7 @@ from cranktrain.dynamics.model.state import (
     LEAD_ANGLE,
     LEAD_SPEED,
     POSITION,
+    UNDER_WAY,
     VELOCITY,
     offset,
 )
@@ -79,6 +80,7 @@ def add_motion(state: Array, change: Motion) -> None:
     n = change.place.size
     for block, values in zip((POSITION, VELOCITY, ACCELERATION, AUXILIARY), (*change[:3], change[2]), strict=True):
         state[offset(block, n) : offset(block + 1, n)] += values
+    state[UNDER_WAY] = 0.0  # a step that was begun from another motion
     state[LEAD_ANGLE] += change.lead
     state[LEAD_SPEED] += change.lead_rate
 

@@ -1,8 +1,7 @@
-"""From one communication point to the next: sub-steps, input reconstruction, halving.
+"""Sub-steps of an interval and their halving.
 
-The step contract: ``advance(model, work, state, inputs, t_end) -> status``. The whole state is one vector; on failure
-it is restored to the communication point. Sub-steps of an interval H: n = ceil(Ω H/Δθ − 1e-9), h = H/n; an h within
-1e-9 of the last one reuses its factors and its value, so masters that compute H by subtraction change nothing.
+Sub-steps of an interval H: n = ceil(Ω H/Δθ − 1e-9), h = H/n; an h within 1e-9 of the last one reuses its factors and
+its value, so masters that compute H by subtraction change nothing.
 
 Steps are halves, quarters, … of a sub-step, each at a multiple of its own length: factors are made once for each. A
 step is halved where films close fast, after a failure, and with adaptive control where its estimated error exceeds the
@@ -20,33 +19,27 @@ from cranktrain.dynamics.model.state import (
     ACCELERATION,
     CONTRACTION,
     HALVINGS,
-    ITERATIONS,
     LEAD_ANGLE,
     LEAD_SPEED,
-    LIMITED,
     MAX_STAGES,
     OMEGA_REFERENCE,
-    ONLINE_FILMS,
     POSITION,
-    RESIDUAL,
     SHAFT_ACCELERATION,
     SHAFT_ANGLE,
     SHAFT_SPEED,
     STEP_ERROR,
     STEP_LAST,
     STEP_REFERENCE,
-    SUBSTEPS,
-    TIME,
     VELOCITY,
     defect_offset,
     offset,
 )
 from cranktrain.dynamics.motion.equations import factor_stage
-from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, open_step
+from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, motion_size, open_step
 from cranktrain.dynamics.motion.gas import built_in, crank_rotation, trace_pressures
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
-from cranktrain.dynamics.time.reconstruction import given_pressures, is_sliver, reconstruct, take_rates, take_sample
+from cranktrain.dynamics.time.reconstruction import given_pressures
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
 from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED, WORK_SPENT
 from cranktrain.dynamics.time.table import FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
@@ -56,6 +49,8 @@ from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_moti
 from cranktrain.loads.gas_pressure import CYCLE
 
 MAX_HALVINGS = 6
+PARTS = 1 << MAX_HALVINGS
+"""Least parts of a sub-step in it."""
 FILM_HALVINGS = 3
 """Halvings at most because a film changes fast."""
 EVENT_HALVINGS = 1
@@ -67,7 +62,7 @@ MARGIN = 0.5
 REFACTOR = 0.01
 """S is made anew when the shaft's speed has left Ω₀ by this share; what is left over is iterated in the stage."""
 ROUNDED = 1.0e-9
-"""rad by which an angle may miss a cycle's end."""
+"""rad by which an angle may miss a cycle's end; share of a step by which two steps of one length differ."""
 STEPPING_SPEED = 60.0
 """rad/s below which sub-steps no longer grow with falling speed: the structure vibrates at standstill as well."""
 
@@ -157,9 +152,10 @@ def film_rate(model, work, state):
 
 
 @inlined_kernel
-def sub_step(model, work, state, begin, h, halvings):
+def sub_step(model, work, state, begin, h, level):
     """Advance the whole state by one step h that starts ``begin`` into the interval; a stage status.
 
+    ``level`` chooses the factor cache slot: halvings of the sub-step, of which h is a part.
     The ports at the state must be in ``work.port[STATE_U]`` and the two rows after it, their relative motion in
     ``work.port[RELATIVE]`` and the row after it.
     """
@@ -179,7 +175,7 @@ def sub_step(model, work, state, begin, h, halvings):
         o = defect_offset(n)
         for k in range(MAX_STAGES * m):
             state[o + k] *= share * share * share
-    slot = min(halvings, at.FACTOR_SLOTS - 1)
+    slot = min(level, at.FACTOR_SLOTS - 1)
     if work.key[slot, at.KEY_STEP] != h or work.key[slot, at.KEY_SPEED] != state[OMEGA_REFERENCE]:
         c_q, c_v = coefficients(table, h)
         if factor_stage(model, work, slot, c_q, c_v, state[OMEGA_REFERENCE], 0.0, 0.0) != 0:
@@ -258,77 +254,83 @@ def accept(model, work, state, h, halvings):
     return True
 
 
-@kernel
-def advance(model, work, state, inputs, t_end):
-    """Advance ``state`` to ``t_end`` with the inputs of this point; a stage status.
+@inlined_kernel
+def turning_speed(state, inputs):
+    """Speed (rad/s) by which the length of sub-steps goes."""
+    return max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
 
-    A sub-step is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it, after a
-    failure, and as adaptive control asks. A sliver of time leaves the state as it is. An engine that would turn
-    backwards under its load has stalled.
+
+@kernel
+def take_part(model, work, state, begin, h, done, halved, shift):
+    """Take the next part of a sub-step h that starts ``begin`` into the interval; ``done`` / PARTS of it is done.
+
+    A part is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it, after a
+    failure, and as adaptive control asks; at least ``halved`` times. ``shift`` is added to its number of halvings in
+    the choice of its factor cache slot. Returns a stage status, how much is done then, and the least halvings of the
+    next part. On a failure the state is that of the part's begin.
     """
-    size = state.shape[0]
-    interval = t_end - state[TIME]
-    if is_sliver(state, interval):
-        return OK
-    for i in range(size):
-        work.backup[0, i] = state[i]
-    iterations = work.counters[at.N_ITERATIONS]
-    solved = model.laws.solved[0]
-    work.counters[at.WORST_RESIDUAL] = 0.0
-    work.counters[at.N_WORK] = 0.0
-    work.counters[at.N_CUT] = 0.0
-    take_sample(model, state, inputs, interval)
-    take_rates(state, work.input_rates, interval)
-    reconstruct(model, work, state)
-    speed = max(abs(state[SHAFT_SPEED]), max(abs(inputs[0]), STEPPING_SPEED))
-    count = max(1, math.ceil(speed * interval / model.scalars[at.STEP] - 1.0e-9))
+    size = motion_size(model)
+    while True:
+        start = begin + h * (done / PARTS)
+        halvings = chosen_halvings(model, work, state, start, h, halved)
+        # Parts stay aligned: a half begins at a multiple of a half.
+        while done % (PARTS >> halvings) != 0:
+            halvings += 1
+        part = h / (1 << halvings)
+        for i in range(size):
+            work.backup[1, i] = state[i]
+        status = sub_step(model, work, state, start, part, halvings + shift)
+        if status == OK and (model.choices[at.STEP_TOLERANCE] == 0.0 or accept(model, work, state, part, halvings)):
+            return OK, done + (PARTS >> halvings), halved if model.choices[at.STEP_TOLERANCE] == 0.0 else 0
+        work.counters[at.N_REJECTED] += 1.0
+        halved = halvings + 1
+        if spent(model, work):
+            halved = MAX_HALVINGS + 1
+            status = WORK_SPENT
+        for i in range(size):
+            state[i] = work.backup[1, i]
+        if halved > MAX_HALVINGS:
+            return status, done, halved
+
+
+@kernel
+def take_sub_step(model, work, state, begin, h, shift):
+    """Take all parts of one sub-step h that starts ``begin`` into the interval; a stage status, and how many they were.
+
+    On a failure the state is that of the failed part's begin.
+    """
+    done = 0
+    halved = 0
+    taken = 0
+    while done < PARTS:
+        status, done, halved = take_part(model, work, state, begin, h, done, halved, shift)
+        if status != OK:
+            return status, taken
+        taken += 1
+    return OK, taken
+
+
+@kernel
+def take_interval(model, work, state, inputs, interval):
+    """Advance the motion over a whole communication step of ``interval`` (s); a stage status, and steps taken.
+
+    An engine that would turn backwards under its load has stalled.
+    """
+    count = max(1, math.ceil(turning_speed(state, inputs) * interval / model.scalars[at.STEP] - ROUNDED))
     h = interval / count
-    if abs(h - state[STEP_REFERENCE]) <= 1.0e-9 * h:
+    if abs(h - state[STEP_REFERENCE]) <= ROUNDED * h:
         h = state[STEP_REFERENCE]
     state[STEP_REFERENCE] = h
-    whole = 1 << MAX_HALVINGS
     taken = 0
     for k in range(count):
-        done = 0
-        failures = 0
-        while done < whole:
-            begin = k * h + h * (done / whole)
-            halvings = chosen_halvings(model, work, state, begin, h, failures)
-            # Pieces stay aligned: a half begins at a multiple of a half.
-            while done % (whole >> halvings) != 0:
-                halvings += 1
-            piece = h / (1 << halvings)
-            for i in range(size):
-                work.backup[1, i] = state[i]
-            status = sub_step(model, work, state, begin, piece, halvings)
-            if status == OK and (
-                model.choices[at.STEP_TOLERANCE] == 0.0 or accept(model, work, state, piece, halvings)
-            ):
-                done += whole >> halvings
-                taken += 1
-                if model.choices[at.STEP_TOLERANCE] > 0.0:
-                    failures = 0
-                continue
-            work.counters[at.N_REJECTED] += 1.0
-            failures = halvings + 1
-            if spent(model, work):
-                failures = MAX_HALVINGS + 1
-                status = WORK_SPENT
-            if failures > MAX_HALVINGS:
-                for i in range(size):
-                    state[i] = work.backup[0, i]
-                return status
-            for i in range(size):
-                state[i] = work.backup[1, i]
-    if model.scalars[at.DRIVEN] == 0.0 and state[SHAFT_SPEED] < 0.0:
-        for i in range(size):
-            state[i] = work.backup[0, i]
-        return STALLED
-    state[TIME] = t_end
-    state[SUBSTEPS] = taken
-    state[ITERATIONS] = work.counters[at.N_ITERATIONS] - iterations
-    state[RESIDUAL] = work.counters[at.WORST_RESIDUAL]
-    state[ONLINE_FILMS] = model.laws.solved[0] - solved
-    state[LIMITED] = work.counters[at.N_CUT]
-    work.counters[at.N_LIMITED] += work.counters[at.N_CUT]
-    return OK
+        status, parts = take_sub_step(model, work, state, k * h, h, 0)
+        taken += parts
+        if status != OK:
+            return status, taken
+    return STALLED if has_stalled(model, state) else OK, taken
+
+
+@inlined_kernel
+def has_stalled(model, state):
+    """Whether the engine turns backwards under its load."""
+    return model.scalars[at.DRIVEN] == 0.0 and state[SHAFT_SPEED] < 0.0

@@ -49,6 +49,8 @@ P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
 # What a law of the plane writes before :func:`widen`: forces (2), tangents by place and velocity (2 × 2 each).
 PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
 
+PAIR = 2
+"""Values that a law remembers which keeps one quantity and its rate by time, and may be interpolated within a step."""
 FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM, LINE_UP = range(10)
 # Columns of ``numbers``: the sum of the speeds of journal and bore (rad/s); cosine and sine of the frame's angle; time
 # from the step's start to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where

@@ -8,7 +8,7 @@ from typing import Any
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.choices import GEOMETRY_SLOTS, NUMBER_SLOTS, option_slots
 from cranktrain.dynamics.model.settings import resolved
-from cranktrain.dynamics.model.state import LIMITED
+from cranktrain.dynamics.model.state import EACH_POINT, LIMITED
 from cranktrain.dynamics.outputs.register import families_of, output_counts, output_names
 from cranktrain.dynamics.run_record import make_run
 from cranktrain.dynamics.simulation import Simulation, input_names
@@ -55,7 +55,7 @@ def engine_model(model: FlatModel, product: Product, say: Callable[[str], None] 
         variant=variants.row,
         families=families_of(counts),
         statuses={code: (kind == FAILED, text) for code, (kind, text) in statuses(input_names(model.engine)).items()},
-        about={"limited": str(LIMITED)},
+        about={"limited": str(LIMITED), "each_point": str(EACH_POINT)},
         leaves=variants.leaves,
         tables=variants.tables,
     )

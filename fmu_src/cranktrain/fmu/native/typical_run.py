@@ -11,6 +11,7 @@ from cranktrain.dynamics.run_record import Run, make_run
 from cranktrain.dynamics.settled.motion import motion_of
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.start.mean_motion import carried
+from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.step_control import ports_at_state
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
@@ -42,6 +43,7 @@ def typical_calls(run: Run) -> None:
     carried(run.model, np.zeros(run.model.block_ports.shape[1]))
     motion_of(run.state, run.model.omega2.size)
     ports_at_state(run.model, run.work, run.state)
+    end_step_here(run.model, run.work, run.state)
 
 
 def stand_in(engine: Engine) -> ReducedBody:

@@ -208,6 +208,7 @@ static int64_t redo(struct ct_instance *one, const double *inputs) {
     }
     memcpy(one->state, one->before, point_bytes(one));
     memcpy(one->state, ct_past(one, 0), n_state);
+    if (one->each_point < one->now->n_point) one->state[one->each_point] = 1.0;
     for (uint32_t k = 0; k < one->n_inputs; ++k) one->model.inputs[one->inputs[k].place] = inputs[k];
     return one->file.kernels->advance(one->model.run, one->now->end_time);
 }
@@ -220,7 +221,9 @@ static int64_t difference(struct ct_instance *one, const struct rule *rule, cons
                           const uint32_t *unknowns, size_t n, const struct work *work) {
     for (size_t i = 0; i < n; ++i) work->sum[i] = 0.0;
     for (int p = 0; p < rule->n; ++p) {
-        const bool here = fabs(rule->at[p]) < 0.5;
+        /* The present outputs may be interpolated, those of moved inputs never are: all are computed in one way. */
+        const bool interpolated = one->now->n_past > 0 && one->each_point != CT_NONE;
+        const bool here = fabs(rule->at[p]) < 0.5 && !interpolated;
         if (!moved(one, towards, rule->at[p], work->inputs)) return -1;
         const int64_t status = here ? 0 : redo(one, work->inputs);
         if (status != 0) return status;

@@ -46,12 +46,19 @@ static bool take_memory(struct ct_instance *one) {
     return true;
 }
 
+/* Place in the state that an information of the data names; CT_NONE where there is none. */
+static uint32_t place_of(const struct ct_instance *one, const char *name) {
+    const char *text = ct_info_text(&one->file, name);
+    const double place = text != NULL ? strtod(text, NULL) : -1.0;
+    return place >= 0.0 && place < (double)CT_NONE ? (uint32_t)place : CT_NONE;
+}
+
 static void find_variables(struct ct_instance *one) {
-    const char *speed = ct_info_text(&one->file, "speed"), *limited = ct_info_text(&one->file, "limited");
+    const char *speed = ct_info_text(&one->file, "speed");
     uint32_t n = 0;
     one->speed = CT_NONE;
-    const double place = limited != NULL ? strtod(limited, NULL) : -1.0;
-    one->limited = place >= 0.0 && place < (double)CT_NONE ? (uint32_t)place : CT_NONE;
+    one->limited = place_of(one, "limited");
+    one->each_point = place_of(one, "each_point");
     for (uint32_t k = 0; k < one->n_variables; ++k) {
         const struct ct_variable *variable = one->file.variables + k;
         if (variable->causality != CT_INPUT) continue;

@@ -53,6 +53,8 @@ struct ct_instance {
     struct ct_model model;
     bool made;                               /* whether the model is that of the values */
     uint32_t limited;                        /* place in the state that is not 0 after a step cut short, or CT_NONE */
+    uint32_t each_point;                     /* place in the state that, set to 1, lets no internal step go beyond the
+                                                next communication step, or CT_NONE */
     bool warned, told_limit;                 /* of coarse steps, of one that was cut short */
     double **places;                         /* of each variable's value, (n_variables,) */
     unsigned char *ready;                    /* whether a Real can be read there right now, (n_variables,) */

@@ -1,0 +1,149 @@
+"""The motion within an internal step, from its two ends.
+
+Of each mode the position, velocity and acceleration are known at both ends of a step of length h, so there is one
+polynomial of degree five that has them all. With θ = (t − t₀)/h and D = q₁ − q₀
+
+    q = q₀ + θ h v₀ + ½ θ² h² a₀ + θ³ [(10 − 15θ + 6θ²) (D − h v₀ − ½ h² a₀) − (4 − 7θ + 3θ²) h (v₁ − v₀ − h a₀)
+        + ½ (1 − 2θ + θ²) h² (a₁ − a₀)];
+
+velocity and acceleration are its derivatives. Its errors are of order h⁶ in q, h⁵ in v and h⁴ in a, whatever the
+method: no lower than those of a method of order five. The frame's motion is that of the stages, which is known at any
+time; what a law remembers as a quantity and its rate follows a cubic polynomial.
+
+Both ends lie in the state behind the motion at the communication point: header up to ``METHOD``, then all from ``BODY``
+on. The inputs are not among them, because they belong to communication points.
+
+Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993), section II.6.
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model.layout import port_count
+from cranktrain.dynamics.model.state import (
+    ACCELERATION,
+    BODY,
+    CONTRACTION,
+    HALVINGS,
+    LEAD_ANGLE,
+    LEAD_SPEED,
+    METHOD,
+    OMEGA_REFERENCE,
+    POSITION,
+    SHAFT_ACCELERATION,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
+    STEP_BEGIN,
+    STEP_LAST,
+    VELOCITY,
+    end_size,
+    film_offset,
+    offset,
+)
+from cranktrain.dynamics.motion.film_memory import motion_size
+from cranktrain.dynamics.motion.gas import crank_rotation
+from cranktrain.dynamics.time.step_control import base_motion
+from cranktrain.loads.drive_line import frame_lead
+
+BEGIN, END = 0, 1
+"""Ends of a step."""
+
+
+@inlined_kernel
+def end_offset(model, end):
+    """First index of an end of the step that is under way."""
+    size = motion_size(model)
+    return size + end * end_size(size)
+
+
+@kernel
+def keep_end(model, state, end):
+    """Keep the motion of the state as that of an end."""
+    o = end_offset(model, end)
+    for i in range(METHOD):
+        state[o + i] = state[i]
+    for i in range(motion_size(model) - BODY):
+        state[o + METHOD + i] = state[BODY + i]
+
+
+@kernel
+def recall_end(model, state, end):
+    """Let the state have the motion of an end; time, inputs and what concerns communication stay as they are."""
+    o = end_offset(model, end)
+    for i in range(SHAFT_ANGLE, LEAD_SPEED + 1):
+        state[i] = state[o + i]
+    state[OMEGA_REFERENCE] = state[o + OMEGA_REFERENCE]
+    state[CONTRACTION] = state[o + CONTRACTION]
+    state[STEP_LAST] = state[o + STEP_LAST]
+    for i in range(HALVINGS, METHOD):
+        state[i] = state[o + i]
+    for i in range(motion_size(model) - BODY):
+        state[BODY + i] = state[o + METHOD + i]
+
+
+@kernel
+def interpolate_motion(model, work, state, time, sampled):
+    """Let the state have the motion at a ``time`` (s) within the step that is under way.
+
+    ``work.inputs`` are those of the communication step that began at ``sampled`` (s). What only steps read, such as
+    the guesses of ports, is that of the step's begin.
+    """
+    recall_end(model, state, BEGIN)
+    h = state[end_offset(model, END) + STEP_LAST]
+    t = (time - state[STEP_BEGIN]) / h
+    rotation, rate, change = crank_rotation(model, state)
+    lead, lead_rate, _ = frame_lead(
+        state[LEAD_ANGLE], state[LEAD_SPEED], rotation, rate, change, state[SHAFT_SPEED], t * h
+    )  # fmt: skip
+    angle, speed, _, kept = base_motion(model, work, state, state[STEP_BEGIN] - sampled, t * h)
+    state[SHAFT_ANGLE] = angle
+    state[SHAFT_SPEED] = speed
+    state[SHAFT_ACCELERATION] = kept
+    state[LEAD_ANGLE] = lead
+    state[LEAD_SPEED] = lead_rate
+    interpolate_modes(model, state, t, h)
+    interpolate_memory(model, state, t, h)
+
+
+@kernel
+def interpolate_modes(model, state, t, h):
+    """Position, velocity, acceleration of all modes at a fraction ``t`` of a step h (s) whose begin the state has."""
+    n = model.omega2.shape[0]
+    q = offset(POSITION, n)
+    v = offset(VELOCITY, n)
+    a = offset(ACCELERATION, n)
+    far = end_offset(model, END) + METHOD - BODY
+    # Weights of D − h v₀ − ½ h² a₀, h (v₁ − v₀ − h a₀) and h² (a₁ − a₀) in q, in h v and in h² a.
+    t2 = t * t
+    t3 = t2 * t
+    place = t3 * (10.0 - 15.0 * t + 6.0 * t2)
+    place_rate = t2 * (30.0 - 60.0 * t + 30.0 * t2)
+    place_bend = t * (60.0 - 180.0 * t + 120.0 * t2)
+    move = -t3 * (4.0 - 7.0 * t + 3.0 * t2)
+    move_rate = -t2 * (12.0 - 28.0 * t + 15.0 * t2)
+    move_bend = -t * (24.0 - 84.0 * t + 60.0 * t2)
+    push = 0.5 * t3 * (1.0 - 2.0 * t + t2)
+    push_rate = 0.5 * t2 * (3.0 - 8.0 * t + 5.0 * t2)
+    push_bend = 0.5 * t * (6.0 - 24.0 * t + 20.0 * t2)
+    for i in range(n):
+        velocity = h * state[v + i]
+        swing = h * h * state[a + i]
+        d = state[far + q + i] - state[q + i] - velocity - 0.5 * swing
+        e = h * state[far + v + i] - velocity - swing
+        f = h * h * state[far + a + i] - swing
+        state[q + i] += t * velocity + 0.5 * t2 * swing + place * d + move * e + push * f
+        state[v + i] = (velocity + t * swing + place_rate * d + move_rate * e + push_rate * f) / h
+        state[a + i] = (swing + place_bend * d + move_bend * e + push_bend * f) / (h * h)
+
+
+@inlined_kernel
+def interpolate_memory(model, state, t, h):
+    """What laws remember, pairs of a quantity and its rate, at a fraction ``t`` of a step h (s)."""
+    first = film_offset(model.omega2.shape[0], port_count(model))
+    far = end_offset(model, END) + METHOD - BODY
+    for k in range(first, motion_size(model), 2):
+        rate = h * state[k + 1]
+        d = state[far + k] - state[k] - rate
+        e = h * state[far + k + 1] - rate
+        state[k] += t * (rate + t * (3.0 * d - e + t * (e - 2.0 * d)))
+        state[k + 1] = (rate + t * (2.0 * (3.0 * d - e) + 3.0 * t * (e - 2.0 * d))) / h

@@ -1,0 +1,283 @@
+"""From one communication point to the next.
+
+The step contract: ``advance(model, work, state, inputs, t_end) -> status``. The whole state is one vector; on failure
+it is restored to the communication point.
+
+A communication step as long as the internal step, or longer, is a whole number of sub-steps
+(:mod:`cranktrain.dynamics.time.step_control`). Where it is shorter, an internal step of full length passes over
+communication points, and the motion there is interpolated (:mod:`cranktrain.dynamics.time.between`). This needs inputs
+that are known over the step: those that stay as they are or go on along the line that their samples or given rates
+foresaw. Where an input does something else at a communication point, the step is taken again from its begin to that
+point, so that the motion there is what it would be had the step ended there in the first place; the communication
+steps that follow are stepped one by one until the inputs go on as foreseen again. Pressures that a partner computes
+change at every point, so every point is stepped.
+
+Where the step that reaches beyond the point fails, the communication step is tried by itself. So a run fails where one
+that steps to every point does.
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.state import (
+    BODY,
+    EACH_POINT,
+    ITERATIONS,
+    LAST_INTERVAL,
+    LIMITED,
+    ONLINE_FILMS,
+    PARTS_DONE,
+    PARTS_HALVED,
+    RESIDUAL,
+    SAMPLES,
+    STEP_BEGIN,
+    STEP_END,
+    STEP_REFERENCE,
+    SUBSTEP_BEGIN,
+    SUBSTEPS,
+    TIME,
+    UNDER_WAY,
+)
+from cranktrain.dynamics.motion.film_memory import motion_size
+from cranktrain.dynamics.motion.gas import built_in
+from cranktrain.dynamics.time.between import BEGIN, END, interpolate_motion, keep_end, recall_end
+from cranktrain.dynamics.time.reconstruction import (
+    ROUNDING,
+    SLIVER,
+    is_sliver,
+    reconstruct,
+    take_rates,
+    take_sample,
+)
+from cranktrain.dynamics.time.status import OK, STALLED
+from cranktrain.dynamics.time.step_control import (
+    PARTS,
+    ROUNDED,
+    has_stalled,
+    take_interval,
+    take_part,
+    take_sub_step,
+    turning_speed,
+)
+
+WORTH = 0.9
+"""Fraction of the internal step up to which a communication step is passed over: beyond it little would be saved."""
+SHORTEST, LONGEST = 0.85, 1.02
+"""Lengths, in internal steps, between which a step keeps its length as the speed changes, and with it its factors."""
+ON_LINE = 1.0e-12
+"""Relative difference of an input from the line that was foreseen, by rounding of who computes it."""
+
+
+@inlined_kernel
+def has_ends(model, state):
+    """Whether the state has room for the ends of a step that passes over communication points."""
+    return state.shape[0] > motion_size(model)
+
+
+@kernel
+def foresee_inputs(model, work, state):
+    """What the samples so far foresee for the inputs at the communication point, with rates, into ``work.inputs``."""
+    reconstruct(model, work, state)
+    interval = state[LAST_INTERVAL]
+    for k in range(model.cylinders.shape[0] + at.AXIAL_INPUT + 1):
+        work.inputs[at.FORESEEN, k] = work.inputs[at.VALUE, k] + work.inputs[at.RATE, k] * interval
+        work.inputs[at.FORESEEN_RATE, k] = work.inputs[at.RATE, k]
+
+
+@kernel
+def go_on(model, work, state, reach, builtin):
+    """Whether the newest sample and its rates are on the line foreseen, as far as a step may ``reach``, s.
+
+    Pressures do not count under the trace, which ``builtin`` tells. The first sample of a run is on the line where it
+    has no rate and no partner gives pressures, which would change.
+    """
+    cylinders = model.cylinders.shape[0]
+    for k in range(cylinders + at.AXIAL_INPUT + 1):
+        if builtin and 0 < k <= cylinders:
+            continue
+        value = work.inputs[at.VALUE, k]
+        rate = work.inputs[at.RATE, k] * reach
+        if work.inputs[at.EXPONENT, k] > 0.0:
+            return False
+        if state[SAMPLES] < 2.0:
+            if rate != 0.0 or not builtin:
+                return False
+            continue
+        foreseen = work.inputs[at.FORESEEN, k]
+        off = max(abs(value - foreseen), abs(rate - work.inputs[at.FORESEEN_RATE, k] * reach))
+        if off > ON_LINE * max(abs(value), max(abs(foreseen), abs(rate))):
+            return False
+    return True
+
+
+@kernel
+def take_inputs(model, work, state, inputs, interval):
+    """Take in the inputs of this point, from which a step of ``interval`` (s) begins; whether they go on as foreseen.
+
+    Fills ``work.inputs``.
+    """
+    before = built_in(model, state)
+    foresee_inputs(model, work, state)
+    take_sample(model, state, inputs, interval)
+    take_rates(state, work.input_rates, interval)
+    reconstruct(model, work, state)
+    builtin = built_in(model, state)
+    anew = state[EACH_POINT] > 0.0
+    state[EACH_POINT] = 0.0
+    if anew or builtin != before:
+        return False
+    return go_on(model, work, state, model.scalars[at.STEP] / turning_speed(state, inputs), builtin)
+
+
+@kernel
+def end_step_here(model, work, state):
+    """Let the step that is under way end at the communication point: take it again, from its begin to here.
+
+    It has the inputs of the samples so far. Where the shorter step fails, the interpolated motion is kept.
+    """
+    if state[UNDER_WAY] == 0.0:
+        return
+    state[UNDER_WAY] = 0.0
+    if at_end(state, state[TIME]):
+        return
+    h = state[TIME] - state[STEP_BEGIN]
+    for i in range(motion_size(model)):
+        work.backup[2, i] = state[i]
+    recall_end(model, state, BEGIN)
+    if h <= SLIVER:
+        return
+    reconstruct(model, work, state)
+    begin = state[STEP_BEGIN] - (state[TIME] - state[LAST_INTERVAL])
+    # The last factor cache slot, so that the factors of full steps stay.
+    status, _ = take_sub_step(model, work, state, begin, h, at.FACTOR_SLOTS)
+    if status != OK:
+        for i in range(motion_size(model)):
+            state[i] = work.backup[2, i]
+
+
+@inlined_kernel
+def at_end(state, time):
+    """Whether the step that is under way is over at a time, s."""
+    near = ROUNDED * (state[STEP_END] - state[STEP_BEGIN]) + 4.0 * ROUNDING * abs(time)
+    return time >= state[STEP_END] - near
+
+
+@kernel
+def pass_over(model, work, state, inputs, t_end):
+    """Take steps of full length until one reaches ``t_end``, and interpolate; a stage status, and steps taken.
+
+    On a failure the state is undefined.
+    """
+    sampled = state[TIME]
+    now = sampled
+    taken = 0
+    while True:
+        if state[UNDER_WAY] > 0.0:
+            if not at_end(state, t_end):
+                break
+            recall_end(model, state, END)
+            now = state[STEP_END]
+            if state[PARTS_DONE] == PARTS:
+                state[UNDER_WAY] = 0.0
+            if abs(t_end - now) <= ROUNDED * (now - state[STEP_BEGIN]) + 4.0 * ROUNDING * abs(t_end):
+                return OK, taken
+        status = step_beyond(model, work, state, inputs, now, sampled)
+        if status != OK:
+            return status, taken
+        taken += 1
+    interpolate_motion(model, work, state, t_end, sampled)
+    return OK, taken
+
+
+@kernel
+def step_beyond(model, work, state, inputs, now, sampled):
+    """Take the next part of a sub-step from ``now`` (s), which is then under way; a stage status.
+
+    ``work.inputs`` are those of the communication step that began at ``sampled``, s.
+    """
+    if state[UNDER_WAY] == 0.0:
+        speed = turning_speed(state, inputs)
+        turn = speed * state[STEP_REFERENCE] / model.scalars[at.STEP]
+        if not SHORTEST <= turn <= LONGEST:
+            h = model.scalars[at.STEP] / speed
+            if abs(h - state[STEP_REFERENCE]) > ROUNDED * h:
+                state[STEP_REFERENCE] = h
+        state[SUBSTEP_BEGIN] = now
+        state[PARTS_DONE] = 0.0
+        state[PARTS_HALVED] = 0.0
+    h = state[STEP_REFERENCE]
+    begin = state[SUBSTEP_BEGIN]
+    keep_end(model, state, BEGIN)
+    status, done, halved = take_part(
+        model, work, state, begin - sampled, h, int(state[PARTS_DONE]), int(state[PARTS_HALVED]), 0
+    )
+    if status != OK:
+        return status
+    if has_stalled(model, state):
+        return STALLED
+    keep_end(model, state, END)
+    state[STEP_BEGIN] = now
+    state[STEP_END] = begin + h * (done / PARTS)
+    state[PARTS_DONE] = done
+    state[PARTS_HALVED] = halved
+    state[UNDER_WAY] = 1.0
+    return OK
+
+
+@kernel
+def advance(model, work, state, inputs, t_end):
+    """Advance ``state`` to ``t_end`` with the inputs of this point; a stage status.
+
+    A sliver of time leaves the state as it is.
+    """
+    interval = t_end - state[TIME]
+    if is_sliver(state, interval):
+        return OK
+    for i in range(BODY):
+        work.backup[0, i] = state[i]
+    iterations = work.counters[at.N_ITERATIONS]
+    solved = model.laws.solved[0]
+    work.counters[at.WORST_RESIDUAL] = 0.0
+    work.counters[at.N_WORK] = 0.0
+    work.counters[at.N_CUT] = 0.0
+    foreseen = take_inputs(model, work, state, inputs, interval)
+    passes = foreseen and has_ends(model, state) and model.choices[at.DENSE] > 0.0
+    under_way = has_ends(model, state) and state[UNDER_WAY] > 0.0
+    if not (passes and under_way and not at_end(state, t_end)):
+        for i in range(BODY, state.shape[0]):
+            work.backup[0, i] = state[i]
+    short = turning_speed(state, inputs) * interval <= WORTH * model.scalars[at.STEP]
+    passed = passes and (short or under_way)
+    status = OK
+    taken = 0
+    if passed:
+        status, taken = pass_over(model, work, state, inputs, t_end)
+        passed = status == OK
+    if not passed:
+        if under_way or status != OK:
+            go_back(work, state)
+            end_step_here(model, work, state)
+            take_sample(model, state, inputs, interval)
+            take_rates(state, work.input_rates, interval)
+            reconstruct(model, work, state)
+        status, taken = take_interval(model, work, state, inputs, interval)
+    if status != OK:
+        go_back(work, state)
+        return status
+    state[TIME] = t_end
+    state[SUBSTEPS] = taken
+    state[ITERATIONS] = work.counters[at.N_ITERATIONS] - iterations
+    if taken > 0:
+        state[RESIDUAL] = work.counters[at.WORST_RESIDUAL]
+    state[ONLINE_FILMS] = model.laws.solved[0] - solved
+    state[LIMITED] = work.counters[at.N_CUT]
+    work.counters[at.N_LIMITED] += work.counters[at.N_CUT]
+    return OK
+
+
+@inlined_kernel
+def go_back(work, state):
+    """Restore the state that the communication step began with."""
+    for i in range(state.shape[0]):
+        state[i] = work.backup[0, i]
