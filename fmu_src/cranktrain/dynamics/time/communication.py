@@ -210,7 +210,7 @@ def step_beyond(model, work, state, inputs, now, sampled):
     begin = state[SUBSTEP_BEGIN]
     keep_end(model, state, BEGIN)
     status, done, halved = take_part(
-        model, work, state, begin - sampled, h, int(state[PARTS_DONE]), int(state[PARTS_HALVED]), 0
+        model, work, state, begin - sampled, h, int(state[PARTS_DONE]), int(state[PARTS_HALVED]), 0.0
     )
     if status != OK:
         return status

@@ -265,9 +265,9 @@ def take_part(model, work, state, begin, h, done, halved, shift):
     """Take the next part of a sub-step h that starts ``begin`` into the interval; ``done`` / PARTS of it is done.
 
     A part is halved, up to MAX_HALVINGS times, while a film would change by more than its share over it, after a
-    failure, and as adaptive control asks; at least ``halved`` times. ``shift`` is added to its number of halvings in
-    the choice of its factor cache slot. Returns a stage status, how much is done then, and the least halvings of the
-    next part. On a failure the state is that of the part's begin.
+    failure, and as adaptive control asks; at least ``halved`` times. ``shift``, a whole number, is added to its number
+    of halvings in the choice of its factor cache slot. Returns a stage status, how much is done then, and the least
+    halvings of the next part. On a failure the state is that of the part's begin.
     """
     size = motion_size(model)
     while True:
@@ -279,7 +279,7 @@ def take_part(model, work, state, begin, h, done, halved, shift):
         part = h / (1 << halvings)
         for i in range(size):
             work.backup[1, i] = state[i]
-        status = sub_step(model, work, state, start, part, halvings + shift)
+        status = sub_step(model, work, state, start, part, halvings + int(shift))
         if status == OK and (model.choices[at.STEP_TOLERANCE] == 0.0 or accept(model, work, state, part, halvings)):
             return OK, done + (PARTS >> halvings), halved if model.choices[at.STEP_TOLERANCE] == 0.0 else 0
         work.counters[at.N_REJECTED] += 1.0
@@ -303,7 +303,7 @@ def take_sub_step(model, work, state, begin, h, shift):
     halved = 0
     taken = 0
     while done < PARTS:
-        status, done, halved = take_part(model, work, state, begin, h, done, halved, shift)
+        status, done, halved = take_part(model, work, state, begin, h, done, halved, float(shift))
         if status != OK:
             return status, taken
         taken += 1

@@ -57,7 +57,9 @@ SMALL = (
     "8dynamics4time4bdf2", "8dynamics4time12step_control", "8dynamics4time13communication",
     "8dynamics6motion11turned_pins", "5loads15articulated_rod", "6engine15articulated_rod", "4film7elastic",
     "5lanes5begin", "5lanes6result", "5lanes5group", "5lanes4film", "5lanes4gaps8oil_state",
-    "5lanes7balance10take_sides", "5lanes6border9eliminate", "5lanes6border16border_equations", "5lanes6border12past_sources",
+    "5lanes7balance10take_sides", "5lanes6border9eliminate", "5lanes6border16border_equations",
+    "5lanes6border12past_sources", "6motion9equations11factor_part", "12step_control9take_part",
+    "13film_solution12_begin_close", "4film4laws10past_cycle",
 )  # fmt: skip
 """In the names of functions that run once a start, a change of the step or an output, or for few engines: they are made
 small, not fast."""
@@ -160,13 +162,20 @@ class Emission(Compiling):
         self._stand_ins[known] = loaded.address(name), loaded
         return self._stand_ins[known][0]
 
-    def program(self) -> bytes:
-        """LLVM's bitcode of all exports, optimised for the faster processors of this machine's kind."""
+    def program(self, compact: bool = False) -> bytes:
+        """LLVM's bitcode of all exports, optimised for the faster processors of this machine's kind.
+
+        The ``compact`` program does the same, to the bit, and is smaller and slower: for old processors.
+        """
         whole = linked(*self._libraries, more=self._entries, exports=self.symbols)
         for function in whole.functions:
-            if not function.is_declaration and any(part in function.name for part in SMALL):
+            if function.is_declaration:
+                continue
+            if any(part in function.name for part in SMALL):
                 function.add_function_attribute("optsize")
                 function.add_function_attribute("noinline")  # into a fast one, where it would not be small
+            elif compact:
+                function.add_function_attribute("optsize")
         for function in list(whole.functions):
             if function.name in self.symbols:
                 function.name = self.symbols[function.name]

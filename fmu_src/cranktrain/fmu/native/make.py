@@ -26,7 +26,7 @@ from cranktrain.core.machine_code import RESTS_ON
 from cranktrain.core.records import layout
 from cranktrain.fmu.native.emit import Emission
 from cranktrain.fmu.native.exports import exports, functions
-from cranktrain.fmu.native.objects import FAST
+from cranktrain.fmu.native.objects import COMPACT, FAST
 
 _ENTRY = "ct_"
 
@@ -64,7 +64,7 @@ const struct ct_kernels {table} = {{
 
 
 def make(kind: str, folder: Path) -> None:
-    """Write the programs of a kind, ``kind-*.bc``, and last ``kind.c``, the table of what they export."""
+    """Write the programs of a kind, ``kind-*.bc`` and ``.compact``, and last ``kind.c``, the table of what they export."""
     with _laws_beside(kind, folder) as wait_for_laws, Emission() as emission:
         made = exports(kind)
         rows = made.entries.items()
@@ -74,7 +74,7 @@ def make(kind: str, folder: Path) -> None:
         shown = console.is_terminal and kind == next(iter(RESTS_ON))  # the others are made beside it
         for step in track(steps, f"{kind}: machine code", console=console, disable=not shown):
             step()
-        _write(folder / f"{kind}-run.bc", emission.program())
+        _write_programs(folder, f"{kind}-run", emission)
         wait_for_laws()
     given = {name: layout(row.arguments(made.run)) for name, row in made.functions.items()}
     names = {_symbol(k): f"{name}|{arguments}" for k, (name, arguments) in enumerate(given.items())}
@@ -103,11 +103,17 @@ def _tables(table: str, functions: str, entries: list[str], symbols: list[str], 
 
 
 def make_laws(kind: str, folder: Path) -> None:
-    """Write the program of a kind's force laws, ``kind-laws.bc``."""
+    """Write the programs of a kind's force laws, ``kind-laws``."""
     with Emission(exports_calls=False) as emission:
         for step in _functions(emission, kind, None, laws=True):
             step()
-        _write(folder / f"{kind}-laws.bc", emission.program())
+        _write_programs(folder, f"{kind}-laws", emission)
+
+
+def _write_programs(folder: Path, name: str, emission: Emission) -> None:
+    """Write a program, and first its compact form, :data:`cranktrain.fmu.native.objects.COMPACT`."""
+    _write(folder / f"{name}{COMPACT}", emission.program(compact=True))
+    _write(folder / f"{name}.bc", emission.program())
 
 
 def _functions(emission: Emission, kind: str, run: Any, laws: bool) -> Iterable[Callable[[], None]]:
