@@ -64,7 +64,7 @@ const struct ct_kernels {table} = {{
 
 
 def make(kind: str, folder: Path) -> None:
-    """Write the programs of a kind, ``kind-*.bc`` and ``.compact``, and last ``kind.c``, the table of what they export."""
+    """Write the programs of a kind, ``kind-*.bc`` and ``.compact``, and last ``kind.c``, the table of exports."""
     with _laws_beside(kind, folder) as wait_for_laws, Emission() as emission:
         made = exports(kind)
         rows = made.entries.items()
