@@ -15,9 +15,11 @@ from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import LIMITS, OUT_SIZE, FilmHistory
+from cranktrain.film.elastic.oil import oil_tables
 from cranktrain.film.lanes import grid as lanes
 from cranktrain.film.lanes.begin import choose_cut, lane_motion, lane_units, turn_geometry
 from cranktrain.film.lanes.group import solve_group
+from cranktrain.film.laws.ehd import IN_LOOP, elastic_arrays
 from cranktrain.structure.assembly import assemble
 
 STEP = math.radians(2.0)
@@ -31,7 +33,6 @@ class Films:
 
     def __init__(self, name: str, rpm: float, steps: int, law: str = "none") -> None:
         engine = load_engine(name)
-        engine = replace(engine, oil=replace(engine.oil, pressure_law=law))
         speed = rpm * math.pi / 30.0
         made = assemble(engine, Settings(bearings="ehd", crank="beam", block="ground"))
         run = Simulation(made.engine, made.body, made.settings, None, made.parts)
@@ -43,16 +44,17 @@ class Films:
         self.bore = RECORDS[int(run.model.films.entry[0, 1])]
         memory = self.bore.memory
         self.count = len(self.bore.viscosities)
+        self.film: one.ElasticFilm = self.bore.film
+        if law != "none":
+            oil = oil_tables(replace(engine.oil, pressure_law=law), self.bore.viscosities)
+            first = float(self.bore.viscosities[0])
+            self.film = elastic_arrays(engine.main_bearing, first, made.parts.bore, IN_LOOP, oil)
         self.speed, self.elapsed, self.gain = speed, h, 0.4358665 * h
         self.start, self.shapes = memory.unknowns.copy(), memory.shapes.copy()
         cos, sin = laws.numbers[1], laws.numbers[2]
         self.places = _turned(laws.place[: self.count], cos, sin)
         self.paces = _turned(laws.velocity[: self.count], cos, sin)
         self.next = self.places + 0.5 * h * self.paces
-
-    @property
-    def film(self) -> one.ElasticFilm:
-        return self.bore.film
 
     def alone(self, i: int, limits: tuple[float, ...] = LIMITS) -> np.ndarray:
         """Results of film i by the solver of single films."""
@@ -76,8 +78,6 @@ class Films:
         constants = self.film.constants
         constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = (1.0e-4, 1.0e-4, 1.0e-5, 1.0e-9)
         work = lanes.lane_work(self.film, 8)
-        if self.film.constants[one.OIL_STEP] > 0.0:
-            work = work._replace(oils=lanes.lane_oils(self.film))
         outs, unknowns, shapes = np.zeros((self.count, OUT_SIZE)), self.start.copy(), self.shapes.copy()
         for lane in range(8):
             i = which[lane] if lane < len(which) else which[0]

@@ -108,18 +108,18 @@ def oil_state(film, work, group):
         return
     nodes = work.nodes[group]
     step = film.constants[one.OIL_STEP]
-    last = work.oils.shape[1] - 1
+    last = film.oil.shape[1] - 1
     for lane in range(at.LANES):
         unit = work.wide[8 * at.UNIT + lane]
-        table = work.oils[int(work.wide[8 * at.OIL_ROW + lane])]
+        table = film.oil[int(work.wide[8 * at.OIL_ROW + lane])]
         for q in range(nodes.shape[1] // 8):
             p = nodes[at.PRESSURE, 8 * q + lane] * unit
             place = p / step
             i = min(int(place), last - 1)
             t = min(place - i, 1.0)
             beyond = max(place - last, 0.0)
-            low = table[i, 0]
-            rise = table[i + 1, 0] - low
+            low = table[i, 0] / step
+            rise = table[i + 1, 0] / step - low
             first = table[i, 1] - rise
             second = rise - table[i + 1, 1]
             bend = first + t * (second - first)

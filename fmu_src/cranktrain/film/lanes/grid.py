@@ -77,7 +77,6 @@ class LaneWork(NamedTuple):
     supply: Any  # (g, N n × 8) 1 where a node is at supply pressure
     lines: Any  # (n + 2, 4) shared
     gaps: Any  # (m, 6) table over u
-    oils: Any  # (b, m, 2) reduced pressure over the table's step, and mobility
     marks: (
         Array  # (g, 8, 4) cut of each lane, whether the step is prepared, sign of the speed that it was for, resident
     )
@@ -125,18 +124,11 @@ def lane_work(film: ElasticFilm, films: int) -> LaneWork:
     points = n_phi * lines + size
     return LaneWork(
         _lanes(groups, n_phi, 4), _lanes(groups, points, MOST_SHAPES), _lanes(groups, size), shared, gap_table(film),
-        np.zeros((1, 2, 2), dtype=np.float32), marks, _lanes(groups, NODE_FIELDS, n_phi * lines),
+        marks, _lanes(groups, NODE_FIELDS, n_phi * lines),
         _lanes(groups, FACE_FIELDS, size), _lanes(size, 2 * n_z + 1), _lanes(size, SIDES), _lanes(11, 2 * SIDES),
         _lanes(11, 11), _lanes(MOST_SHAPES, MOST_SHAPES + SIDES), _lanes(LANE_ROWS), np.zeros(WIDE_ROWS * LANES),
         np.zeros(16 * LANES), *np.zeros((6, LANES)),
     )  # fmt: skip
-
-
-def lane_oils(film: ElasticFilm) -> Singles:
-    """Reduced pressure over the table's step and mobility of every film's oil, (b, m, 2)."""
-    oils = film.oil.copy()
-    oils[:, :, 0] /= film.constants[one.OIL_STEP]
-    return oils.astype(np.float32)
 
 
 def gap_table(film: ElasticFilm) -> Singles:

@@ -52,7 +52,7 @@ from cranktrain.film.elastic.grid import (
 )
 from cranktrain.film.elastic.grid import FORCE as FORCE_ON_JOURNAL
 from cranktrain.film.elastic.oil import OilTables, fill_oil_table, oil_tables
-from cranktrain.film.lanes.grid import MOST_SHAPES, LaneWork, lane_oils, lane_work
+from cranktrain.film.lanes.grid import MOST_SHAPES, LaneWork, lane_work
 from cranktrain.film.laws.film_solution import (
     ASKED,
     CALLS,
@@ -179,8 +179,7 @@ def elastic_bore(
 def lanes_of(film: ElasticFilm, count: int) -> LaneWork:
     """Room for films side by side; of no group for compressible oil, which is solved one film at a time."""
     alone = film.constants[COMPRESSIBLE] > 0.0 or film.constants[N_SHAPES] > MOST_SHAPES
-    work = lane_work(film, 0 if alone else count)
-    return work._replace(oils=lane_oils(film)) if film.constants[OIL_STEP] > 0.0 else work
+    return lane_work(film, 0 if alone else count)
 
 
 def _oil_law(oil: Oil | None) -> Array:
@@ -379,10 +378,6 @@ def _take_oil(bore, i, viscosity):
         if not first > 0.0:
             return 1
     fill_oil_table(law, first, second, constants[COMPRESSIBLE] > 0.0, bore.film.oil[i])
-    if bore.lanes.oils.shape[0] > i:
-        for k in range(bore.lanes.oils.shape[1]):
-            bore.lanes.oils[i, k, 0] = bore.film.oil[i, k, 0] / constants[OIL_STEP]
-            bore.lanes.oils[i, k, 1] = bore.film.oil[i, k, 1]
     return 0
 
 
