@@ -48,7 +48,8 @@ from cranktrain.film.elastic.grid import (
 from cranktrain.film.elastic.height import face_films, node_films, open_films
 from cranktrain.film.elastic.result import film_result
 from cranktrain.film.elastic.sources import shape_sources
-from cranktrain.film.laws.ehd import EVALUATIONS, IN_LOOP, PASSES, TANGENTS, ElasticBore
+from cranktrain.film.laws.ehd import IN_LOOP, ElasticBore
+from cranktrain.film.laws.film_solution import EVALUATIONS, PASSES, TANGENTS
 from cranktrain.structure.assembly import assemble
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic import grid as one
-from cranktrain.film.elastic.film import CONVERGED, elastic_film
+from cranktrain.film.elastic.film import CONVERGED, NOT_CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import LIMITS, OUT_SIZE, FilmHistory
 from cranktrain.film.elastic.oil import oil_tables
 from cranktrain.film.lanes import grid as lanes
@@ -23,6 +23,8 @@ from cranktrain.film.laws.ehd import IN_LOOP, elastic_arrays
 from cranktrain.structure.assembly import assemble
 
 STEP = math.radians(2.0)
+THICK = 3.45e8
+"""Pa at which oil of 20 1/GPa after Barus flows a thousandth."""
 FORCE = slice(one.FORCE, one.FORCE + 4)
 STIFFNESS = slice(one.STIFFNESS, one.STIFFNESS + 16)
 DAMPING = slice(one.DAMPING, one.DAMPING + 16)
@@ -45,7 +47,8 @@ class Films:
         memory = self.bore.memory
         self.count = len(self.bore.viscosities)
         self.film: one.ElasticFilm = self.bore.film
-        if law != "none":
+        self.thick = law != "none"
+        if self.thick:
             oil = oil_tables(replace(engine.oil, pressure_law=law), self.bore.viscosities)
             first = float(self.bore.viscosities[0])
             self.film = elastic_arrays(engine.main_bearing, first, made.parts.bore, IN_LOOP, oil)
@@ -74,7 +77,10 @@ class Films:
         return out
 
     def together(self, which: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Results, unknowns and shapes of the films in lanes; lane k has film ``which[k]``."""
+        """Results, unknowns and shapes of the films in lanes; lane k has film ``which[k]``.
+
+        None is refused but those whose oil hardly flows under its pressure; these keep no result.
+        """
         constants = self.film.constants
         constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = (1.0e-4, 1.0e-4, 1.0e-5, 1.0e-9)
         work = lanes.lane_work(self.film, 8)
@@ -90,7 +96,9 @@ class Films:
             lane_motion(self.film, work, lane, motion, self.speed, past)
         memory = self.start, unknowns, shapes, outs, np.zeros((self.count, 4, 0))
         solve_group(self.film, work, 0, (self.elapsed, self.gain, 1.0), memory)
-        assert (work.status[: len(which)] == CONVERGED).all()
+        for lane, i in enumerate(which):
+            stiff = self.thick and self.alone(i)[one.PRESSURE_MAX] > THICK
+            assert work.status[lane] == (NOT_CONVERGED if stiff else CONVERGED)
         return outs, unknowns, shapes
 
 
@@ -118,6 +126,9 @@ def test_a_lane_holds_what_a_single_film_does(films: Films) -> None:
     outs, _, _ = films.together(which)
     for i in which:
         known, found = films.alone(i), outs[i]
+        if not outs[i].any():
+            assert known[one.PRESSURE_MAX] > THICK
+            continue
         size = np.abs(known[FORCE]).max()
         assert found[FORCE] == pytest.approx(known[FORCE], abs=2.0e-6 * size)
         for part in (STIFFNESS, DAMPING):

@@ -56,7 +56,7 @@ SMALL = (
     "8dynamics4time14reconstruction", "8dynamics4time9work_limit", "8dynamics4time14error_estimate",
     "8dynamics4time4bdf2", "8dynamics4time12step_control", "8dynamics4time13communication",
     "8dynamics6motion11turned_pins", "5loads15articulated_rod", "6engine15articulated_rod", "4film7elastic",
-    "5lanes5begin", "5lanes6result", "5lanes5group", "5lanes4film", "5lanes4gaps8oil_state",
+    "5lanes6result", "5lanes5group", "5lanes5begin12prepare_step", "5lanes4gaps8oil_state",
     "5lanes7balance10take_sides", "5lanes6border9eliminate", "5lanes6border16border_equations",
     "5lanes6border12past_sources", "6motion9equations11factor_part", "12step_control9take_part",
     "13film_solution12_begin_close", "4film4laws10past_cycle",
