@@ -276,6 +276,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / bore.film.constants[CLEARANCE]
         if own.calls[i, ASKED] == 0.0:
             _move(own, i, numbers, place, velocity)
+            line_up(bore, i)
         if carried_on_at(bore, i):
             force_in_frame(own.line, cos, sin, out)
             side, at = found_at(bore.past)
@@ -292,6 +293,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     elif action == CLOSE_STAGE:
         if own.calls[i, ASKED] == 0.0:
             _move(own, i, numbers, place, velocity)
+            line_up(bore, i)
         status = stage_closed(bore, i, numbers)
         for k in range(shapes):
             own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
