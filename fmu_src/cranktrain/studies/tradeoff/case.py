@@ -55,7 +55,7 @@ class Case:
     @property
     def step_deg(self) -> float:
         """Internal step, degrees."""
-        return round(math.degrees(self.settings.step), 9)
+        return round(math.degrees(self.levels.step), 9)
 
     @property
     def kept_deg(self) -> float:

@@ -43,7 +43,7 @@ def error_estimate(case: Case, store: Kept, say: Progress | None = None) -> dict
     bearings = len(case.engine.crankshaft.main_widths)
     runs = []
     for factor in (1.0, 2.0, 4.0):
-        settings = replace(case.settings, step=factor * case.settings.step)
+        settings = replace(case.settings, step=factor * case.levels.step)
         interval = max(GRID_DEG, factor * case.step_deg)
         runs.append(recorded(replace(case, settings=settings, interval_deg=interval), store, say))
     fine, middle, coarse = runs
