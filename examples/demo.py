@@ -25,7 +25,6 @@ import matplotlib.pyplot as plt
 
 from cranktrain.core import machine_code
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.dynamics.simulation import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -40,7 +39,7 @@ from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_cr
 ROOT = Path(__file__).resolve().parents[1]
 SPEED_RPM = 2000.0
 STOP_TIME = 0.5
-COMMUNICATION_STEP = Settings().step / (SPEED_RPM * math.pi / 30.0)  # s, one internal step
+COMMUNICATION_STEP = math.radians(2.5) / (SPEED_RPM * math.pi / 30.0)  # s, one internal step
 MAX_TURN = 0.16  # rad, how far the drawn torsional shape turns at most
 STARTED = time.perf_counter()
 

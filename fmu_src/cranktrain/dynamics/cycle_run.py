@@ -40,6 +40,7 @@ from cranktrain.dynamics.warm_films import (
 )
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.ehd import pressure_peaks
+from cranktrain.film.laws.register import Law
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import required_damper
 
@@ -112,6 +113,7 @@ class Result:
 
 def communication_step(speed: float, step: float) -> float:
     """Communication step (s) of a simulation: the largest that divides a cycle and is at most ``step`` (rad)."""
+    step = step or math.radians(Law.step_deg)  # 0 where the level's is not chosen yet
     return 4.0 * math.pi / speed / math.ceil(4.0 * math.pi / step - 1.0e-9)
 
 
