@@ -8,19 +8,8 @@ from __future__ import annotations
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.singles import all_eight, choose, eight, most_of, put_eight
 from cranktrain.film.elastic import grid as one
-from cranktrain.film.elastic.balance import grid_factors
+from cranktrain.film.elastic.balance import grid_factors, side_conductance
 from cranktrain.film.lanes import grid as at
-
-
-@inlined_kernel
-def side_conductance(h, beside):
-    """Conductance H³ between two axial neighbours, and its derivatives by both."""
-    product = h * beside
-    per_sum = 1.0 / (h + beside)
-    twice = 4.0 * product * per_sum
-    value = 0.5 * twice * product
-    common = value * per_sum
-    return value, twice * beside - common, twice * h - common
 
 
 @kernel
@@ -59,6 +48,7 @@ def _face_flows(work, group, position, n_phi, n_z, around, thickens):
         put_eight(faces, (at.FACE_FLUX, f), eight(faces, (at.FACE_SLOPE, f)) * (3.0 * pressed + content))
 
 
+# In one piece: neighbours across share what is loaded and found once.
 @inlined_kernel
 def _column(work, group, position, n_phi, n_z, factors, thickens):
     """Residual, factors of ∂R/∂H and rows of the band of one column."""

@@ -37,16 +37,17 @@ def factor_lanes(a, n, width, lane, failed):
 
 @kernel
 def solve_lanes(a, n, width, b):
-    """Solve with these factors for eight right-hand sides ``b`` (n, 8, 8) in place; the nearest rows last."""
+    """Solve with these factors for eight right-hand sides ``b`` (n, 8 × 8) in place; the nearest rows last."""
     for j in range(n):
-        _row(a, b, j, width)
+        _row(a, b, j, width, (-min(j, width), 0, 1), all_eight(1.0))
     for j in range(n - 1, -1, -1):
-        _row_back(a, b, j, n, width)
+        _row(a, b, j, width, (min(width, n - 1 - j), 0, -1), eight(a, (j, width)))
 
 
-@kernel
-def _row(a, b, j, width):
-    """Subtract what the rows before a row contribute to it."""
+@inlined_kernel
+def _row(a, b, j, width, others, inverse):
+    """Subtract what rows at the distances ``others`` contribute to row j, and multiply by the inverse pivot."""
+    first, end, step = others
     b0 = eight(b, (j, 0))
     b1 = eight(b, (j, 1))
     b2 = eight(b, (j, 2))
@@ -55,10 +56,10 @@ def _row(a, b, j, width):
     b5 = eight(b, (j, 5))
     b6 = eight(b, (j, 6))
     b7 = eight(b, (j, 7))
-    for k in range(width - min(j, width), width):
-        share = eight(a, (j, k))
+    for away in range(first, end, step):
+        share = eight(a, (j, width + away))
         if any_lane(share != 0.0):
-            to = j - width + k
+            to = j + away
             b0 = minus_product(b0, share, eight(b, (to, 0)))
             b1 = minus_product(b1, share, eight(b, (to, 1)))
             b2 = minus_product(b2, share, eight(b, (to, 2)))
@@ -67,34 +68,20 @@ def _row(a, b, j, width):
             b5 = minus_product(b5, share, eight(b, (to, 5)))
             b6 = minus_product(b6, share, eight(b, (to, 6)))
             b7 = minus_product(b7, share, eight(b, (to, 7)))
-    _put(b, j, (b0, b1, b2, b3, b4, b5, b6, b7))
-
-
-@kernel
-def _row_back(a, b, j, n, width):
-    """The same of the rows behind it, the farthest first, and divide by the pivot."""
-    b0 = eight(b, (j, 0))
-    b1 = eight(b, (j, 1))
-    b2 = eight(b, (j, 2))
-    b3 = eight(b, (j, 3))
-    b4 = eight(b, (j, 4))
-    b5 = eight(b, (j, 5))
-    b6 = eight(b, (j, 6))
-    b7 = eight(b, (j, 7))
-    for i in range(min(width, n - 1 - j), 0, -1):
-        share = eight(a, (j, width + i))
-        if any_lane(share != 0.0):
-            to = j + i
-            b0 = minus_product(b0, share, eight(b, (to, 0)))
-            b1 = minus_product(b1, share, eight(b, (to, 1)))
-            b2 = minus_product(b2, share, eight(b, (to, 2)))
-            b3 = minus_product(b3, share, eight(b, (to, 3)))
-            b4 = minus_product(b4, share, eight(b, (to, 4)))
-            b5 = minus_product(b5, share, eight(b, (to, 5)))
-            b6 = minus_product(b6, share, eight(b, (to, 6)))
-            b7 = minus_product(b7, share, eight(b, (to, 7)))
-    d = eight(a, (j, width))
-    _put(b, j, (d * b0, d * b1, d * b2, d * b3, d * b4, d * b5, d * b6, d * b7))
+    _put(
+        b,
+        j,
+        (
+            inverse * b0,
+            inverse * b1,
+            inverse * b2,
+            inverse * b3,
+            inverse * b4,
+            inverse * b5,
+            inverse * b6,
+            inverse * b7,
+        ),
+    )
 
 
 @kernel

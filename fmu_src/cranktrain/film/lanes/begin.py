@@ -7,6 +7,7 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.singles import all_eight, choose, eight, least_of, most_of, plus_product, put_eight
 from cranktrain.film.elastic import grid as one
+from cranktrain.film.elastic.balance import side_conductance
 from cranktrain.film.elastic.height import pressure_unit
 from cranktrain.film.elastic.weights import FAR, NEAR
 from cranktrain.film.lanes import grid as at
@@ -220,13 +221,6 @@ def _limited_transport(work, group, position, n_phi, n_z):
 
 
 @inlined_kernel
-def _conductance(h, beside):
-    """H³ between two axial neighbours, see :func:`cranktrain.film.elastic.balance.side_conductance`."""
-    product = h * beside
-    return 2.0 * (product * product) / (h + beside)
-
-
-@inlined_kernel
 def _weights(work, group, position, n_z):
     """Weights of one column's pressures along ζ: :mod:`cranktrain.film.elastic.weights`, lane by lane."""
     nodes = work.nodes[group]
@@ -246,7 +240,7 @@ def _weights(work, group, position, n_z):
         if line <= n_z:
             beyond = eight(nodes, (at.OPEN, first + line + 1))
             part = part + (lines[line + 1, at.ZETA] - lines[line, at.ZETA]) * h / (h + beyond)
-            over = _conductance(h, beyond) / all_eight(lines[line + 1, at.ZETA] - lines[line, at.ZETA])
+            over = side_conductance(h, beyond)[0] / all_eight(lines[line + 1, at.ZETA] - lines[line, at.ZETA])
             put_eight(nodes, (at.CHANGE, first + line), over)
         put_eight(nodes, (at.AFTER, first + line), part)
         put_eight(nodes, (at.WEIGHT, first + line), part)

@@ -261,16 +261,11 @@ def take_last_step(film, work, group):
 @kernel
 def film_tangents(film, work, group, outs, wanted, own):
     """Derivatives of the four forces by position and velocity into ``outs`` (b, OUT_SIZE) of the ``wanted`` lanes."""
-    size = int(film.constants[one.N_PHI]) * int(film.constants[one.N_Z])
     motion_sources(film, work, group)
-    solve_lanes(work.band, size, int(film.constants[one.N_Z]), work.columns)
-    solution_loads(film, work, group, at.SIDES)
-    border_equations(film, work, at.SIDES, 4)
-    eliminate(film, work, at.SIDES)
-    _force_changes(film, work)
+    _answer(film, work, group, 4)
     for c in range(at.LANES):
         if wanted[c] > 0.0:
-            unit = lane_load_unit(film, work, c) / film.constants[one.CLEARANCE]
+            unit = _tangent_unit(film, work, c)
             out = outs[int(own[c])]
             for m in range(4):
                 for t in range(4):
@@ -279,10 +274,35 @@ def film_tangents(film, work, group, outs, wanted, own):
                     out[one.DAMPING + 4 * m + t] = unit * work.loads[m, 8 * (at.SIDES + 4 + t) + c]
 
 
+@kernel
+def past_tangents(film, work, group, per_gain, by_past, wanted, own):
+    """Derivatives of the four forces by the past Δ of the shapes, N/m, into ``by_past`` (b, 4, k)."""
+    past_sources(film, work, group, per_gain)
+    _answer(film, work, group, 0)
+    for c in range(at.LANES):
+        if wanted[c] > 0.0:
+            unit = _tangent_unit(film, work, c)
+            out = by_past[int(own[c])]
+            for m in range(4):
+                for k in range(out.shape[1]):
+                    out[m, k] = unit * work.loads[m, 8 * (at.SIDES + 1 + k) + c]
+
+
 @inlined_kernel
-def lane_load_unit(film, work, c):
-    """p₀ A₀ of a lane, N s."""
-    return work.wide[8 * at.UNIT + c] * film_area(film.constants)
+def _tangent_unit(film, work, c):
+    """p₀ A₀ of a lane over the clearance, N s/m."""
+    return work.wide[8 * at.UNIT + c] * film_area(film.constants) / film.constants[one.CLEARANCE]
+
+
+@kernel
+def _answer(film, work, group, moving):
+    """Changes of the loads by the eight sources in ``columns``, shapes and all; the first ``moving`` by x, y, a, b."""
+    n_z = int(film.constants[one.N_Z])
+    solve_lanes(work.band, int(film.constants[one.N_PHI]) * n_z, n_z, work.columns)
+    solution_loads(film, work, group, at.SIDES)
+    border_equations(film, work, at.SIDES, moving)
+    eliminate(film, work, at.SIDES)
+    _force_changes(film, work)
 
 
 @kernel
@@ -295,22 +315,3 @@ def _force_changes(film, work):
                 by_shape = eight(work.loads, (m, 1 + k)) + eight(work.touching, (m, 4 + k))
                 total = plus_product(total, by_shape, eight(work.border, (k, at.MOST_SHAPES + t)))
             put_eight(work.loads, (m, at.SIDES + t), total)
-
-
-@kernel
-def past_tangents(film, work, group, per_gain, by_past, wanted, own):
-    """Derivatives of the four forces by the past Δ of the shapes, N/m, into ``by_past`` (b, 4, k)."""
-    size = int(film.constants[one.N_PHI]) * int(film.constants[one.N_Z])
-    past_sources(film, work, group, per_gain)
-    solve_lanes(work.band, size, int(film.constants[one.N_Z]), work.columns)
-    solution_loads(film, work, group, at.SIDES)
-    border_equations(film, work, at.SIDES, 0)
-    eliminate(film, work, at.SIDES)
-    _force_changes(film, work)
-    for c in range(at.LANES):
-        if wanted[c] > 0.0:
-            unit = lane_load_unit(film, work, c) / film.constants[one.CLEARANCE]
-            out = by_past[int(own[c])]
-            for m in range(4):
-                for k in range(out.shape[1]):
-                    out[m, k] = unit * work.loads[m, 8 * (at.SIDES + 1 + k) + c]

@@ -8,11 +8,10 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.singles import add_to, all_eight, any_lane, choose, eight, least_of, looked_up, most_of, put_eight
 from cranktrain.film.contact.asperity import FRICTION, HIGHEST, SHEAR, SMOOTH_SPEED
 from cranktrain.film.elastic import grid as one
-from cranktrain.film.elastic.balance import grid_factors
+from cranktrain.film.elastic.balance import grid_factors, side_conductance
 from cranktrain.film.elastic.border import film_area, load_unit
 from cranktrain.film.elastic.result import vertex, wedge_integrals
 from cranktrain.film.lanes import grid as at
-from cranktrain.film.lanes.balance import side_conductance
 from cranktrain.film.lanes.gaps import hermite, table_place, whole
 
 # Rows of LaneWork.sums beyond the four forces.
