@@ -19,9 +19,10 @@ from cranktrain.dynamics.model.settings import (
     resolved,
 )
 from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import BLOCKS, DAMPERS, PISTONS
-from cranktrain.film.laws.register import BIG_END, MAINS, bearing_levels
+from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, bearing_levels
 
 SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
 SPEED = 2000 * math.pi / 30
@@ -175,3 +176,10 @@ def test_a_body_that_bends_is_no_torsional_crank():
     """Taken for a torsional crank it would hang in nothing."""
     with pytest.raises(InputError, match=r"bends, which one of crank level 'torsional' does not"):
         simulate(*six(), Settings(crank="torsional"), SPEED, 1)
+
+
+@pytest.mark.parametrize("level", [name for name, law in LAWS.items() if "plain" in law.forms])
+def test_held_inputs_have_an_integrator_whose_stages_are_all_implicit(level):
+    """Inputs that jump between steps are missed by a stage that is the end of the step before."""
+    found = resolved(Settings(crank="beam", bearings=level, reconstruction="hold"), SIX)
+    assert "explicit" not in INTEGRATORS[found.integrator].title

@@ -124,7 +124,7 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
         "friction (the run repeats, at most 6 times; big ends and thrust bearing stay at the engine's)",
     )  # fmt: skip
     add("--integrator", metavar="NAME", help=_integrators())
-    add("--step-deg", type=float, metavar="DEG", help="internal step in degrees of crank angle")
+    add("--step-deg", type=float, metavar="DEG", help=_steps())
     add(
         "--tolerance", type=float, metavar="ERROR",
         help="adaptive steps: --step-deg is divided until the error of a step is below this, e.g. 1e-4",
@@ -157,8 +157,18 @@ def add_source_options(parser: argparse.ArgumentParser) -> None:
 
 def _integrators() -> str:
     from cranktrain.dynamics.time.integrators import INTEGRATORS
+    from cranktrain.film.laws.register import LAWS, Law
 
-    return f"{', '.join(INTEGRATORS)}; default esdirk4, at level ehd sdirk2"
+    usual = Law.integrator
+    others = [f"at level {law.name} {law.integrator}" for law in LAWS.values() if law.integrator != usual]
+    return f"{', '.join(INTEGRATORS)}; default {', '.join((usual, *others))}"
+
+
+def _steps() -> str:
+    from cranktrain.film.laws.register import LAWS, Law
+
+    others = [f"at level {law.name} {law.step_deg:g}" for law in LAWS.values() if law.step_deg != Law.step_deg]
+    return f"internal step in degrees of crank angle; default {', '.join((f'{Law.step_deg:g}', *others))}"
 
 
 def asked_of(options: argparse.Namespace, *speeds_rpm: float) -> Asked:

@@ -26,7 +26,7 @@ DENSE_OUTPUTS = {"off": 0, "on": 1}
 """Whether internal steps pass over communication points, whose outputs are interpolated, or end at each."""
 BOUNDARIES = {"speed": 1.0, "torque": 0.0}
 """What is given at the dynamometer."""
-FOR_HELD_INPUTS = {"esdirk4": "sdirk4"}
+FOR_HELD_INPUTS = {"esdirk4": "sdirk4", "esdirk3": "sdirk3"}
 """Usual integrators whose first stage is that of the step before, and knows nothing of inputs that jump in between:
 their like of which all stages are implicit."""
 TEMPERATURES = ("engine", "heat-balance")
@@ -93,8 +93,8 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     Journals of a crank that only twists are locked on their axis; else mains are rollers where the engine has them,
     else films without tilt. Rollers run in a flexible block where engine and crank allow it, for the ground leaves the
     largest error beside them; films, which leave as much themselves, run on ground. Elastic films: what they do as they
-    close, and their voids, leave no use for an order above two; their least gap asks for shorter steps. Films that feel
-    tilt cost more than what a tighter tolerance would gain. Pistons are guided by a flexible block's liners.
+    close, and their voids, leave no use for an order above three. Films that feel tilt cost more than what a tighter
+    tolerance would gain. Pistons are guided by a flexible block's liners.
     """
     bearings = settings.bearings
     if bearings == "auto":
