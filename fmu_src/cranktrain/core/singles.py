@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cranktrain.core.kernel import Intrinsic, compiler
-from cranktrain.core.vectors import _contiguous, _place
+from cranktrain.core.vectors import contiguous, entry_place
 
 SINGLES = 8
 
@@ -35,14 +35,14 @@ def _whole_place(context: Any, builder: Any, array: Any, kind: Any, value: Any, 
     eights = builder.mul(last, context.get_constant(integer, SINGLES))
     tuple_kind = numba.types.Tuple((*parts[:-1], integer))
     packed = context.make_tuple(builder, tuple_kind, [*values[:-1], eights])
-    return _place(context, builder, numba.types.void(array, tuple_kind), (value, packed))
+    return entry_place(context, builder, numba.types.void(array, tuple_kind), (value, packed))
 
 
 def _loading() -> Any:
     found = _types()
 
     def load(typing_context: Any, array: Any, at: Any) -> Any:
-        _contiguous(array, kind="float32")
+        contiguous(array, kind="float32")
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             address = _whole_place(context, builder, array, at, *values)
@@ -57,7 +57,7 @@ def _storing() -> Any:
     found, numba = _types(), compiler()
 
     def store(typing_context: Any, array: Any, at: Any, vector: Any) -> Any:
-        _contiguous(array, kind="float32")
+        contiguous(array, kind="float32")
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             address = _whole_place(context, builder, array, at, values[0], values[1])
@@ -76,7 +76,7 @@ def _adding() -> Any:
     wide = ir.VectorType(ir.DoubleType(), SINGLES)
 
     def add_to(typing_context: Any, array: Any, at: Any, vector: Any) -> Any:
-        _contiguous(array)
+        contiguous(array)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             address = _whole_place(context, builder, array, at, values[0], values[1])
@@ -97,7 +97,7 @@ def _rounding() -> Any:
     wide = ir.VectorType(ir.DoubleType(), SINGLES)
 
     def rounded(typing_context: Any, array: Any, at: Any) -> Any:
-        _contiguous(array)
+        contiguous(array)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             address = _whole_place(context, builder, array, at, *values)
@@ -194,7 +194,7 @@ def _looking_up() -> Any:
 
     def looked_up(typing_context: Any, table: Any, place: Any, column: Any) -> Any:
         """Entries of one column of a table at eight rows, the whole parts of ``place``."""
-        _contiguous(table, kind="float32")
+        contiguous(table, kind="float32")
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             integer = compiler().types.intp
@@ -205,7 +205,7 @@ def _looking_up() -> Any:
                 at = ir.Constant(whole, lane)
                 row = builder.sext(builder.extract_element(rows, at), ir.IntType(64))
                 packed = context.make_tuple(builder, kind, [row, values[2]])
-                address = _place(context, builder, compiler().types.void(table, kind), (values[0], packed))
+                address = entry_place(context, builder, compiler().types.void(table, kind), (values[0], packed))
                 out = builder.insert_element(out, builder.load(address), at)
             return out
 

@@ -35,7 +35,7 @@ def _vector(builder: Any, address: Any, lanes: int = LANES) -> Any:
     return builder.load(pointer, align=8), pointer
 
 
-def _contiguous(*arrays: Any, kind: str = "float64") -> None:
+def contiguous(*arrays: Any, kind: str = "float64") -> None:
     numba = compiler()
     for array in arrays:
         if array.layout != "C" or array.dtype != getattr(numba.types, kind):
@@ -48,7 +48,7 @@ def _subtracting(rows: int, pivots: int, lanes: int = LANES) -> Callable[[], Any
         integer = numba.types.intp
 
         def subtract(typing_context: Any, out: Any, left: Any, right: Any, i: Any, k: Any, j: Any) -> Any:
-            _contiguous(out, left, right)
+            contiguous(out, left, right)
 
             def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
                 i0, k0, j0 = values[3:]
@@ -97,7 +97,7 @@ def _types() -> Any:
     return vector_types
 
 
-def _place(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+def entry_place(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     """Address of an entry of the array that is the first argument; the second is its index, or a tuple of indices."""
     integer, (array, kind) = compiler().types.intp, signature.args[:2]
     if isinstance(kind, compiler().types.BaseTuple):
@@ -112,10 +112,10 @@ def _loading() -> Any:
     four = _types().FOUR
 
     def load(typing_context: Any, array: Any, at: Any) -> Any:
-        _contiguous(array)
+        contiguous(array)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return _vector(builder, _place(context, builder, signature, values))[0]
+            return _vector(builder, entry_place(context, builder, signature, values))[0]
 
         return four(array, at), generate
 
@@ -128,10 +128,10 @@ def _loading_singles() -> Any:
     found = _types()
 
     def load_singles(typing_context: Any, array: Any, at: Any) -> Any:
-        _contiguous(array, kind="float32")
+        contiguous(array, kind="float32")
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            address = _place(context, builder, signature, values)
+            address = entry_place(context, builder, signature, values)
             kind = ir.VectorType(ir.FloatType(), LANES)
             four = builder.load(builder.bitcast(address, kind.as_pointer()), align=4)
             return builder.fpext(four, found.VECTOR)
@@ -145,10 +145,10 @@ def _storing() -> Any:
     four, numba = _types().FOUR, compiler()
 
     def store(typing_context: Any, array: Any, at: Any, vector: Any) -> Any:
-        _contiguous(array)
+        contiguous(array)
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            address = _place(context, builder, signature, values)
+            address = entry_place(context, builder, signature, values)
             builder.store(values[2], builder.bitcast(address, values[2].type.as_pointer()), align=8)
             return context.get_dummy_value()
 
