@@ -36,6 +36,7 @@ def _vector(builder: Any, address: Any, lanes: int = LANES) -> Any:
 
 
 def contiguous(*arrays: Any, kind: str = "float64") -> None:
+    """Refuse arrays of another type or layout than rows of neighbours."""
     numba = compiler()
     for array in arrays:
         if array.layout != "C" or array.dtype != getattr(numba.types, kind):
