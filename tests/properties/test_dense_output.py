@@ -31,7 +31,8 @@ COUNTS = "solver.substeps", "solver.iterations", "solver.residual", "crank.angle
 
 def started(speed=SPEED, **settings):
     engine = free_six()
-    simulation = Simulation(engine, rigid_crank(engine), Settings(**{"crank": "rigid", "step": STEP, **settings}))
+    chosen = Settings(**{"crank": "rigid", "step": STEP, "dense_output": "on", **settings})
+    simulation = Simulation(engine, rigid_crank(engine), chosen)
     simulation.inputs[0] = speed
     simulation.initialize()
     return simulation
@@ -46,7 +47,8 @@ def parts(name):
 
 def bending(name, speed, **settings):
     made = parts(name)
-    simulation = Simulation(made.engine, made.body, replace(made.settings, **settings), parts=made.parts)
+    chosen = replace(made.settings, **({"dense_output": "on"} | settings))
+    simulation = Simulation(made.engine, made.body, chosen, parts=made.parts)
     simulation.inputs[0] = speed
     simulation.initialize()
     return simulation

@@ -75,7 +75,6 @@ STARTS = {
     "elastic_cost": Start(constants={"CYCLES": 2, "GRIDS": [[48, 8, 0.5]], "REPEATS": 1, "CALLS": 2}),
     "elastic_run_up": Start("--speeds 1000 1020", {"SETTLE": 0.3}),
     "fillet_stress": Start("1 'pin[1] front fillet'"),
-    "film_lanes": Start(constants={"CYCLES": 1}),
     "film": Start(constants={"COUNT": 100, "REPEATS": 1}, quick=True),
     "film_cost": Start(
         "chart.png",
@@ -91,6 +90,7 @@ STARTS = {
             "ENGINE_REPEATS": 1,
         },
     ),
+    "film_lanes": Start(constants={"CYCLES": 1}),
     "film_levels": Start(constants={"CYCLES": 0.01}),
     "film_modes": Start("1660"),
     "film_table": Start(
