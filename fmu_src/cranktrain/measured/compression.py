@@ -47,6 +47,8 @@ place of 17 is told.
 """
 MIDWAY = 0.5
 """Temperature, 1000 K, at which the change of the rise is zero."""
+TIGHT = 1.0e-12
+"""Tolerance of the fit: far below what the order of sums leaves in its parameters."""
 MODEL_ERROR = 1.0e-3
 """Relative error of the model's pressure, by which points are weighted besides their noise."""
 _AIR = tuple(
@@ -138,7 +140,8 @@ def fit_compression(
         return np.concatenate((weight * (model - x[1] - p), priors))
 
     scale = np.array([0.01, 1e4, 1e4, 20.0, 0.3, 0.01, 0.01])
-    found = least_squares(residual, np.array([0.0, start[0], start[1], TEMPERATURE[0], 0.0, 0.0, 0.0]), x_scale=scale)
+    first = np.array([0.0, start[0], start[1], TEMPERATURE[0], 0.0, 0.0, 0.0])
+    found = least_squares(residual, first, "3-point", x_scale=scale, ftol=TIGHT, xtol=TIGHT, gtol=TIGHT)
     x = found.x
     points = theta.size
     errors = _standard_errors(found, points, scale, motored)
