@@ -22,6 +22,7 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
 from cranktrain.dynamics.model.choices import run_numbers
+from cranktrain.dynamics.model.numbers import LEAST_STEP
 from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
 from cranktrain.dynamics.model.state import (
     CONTRACTION,
@@ -50,7 +51,7 @@ from cranktrain.dynamics.settled.samples import Sink
 from cranktrain.dynamics.start.mean_motion import rigid_start
 from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
-from cranktrain.dynamics.time.status import OK, REMEDIES, SINGULAR, STALLED
+from cranktrain.dynamics.time.status import OK, REFUSALS, REMEDIES, SINGULAR, STALLED, STEP_RANGE
 from cranktrain.dynamics.time.step_control import MAX_HALVINGS, ports_at_state
 from cranktrain.dynamics.warm_films import (
     check_level,
@@ -139,8 +140,8 @@ class Simulation(SteppedModel):
         self.parts = parts or Parts()
         self._temperatures = temperatures
         self._gas: Gas = gas or GasTrace.from_engine(engine)
-        if not (math.isfinite(self.settings.step) and self.settings.step > 0.0):
-            raise InputError(f"internal step must be a positive angle, got {math.degrees(self.settings.step):g} deg")
+        if not LEAST_STEP <= self.settings.step < math.inf:
+            raise InputError(f"{REFUSALS[STEP_RANGE]}, not {self.settings.step:g} rad")
         self.counts = output_counts(engine, self.parts.topology)
         self._needs = output_needs(self.counts)
         self.output_names = tuple(self._needs)

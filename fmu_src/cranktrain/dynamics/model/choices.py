@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from cranktrain.dynamics.model.numbers import (
     LEVEL_FILM_CHANGE,
     LEVEL_HELD_METHOD,
     LEVEL_METHOD,
+    LEVEL_STEP,
     LEVEL_TOLERANCE,
     NUMBERS,
     SET_ADAPTIVE,
@@ -83,13 +84,13 @@ def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
         LEVEL_FILM_CHANGE: usual_film_change(law, engine),
         LEVEL_METHOD: float(rows.index(law.integrator)),
         LEVEL_HELD_METHOD: float(rows.index(FOR_HELD_INPUTS.get(law.integrator, law.integrator))),
+        LEVEL_STEP: math.radians(law.step_deg),
     }
 
 
 def run_numbers(settings: Settings, engine: Engine) -> Array:
     """All numbers of a run, (NUMBERS,); ``settings`` of words that exist, with or without what is left open."""
     numbers = np.zeros(NUMBERS)
-    settings = replace(settings, step=settings.step or resolved(settings, engine).step)
     for name, slot in NUMBER_SLOTS.items():
         numbers[slot] = getattr(settings, name) or 0.0
     for name, slot in GEOMETRY_SLOTS.items():

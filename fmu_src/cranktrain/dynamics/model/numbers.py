@@ -11,17 +11,20 @@ from __future__ import annotations
 SET_GAS_LOAD, SET_CRANKCASE, SET_BORE, SET_COMPRESSION, SET_DAMPER_TEMPERATURE, SET_OIL_TEMPERATURE = range(6)
 SET_GRAVITY = 6
 # Step (rad); communication steps by which given pressures are late; tolerance of adaptive control, and 1 where it is
-# adaptive; numbers of gas source and reconstruction; row of the integrator in its register, −1: the level's usual one;
-# Newton tolerance (clearances) and share by which a film may close over a step, 0: the level's usual ones.
+# adaptive; numbers of gas source and reconstruction; row of the integrator in its register; Newton tolerance
+# (clearances) and share by which a film may close over a step. The level's usual ones: step, Newton tolerance and share
+# 0, row −1.
 SET_STEP, SET_GAS_DELAY, SET_TOLERANCE, SET_ADAPTIVE, SET_GAS_SOURCE, SET_RECONSTRUCTION, SET_METHOD = range(7, 14)
 SET_NEWTON_TOLERANCE, SET_FILM_CHANGE = 14, 15
 # Newton iterations that a communication step may take, 0: any number.
 SET_WORK_LIMIT = 16
 # What the bearing level brings: Newton tolerance and share of its films, rows of its usual integrator and of the one
-# for inputs that are held.
-LEVEL_TOLERANCE, LEVEL_FILM_CHANGE, LEVEL_METHOD, LEVEL_HELD_METHOD = range(17, 21)
+# for inputs that are held, step (rad).
+LEVEL_TOLERANCE, LEVEL_FILM_CHANGE, LEVEL_METHOD, LEVEL_HELD_METHOD, LEVEL_STEP = range(17, 22)
 # 1 where internal steps pass over communication points.
-SET_DENSE, NUMBERS = 21, 22
+SET_DENSE, NUMBERS = 22, 23
+LEAST_STEP = 1.0e-5
+"""Shortest step that may be asked for, rad."""
 MOST_DELAY = 2.0
 """Communication steps by which given pressures may be late."""
 LEAST_TOLERANCE, MOST_TOLERANCE = 1.0e-10, 1.0

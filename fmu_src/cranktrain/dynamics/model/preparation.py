@@ -12,10 +12,12 @@ from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import thrust_row
 from cranktrain.dynamics.model.numbers import (
+    LEAST_STEP,
     LEAST_TOLERANCE,
     LEVEL_FILM_CHANGE,
     LEVEL_HELD_METHOD,
     LEVEL_METHOD,
+    LEVEL_STEP,
     LEVEL_TOLERANCE,
     MOST_DELAY,
     MOST_TOLERANCE,
@@ -84,7 +86,7 @@ def prepare_model(model, numbers, temperatures, speed):
     scalars[at.GRAVITY] = numbers[SET_GRAVITY]
     scalars[at.CRANKCASE] = numbers[SET_CRANKCASE]
     scalars[at.GAS_LOAD] = numbers[SET_GAS_LOAD]
-    scalars[at.STEP] = numbers[SET_STEP]
+    scalars[at.STEP] = step_of(numbers)
     choose(model, numbers)
     size_cylinders(model, numbers)
     for i in range(model.block.weight.shape[0]):
@@ -101,7 +103,7 @@ def prepare_model(model, numbers, temperatures, speed):
 def refusal(model, numbers, temperatures, speed):
     """Why a model cannot be prepared so; a status. Only oil too thin for Roelands' law is found later."""
     basis = model.basis
-    if not 0.0 < numbers[SET_STEP] < math.inf:
+    if not LEAST_STEP <= step_of(numbers) < math.inf:
         return STEP_RANGE
     if not 0.0 <= numbers[SET_GAS_DELAY] <= MOST_DELAY:
         return DELAY_RANGE
@@ -132,6 +134,12 @@ def refusal(model, numbers, temperatures, speed):
         if not basis.damper[LOWEST] <= warmth <= basis.damper[HIGHEST]:
             return DAMPER_RANGE
     return OK
+
+
+@inlined_kernel
+def step_of(numbers):
+    """Internal step, rad: the one that is asked for, or the level's usual one."""
+    return numbers[SET_STEP] if numbers[SET_STEP] != 0.0 else numbers[LEVEL_STEP]
 
 
 @inlined_kernel

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.core.kernel import kernel
 from cranktrain.core.types import Array
 from cranktrain.film.contact.asperity import HIGHEST, SIGMA, contact_pressure
 from cranktrain.film.contact.gap import open_gap
@@ -123,7 +124,8 @@ def lane_work(film: ElasticFilm, films: int) -> LaneWork:
     shared[:, AFTER_SIDE], shared[:, BEFORE_SIDE] = film.sides[one.AFTER_SIDE], film.sides[one.BEFORE_SIDE]
     points = n_phi * lines + size
     return LaneWork(
-        _lanes(groups, n_phi, 4), _lanes(groups, points, MOST_SHAPES), _lanes(groups, size), shared, gap_table(film),
+        _lanes(groups, n_phi, 4), _lanes(groups, points, MOST_SHAPES), _lanes(groups, size), shared,
+        gap_table(film) if films else _singles(2, 6),
         marks, _lanes(groups, NODE_FIELDS, n_phi * lines),
         _lanes(groups, FACE_FIELDS, size), _lanes(size, 2 * n_z + 1), _lanes(size, SIDES), _lanes(11, 2 * SIDES),
         _lanes(11, 11), _lanes(MOST_SHAPES, MOST_SHAPES + SIDES), _lanes(LANE_ROWS), np.zeros(WIDE_ROWS * LANES),
@@ -133,13 +135,20 @@ def lane_work(film: ElasticFilm, films: int) -> LaneWork:
 
 def gap_table(film: ElasticFilm) -> Singles:
     """Mean gap and contact over u = H/σ, (m, 6), from the very functions that a single film calls."""
-    count = round((HIGHEST - LOWEST_U) * PER_U) + 2
-    table = _singles(count, 6)
-    sigma = film.contact[SIGMA]
-    for k in range(count):
+    table = np.zeros((round((HIGHEST - LOWEST_U) * PER_U) + 2, 6))
+    fill_gaps(table, film.contact, film.contact_table)
+    return table.astype(np.float32)
+
+
+@kernel
+def fill_gaps(table, contact, contact_table):
+    """Rows of :func:`gap_table`, from the surfaces' constants and table of contact."""
+    sigma = contact[SIGMA]
+    for k in range(table.shape[0]):
         u = LOWEST_U + k / PER_U
-        table[k, MEAN:PRESS] = open_gap(u, 1.0)
+        table[k, MEAN], table[k, MEAN_SLOPE], table[k, MEAN_BEND] = open_gap(u, 1.0)
         if sigma > 0.0:
-            p, by_gap, area = contact_pressure(u * sigma, film.contact, film.contact_table)
-            table[k, PRESS:] = p, by_gap * sigma, area
-    return table
+            p, by_gap, area = contact_pressure(u * sigma, contact, contact_table)
+            table[k, PRESS] = p
+            table[k, PRESS_SLOPE] = by_gap * sigma
+            table[k, AREA] = area

@@ -15,7 +15,9 @@ from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.step_control import ports_at_state
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.film.contact.asperity import CONSTANTS
 from cranktrain.film.contact.gap import least_gap
+from cranktrain.film.lanes.grid import fill_gaps
 from cranktrain.film.table.interpolation import stretched
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure
 
@@ -40,6 +42,7 @@ def typical_calls(run: Run) -> None:
     gas_pressure(0.1, np.zeros((8, 4)))
     stretched(0.9)
     least_gap((0.5, 0.0, 0.1, 0.0), 1.0, (0.0, 1.0, 1.0))
+    fill_gaps(np.zeros((2, 6)), np.zeros(CONSTANTS), np.zeros((2, 2)))
     carried(run.model, np.zeros(run.model.block_ports.shape[1]))
     motion_of(run.state, run.model.omega2.size)
     ports_at_state(run.model, run.work, run.state)
