@@ -110,8 +110,10 @@ if TYPE_CHECKING:
 
 SHAPES = 7
 """Bore shapes that a running film carries; with the load they fill one block of right-hand sides."""
-IN_LOOP = ElasticGrid(48, 8, 0.5)
-"""Chosen by least films and largest pressures of the six's mains: ``python -m benchmarks.elastic_cost``."""
+IN_LOOP = ElasticGrid(24, 8, 0.5)
+"""Of level ``ehd``: chosen by total errors beside cost, ``python -m benchmarks.film_levels``."""
+FINE = ElasticGrid(48, 8, 0.5)
+"""Of level ``ehd:fine``: chosen by least films and largest pressures, ``python -m benchmarks.elastic_cost``."""
 SMALLEST = ElasticGrid(12, 5)
 """Grid of levels that do not read it."""
 
@@ -187,12 +189,17 @@ def _oil_law(oil: Oil | None) -> Array:
     return np.zeros(2) if oil is None else np.array([PRESSURE_LAWS[oil.pressure_law], oil.pressure_viscosity])
 
 
-def elastic_films(bearings: Bearings) -> ElasticBore:
-    """Films of main bearings, of their own viscosities."""
+def elastic_films(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBore:
+    """Films of main bearings, of their own viscosities; on a grid of their own where the bore names one."""
     parts, viscosities = bearings.parts, bearings.parameters[:, VISCOSITIES]
     bore = parts["bore"]
-    size = bore.grid or IN_LOOP
+    size = bore.grid or grid
     return elastic_bore(bearings.plain, viscosities, bore, size, oil=bearings.oil, cycles=parts.get("cycles"))
+
+
+def fine_films(bearings: Bearings) -> ElasticBore:
+    """The same on level ``ehd:fine``'s grid."""
+    return elastic_films(bearings, FINE)
 
 
 def film_values(bore: ElasticBore) -> int:
