@@ -94,6 +94,7 @@ for i, words in ((1, "did you mean"), (2, "did the author mean"), (1, "did you m
     )
 
 
+@pytest.mark.slow
 def test_second_start_compiles_nothing(fmu, script, cache):
     """Where no machine code came with the FMU, which else compiles nothing at all."""
     run = "Unit(sys.argv[1]).start({'crank.level': 'rigid', 'bearing.level': 'linear'}).run(1).close()"
@@ -421,7 +422,7 @@ def test_native_simulation_and_fmu_agree_to_the_bit(fmu, engine, body, script):
     from cranktrain.dynamics.simulation import Settings, Simulation
 
     speed, h = 150.0, 1e-4
-    simulation = Simulation(engine, body, Settings(dense_output="on"))
+    simulation = Simulation(engine, body, Settings())
     simulation.inputs[0] = speed
     simulation.initialize(0.0)
     for i in range(60):
@@ -432,7 +433,7 @@ def test_native_simulation_and_fmu_agree_to_the_bit(fmu, engine, body, script):
 
 
 def test_parameters_start_as_the_settings_do(fmu, engine):
-    """And geometry as the engine. Points alone differ: masters choose them for rows, simulations for accuracy."""
+    """And geometry as the engine."""
     from cranktrain.dynamics.simulation import Settings
     from cranktrain.fmu.geometry import with_geometry
 
@@ -441,4 +442,4 @@ def test_parameters_start_as_the_settings_do(fmu, engine):
     starts = {v["setting"]: v["start"] for v in about["variables"] if v["causality"] == "parameter"}
     told, rest = with_geometry(engine, starts, {})
     assert told is engine and len(rest) == len(starts) - 11
-    assert {name: getattr(Settings(dense_output="on"), name) for name in rest} == rest
+    assert {name: getattr(Settings(), name) for name in rest} == rest

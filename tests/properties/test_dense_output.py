@@ -31,8 +31,7 @@ COUNTS = "solver.substeps", "solver.iterations", "solver.residual", "crank.angle
 
 def started(speed=SPEED, **settings):
     engine = free_six()
-    chosen = Settings(**{"crank": "rigid", "step": STEP, "dense_output": "on", **settings})
-    simulation = Simulation(engine, rigid_crank(engine), chosen)
+    simulation = Simulation(engine, rigid_crank(engine), Settings(**{"crank": "rigid", "step": STEP, **settings}))
     simulation.inputs[0] = speed
     simulation.initialize()
     return simulation
@@ -47,8 +46,7 @@ def parts(name):
 
 def bending(name, speed, **settings):
     made = parts(name)
-    chosen = replace(made.settings, **({"dense_output": "on"} | settings))
-    simulation = Simulation(made.engine, made.body, chosen, parts=made.parts)
+    simulation = Simulation(made.engine, made.body, replace(made.settings, **settings), parts=made.parts)
     simulation.inputs[0] = speed
     simulation.initialize()
     return simulation

@@ -23,7 +23,7 @@ from cranktrain.film.laws.ehd import IN_LOOP, elastic_arrays
 from cranktrain.structure.assembly import assemble
 
 pytestmark = pytest.mark.slow
-"""Kernels that no run calls by themselves are compiled for a minute; runs on lanes are in the quick tests of ``ehd``."""
+"""Kernels that no run calls by themselves are compiled for a minute; the quick tests of ``ehd`` run on lanes."""
 STEP = math.radians(2.0)
 THICK = 3.45e8
 """Pa at which oil of 20 1/GPa after Barus flows a thousandth."""

@@ -108,6 +108,7 @@ def test_files_of_another_kind_are_told(kind, tmp_path):
         assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FORMATS)
 def test_damaged_files_are_read_or_refused_in_one_line(kind, tmp_path, capfd):
     """Bytes that change, are missing or come in between; nothing else is printed."""

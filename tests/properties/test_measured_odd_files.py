@@ -211,6 +211,7 @@ def test_uff_with_other_data_sets_and_no_end(tmp_path):
     assert found.names == ("tacho",) and any("has no end and is left out" in text for text in found.remarks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["uff", "uffb", "mat"])
 def test_long_channels_are_not_all_in_memory_at_once(kind, tmp_path, monkeypatch):
     """Sixty channels, one at a time: what is held is far below their sum, and samples come back in any order."""

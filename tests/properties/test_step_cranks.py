@@ -55,14 +55,21 @@ def designed(folder, layout, bore=90.0, stroke=86.0):
 
 
 @pytest.mark.parametrize(
-    "how", [{}, TURNED, BACKWARDS, {"inch": True, **TURNED}], ids=["plain", "turned", "back", "inch"]
+    "how",
+    [
+        *(pytest.param(how, marks=pytest.mark.slow) for how in ({}, TURNED, BACKWARDS)),
+        {"inch": True, **TURNED},
+    ],
+    ids=["plain", "turned", "back", "inch"],
 )
 def test_the_six_is_found_within_a_hundredth_of_a_millimetre(tmp_path, how):
     made = same_crank(step(tmp_path / "six.step", engine="diesel_i6", **how), load_engine("diesel_i6"))
     assert made.sizes.layout.name == "i6" and "v12" in made.told[0]
 
 
-@pytest.mark.parametrize("layout", ["single", "i4", "v6_60", "v8", "i12"])
+@pytest.mark.parametrize(
+    "layout", ["single", "i4", *(pytest.param(name, marks=pytest.mark.slow) for name in ("v6_60", "v8", "i12"))]
+)
 def test_other_layouts_are_found(tmp_path, monkeypatch, capsys, layout):
     monkeypatch.chdir(tmp_path)
     engine = designed(tmp_path, layout)

@@ -68,6 +68,7 @@ def test_time_and_coefficient_count_as_their_product(history):
     assert fast.deepest[-1] == pytest.approx(history.deepest[-1], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_increments_converge_in_first_order():
     """With cycles enough that orbits follow the shells."""
     depths = []

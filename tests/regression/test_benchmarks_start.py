@@ -111,7 +111,7 @@ STARTS = {
     ),
     "ground_springs": Start("diesel_i6"),
     "inherited_damping": Start("diesel_i6", {"SPEEDS": [1.0]}),
-    "large_tables": Start("--megabytes 1 2", quick=True),
+    "large_tables": Start("--megabytes 1 2"),
     "law_call": Start("--calls 1000", {"TIMES": 1, "CYCLES": 1}, quick=True),
     "level_cost": Start("torsional", {"ROUNDS": 1, "CYCLES": 2}),
     "long_run": Start("--speeds 1000 --tolerances 0.01 --cycles 2"),

@@ -62,7 +62,7 @@ class Settings:
     integrator: str = "auto"
     step: float = 0.0
     control: str = "fixed"
-    dense_output: str = "off"
+    dense_output: str = "on"
     tolerance: float = 1.0e-3
     gas_source: str = "auto"
     gas_load: float = 1.0
