@@ -20,7 +20,7 @@ RPM = math.pi / 30.0
 @cache
 def made(name):
     engine = load_engine(name)
-    settings = Settings(crank="beam", block="ground", bearings="impedance", big_ends="impedance")
+    settings = Settings(crank="beam", block="ground", bearings="impedance", big_ends="impedance", dense_output="off")
     return engine, assemble(engine, settings)
 
 
