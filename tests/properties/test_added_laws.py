@@ -445,7 +445,9 @@ def rotor_on_oil(ratio=2.0, load=1.5e3, interfaces=("front", "rear"), **film):
 
 def orbit_after(cycles, steps):
     """Place and velocity of the rotor on its remembered oil after so many cycles of so many steps."""
-    run = beside(rotor_on_oil(), SPEED, step=4.0 * math.pi / steps, film_change=1e9, newton_tolerance=1e-9)
+    run = beside(
+        rotor_on_oil(level="ehd:fine"), SPEED, step=4.0 * math.pi / steps, film_change=1e9, newton_tolerance=1e-9
+    )
     advance(run, cycles, steps)
     return np.array([shown(run, f"r.position.{way}") for way in "xy"])
 

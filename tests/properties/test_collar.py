@@ -27,7 +27,9 @@ def tilting():
     body = rigid_crank(SIX)
 
     def made(bearings, state=None):
-        simulation = Simulation(SIX, body, Settings(crank="rigid", bearings=bearings))
+        # Outputs of states that steps end at: between these, motion is interpolated and forces follow from it.
+        settings = Settings(crank="rigid", bearings=bearings, dense_output="off")
+        simulation = Simulation(SIX, body, settings)
         simulation.inputs[0] = SPEED
         simulation.initialize()
         thrown, motion = simulation.state, slice(offset(0, body.n_modes), offset(3, body.n_modes))
