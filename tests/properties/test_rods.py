@@ -178,7 +178,7 @@ def test_opposed_pistons_on_two_geared_cranks_move_as_an_independent_right_hand_
                       {"bore": bore, "angles": tuple(angles), "pressures": tuple(pressures), "period": 2.0 * math.pi}),
     ]  # fmt: skip
     topology = ct.Topology(tuple(frames), tuple(bodies), tuple(connections))
-    run = beside(topology, speed)
+    run = beside(topology, speed, dense_output="off")
 
     def kinematic(time):
         """Centres, angles and their rates of all six bodies as without give, (2, 6, 3)."""
