@@ -3,8 +3,7 @@
 The six at 2000 rev/min, second cycle from the start. Each level at its defaults against the same with ``sdirk4`` at
 0.5 degrees: real-time factor (processor time), largest difference of torsion and axial motion over their peak to peak,
 relative difference of each main's least film (null where an edge touches), share of films solved outside the table. The
-elastic film also on another grid of nodes, and with steps that do not follow its closing. Prints one JSON
-object.
+elastic film also on a finer grid of nodes and by another integrator. Prints one JSON object.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ place of 17 is told.
 MIDWAY = 0.5
 """Temperature, 1000 K, at which the change of the rise is zero."""
 TIGHT = 1.0e-12
-"""Tolerance of the fit: far below what the order of sums leaves in its parameters."""
+"""Tolerances of the fit, so small that files read in one piece or in several give the same parameters."""
 MODEL_ERROR = 1.0e-3
 """Relative error of the model's pressure, by which points are weighted besides their noise."""
 _AIR = tuple(

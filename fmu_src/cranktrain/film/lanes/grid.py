@@ -142,7 +142,7 @@ def gap_table(film: ElasticFilm) -> Singles:
 
 @kernel
 def fill_gaps(table, contact, contact_table):
-    """Rows of :func:`gap_table`, from the surfaces' constants and table of contact."""
+    """Fill ``table`` (m, 6) as :func:`gap_table` says; ``contact`` and ``contact_table`` are those of a film."""
     sigma = contact[SIGMA]
     for k in range(table.shape[0]):
         u = LOWEST_U + k / PER_U

@@ -111,7 +111,7 @@ if TYPE_CHECKING:
 SHAPES = 7
 """Bore shapes that a running film carries; with the load they fill one block of right-hand sides."""
 IN_LOOP = ElasticGrid(24, 8, 0.5)
-"""Of level ``ehd``: chosen by total errors beside cost, ``python -m benchmarks.film_levels``."""
+"""Of level ``ehd``: enough nodes for forces and motion (docs/decisions/0071-two-levels-of-elastic-films.md)."""
 FINE = ElasticGrid(48, 8, 0.5)
 """Of level ``ehd:fine``: chosen by least films and largest pressures, ``python -m benchmarks.elastic_cost``."""
 SMALLEST = ElasticGrid(12, 5)
@@ -190,7 +190,7 @@ def _oil_law(oil: Oil | None) -> Array:
 
 
 def elastic_films(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBore:
-    """Films of main bearings, of their own viscosities; on a grid of their own where the bore names one."""
+    """Films of main bearings, each with its viscosity; the bore's grid, where it names one, replaces ``grid``."""
     parts, viscosities = bearings.parts, bearings.parameters[:, VISCOSITIES]
     bore = parts["bore"]
     size = bore.grid or grid
@@ -198,7 +198,7 @@ def elastic_films(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBor
 
 
 def fine_films(bearings: Bearings) -> ElasticBore:
-    """The same on level ``ehd:fine``'s grid."""
+    """Films of main bearings on the grid of level ``ehd:fine``."""
     return elastic_films(bearings, FINE)
 
 

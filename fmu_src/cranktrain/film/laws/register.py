@@ -141,7 +141,7 @@ def forms() -> list[Form]:
 
 
 def _elastic(name: str, title: str, record: str) -> Law:
-    """A level of elastic films; the levels differ in their grids alone."""
+    """A level of elastic films; such levels differ only in the number of nodes, which ``record`` chooses."""
     form = Form(
         f"{_HERE}.ehd:elastic_law",
         f"{_HERE}.ehd:{record}",
