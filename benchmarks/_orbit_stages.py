@@ -1,8 +1,8 @@
 """Elastic films of an engine's mains along given orbits, by the stages of an integrator.
 
-The orbit of each journal is that of the running engine, made periodic and smooth as a Fourier series. The velocities of
-the series are given to the stages; places follow from them by the rule of the integrator, as in the running model, so
-that gaps grow from step to step by exactly what the films are told.
+The orbit of each journal is that of the running engine, or one made up, as a Fourier series over a cycle. The
+velocities of the series are given to the stages; places follow from them by the rule of the integrator, as in the
+running model, so that gaps grow from step to step by exactly what the films are told.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.dynamics.time.table import C_V, EXPLICIT_FIRST, FIRST_STAGE, HEAD, NODE, STAGES
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.film.elastic.grid import FILM_MIN, OIL, SIDE_FLOW, SUPPLY_FLOW
 from cranktrain.film.lanes.grid import lane_work
-from cranktrain.film.laws.ehd import ElasticBore, elastic_law, film_size
+from cranktrain.film.laws.bearings import enter
+from cranktrain.film.laws.ehd import ElasticBore, elastic_bore, elastic_law, film_size
 from cranktrain.film.laws.films import (
     CLOSE_STAGE,
     CLOSE_STEP,
@@ -40,11 +42,9 @@ from cranktrain.film.laws.films import (
     SPEED,
     STAGE,
     STEP,
-    Films,
     film_call,
     no_films,
 )
-from cranktrain.film.laws.bearings import enter
 from cranktrain.structure.assembly import assemble
 
 Array = NDArray[np.float64]
@@ -102,8 +102,26 @@ def engine_orbits(name: str, rpm: float, cycles: int = 2) -> Orbits:
         cos, sin, place = films.numbers[COS], films.numbers[SIN], films.place[:count]
         places[n % SAMPLES, :, ::2] = cos * place[:, ::2] - sin * place[:, 1::2]
         places[n % SAMPLES, :, 1::2] = sin * place[:, ::2] + cos * place[:, 1::2]
-    # The cycle need not close: its drift is left out.
-    spectrum = np.fft.rfft(places, axis=0) / SAMPLES
+    return orbits_through(bore, speed, places)
+
+
+def worst_orbit(name: str, rpm: float, highest: float) -> Orbits:
+    """One main of an engine on an orbit whose eccentricity rises to ``highest`` and falls to 0.3 twice a cycle."""
+    made = assemble(load_engine(name), Settings(bearings="ehd", crank="rigid", block="ground"))
+    plain, speed = made.engine.plain_mains, rpm * math.pi / 30.0
+    thin = viscosity(made.engine.oil, oil_temperature(made.engine.oil, speed))
+    bore = elastic_bore(plain, np.full(1, thin), made.parts.bore)
+    t = np.arange(SAMPLES) * CYCLE / SAMPLES
+    size, angle = 0.5 * (highest + 0.3) - 0.5 * (highest - 0.3) * np.cos(t), -1.2 + np.sin(0.5 * t) + 0.4 * np.cos(t)
+    middle = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
+    tilt = 0.03 * np.stack([np.sin(0.5 * t), np.cos(t)], axis=1)
+    places = plain.clearance * np.concatenate([middle, tilt], axis=1)[:, None]
+    return orbits_through(bore, speed, places)
+
+
+def orbits_through(bore: ElasticBore, speed: float, places: Array) -> Orbits:
+    """Fourier series through samples (SAMPLES, b, 4) of a cycle, which need not close."""
+    spectrum = np.fft.rfft(places, axis=0) / len(places)
     return Orbits(bore, speed, spectrum[0].real, spectrum[1 : HARMONICS + 1])
 
 

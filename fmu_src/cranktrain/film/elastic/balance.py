@@ -19,9 +19,9 @@ g and the parts Δ, known from the stages before, are those of the integrator's 
 Under pressure Π is the reduced pressure and θ of a full node its ρ/ρ₀ (:mod:`cranktrain.film.elastic.oil`), which grows
 by backward Euler from the start of the step; such a film has no stages.
 
-With backward Euler the fill lies in [0, 1] at any step, because it is a mean of the previous fill and the inflow. H is the mean
-gap of rough surfaces, :mod:`cranktrain.film.contact.gap`. A journal displaced beyond its bore still has a small gap;
-its load is carried by contact. The matrix ∂R/∂u is an M-matrix by columns.
+With backward Euler the fill lies in [0, 1] at any step, because it is a mean of the previous fill and the inflow. H is
+the mean gap of rough surfaces, :mod:`cranktrain.film.contact.gap`. A journal displaced beyond its bore still has a
+small gap; its load is carried by contact. The matrix ∂R/∂u is an M-matrix by columns.
 """
 
 from __future__ import annotations

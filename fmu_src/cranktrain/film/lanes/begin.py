@@ -164,7 +164,7 @@ def prepare_step(film, work, group, starts, own):
 
 @kernel
 def prepare_stage(film, work, group, content, own):
-    """What nodes hold by the stages before, and limited transport; ``content`` (b, CONTENT, N n) of the films ``own``."""
+    """What nodes hold by the stages before, and limited transport; ``content`` (b, CONTENT, N n) of films ``own``."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2

@@ -1,7 +1,7 @@
 """Elastic films of the main bearings in the running model: their data, their memory, and their force, solved online.
 
-A film remembers its oil and the form of its bore. Both belong to the state: node unknowns, shapes δ and the rates of both
-at the end of the last step. Within a step
+A film remembers its oil and the form of its bore. Both belong to the state: node unknowns, shapes δ and the rates of
+both at the end of the last step. Within a step
 
 * shapes follow the stage's own rule, δ_s = Δ + g δ̇_s with Δ = δ_n + h Σ_j a_sj δ̇_j and g = hγ, so that the squeeze of
   the elastic bore is of the integrator's order (generalised-α: backward Euler);
