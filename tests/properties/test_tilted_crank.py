@@ -132,9 +132,12 @@ def test_free_big_ends_carry_what_rods_need():
 
 
 def kept_films(simulation):
-    """Of each elastic film in the state: unknowns (b, N), shapes and their rates (b, k), kept results (b, KEPT)."""
+    """Of each elastic film in the state: unknowns (b, N), shapes and their rates (b, k), kept results (b, KEPT).
+
+    What the nodes gain, (b, N), stands behind them.
+    """
     films = simulation.state[-int(simulation.model.films.remembered[-1]) :].reshape(7, -1)
-    return np.split(films, np.cumsum([IN_LOOP.size, SHAPES, SHAPES]), axis=1)
+    return np.split(films, np.cumsum([IN_LOOP.size, SHAPES, SHAPES, KEPT]), axis=1)[:4]
 
 
 def test_elastic_films_live_in_the_state():

@@ -126,6 +126,17 @@ STARTS = {
     "poincare": Start("--speeds 1000", {"BEFORE": 1, "CYCLES": 4, "LONGEST": 2}, quick=True),
     "ratio": Start("--laps 1 --bearings linear"),
     "run_up": Start("--from 1000 --to 1020 --workers 1 --repeats 1", {"SPEEDS": 2}, quick=True),
+    "rupture_order": Start(
+        constants={
+            "STEPS": [90, 180],
+            "FINE": 360,
+            "METHODS": ["backward-euler", "sdirk2", "esdirk3"],
+            "ENGINES": {"single_petrol": 3000.0},
+            "ENGINE_STEPS": [90, 180],
+            "ENGINE_FINE": 360,
+            "GRIDS": [32],
+        }
+    ),
     "settling": Start(SIX_AT_1000, {"TOLERANCES": [0.3, 0.1], "EXACT": 0.01, "PLAIN": 6}),
     "step_crank": Start("--sizes-mm 30"),
     "step_work": Start("--levels linear --runs 1", {"CYCLES": 2}, quick=True),

@@ -11,7 +11,7 @@ import math
 from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import port_count
-from cranktrain.dynamics.model.state import LEAD_ANGLE, SHAFT_ANGLE, film_offset
+from cranktrain.dynamics.model.state import LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE, SHAFT_SPEED, film_offset
 from cranktrain.dynamics.motion.film_ports import frame_numbers, line_up_laws, place_law, tell_law
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.topology import slots as added
@@ -75,9 +75,10 @@ def open_step(model, work, state):
     numbers[FRAME_COS] = math.cos(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_SIN] = math.sin(state[SHAFT_ANGLE] + state[LEAD_ANGLE])
     numbers[FRAME_ANGLE] = state[SHAFT_ANGLE]
+    whirl = state[SHAFT_SPEED] + state[LEAD_SPEED]
     for k in range(model.connections.shape[0]):
         if model.laws.traits[k, MEMORY] > 0.0:
-            place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], 0.0)
+            place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], whirl)
             recalling_call(model, state, OPEN_STEP, k, work.scratch)
 
 

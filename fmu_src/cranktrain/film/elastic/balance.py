@@ -10,16 +10,18 @@ on node-centred finite volumes: H³ at the middle of faces around and of a wedge
 node upstream with a limited correction to second order from the step's start, no pressure flow into ruptured nodes but
 what their full neighbours press there. The rate has two forms, depending on the state of the node at the step's start:
 
-* full: ∂H/∂t from the velocities of the stage, minus the growth of the void fraction, − |u| H/Δt. A full film thus
-  keeps the order of the integrator;
-* void: [θH − (θH)_start]/Δt, backward Euler from the start. The oil of ruptured regions is conserved to rounding.
+* full: ∂H/∂t from the velocities of the stage, minus the growth of the void, [uH − (uH)_Δ]/g;
+* void: [θH − (θH)_Δ]/g.
+
+g and the parts Δ, known from the stages before, are those of the integrator's stage
+(:mod:`cranktrain.film.elastic.content`); without, Δ is the start of the step and g the time since then, backward Euler.
 
 Under pressure Π is the reduced pressure and θ of a full node its ρ/ρ₀ (:mod:`cranktrain.film.elastic.oil`), which grows
-by backward Euler from the start of the step.
+by backward Euler from the start of the step; such a film has no stages.
 
-The fill then lies in [0, 1] without a limit, because it is a mean of the previous fill and the inflow. H is the mean
-gap of rough surfaces, :mod:`cranktrain.film.contact.gap`. A journal displaced beyond its bore still has a small gap;
-its load is carried by contact. The matrix ∂R/∂u is an M-matrix by columns.
+With backward Euler the fill lies in [0, 1] at any step, because it is a mean of the previous fill and the inflow. H is
+the mean gap of rough surfaces, :mod:`cranktrain.film.contact.gap`. A journal displaced beyond its bore still has a
+small gap; its load is carried by contact. The matrix ∂R/∂u is an M-matrix by columns.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.vectors import LANES, load, splat, store, unpack
 from cranktrain.film.contact.gap import open_gap
 from cranktrain.film.elastic import grid as at
+from cranktrain.film.elastic.content import GAINED, PREDICTED_ROOM, PREDICTED_VOID
 from cranktrain.film.elastic.height import node_films
 
 
@@ -67,6 +70,7 @@ def film_start(film, place, shift, start, rates, nodes, faces):
             void = True
     for k in range(n_phi * lines):
         was_void[k] = 0.0
+        mass[k] = 0.0
     if not void:
         return
     node_films(film, place, shift, mass)
@@ -77,17 +81,34 @@ def film_start(film, place, shift, start, rates, nodes, faces):
             mass[q], _, _ = open_gap(mass[q], film.constants[at.ROUGHNESS])
             if u < 0.0:
                 was_void[q] = 1.0
-    _sharpen(film, start, rates, nodes, extra)
+    _sharpen(film, start, rates, mass, extra)
     for i in range(n_phi):
         for j in range(n_z):
             u = start[i * n_z + j]
             if u < 0.0:
                 mass[i * lines + j + 1] *= 1.0 + u if u > -1.0 else 0.0
+            else:
+                mass[i * lines + j + 1] = 0.0
 
 
 @kernel
-def _sharpen(film, start, rates, nodes, extra):
-    """Flux (1/s) that upwinding loses at the start of the step: second order, limited (monotonised central).
+def take_content(film, content, rates, nodes, faces):
+    """Replace what :func:`film_start` found by the content (CONTENT, n) of a stage."""
+    n_phi = int(film.constants[at.N_PHI])
+    n_z = int(film.constants[at.N_Z])
+    mass = nodes[at.START_MASS]
+    room = nodes[at.OPEN]
+    for f in range(n_phi * n_z):
+        room[f + 2 * (f // n_z) + 1] = content[PREDICTED_ROOM, f]
+        faces[at.FACE_EXTRA, f] = 0.0
+    _sharpen(film, content[PREDICTED_VOID], rates, room, faces[at.FACE_EXTRA])
+    for f in range(n_phi * n_z):
+        mass[f + 2 * (f // n_z) + 1] += content[GAINED, f]
+
+
+@kernel
+def _sharpen(film, start, rates, room, extra):
+    """Flux (1/s) that upwinding loses at voids ``start`` (n,) in gaps ``room``: second order, monotonised central.
 
     Explicit, hence bounded and without influence on the matrix, as long as oil passes less than a node in the step.
     """
@@ -100,7 +121,6 @@ def _sharpen(film, start, rates, nodes, extra):
         return
     share = 2.0 - 2.0 * abs(rate) / rates.per_step
     rate *= 0.5 * share if share < 1.0 else 0.5
-    mass = nodes[at.START_MASS]
     for i in range(n_phi):
         down = i + 1 if i + 1 < n_phi else 0
         from_column = i if rate > 0.0 else down
@@ -123,7 +143,7 @@ def _sharpen(film, start, rates, nodes, extra):
                 change = 2.0 * ahead
             if abs(2.0 * past) < abs(change):
                 change = 2.0 * past
-            mean = 0.5 * (mass[i * lines + j + 1] + mass[down * lines + j + 1])
+            mean = 0.5 * (room[i * lines + j + 1] + room[down * lines + j + 1])
             extra[i * n_z + j] = rate * mean * change
 
 
@@ -260,9 +280,7 @@ def _four_balances(film, rates, flow, where, nodes, faces, band, residual):
     growth = was_full * (load(nodes, (at.DRIVEN, q)) + rates.per_gain * load(nodes, (at.FILM, q)))
     gained = void + load(nodes, (at.COMPRESSED, q)) - load(nodes, (at.START_COMPRESSED, q))
     kept = was_void * (held + void) + was_full * gained
-    total = total + (
-        slope * held * growth + kept * storing - rates.per_step * (was_void * load(nodes, (at.START_MASS, q)))
-    )
+    total = total + (slope * held * growth + kept * storing - rates.per_step * load(nodes, (at.START_MASS, q)))
     own = own + (load(nodes, (at.BEND, q)) * held * growth + rates.per_step * (kept * slope))
     store(nodes, (at.OWN, q), free * own)
     store(nodes, (at.SQUEEZE, q), free * (was_full * (slope * held)))

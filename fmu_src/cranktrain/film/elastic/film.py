@@ -27,7 +27,14 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.film.elastic import grid as at
-from cranktrain.film.elastic.balance import Rates, film_rates, film_start, grid_factors, oil_balance
+from cranktrain.film.elastic.balance import (
+    Rates,
+    film_rates,
+    film_start,
+    grid_factors,
+    oil_balance,
+    take_content,
+)
 from cranktrain.film.elastic.band_blocks import factor_blocks, solve_blocks
 from cranktrain.film.elastic.border import (
     border_equations,
@@ -67,8 +74,8 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
     film, work
         :class:`~cranktrain.film.elastic.grid.ElasticFilm`, :class:`~cranktrain.film.elastic.grid.ElasticWork`
     motion : (2, 4) x, y, a, b (m; a, b the axis' displacement by tilt at ζ = +1) and their rates (m/s)
-    clock : journal's speed, rad/s; time from the step's start to this stage, s, infinite for a steady film; g in
-        δ̇ = (δ − Δ)/g, s, infinite for a steady bore
+    clock : journal's speed, rad/s; time over which voids change, s: g of the stage, or the time from the step's start
+        where ``history`` has no content; infinite for a steady film; g in δ̇ = (δ − Δ)/g, s, infinite for a steady bore
     history : FilmHistory, of which ``unknowns`` and ``shapes`` are written
     out : (OUT_SIZE,) out: forces (F_x, F_y, Q_x, Q_y) with Q = ∫ζ dF conjugate to (a, b), their derivatives by position
         (N/m) and velocity (N s/m), row-major 4 × 4, and the entries named in :mod:`cranktrain.film.elastic.grid`
@@ -86,6 +93,8 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
     vectors = work.vectors
     start_compression(film, history.start, work.nodes)
     film_start(film, vectors[at.START_PLACE], vectors[at.START_SHIFT], history.start, rates, work.nodes, work.faces)
+    if history.content.shape[1] > 0:
+        take_content(film, history.content, rates, work.nodes, work.faces)
     film_weights(film, vectors[at.START_PLACE], vectors[at.START_SHIFT], work.nodes)
     film_rates(film, vectors[at.PLACE], vectors[at.PACE], vectors[at.KNOWN], rates.per_gain, work.nodes)
     status, passes, first, ring = _newton(film, constants[at.ROUGHNESS], rates, MOST_ITERATIONS, history.unknowns, work)

@@ -8,6 +8,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.singles import all_eight, choose, eight, least_of, most_of, plus_product, put_eight
 from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic.balance import side_conductance
+from cranktrain.film.elastic.content import GAINED, PREDICTED_ROOM, PREDICTED_VOID
 from cranktrain.film.elastic.height import pressure_unit
 from cranktrain.film.elastic.weights import FAR, NEAR
 from cranktrain.film.lanes import grid as at
@@ -138,23 +139,51 @@ def prepare_step(film, work, group, starts, own):
             for j in range(n_z):
                 u = start[i * n_z + j]
                 q = position * lines + j + 1
-                nodes[at.VOID, 8 * q + lane] = u if u < 0.0 else 0.0
+                nodes[at.NEXT, 8 * q + lane] = u if u < 0.0 else 0.0
                 nodes[at.WAS_VOID, 8 * q + lane] = 1.0 if u < 0.0 else 0.0
     _start_gaps(film, work, group)
     sigma = film.constants[one.ROUGHNESS]
     for q in range(n_phi * lines):
         is_open, _ = mean_gap(work.gaps, eight(nodes, (at.START, q)), 1.0 / sigma, sigma)
         put_eight(nodes, (at.OPEN, q), is_open)
+        put_eight(nodes, (at.PRESSING, q), is_open)
     for position in range(n_phi):
         _limited_transport(work, group, position, n_phi, n_z)
         _weights(work, group, position, n_z)
         for j in range(n_z):
             q = position * lines + j + 1
-            fill = most_of(1.0 + eight(nodes, (at.VOID, q)), all_eight(0.0))
-            put_eight(nodes, (at.MASS, q), eight(nodes, (at.WAS_VOID, q)) * (fill * eight(nodes, (at.OPEN, q))))
+            fill = most_of(1.0 + eight(nodes, (at.NEXT, q)), all_eight(0.0))
+            held = eight(nodes, (at.WAS_VOID, q)) * (fill * eight(nodes, (at.OPEN, q)))
+            put_eight(nodes, (at.START_MASS, q), held)
+            put_eight(nodes, (at.MASS, q), held)
     for lane in range(at.LANES):
         marks[lane, at.PREPARED] = 1.0
+        marks[lane, at.STAGED] = 0.0
         marks[lane, at.SIGN] = 1.0 if work.wide[8 * at.SPEED + lane] >= 0.0 else -1.0
+
+
+@kernel
+def prepare_stage(film, work, group, content, own):
+    """What nodes hold by the stages before, and limited transport; ``content`` (b, CONTENT, N n) of films ``own``."""
+    n_phi = int(film.constants[one.N_PHI])
+    n_z = int(film.constants[one.N_Z])
+    lines = n_z + 2
+    nodes = work.nodes[group]
+    for lane in range(at.LANES):
+        mine = content[int(own[lane])]
+        cut = int(work.marks[group, lane, at.CUT])
+        for position in range(n_phi):
+            i = cut + position
+            if i >= n_phi:
+                i -= n_phi
+            for j in range(n_z):
+                q = 8 * (position * lines + j + 1) + lane
+                nodes[at.MASS, q] = nodes[at.START_MASS, q] + mine[GAINED, i * n_z + j]
+                nodes[at.NEXT, q] = mine[PREDICTED_VOID, i * n_z + j]
+                nodes[at.PRESSING, q] = mine[PREDICTED_ROOM, i * n_z + j]
+        work.marks[group, lane, at.STAGED] = 1.0
+    for position in range(n_phi):
+        _limited_transport(work, group, position, n_phi, n_z)
 
 
 @kernel
@@ -194,7 +223,10 @@ def _start_gap(film, work, group, position, cos, line, q, to, out):
 
 @inlined_kernel
 def _limited_transport(work, group, position, n_phi, n_z):
-    """Content of faces that upwinding loses, limited (monotonised central), for the sense of the lane's speed."""
+    """Content of faces that upwinding loses, limited (monotonised central), for the sense of the lane's speed.
+
+    Voids are read from row NEXT, gaps from row PRESSING.
+    """
     lines = n_z + 2
     nodes = work.nodes[group]
     down = (position + 1 if position + 1 < n_phi else 0) * lines + 1
@@ -204,11 +236,11 @@ def _limited_transport(work, group, position, n_phi, n_z):
     forward = eight(work.lane, at.FORWARD) >= eight(work.lane, at.BACKWARD)
     none = all_eight(0.0)
     for j in range(n_z):
-        own = eight(nodes, (at.VOID, here + j))
-        next_one = eight(nodes, (at.VOID, down + j))
+        own = eight(nodes, (at.NEXT, here + j))
+        next_one = eight(nodes, (at.NEXT, down + j))
         donor = choose(forward, own, next_one)
         ahead = choose(forward, next_one, own) - donor
-        past = donor - choose(forward, eight(nodes, (at.VOID, behind + j)), eight(nodes, (at.VOID, further + j)))
+        past = donor - choose(forward, eight(nodes, (at.NEXT, behind + j)), eight(nodes, (at.NEXT, further + j)))
         change = 0.5 * (ahead + past)
         size = most_of(change, none - change)
         twice = 2.0 * most_of(ahead, none - ahead)
@@ -216,7 +248,7 @@ def _limited_transport(work, group, position, n_phi, n_z):
         size = least_of(size, twice)
         change = choose(2.0 * most_of(past, none - past) < size, 2.0 * past, change)
         change = choose((ahead * past > 0.0) & (donor < 0.0), change, none)
-        mean = 0.5 * (eight(nodes, (at.OPEN, here + j)) + eight(nodes, (at.OPEN, down + j)))
+        mean = 0.5 * (eight(nodes, (at.PRESSING, here + j)) + eight(nodes, (at.PRESSING, down + j)))
         put_eight(work.faces[group], (at.FACE_LIMITED, position * n_z + j), mean * change)
 
 

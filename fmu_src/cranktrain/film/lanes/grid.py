@@ -31,11 +31,13 @@ MOST_SHAPES = SIDES - 1
 
 # Fields of nodes, ends included.
 FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, MASS, WAS_VOID, WEIGHT, START = range(11)
+# Of MASS, what nodes held at the step's start.
+START_MASS = 24
 OWN, AFTER, BEFORE, SQUEEZE, GROWTH, CONTACT, CONTACT_SLOPE, CHANGE = range(11, 19)
 REDUCED, MOBILITY, THICKENING = 19, 20, 21
 # What the last Newton step changes a node's unknown by; weight or load of its pressure, for sums.
 NEXT, PRESSING = 22, 23
-NODE_FIELDS = 24
+NODE_FIELDS = 25
 # Fields of faces between columns, behind the node of the same number.
 FACE_FILM, FACE_OPEN, FACE_SLOPE, FACE_FLOW, FACE_FLUX, FACE_EXTRA, FACE_LIMITED, FACE_START = range(8)
 FACE_FIELDS = 8
@@ -59,7 +61,7 @@ SHIFT, START_SHIFT, KNOWN = 12, 20, 28
 SPEED, ETA, UNIT, OIL_ROW = 36, 37, 38, 39
 WIDE_ROWS = 40
 # Columns of a group's marks; a lane's unknowns are resident where ``nodes`` hold what its film was solved to last.
-CUT, PREPARED, SIGN, RESIDENT = range(4)
+CUT, PREPARED, SIGN, RESIDENT, STAGED, MARKS = range(6)
 # Columns of the table over the gap: mean gap over σ with two derivatives by u = H/σ, contact pressure and its
 # derivative by u (Pa), share of the area in contact.
 MEAN, MEAN_SLOPE, MEAN_BEND, PRESS, PRESS_SLOPE, AREA = range(6)
@@ -79,7 +81,7 @@ class LaneWork(NamedTuple):
     lines: Any  # (n + 2, 4) shared
     gaps: Any  # (m, 6) table over u
     marks: (
-        Array  # (g, 8, 4) cut of each lane, whether the step is prepared, sign of the speed that it was for, resident
+        Array  # (g, 8, MARKS) cut of a lane, whether the step is prepared, sign of its speed, resident; stage prepared
     )
     nodes: Any  # (g, NODE_FIELDS, N (n + 2) × 8)
     faces: Any  # (g, FACE_FIELDS, N n × 8)
@@ -117,7 +119,7 @@ def lane_work(film: ElasticFilm, films: int) -> LaneWork:
     """Room for so many films like ``film``."""
     n_phi, n_z = int(film.constants[one.N_PHI]), int(film.constants[one.N_Z])
     lines, size, groups = n_z + 2, n_phi * n_z, lane_groups(films)
-    marks = np.zeros((groups, LANES, 4))
+    marks = np.zeros((groups, LANES, MARKS))
     marks[:, :, CUT] = -1.0
     shared = _singles(lines, 4)
     shared[:, ZETA], shared[:, WIDTH] = film.lines[:, one.ZETA], film.lines[:, one.LINE_WIDTH]

@@ -7,7 +7,7 @@ from cranktrain.film.elastic import grid as one
 from cranktrain.film.elastic.film import CONVERGED, NOT_CONVERGED
 from cranktrain.film.lanes import grid as at
 from cranktrain.film.lanes.balance import take_sides
-from cranktrain.film.lanes.begin import begin_solution, prepare_step
+from cranktrain.film.lanes.begin import begin_solution, prepare_stage, prepare_step
 from cranktrain.film.lanes.film import film_tangents, past_tangents, solve_films, take_last_step
 from cranktrain.film.lanes.result import film_figures, film_forces
 
@@ -26,18 +26,21 @@ def solve_group(film, work, group, clock, memory):
 
     Parameters
     ----------
-    clock : time from the step's start to the stage, s; g of the stage's rule, s; 1 where figures for outputs are wanted
+    clock : time over which voids change, s; g of the stage's rule, s; 1 where figures for outputs are wanted
     memory : unknowns at the step's start (b, N n); unknowns (b, N n), shapes (b, k, m), in: where to begin, out: the
-        solution; results (b, OUT_SIZE); derivatives by the past (b, 4, k or 0)
+        solution; results (b, OUT_SIZE); derivatives by the past (b, 4, k or 0); content of the stage (b, CONTENT, N n),
+        or of no nodes: backward Euler from the start
     """
     elapsed, gain, figures = clock
-    starts, unknowns, shapes, outs, by_past = memory
+    starts, unknowns, shapes, outs, by_past, content = memory
     per_step = 1.0 / elapsed
     per_gain = 1.0 / gain
     wanted = work.wanted
     own = work.own
     if work.marks[group, 0, at.PREPARED] == 0.0:
         prepare_step(film, work, group, starts, own)
+    if work.marks[group, 0, at.STAGED] == 0.0 and content.shape[2] > 0:
+        prepare_stage(film, work, group, content, own)
     take_sides(film, work, group, unknowns, own)
     begin_solution(film, work, group, per_step, per_gain)
     passes = solve_films(film, work, group, per_step, per_gain)

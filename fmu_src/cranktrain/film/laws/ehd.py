@@ -1,11 +1,11 @@
 """Elastic films of the main bearings in the running model: their data, their memory, and their force, solved online.
 
-A film remembers its oil and the form of its bore. Both belong to the state: node unknowns, shapes δ and their rates at
-the end of the last step. Within a step
+A film remembers its oil and the form of its bore. Both belong to the state: node unknowns, shapes δ and the rates of
+both at the end of the last step. Within a step
 
 * shapes follow the stage's own rule, δ_s = Δ + g δ̇_s with Δ = δ_n + h Σ_j a_sj δ̇_j and g = hγ, so that the squeeze of
   the elastic bore is of the integrator's order (generalised-α: backward Euler);
-* voids fill and empty by backward Euler from the step's start, which keeps every fill within [0, 1].
+* the oil of ruptured nodes too (:mod:`cranktrain.film.elastic.content`), so that it is conserved over a step.
 
 Oil comes through a hole in the bore, or a groove all around it, at its supply pressure. The bore is at rest in space:
 journals come in the frame's axes and are turned there and back.
@@ -26,6 +26,7 @@ from cranktrain.engine.parts import Oil, PlainBearing
 from cranktrain.film.contact.asperity import bearing_contact_constants
 from cranktrain.film.contact.gap import over
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
+from cranktrain.film.elastic.content import CONTENT
 from cranktrain.film.elastic.film import CONVERGED
 from cranktrain.film.elastic.grid import (
     AROUND_LIMIT,
@@ -59,8 +60,10 @@ from cranktrain.film.laws.film_solution import (
     CARRIED,
     SOLVED,
     carried_on_at,
+    close_content,
     force_solved,
     line_up,
+    open_content,
     open_lane,
     stage_closed,
 )
@@ -126,7 +129,9 @@ class ElasticMemory(NamedTuple):
 
     start: Array  # (b, N) node unknowns at the step's start
     start_place: Array  # (b, 4) in space, m
+    start_pace: Array  # (b, 4) in space, m/s
     start_shapes: Array  # (b, k) m
+    start_rates: Array  # (b, k) m/s
     known: Array  # (b, k) Δ of the stage, m
     unknowns: Array  # (b, N) at the stage
     shapes: Array  # (b, k) at the stage, m
@@ -139,6 +144,9 @@ class ElasticMemory(NamedTuple):
     defect: Array  # (b, 4) what that missed at the stage before
     calls: Array  # (b, CALLS) see SOLVED
     peaks: Array  # (b, PEAKS) see PEAK
+    content: Array  # (b, CONTENT, N) of the stage, see film.elastic.content; (b, CONTENT, 0) of compressible oil
+    content_rates: Array  # (stages, b, N) ṁ of each stage over the clearance, 1/s
+    content_ends: Array  # (b, N) that of the last stage, for the next step
 
 
 class ElasticBore(NamedTuple):
@@ -235,7 +243,7 @@ def elastic_arrays(
 def film_size(film: ElasticFilm) -> int:
     """Values that one film adds to the state vector."""
     constants = film.constants
-    return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT
+    return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT + _staged(film)
 
 
 def pressure_peaks(films: Films) -> Array | None:
@@ -249,12 +257,19 @@ def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> El
     size = int(film.constants[N_PHI] * film.constants[N_Z])
     k = int(film.constants[N_SHAPES])
     z = np.zeros
+    staged = _staged(film)
     return ElasticMemory(
-        z((bearings, size)), z((bearings, 4)), z((bearings, k)), z((bearings, k)), z((bearings, size)),
-        z((bearings, k)), z((8, bearings, k)), z((bearings, 2, 4)), z(bearings), z((bearings, OUT_SIZE)),
-        z((bearings, 4, k if cyclic else 0)), z(RESULTS), z((bearings, 4)),
-        z((bearings, CALLS)), z((bearings, PEAKS)),
+        z((bearings, size)), z((bearings, 4)), z((bearings, 4)), z((bearings, k)), z((bearings, k)), z((bearings, k)),
+        z((bearings, size)), z((bearings, k)), z((8, bearings, k)), z((bearings, 2, 4)), z(bearings),
+        z((bearings, OUT_SIZE)), z((bearings, 4, k if cyclic else 0)), z(RESULTS), z((bearings, 4)),
+        z((bearings, CALLS)), z((bearings, PEAKS)), z((bearings, CONTENT, staged)), z((8, bearings, staged)),
+        z((bearings, staged)),
     )  # fmt: skip
+
+
+def _staged(film: ElasticFilm) -> int:
+    """Nodes whose oil follows the stages of the integrator: all, or none where the oil is compressible."""
+    return 0 if film.constants[COMPRESSIBLE] > 0.0 else int(film.constants[N_PHI] * film.constants[N_Z])
 
 
 _SMALL = SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
@@ -305,6 +320,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         status = stage_closed(bore, i, numbers)
         for k in range(shapes):
             own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
+        close_content(bore, i, numbers)
         return status
     elif action == OPEN_STAGE:
         for k in range(shapes):
@@ -312,6 +328,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
             for s in range(int(numbers[STAGE])):
                 past += numbers[STEP] * memory[s] * own.rates[s, i, k]
             own.known[i, k] = past
+        open_content(bore, i, numbers, memory)
         own.calls[i, SOLVED] = 0.0
         own.calls[i, CARRIED] = 0.0
         if i == 0:
@@ -320,6 +337,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         if i == 0:
             begin_step(bore.past, numbers[ANGLE])
         turn_pairs(cos, sin, place, own.start_place[i])
+        turn_pairs(cos, sin, velocity, own.start_pace[i])
         for k in range(nodes):
             own.start[i, k] = memory[k]
             own.unknowns[i, k] = memory[k]
@@ -327,6 +345,9 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
             own.start_shapes[i, k] = memory[nodes + k]
             own.shapes[i, k] = memory[nodes + k]
             own.rates[0, i, k] = memory[nodes + shapes + k]
+            own.start_rates[i, k] = memory[nodes + shapes + k]
+        for k in range(own.content_rates.shape[2]):
+            own.content_rates[0, i, k] = memory[nodes + 2 * shapes + KEPT + k]
         open_lane(bore, i)
     elif action == CLOSE_STEP:
         end_step(bore.past)
@@ -405,6 +426,8 @@ def _keep_memory(own, i, stage, memory):
         memory[nodes + 2 * shapes + k] = own.out[i, FORCE_ON_JOURNAL + k]
     for k in range(PRESSURE_MAX, OIL + 1):
         memory[nodes + 2 * shapes + 4 + k - PRESSURE_MAX] = own.out[i, k]
+    for k in range(own.content_ends.shape[1]):
+        memory[nodes + 2 * shapes + KEPT + k] = own.content_ends[i, k]
 
 
 @inlined_kernel

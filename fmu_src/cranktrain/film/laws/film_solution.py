@@ -7,12 +7,13 @@ Films that were lined up are solved together when the first of them is asked; se
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.film.elastic.content import GAINED, content_rates, stage_content
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import FILM_MIN, FRICTION_TORQUE, ITERATIONS, OIL_ROW, VISCOSITY, FilmHistory
 from cranktrain.film.lanes import grid as lanes
 from cranktrain.film.lanes.begin import choose_cut, lane_motion, lane_units, turn_geometry
 from cranktrain.film.lanes.group import solve_group
-from cranktrain.film.laws.films import ELAPSED, FROZEN, GAIN, STAGE
+from cranktrain.film.laws.films import ELAPSED, FROZEN, GAIN, STAGE, STEP
 from cranktrain.film.laws.past_cycle import (
     ENTRY,
     FOUND,
@@ -47,6 +48,39 @@ def open_lane(bore, i):
     bore.lanes.marks[group, 0, lanes.PREPARED] = 0.0
     bore.lanes.marks[group, lane, lanes.RESIDENT] = 0.0
     bore.memory.calls[i, ASKED] = 0.0
+
+
+@kernel
+def open_content(bore, i, numbers, row):
+    """Find what the nodes of film i hold by the stages before; ``row`` of the integrator's table."""
+    own = bore.memory
+    if own.content.shape[2] == 0:
+        return
+    past = own.start[i], own.start_place[i], own.start_pace[i], own.start_shapes[i], own.start_rates[i]
+    stage = int(numbers[STAGE]), row, numbers[STEP], numbers[GAIN], numbers[ELAPSED]
+    stage_content(bore.film, bore.scratch, past, own.content_rates[:, i], stage, own.content[i])
+    if bore.lanes.marks.shape[0] > 0:
+        bore.lanes.marks[i // lanes.LANES, 0, lanes.STAGED] = 0.0
+
+
+@kernel
+def close_content(bore, i, numbers):
+    """Keep how fast the nodes of film i gain oil at the stage that is solved."""
+    own = bore.memory
+    if own.content.shape[2] == 0:
+        return
+    stage = int(numbers[STAGE])
+    content_rates(
+        bore.film, bore.scratch, (own.start[i], own.start_place[i], own.start_shapes[i]),
+        (own.unknowns[i], own.motions[i], own.shapes[i], own.rates[stage, i]), numbers[GAIN],
+        own.content[i, GAINED], own.content_rates[stage, i], own.content_ends[i],
+    )  # fmt: skip
+
+
+@inlined_kernel
+def _time_of_voids(own, numbers):
+    """Time over which voids change: g of the stage, or the time from the step's start where oil has no stages, s."""
+    return numbers[GAIN] if own.content.shape[2] > 0 else numbers[ELAPSED]
 
 
 @kernel
@@ -154,9 +188,9 @@ def solve_alone(bore, i, numbers, tangents):
     bore.film.constants[OIL_ROW] = i
     history = FilmHistory(
         own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i],
-        own.by_past[i],
+        own.by_past[i], own.content[i],
     )  # fmt: skip
-    clock = own.speeds[i], numbers[ELAPSED], numbers[GAIN]
+    clock = own.speeds[i], _time_of_voids(own, numbers), numbers[GAIN]
     _not_resident(bore, i)
     status = elastic_film(bore.film, own.motions[i], clock, history, bore.scratch, own.out[i], tangents)
     _count(own, i, tangents)
@@ -220,8 +254,8 @@ def _solve_lanes(bore, group, numbers, closing):
         lane_units(bore.film, work, lane, bore.viscosities[i], float(i))
         past = own.start_place[i], own.start_shapes[i], own.known[i], own.shapes[i]
         lane_motion(bore.film, work, lane, own.motions[i], own.speeds[i], past)
-    clock = numbers[ELAPSED], numbers[GAIN], 1.0 if closing else 0.0
-    memory = own.start, own.unknowns, own.shapes, own.out, own.by_past
+    clock = _time_of_voids(own, numbers), numbers[GAIN], 1.0 if closing else 0.0
+    memory = own.start, own.unknowns, own.shapes, own.out, own.by_past, own.content
     passes = solve_group(bore.film, work, group, clock, memory)
     own.calls[first, GROUPS] += 1.0
     own.calls[first, GROUP_PASSES] += passes
