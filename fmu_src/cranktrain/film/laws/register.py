@@ -201,7 +201,15 @@ for _law in (
                 memory=f"{_HERE}.ehd:film_values",
                 viscous=True,
                 together=True,
-            )
+            ),
+            BIG_END: Form(
+                f"{_HERE}.ehd:elastic_law",
+                f"{_HERE}.ehd:elastic_big_ends",
+                ("big_end_bore",),
+                memory=f"{_HERE}.ehd:film_values",
+                viscous=True,
+                together=True,
+            ),
         },
         film=True,
         oil=OIL_LAWS,

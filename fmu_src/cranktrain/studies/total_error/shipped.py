@@ -31,7 +31,8 @@ LATER = (
     ("cylinders", "axis_offsets", ()), ("cylinders", "rods_on_pin", "side-by-side"), ("cylinders", "crosshead", False),
     ("crankshaft", "pins_between_mains", ()), ("crankshaft", "flying_web_thickness", 0.0),
     ("crankshaft", "pin_throws", ()), ("load", "", None), ("damper", "damping", 0.0), ("damper", "frequencies", ()),
-    ("damper", "stiffnesses", ()), ("damper", "dampings", ()),
+    ("damper", "stiffnesses", ()), ("damper", "dampings", ()), ("rod", "eye_wall", 0.0), ("rod", "cap_wall", 0.0),
+    ("rod", "eye_width", 0.0), ("rod", "shank_width", 0.0),
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
 
