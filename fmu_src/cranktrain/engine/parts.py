@@ -234,6 +234,17 @@ class PlainBearing:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BigEndBearing(PlainBearing):
+    """Plain bearing between a rod and its pin; its supply's angle counts in the rod's axes.
+
+    x lies across the rod, y points from the big end to the small end. As it comes, the groove is the cap's: the half
+    towards the shank carries the gas force.
+    """
+
+    supply_angle: q.Angle = -0.5 * math.pi
+
+
+@dataclass(frozen=True, kw_only=True)
 class JournalBearing(PlainBearing):
     """Main bearing: a plain bearing, its linear stand-in (N/m, N s/m), and the relief of its shell at the edges.
 

@@ -44,11 +44,10 @@ from cranktrain.structure.fem.surface_compliance import kept_compliance
 RECIPE = 1
 ROD_STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)
 """Forged steel of connecting rods."""
-WALL, EYE_WIDTH, SHANK_WIDTH = 0.16, 1.6, 0.6
-"""Usual wall of the housing, width across the bolts and width of the shank over the diameter of the housing's bore;
-chosen: published drawings of rods for cars, lorries and medium-speed engines have walls of 0.12 to 0.2."""
-SHANK_THICKNESS = 0.6
-"""Thickness of the solid that stands for the shank's I-section over the eye's; chosen."""
+WALL, EYE_WIDTH, SHANK_WIDTH = 0.2, 1.6, 0.9
+"""Usual wall of the housing, width across the bolts and width of the shank where it joins the eye, over the diameter of
+the housing's bore; chosen. Round housings of rods have walls of 0.12 to 0.2, and caps ribs besides. A shank flares
+into its eye: one as narrow as it is halfway to the small end would leave the bore's upper half unsupported beside it."""
 SHOULDER_HEIGHT, CUT = 0.35, 1.3
 """Half height of the shoulders, and where the shank is cut, over the diameter of the housing's bore; chosen."""
 
@@ -59,12 +58,12 @@ class Eye:
 
     Attributes
     ----------
-    film_diameter, film_width : of the oil film; the eye is as wide along the pin
+    film_diameter, film_width : of the oil film; eye and shank are as wide along the pin
     bore_diameter : of the housing, outside the shells
     wall, cap_wall : of the housing towards the shank, and of the cap
     width : across the bolts
     shoulder_height : of the shoulders, half
-    shank_width, shank_thickness : of the shank, across and along the pin
+    shank_width : of the shank where it joins the eye, across
     cut : from the pin to the end of the shank's part
     mesh_size : largest edge; the bore gets ``bore_mesh_share`` of it
     """
@@ -77,7 +76,6 @@ class Eye:
     width: Length
     shoulder_height: Length
     shank_width: Length
-    shank_thickness: Length
     cut: Length
     mesh_size: Length
     bore_mesh_share: float = 0.35
@@ -100,7 +98,6 @@ def eye_of(bearing: PlainBearing, rod: Rod) -> Eye:
         width=rod.eye_width or max(EYE_WIDTH * bore, bore + 2.0 * wall),
         shoulder_height=SHOULDER_HEIGHT * bore,
         shank_width=rod.shank_width or SHANK_WIDTH * bore,
-        shank_thickness=SHANK_THICKNESS * bearing.width,
         cut=max(CUT * bore, 0.5 * bore + 2.0 * wall),
         mesh_size=0.2 * bearing.diameter,
     )
@@ -196,7 +193,7 @@ def _solid(e: dict[str, Any]) -> tuple[Any, float, float]:
     solid = round_bar(radius + e["wall"]) * box(far, 0.0, far, half)
     solid += round_bar(radius + e["cap_wall"]) * box(far, -far, 0.0, half)
     solid += box(0.5 * e["width"], -e["shoulder_height"], e["shoulder_height"], half)
-    solid += box(0.5 * e["shank_width"], 0.0, e["cut"], 0.5 * e["shank_thickness"])
+    solid += box(0.5 * e["shank_width"], 0.0, e["cut"], half)
     bore = round_bar(radius)
     bore.faces.maxh = e["bore_mesh_share"] * e["mesh_size"]
     return solid - bore, e["mesh_size"], 1.0
