@@ -43,13 +43,13 @@ from cranktrain.structure.crank.reduction import running_body
 Array = NDArray[np.float64]
 PER_CYCLE = 720
 FINE = (2 * IN_LOOP[0], 2 * IN_LOOP[1])
-FINE_ELASTIC = ElasticGrid(2 * ehd.IN_LOOP.n_phi, 2 * ehd.IN_LOOP.n_z, ehd.IN_LOOP.edge)
+FINE_ELASTIC = ElasticGrid(2 * ehd.FINE.n_phi, 2 * ehd.FINE.n_z, ehd.FINE.edge)
 
 
 def parts_of(engine: Engine, level: str) -> Parts:
     """Table or bore that a level needs."""
     table = assembly.main_table(engine) if level == "table" else None
-    bore = assembly.elastic_bore(engine, flexible=False) if level == "ehd" else None
+    bore = assembly.elastic_bore(engine, flexible=False) if level.startswith("ehd") else None
     return Parts(table=table, bore=bore)
 
 
@@ -86,13 +86,13 @@ def figures(simulation: Simulation, shown: Array, places: Array) -> dict[str, An
         journal_contact(*place, 0.0, contact, out)
         highest = max(highest, float(out[PRESSURE_MAX]))
         least = min(least, least_gap(tuple(place), bearing.clearance, profile)[0])
-    if simulation.settings.bearings == "ehd":
+    if simulation.settings.bearings.startswith("ehd"):
         least = float(of("film_thickness_min").min())
     return {
         "torsion_mdeg": 1e3 * math.degrees(np.ptp(shown[:, at["pulley.torsion"]])),
         "force_kn": (1e-3 * np.hypot(of("force.x"), of("force.y")).max(axis=1)).tolist(),
         "friction_nm": of("friction_torque").max(axis=1).tolist(),
-        "contact_mpa": 1e-6 * highest if simulation.settings.bearings != "ehd" else None,
+        "contact_mpa": 1e-6 * highest if not simulation.settings.bearings.startswith("ehd") else None,
         "tilt_um": (1e6 * np.hypot(places[..., 2], places[..., 3]).max(axis=0)).tolist(),
         "least_gap_um": 1e6 * least,
         "film_pressure_mpa": 1e-6 * float(of("pressure_max").max()),
@@ -113,7 +113,7 @@ def compared(engine: Engine, level: str, speed: float, count: float, horizon: fl
 
     usual = started(level)
     cycles(usual, count, f"{speed:g} rev/min, {level}")
-    if level == "ehd":
+    if level.startswith("ehd"):
         fine = started(level, parts._replace(bore=replace(parts.bore, grid=FINE_ELASTIC)))
         cycles(fine, count, f"{speed:g} rev/min, {level}, fine")
     else:
@@ -142,7 +142,7 @@ def main() -> int:
     """Measure and print."""
     parser = argparse.ArgumentParser(prog="benchmarks.edges", description=__doc__)
     parser.add_argument("--speeds", type=float, nargs="+", default=[1000.0, 1600.0, 2000.0, 2380.0], metavar="N")
-    parser.add_argument("--bearings", choices=("table", "reynolds", "ehd"), default="reynolds")
+    parser.add_argument("--bearings", choices=("table", "reynolds", "ehd", "ehd:fine"), default="reynolds")
     parser.add_argument("--cycles", type=float, default=4.0, help="run before")
     parser.add_argument("--horizon", type=float, default=1.0, metavar="CYCLES", help="on both grids, last is compared")
     parser.add_argument("--straight", action="store_true", help="shells without relief")

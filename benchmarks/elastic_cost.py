@@ -48,7 +48,8 @@ from cranktrain.film.elastic.grid import (
 from cranktrain.film.elastic.height import face_films, node_films, open_films
 from cranktrain.film.elastic.result import film_result
 from cranktrain.film.elastic.sources import shape_sources
-from cranktrain.film.laws.ehd import IN_LOOP, ElasticBore
+from cranktrain.film.laws.ehd import FINE as GRID
+from cranktrain.film.laws.ehd import ElasticBore
 from cranktrain.film.laws.film_solution import EVALUATIONS, PASSES, TANGENTS
 from cranktrain.structure.assembly import assemble
 
@@ -92,7 +93,7 @@ class Found:
     run: Simulation
 
 
-def measured(grid: ElasticGrid = IN_LOOP, **choices: Any) -> Found:
+def measured(grid: ElasticGrid = GRID, **choices: Any) -> Found:
     """Run a case."""
     print(f"elastic_cost: {grid.n_phi} x {grid.n_z}, {choices}", file=sys.stderr, flush=True)
     made = assemble(load_engine("diesel_i6"), Settings(bearings="ehd", **choices))
@@ -251,7 +252,7 @@ def parts(bore: ElasticBore, run: Simulation) -> dict[str, float]:
     found["balance of oil with its matrix"] = _microseconds(_balance, *given)
     found["sources of eight shapes"] = _microseconds(_sources, *given)
     band, columns = work.band.copy(), work.columns[0].copy()
-    solving = (band, columns, work, IN_LOOP.n_z)
+    solving = (band, columns, work, GRID.n_z)
     copy = _microseconds(_copies, *solving)
     found["factors"] = _microseconds(_factors, *solving) - copy
     found["solution of eight right-hand sides"] = _microseconds(_solves, *solving) - copy

@@ -59,7 +59,7 @@ JOURNAL = 1
 """main[2]: its edges stay clear of the rigid bore; where edges touch, no grid is another's judge."""
 LEVELS = ("linear", "impedance", "table", "reynolds", "ehd")
 RIGID_GRIDS, RIGID_FINEST = ((24, 6), (32, 8), (48, 8), (64, 12), (96, 16)), (144, 24)
-ELASTIC_GRIDS, ELASTIC_FINEST = ((36, 6), (48, 6), (48, 8), (72, 8), (96, 12)), (120, 16)
+ELASTIC_GRIDS, ELASTIC_FINEST = ((24, 8), (36, 6), (48, 6), (48, 8), (72, 8), (96, 12)), (120, 16)
 SHAPE_COUNTS = (0, 1, 3, 5, 7, 8, 9, 11, 13, 15)
 CUTOFFS_HZ = (500.0, 1000.0, 3000.0, 5000.0, 8000.0, 12000.0, 20000.0)
 MOST_BEARINGS, SWEEP_STEPS = 7, 180

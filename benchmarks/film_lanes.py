@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import math
 import time
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,25 +20,21 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
-from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.lanes.grid import lane_work
-from cranktrain.film.laws.ehd import IN_LOOP
 from cranktrain.film.laws.film_solution import EVALUATIONS, GROUP_PASSES, GROUPS, PASSES
 from cranktrain.structure.assembly import assemble
 
 SPEED = 2000.0 * math.pi / 30.0
 CYCLES = 3
-COARSE = ElasticGrid(24, 8, 0.5)
 
 
-def cost(bearings: str, grid: ElasticGrid | None = None, alone: bool = False) -> dict[str, Any]:
+def cost(bearings: str, alone: bool = False) -> dict[str, Any]:
     """Figures of the last cycle of a run."""
     made = assemble(load_engine("diesel_i6"), Settings(bearings=bearings, block="flexible"))
-    parts = made.parts if grid is None else made.parts._replace(bore=replace(made.parts.bore, grid=grid))
-    run = Simulation(made.engine, made.body, made.settings, None, parts)
+    run = Simulation(made.engine, made.body, made.settings, None, made.parts)
     run.inputs[0] = SPEED
     run.initialize()
-    record = None if grid is None else RECORDS[int(run.model.films.entry[0, 1])]
+    record = None if made.parts.bore is None else RECORDS[int(run.model.films.entry[0, 1])]
     if alone:
         record = record._replace(lanes=lane_work(record.film, 0))
         run.model.films.entry[:, 1] = keep_record(record, run.model.laws.entry)
@@ -65,10 +60,10 @@ def main() -> None:
     """Print the figures."""
     cases = {
         "impedance": cost("impedance"),
-        "ehd": cost("ehd", IN_LOOP),
-        "ehd, films one by one": cost("ehd", IN_LOOP, alone=True),
-        "ehd, 24 x 8": cost("ehd", COARSE),
-        "ehd, 24 x 8, films one by one": cost("ehd", COARSE, alone=True),
+        "ehd": cost("ehd"),
+        "ehd, films one by one": cost("ehd", alone=True),
+        "ehd:fine": cost("ehd:fine"),
+        "ehd:fine, films one by one": cost("ehd:fine", alone=True),
     }
     print(json.dumps(cases, indent=1))
 

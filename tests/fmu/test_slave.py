@@ -421,7 +421,7 @@ def test_native_simulation_and_fmu_agree_to_the_bit(fmu, engine, body, script):
     from cranktrain.dynamics.simulation import Settings, Simulation
 
     speed, h = 150.0, 1e-4
-    simulation = Simulation(engine, body, Settings())
+    simulation = Simulation(engine, body, Settings(dense_output="on"))
     simulation.inputs[0] = speed
     simulation.initialize(0.0)
     for i in range(60):

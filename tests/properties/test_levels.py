@@ -46,7 +46,7 @@ REFUSED = [
     (SIX, {"block": "flexible", "pistons": "rigid"}, r"rigid pistons .* cannot follow a flexible block"),
     (SIX, {"bearings": "roller"}, r"needs \[main_roller\]"),
     *((EIGHT, {"bearings": film}, r"needs oil films, but the mains .* are rollers") for film in
-      ("impedance", "table", "reynolds", "ehd")),
+      ("impedance", "table", "reynolds", "ehd", "ehd:fine")),
     (replace(SIX, big_end_bearing=None), {"big_ends": "impedance"}, r"no \[big_end_bearing\]"),
     (replace(SIX, piston_guidance=None), {"pistons": "guided"}, r"no \[piston_guidance\]"),
     (replace(SIX, piston_guidance=None), {"block": "flexible"}, r"no \[piston_guidance\]"),

@@ -14,6 +14,7 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import Parts, build_model, dimensions
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.numbers import (
+    LEAST_STEP,
     SET_ADAPTIVE,
     SET_BORE,
     SET_COMPRESSION,
@@ -160,7 +161,9 @@ def test_a_run_by_its_record_is_the_simulation(name, levels):
     body, chosen = body_of(name, levels), {key: OTHER[key] for key in ("gas_load", "gravity", "oil_temperature")}
     settings = Settings(crank="rigid", **levels, **chosen)
     run = run_record.make_run(engine, body, Settings(crank="rigid", **levels), GasTrace.from_engine(engine), parts)
-    assert run.numbers[SET_METHOD] == -1 and run.numbers[SET_NEWTON_TOLERANCE] == 0.0  # left open
+    assert (
+        run.numbers[SET_METHOD] == -1 and run.numbers[SET_NEWTON_TOLERANCE] == run.numbers[SET_STEP] == 0.0
+    )  # left open
     run.inputs[0] = COLD
     assert run_record.prepare(run) == run_record.start(run, 0.0) == run_record.advance_run(run, 1e-4) == status.OK
     run.inputs[0] = WARM
@@ -186,7 +189,8 @@ def test_what_cannot_be_prepared_is_refused_and_changes_nothing():
     bdf2 = float(list(INTEGRATORS).index("bdf2"))
     films = np.zeros(len(engine.crankshaft.main_widths))
     for changes, expected in (
-        ({SET_STEP: 0.0}, status.STEP_RANGE),
+        ({SET_STEP: 0.5 * LEAST_STEP}, status.STEP_RANGE),
+        ({SET_STEP: -0.01}, status.STEP_RANGE),
         ({SET_STEP: math.inf}, status.STEP_RANGE),
         ({SET_GAS_DELAY: 2.5}, status.DELAY_RANGE),
         ({SET_GAS_DELAY: math.nan}, status.DELAY_RANGE),

@@ -114,7 +114,7 @@ def test_what_is_fixed_does_not_change(tmp_path: Path):
     scene = load_scene(path)
     assert next_pair(scene, ("beam", "impedance"), bearings=False) == ("solid", "impedance")
     assert next_pair(scene, ("beam", "impedance"), crank=False) == ("beam", "table")
-    assert next_pair(scene, ("solid", "ehd")) is None
+    assert next_pair(scene, ("solid", "ehd:fine")) is None
     assert next_pair(scene, ("solid", "table"), bearings=False) is None
 
 

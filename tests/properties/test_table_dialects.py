@@ -92,6 +92,9 @@ def test_drive_lines_are_alike_to_the_last_digit(dialect, tmp_path):
         ("Bench 3\nSpeed;3000\nCA;p\n(deg);(bar)\n0;1\n1;2\n", ("CA", "p"), ("deg", "bar")),
         ("  CA    p\n  deg   bar\n   0.00  1\n   1.00  2\n", ("CA", "p"), ("deg", "bar")),
         ("CA in deg;p / bar;\n0;1;\n1;2;\n", ("CA", "p"), ("deg", "bar")),
+        ("time;a;b\n0;0;1\n1;2;2\n", ("time", "a", "b"), ("", "", "")),
+        ("m;s\n0;1\n1;2\n", ("m", "s"), ("", "")),
+        ("s;bar\n0;1\n1;2\n", ("", ""), ("s", "bar")),
         ("0 1\n1 2\n", ("", ""), ("", "")),
     ],
 )

@@ -105,7 +105,7 @@ def test_a_model_without_an_output_has_no_error_of_it():
 
 def test_levels_that_do_not_exist_together_are_left_out():
     found = [(m.settings.crank, m.settings.bearings, m.settings.block) for m in every_model(scene_of(SIX))]
-    assert found[-1] == ("solid", "ehd", "flexible") and len(set(found)) == len(found)
+    assert found[-1] == ("solid", "ehd:fine", "flexible") and len(set(found)) == len(found)
     for crank, bearings, block in found:
         law = bearing_law(bearings)
         assert law.carries or not CRANKS[crank].bends

@@ -89,14 +89,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def ladder_cases(runs: SceneRun, with_ehd: bool) -> list[Case]:
     """Every level that the scene's outputs allow, with all modes, at the plan's method and step; ehd at its own."""
     from cranktrain.film.laws.register import bearing_law
-    from cranktrain.studies.planning.ladder import every_pair
+    from cranktrain.studies.planning.ladder import dearest, every_pair
     from cranktrain.studies.planning.scene_model import Case
 
     case, cutoff = runs.plan.case, runs.model.all_modes
     law = bearing_law("ehd")
     elastic = (law.integrator, min(case.step, math.radians(law.step_deg)))
     return [
-        Case(*pair, cutoff, *(elastic if pair[1] == "ehd" else (case.integrator, case.step)))
+        Case(*pair, cutoff, *(elastic if dearest(pair[1]) else (case.integrator, case.step)))
         for pair in every_pair(runs.scene, with_ehd)
     ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from string import ascii_lowercase
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.text_dialect import MISSING, split, trimmed
@@ -12,8 +13,8 @@ _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\})\s*$")
 _SLASH = re.compile(r"^(.*\S)\s+(?:/|in)\s+(\S+)$")
 
 
-_BOTH = frozenset(("ca", "kw", "cad", "cp", "at", "phi", *"vptnsamfurhldckgwj"))
-"""Plain names of quantities that are units too."""
+_BOTH = frozenset(("ca", "kw", "cad", "cp", "at", "phi", *ascii_lowercase))
+"""Plain names of quantities that are units too; any single letter may name a channel."""
 
 
 def header_cells(line: str, separator: str, width: int) -> list[str] | None:

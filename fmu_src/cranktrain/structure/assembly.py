@@ -226,9 +226,7 @@ def _parts(engine: Engine, settings: Settings, say: Progress, resolution: str, b
         floating = big_end_table(engine, say)
     eye = big_end_bore(engine, say) if "big_end_bore" in wanted else None
     own = film_tables_of(engine, say, resolution)
-    return Parts(
-        table=table, bore=bore, big_end_table=floating, big_end_bore=eye, block=block, film_tables=own
-    )
+    return Parts(table=table, bore=bore, big_end_table=floating, big_end_bore=eye, block=block, film_tables=own)
 
 
 def running_block(

@@ -28,7 +28,6 @@ from cranktrain.film.laws.films import (
     FRICTION,
     LINE_UP,
     MEMORY,
-    OPEN_STEP,
     RUBBING,
     SIN,
     SPEED,

@@ -43,7 +43,7 @@ REMEDIES = {
 REFUSALS = {
     NOT_EMBEDDED: "the integrator has no error estimate, which adaptive control needs; take another, or fixed steps",
     TOLERANCE_RANGE: "tolerance of adaptive control must be 1e-10 to 1",
-    STEP_RANGE: "internal step must be 1e-5 rad or more, or 0: the level's usual one",
+    STEP_RANGE: "internal step must be a positive angle, 1e-5 rad or more, or 0 for the level's usual one",
     LIMIT_RANGE: "the work of a communication step is limited to 0 (not) or more iterations",
     DELAY_RANGE: "given pressures may be 0 to 2 communication steps late",
     UNKNOWN_METHOD: "the integrator does not exist",

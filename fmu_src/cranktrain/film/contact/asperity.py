@@ -28,9 +28,9 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
+from cranktrain.core.spline import cubic, not_a_knot
 from cranktrain.core.types import Array
 from cranktrain.engine.parts import PlainBearing
-from cranktrain.film.spline import cubic, not_a_knot
 
 HIGHEST = 6.0
 """Gap over roughness from which on the surfaces do not touch."""

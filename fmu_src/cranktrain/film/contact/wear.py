@@ -41,7 +41,9 @@ RUN_IN_ROUGHNESS, RUN_IN_DEPTH = 0.5, 1.0
 """σ_∞ and ℓ over σ₀; chosen."""
 # Settings of worn_rates: clearance, m; (k/p_H) v, m/(s Pa); pressure without wear, Pa; the sample's share of the cycle.
 CLEARANCE, WEAR_SPEED, BEARABLE, SHARE, SETTINGS = range(5)
-# Its maps.
+# Places of a journal in the shell.
+X, Y, TILT_X, TILT_Y = range(4)
+# Maps of worn_rates.
 RATE, DECREASE, PRESSURE, MAPS = range(4)
 
 
@@ -114,8 +116,8 @@ def worn_rates(place, shell, line, angles, constants, table, settings, maps):
     highest = 0.0
     least = math.inf
     for k in range(line.shape[1]):
-        x = place[0] + line[0, k] * place[2]
-        y = place[1] + line[0, k] * place[3]
+        x = place[X] + line[0, k] * place[TILT_X]
+        y = place[Y] + line[0, k] * place[TILT_Y]
         room = settings[CLEARANCE] + shell[k]
         nearest = room - math.sqrt(x * x + y * y)
         least = min(least, nearest)

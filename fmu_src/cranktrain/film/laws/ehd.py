@@ -1,4 +1,4 @@
-"""Elastic films of main bearings and big ends in the running model: their data, their memory, and their force, solved online.
+"""Elastic films of main bearings and big ends in the running model: data, memory, and force, solved online.
 
 A film remembers its oil and the form of its bore. Both belong to the state: node unknowns, shapes δ and their rates at
 the end of the last step. Within a step
@@ -112,8 +112,10 @@ if TYPE_CHECKING:
 
 SHAPES = 7
 """Bore shapes that a running film carries; with the load they fill one block of right-hand sides."""
-IN_LOOP = ElasticGrid(48, 8, 0.5)
-"""Chosen by least films and largest pressures of the six's mains: ``python -m benchmarks.elastic_cost``."""
+IN_LOOP = ElasticGrid(24, 8, 0.5)
+"""Of level ``ehd``: chosen by total errors beside cost, ``python -m benchmarks.film_levels``."""
+FINE = ElasticGrid(48, 8, 0.5)
+"""Of level ``ehd:fine``: chosen by least films and largest pressures, ``python -m benchmarks.elastic_cost``."""
 SMALLEST = ElasticGrid(12, 5)
 """Grid of levels that do not read it."""
 
@@ -189,18 +191,28 @@ def _oil_law(oil: Oil | None) -> Array:
     return np.zeros(2) if oil is None else np.array([PRESSURE_LAWS[oil.pressure_law], oil.pressure_viscosity])
 
 
-def elastic_films(bearings: Bearings) -> ElasticBore:
-    """Films of main bearings, of their own viscosities."""
+def elastic_films(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBore:
+    """Films of main bearings, of their own viscosities; on a grid of their own where the bore names one."""
     parts, viscosities = bearings.parts, bearings.parameters[:, VISCOSITIES]
     bore = parts["bore"]
-    size = bore.grid or IN_LOOP
+    size = bore.grid or grid
     return elastic_bore(bearings.plain, viscosities, bore, size, oil=bearings.oil, cycles=parts.get("cycles"))
 
 
-def elastic_big_ends(bearings: Bearings) -> ElasticBore:
+def fine_films(bearings: Bearings) -> ElasticBore:
+    """The same on level ``ehd:fine``'s grid."""
+    return elastic_films(bearings, FINE)
+
+
+def elastic_big_ends(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBore:
     """Films of big ends, which feel no tilt; angles of their supply are those of the rod's axes."""
     bore, viscosities = bearings.parts["big_end_bore"], bearings.parameters[:, VISCOSITIES]
-    return elastic_bore(bearings.plain, viscosities, bore, bore.grid or IN_LOOP, oil=bearings.oil)
+    return elastic_bore(bearings.plain, viscosities, bore, bore.grid or grid, oil=bearings.oil)
+
+
+def fine_big_ends(bearings: Bearings) -> ElasticBore:
+    """The same on level ``ehd:fine``'s grid."""
+    return elastic_big_ends(bearings, FINE)
 
 
 def film_values(bore: ElasticBore) -> int:

@@ -28,6 +28,18 @@ import numpy as np
 from cranktrain.core.kernel import inlined_kernel, kernel, law_kernel, record_reader
 from cranktrain.core.lanes import put_four
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.spline import (
+    BY_ALONG,
+    BY_AROUND,
+    SECOND,
+    SECOND_BY_ALONG,
+    SECOND_BY_AROUND,
+    VALUE,
+    circulant,
+    cubic,
+    not_a_knot,
+    wrapped,
+)
 from cranktrain.core.vectors import load, pack, unpack
 from cranktrain.film.laws.films import (
     FLOW,
@@ -59,18 +71,6 @@ from cranktrain.film.laws.parameters import (
     RADIUS,
     VISCOSITY,
     WIDTH,
-)
-from cranktrain.film.spline import (
-    BY_ALONG,
-    BY_AROUND,
-    SECOND,
-    SECOND_BY_ALONG,
-    SECOND_BY_AROUND,
-    VALUE,
-    circulant,
-    cubic,
-    not_a_knot,
-    wrapped,
 )
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def impedance(eps, gamma, table, first, out):
 
 @kernel
 def read_two(table, first, i, j, along, around, out):
-    """As :func:`~cranktrain.film.spline.bicubic` does, but for the order of sums: rows along γ are vectors."""
+    """As :func:`~cranktrain.core.spline.bicubic` does, but for the order of sums: rows along γ are vectors."""
     a0, a1, a2, a3, d0, d1, d2, d3 = along
     b0, b1, b2, b3, e0, e1, e2, e3 = around
     weights = pack(b0, b1, b2, b3)

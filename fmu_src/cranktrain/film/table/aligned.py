@@ -9,11 +9,11 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import put_four, scaled
+from cranktrain.core.spline import BY_ALONG, BY_AROUND, SECOND, SECOND_BY_ALONG, SECOND_BY_AROUND, VALUE
 from cranktrain.film.journal.film import DAMPING, STIFFNESS, journal_film
 from cranktrain.film.journal.grid import Motion
 from cranktrain.film.laws.films import PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY
 from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
-from cranktrain.film.spline import BY_ALONG, BY_AROUND, SECOND, SECOND_BY_ALONG, SECOND_BY_AROUND, VALUE
 from cranktrain.film.table.interpolation import (
     ALIGNED_MAX,
     ALIGNED_RATIO2,

@@ -23,8 +23,8 @@ import numpy as np
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.lanes import four
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.spline import bicubic, circulant, cubic, not_a_knot, wrapped
 from cranktrain.core.vectors import LANES, load, load_singles, splat, store
-from cranktrain.film.spline import bicubic, circulant, cubic, not_a_knot, wrapped
 from cranktrain.film.table.reach import TERMS
 
 STRETCH, LOW_SHARE, LOW_WIDTH = 0.97, 0.6, 0.1
@@ -176,7 +176,7 @@ def _around(cos, sin, count):
 def interpolate_aligned(eps, cos, sin, table, first, out):
     """Two functions of the aligned table from ``first`` on, at ε ≤ ALIGNED_MAX and the angle γ of (cos, sin).
 
-    ``out[0:6]`` = f, ∂ε, ∂γ, g, ∂ε, ∂γ, in the slots of :func:`cranktrain.film.spline.bicubic`.
+    ``out[0:6]`` = f, ∂ε, ∂γ, g, ∂ε, ∂γ, in the slots of :func:`cranktrain.core.spline.bicubic`.
     """
     n = table.aligned.shape[1] - 2
     count = table.aligned.shape[2] - 3

@@ -10,9 +10,9 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import four
+from cranktrain.core.spline import SECOND, VALUE
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, film_observables, journal_film
 from cranktrain.film.journal.grid import Motion
-from cranktrain.film.spline import SECOND, VALUE
 from cranktrain.film.table import interpolation as at
 from cranktrain.film.table.family import LEVER, turning
 from cranktrain.film.table.interpolation import interpolate_aligned, interpolate_tilted, tilted_place, towards

@@ -74,10 +74,10 @@ def _bulk(path: Path, names: dict[int, str]) -> Lines:
     begins = [k for k, (_, line) in enumerate(lines) if _PART.match(line)]
     if len(begins) > 1:
         raise InputError(f"{lines[begins[1]][0]}: a second section of bulk data; give one part")
+    # Comments with names may stand anywhere.
+    names.update({int(match[1]): match[2] for _, line in lines if (match := NAMED_PROPERTY.match(line.lstrip()))})
     ended = False
     for place, line in lines[begins[0] + 1 if begins else 0 :]:
-        if match := NAMED_PROPERTY.match(line.lstrip()):
-            names[int(match[1])] = match[2]
         plain = line.partition("$")[0].rstrip()
         if plain.strip().upper() == "ENDDATA":
             ended = True

@@ -47,7 +47,8 @@ ROD_STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850.0)
 WALL, EYE_WIDTH, SHANK_WIDTH = 0.2, 1.6, 0.9
 """Usual wall of the housing, width across the bolts and width of the shank where it joins the eye, over the diameter of
 the housing's bore; chosen. Round housings of rods have walls of 0.12 to 0.2, and caps ribs besides. A shank flares
-into its eye: one as narrow as it is halfway to the small end would leave the bore's upper half unsupported beside it."""
+into its eye: one as narrow as it is halfway to the small end would leave the bore's upper half unsupported beside
+it."""
 SHOULDER_HEIGHT, CUT = 0.35, 1.3
 """Half height of the shoulders, and where the shank is cut, over the diameter of the housing's bore; chosen."""
 

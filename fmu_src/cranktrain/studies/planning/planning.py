@@ -239,7 +239,7 @@ class _Chooser:
         scene = self.scene
         if scene.integrator is not None:
             tried = {scene.integrator: list(LONE_STEPS)}
-        elif pair[1] == "ehd":
+        elif dearest(pair[1]):
             tried = {name: list(steps) for name, steps in ELASTIC_METHODS.items()}
         else:
             tried = {name: list(steps) for name, steps in METHODS.items()}

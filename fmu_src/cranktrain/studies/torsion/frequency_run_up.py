@@ -100,9 +100,7 @@ def frequency_run_up(
     if not np.all((speeds >= SLOWEST) & np.isfinite(speeds)):
         raise InputError(f"speeds of a run-up must be finite and at least {SLOWEST * 30.0 / np.pi:.0f} rev/min")
     engine.refuse_additions("steady states in the frequency domain")
-    places = np.round(2.0 * np.asarray(orders, dtype=float)).astype(int)
-    if np.any(np.abs(0.5 * places - orders) > 1e-9) or np.any(places < 1):
-        raise InputError("orders of a run-up are multiples of a half, from 0.5 on")
+    places = _halves(orders)
     highest = max(0.5 * float(places.max(initial=1)), HIGHEST_ORDER)
     damper, used = (engine, settings) if settings.damper == "fitted" else None, gas or GasTrace.from_engine(engine)
     one = isinstance(used, GasTrace)  # at all speeds
@@ -139,6 +137,14 @@ def frequency_run_up(
             "steady": rule,
         },
     )
+
+
+def _halves(orders: Sequence[float]) -> NDArray[np.int_]:
+    """Orders as numbers of half an order; ``InputError`` where one is none."""
+    places = np.round(2.0 * np.asarray(orders, dtype=float)).astype(int)
+    if np.any(np.abs(0.5 * places - orders) > 1e-9) or np.any(places < 1):
+        raise InputError("orders of a run-up are multiples of a half, from 0.5 on")
+    return places
 
 
 def shaft_output(name: str) -> str:

@@ -70,8 +70,10 @@ def measuring_sources() -> str:
 
 
 def engine_digest(engine: Engine) -> str:
-    """Digest of all values of an engine file; tables and keys of :data:`LATER` count only where the file has them,
-    defaults of :data:`CHANGED` as they were."""
+    """Digest of all values of an engine file.
+
+    Tables and keys of :data:`LATER` count only where the file has them, defaults of :data:`CHANGED` as they were.
+    """
     said = asdict(engine)
     for table, key, silent in LATER:
         part = said[table] if key else said

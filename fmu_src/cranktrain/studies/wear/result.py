@@ -24,6 +24,7 @@ from cranktrain.studies.wear.history import Choices, Running, wear_history
 from cranktrain.studies.wear.schedule import HOUR, Block, read_schedule
 
 
+# In one piece: options of one request.
 def run_in_over_time(
     engine: str | Path,
     hours: float | None = None,

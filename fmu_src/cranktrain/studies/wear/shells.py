@@ -16,6 +16,7 @@ import numpy as np
 
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.spline import not_a_knot
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.parts import PlainBearing
 from cranktrain.film.contact.asperity import HIGHEST, bearing_contact_constants, contact_table
@@ -35,7 +36,6 @@ from cranktrain.film.contact.wear import (
 from cranktrain.film.journal.grid import EDGE, FACE_PROFILE, FACE_ZETA, PROFILE, ROUGHNESS, ZETA
 from cranktrain.film.laws.films import COS, SIN
 from cranktrain.film.laws.rigid_bore import RigidBore, rigid_bore
-from cranktrain.film.spline import not_a_knot
 
 ANGLES = 120
 """Meridians of a wear map: 3 degrees, a fifth of a touching arc."""

@@ -23,7 +23,7 @@ from cranktrain.studies.total_error.families import FAMILIES
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.reference import INTEGRATOR
 
-STEPS_DEG = {CHEAP: (6.0, 4.0, 2.5, 1.0), MODERATE: (6.0, 4.0, 2.5, 1.0), DEAR: (4.0, 2.5), DEAREST: (2.5,)}
+STEPS_DEG = {CHEAP: (6.0, 4.0, 2.5, 1.0), MODERATE: (6.0, 4.0, 2.5, 1.0), DEAR: (4.0, 2.5), DEAREST: (2.0,)}
 """Steps of a model by its bearings' class of cost: all with many samples of a cycle in common."""
 QUICK_DEG = (4.0, 2.5)
 QUICK = (CHEAP, MODERATE)
@@ -32,7 +32,6 @@ FINE_DEG = {CHEAP: 0.5, MODERATE: 0.5, DEAR: 1.0, DEAREST: 1.0}
 """Steps of runs that others are compared with: their error is far below the least total error of a table."""
 WORK = {CHEAP: 1.0, MODERATE: 3.0, DEAR: 30.0, DEAREST: 100.0}
 """What a run takes by its bearings' class of cost, about; tells how far a study is."""
-USUAL_DEG = 2.5
 
 
 class Method(NamedTuple):
@@ -68,7 +67,7 @@ class Model:
     @property
     def usual(self) -> Method:
         """Method and step of a run that chooses none."""
-        return Method(self.settings.integrator, USUAL_DEG)
+        return Method(self.settings.integrator, bearing_law(self.settings.bearings).step_deg)
 
     @property
     def fine(self) -> Method:
@@ -79,13 +78,14 @@ class Model:
         """Methods and steps to measure: the usual integrator's, and the reference's own where that is another."""
         steps = QUICK_DEG if quick else STEPS_DEG[self.cost]
         found = [Method(self.settings.integrator, step) for step in steps]
-        return list(dict.fromkeys([*found, self.usual, Method(INTEGRATOR, USUAL_DEG)]))
+        return list(dict.fromkeys([*found, self.usual, Method(INTEGRATOR, self.usual.step_deg)]))
 
     def at(self, method: Method) -> Settings:
         """Settings with a method and step; where closing films bound the steps, a finer step has a finer bound."""
-        change = bearing_law(self.settings.bearings).film_change
+        law = bearing_law(self.settings.bearings)
+        change = law.film_change
         if change < 1.0:
-            change *= min(1.0, method.step_deg / USUAL_DEG)
+            change *= min(1.0, method.step_deg / law.step_deg)
         chosen = replace(
             self.settings, integrator=method.integrator, step=math.radians(method.step_deg), film_change=change,
             newton_tolerance=None,
