@@ -19,6 +19,7 @@ from cranktrain.film.elastic.bore_compliance import RIGID_BORE
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.laws import films as at
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
+from cranktrain.film.laws.ehd import FINE
 from cranktrain.film.laws.films import film_call
 from cranktrain.film.laws.register import BIG_END, bearing_law
 from cranktrain.fmu.flat import FlatModel, from_bytes, to_bytes
@@ -34,14 +35,13 @@ def made(name="diesel_i6"):
 
 
 @cache
-def last_cycle(name, rpm, bore="elastic", level="ehd", step_deg=0.0, grid=None, cycles=2):
+def last_cycle(name, rpm, bore="elastic", level="ehd", step_deg=0.0, grid=FINE, cycles=2):
     """Crank angle (rad) and outputs of big end 1 over the last cycle, and the run's energies."""
     parts, settings = made(name).parts, made(name).settings
     own = {"elastic": parts.big_end_bore, "rigid": RIGID_BORE}.get(bore)
     if own is None:
         own = replace(parts.big_end_bore, compliance=float(bore) * parts.big_end_bore.compliance)
-    if grid is not None:
-        own = replace(own, grid=grid)
+    own = replace(own, grid=grid)
     if level != "ehd":
         settings = resolved(replace(LEVELS, big_ends=level), made(name).engine)
     if step_deg:
@@ -176,7 +176,7 @@ def test_a_run_of_all_elastic_films_keeps_both_kinds_apart():
     both = ct.assemble(engine, replace(LEVELS, bearings="ehd"))
     run = simulate(both.engine, both.body, both.settings, 1000.0 * math.pi / 30.0, 2, parts=both.parts)
     last = run.angle > run.angle[-1] - 4.0 * math.pi + 1e-9
-    _, alone, _ = last_cycle("diesel_i6", 1000)
+    _, alone, _ = last_cycle("diesel_i6", 1000, grid=None)
     for name, share in (("film_thickness_min", 0.02), ("pressure_max", 0.02)):
         found = run.outputs[f"big_end[1].{name}"][last]
         best = np.min if name.endswith("min") else np.max
