@@ -88,7 +88,8 @@ def native_run(model, settings):
     """All outputs by name, exactly, after the steps that ``FMU_RUN`` takes."""
     damped = settings.get("damper") == "fitted"
     flexible = settings.get("block") == "flexible"
-    parts = Parts(model.table, model.block_bore if flexible else model.bore, model.big_end_table, model.block)
+    bore = model.block_bore if flexible else model.bore
+    parts = Parts(model.table, bore, model.big_end_table, model.block, big_end_bore=model.big_end_bore)
     simulation = Simulation(
         model.engine,
         (model.damped if damped else model.cranks)[settings.get("crank", "solid")],

@@ -55,7 +55,7 @@ class Engine:
     damping: parts.StructuralDamping = parts.USUAL_DAMPING
     reduction: parts.Reduction = parts.USUAL_REDUCTION
     published: parts.Published = parts.NOTHING_PUBLISHED
-    big_end_bearing: parts.PlainBearing | None = None
+    big_end_bearing: parts.BigEndBearing | None = None
     main_bearing: parts.JournalBearing | None = None
     main_roller: parts.RollerBearings | None = None
     bearing_limits: BearingLimits | None = None

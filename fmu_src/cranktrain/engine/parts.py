@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -135,12 +135,20 @@ class BalanceWeights:
 
 @dataclass(frozen=True)
 class Rod:
-    """Connecting rod: length, masses at big and small end, and the true inertia about its centre of mass."""
+    """Connecting rod: length, masses at big and small end, and the true inertia about its centre of mass.
+
+    Level ``ehd`` of the big ends makes an elastic eye (:mod:`cranktrain.structure.rod.eye`) of the wall of its housing,
+    that of the cap, its width across the bolts and that of the shank; 0 takes usual proportions to the bearing.
+    """
 
     length: q.Size
     big_end_mass: q.Mass
     small_end_mass: q.Mass
     inertia: q.Inertia
+    eye_wall: q.Length = field(default=0.0, kw_only=True)
+    cap_wall: q.Length = field(default=0.0, kw_only=True)
+    eye_width: q.Length = field(default=0.0, kw_only=True)
+    shank_width: q.Length = field(default=0.0, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -223,6 +231,17 @@ class PlainBearing:
     def relief(self) -> Relief:
         """Profile of the shell: straight, where its films feel no tilt."""
         return Relief()
+
+
+@dataclass(frozen=True, kw_only=True)
+class BigEndBearing(PlainBearing):
+    """Plain bearing between a rod and its pin; its supply's angle counts in the rod's axes.
+
+    x lies across the rod, y points from the big end to the small end. As it comes, the groove is the cap's: the half
+    towards the shank carries the gas force.
+    """
+
+    supply_angle: q.Angle = -0.5 * math.pi
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -132,6 +132,9 @@ def whole_model(
         say(f"{engine.name}: block")
         data["block"] = assembly.running_block(engine, tilting=True, say=say)
     data["film_tables"] = assembly.film_tables_of(engine, say)
+    if engine.big_end_bearing is not None and engine.rods_float:
+        say(f"{engine.name}: elastic eyes of the rods")
+        data["big_end_bore"] = assembly.big_end_bore(engine, say)
     if engine.rollers_only:
         return FlatModel(engine, **data)
     if any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms):
@@ -180,6 +183,7 @@ def build_scene(
         block_bore=run.parts.bore if scene.block == "flexible" else None,
         added=run.parts.bodies or {},
         film_tables=run.parts.film_tables,
+        big_end_bore=run.parts.big_end_bore,
     )
     if platforms and scene.film_temperature != "engine":
         say(f"{scene.name}: film temperatures by their friction need runs before the start, so the Python FMU is built")

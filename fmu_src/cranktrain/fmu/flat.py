@@ -12,9 +12,9 @@ Layout (little-endian)::
                   values: float64 arrays in C order, at the offsets (in values) that the header gives
 
 The header holds ``engine`` (SI, as :func:`cranktrain.engine.model.engine_to_dict` writes it), ``bodies`` with their
-names (``cranks.solid``, ``damped.solid``, ``block``), ``table``, ``big_end_table``, ``film_tables.0`` …, ``bore`` and
-``block_bore`` (what is not an array) and ``arrays`` (name, shape, offset). All but the engine may be absent. Equal data
-give equal bytes. A body's records and basis, which serve reports, stay behind.
+names (``cranks.solid``, ``damped.solid``, ``block``), ``table``, ``big_end_table``, ``film_tables.0`` …, ``bore``,
+``block_bore`` and ``big_end_bore`` (what is not an array) and ``arrays`` (name, shape, offset). All but the engine may
+be absent. Equal data give equal bytes. A body's records and basis, which serve reports, stay behind.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from cranktrain.film.table.database import FilmTable, TableSettings
 from cranktrain.film.table.interpolation import TableArrays
 
 MAGIC = b"CRNKTRN\0"
-SCHEMA = 7
+SCHEMA = 8
 _PREFIX = struct.Struct("<8sIIQQ32s")
 _ARRAYS = (
     "omega",
@@ -59,7 +59,7 @@ _BODIES = ("cranks", "damped", "added")
 _TABLES = ("table", "big_end_table")
 _ADDED_TABLE = "film_tables."
 """What the names of the tables of added films begin with, behind it their number."""
-_BORES = ("bore", "block_bore")
+_BORES = ("bore", "block_bore", "big_end_bore")
 _ERRORS = ("aligned_error", "tilted_error")
 _SHAPES = ("coefficients", "compliance", "load_coupling", "captured")
 
@@ -83,6 +83,7 @@ class FlatModel(NamedTuple):
     block_bore: BoreCompliance | None = None
     added: Mapping[str, ReducedBody] = MappingProxyType({})
     film_tables: tuple[FilmTable, ...] = ()
+    big_end_bore: BoreCompliance | None = None
 
 
 def to_bytes(model: FlatModel) -> bytes:

@@ -26,6 +26,7 @@ _PARTS = {
     "table": ("bearings", "the film table of the main bearings"),
     "bore": ("bearings", "the elastic bore of the main bearings"),
     "big_end_table": ("big_ends", "the film table of the big ends"),
+    "big_end_bore": ("big_ends", "the elastic eye of the rods"),
 }
 """Parts of a run: the setting that needs them, and their names."""
 
@@ -69,8 +70,9 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
     check_levels(settings, engine)
     bore = model.block_bore if settings.block == "flexible" else model.bore
     parts = Parts(
-        model.table, bore, model.big_end_table, model.block, bodies=model.added, film_tables=model.film_tables
-    )
+        model.table, bore, model.big_end_table, model.block, bodies=model.added, film_tables=model.film_tables,
+        big_end_bore=model.big_end_bore,
+    )  # fmt: skip
     for part in needed_parts(engine, settings):
         if getattr(parts, part) is None:
             _refuse(settings, names, *_PARTS[part])

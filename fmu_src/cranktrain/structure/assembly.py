@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from cranktrain.engine.connections import Film
 from cranktrain.engine.levels import CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import PlainBearing
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable, bearing_settings
 from cranktrain.store.bodies import FOLDER_HEADER
@@ -223,8 +224,9 @@ def _parts(engine: Engine, settings: Settings, say: Progress, resolution: str, b
         table = main_table(engine, say, resolution)
     if "big_end_table" in wanted:
         floating = big_end_table(engine, say)
+    eye = big_end_bore(engine, say) if "big_end_bore" in wanted else None
     own = film_tables_of(engine, say, resolution)
-    return Parts(table=table, bore=bore, big_end_table=floating, block=block, film_tables=own)
+    return Parts(table=table, bore=bore, big_end_table=floating, big_end_bore=eye, block=block, film_tables=own)
 
 
 def running_block(
@@ -302,6 +304,18 @@ def big_end_table(engine: Engine, say: Progress = lambda stage: None) -> FilmTab
     if engine.big_end_bearing is None:
         raise InputError(f"engine '{engine.name}' has no [big_end_bearing]; add it, or leave big ends rigid")
     return _film_table(engine.big_end_bearing, say, tilt=False)
+
+
+def big_end_bore(engine: Engine, say: Progress = lambda stage: None) -> BoreCompliance:
+    """Elastic bore of the big ends, that of the rod's eye; ``InputError`` where the engine has no bearing there."""
+
+    def make() -> BoreCompliance:
+        from cranktrain.film.laws.ehd import SHAPES
+        from cranktrain.structure.rod.eye import eye_compliance
+
+        return eye_compliance(engine, SHAPES, progress=say)
+
+    return cast("BoreCompliance", _once(("big-end bore", engine.big_end_bearing, engine.rod), make))
 
 
 def _film_table(bearing: PlainBearing, say: Progress, resolution: str = "default", tilt: bool = True) -> FilmTable:

@@ -191,6 +191,7 @@ class Parts(NamedTuple):
     bodies: Mapping[str, ReducedBody] | None = None  # that the engine's file takes from files of their own
     film_tables: tuple[FilmTable, ...] = ()  # films of added bearings, level ``table``
     cycles: PastCycles | None = None  # keeps what the main bearings' films were over the last cycle of a run
+    big_end_bore: BoreCompliance | None = None  # elastic eyes of the rods, level ``ehd`` of the big ends
 
 
 def build_model(
@@ -230,6 +231,8 @@ def _check_temperatures(engine: Engine, settings: Settings, speed: float, films:
         if bearing_law(settings.bearings).oil:
             for eta in etas:
                 pressure_constants(engine.oil, eta)
+    if bearing_law(settings.big_ends).oil:
+        pressure_constants(engine.oil, supplied)
     if settings.damper == "fitted":
         damper = required_damper(engine)
         check_temperature(damper, settings.damper_temperature or damper_temperature(damper, speed))
@@ -262,7 +265,7 @@ def structure(
     journals, mains, main_films = made[key]
     key = "big ends", settings.big_ends, ""
     if key not in made:
-        made[key] = big_end_films(engine, big_end_law, parts.big_end_table)
+        made[key] = big_end_films(engine, big_end_law, parts.big_end_table, parts.big_end_bore)
     big_ends, floating = made[key]
     free_big_ends = big_end_law.carries
     line = torsional_line(engine, float(body.inertia[2, 2]))

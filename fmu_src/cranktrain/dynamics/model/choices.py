@@ -40,11 +40,11 @@ from cranktrain.dynamics.model.settings import (
     RECONSTRUCTIONS,
     Settings,
     resolved,
+    ruling_law,
     usual_film_change,
 )
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.register import bearing_law
 
 NUMBER_SLOTS = {
     "gas_load": SET_GAS_LOAD,
@@ -77,8 +77,8 @@ def option_slots() -> dict[str, tuple[int, dict[str, float]]]:
 
 
 def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
-    """What the bearing level of ``settings`` brings, by slot."""
-    law, rows = bearing_law(resolved(settings, engine).bearings), list(INTEGRATORS)
+    """What the bearing levels of ``settings`` bring, by slot."""
+    law, rows = ruling_law(resolved(settings, engine).bearings, settings.big_ends), list(INTEGRATORS)
     return {
         LEVEL_TOLERANCE: law.tolerance,
         LEVEL_FILM_CHANGE: usual_film_change(law, engine),

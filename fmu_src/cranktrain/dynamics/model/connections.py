@@ -11,6 +11,7 @@ from cranktrain.dynamics.model.ports import Ports
 from cranktrain.dynamics.topology.damper import damper_law, told_damper
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
+from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, axial_joint_film, bearing_parameters, enter, law_films
 from cranktrain.film.laws.films import Films, join_films, no_films
 from cranktrain.film.laws.parameters import COLUMNS
@@ -34,10 +35,13 @@ def laws_of(ports: Ports, mains: Films, big_ends: Films, thrust: Films, path: Ax
     return join_films(len(ports.connections), parts)
 
 
-def big_end_films(engine: Engine, law: Law, table: FilmTable | None) -> tuple[Array, Films]:
+def big_end_films(
+    engine: Engine, law: Law, table: FilmTable | None, bore: BoreCompliance | None
+) -> tuple[Array, Films]:
     """Parameters (c, COLUMNS) of the big ends' films, zero where there are none, and their law."""
     parameters = np.zeros((engine.n_cylinders, COLUMNS))
     if engine.big_end_bearing is not None:
         parameters[:] = bearing_parameters(engine.big_end_bearing, REFERENCE_VISCOSITY)
-    bearings = Bearings(parameters, engine.big_end_bearing, parts={"big_end_table": table})
+    parts = {"big_end_table": table, "big_end_bore": bore}
+    bearings = Bearings(parameters, engine.big_end_bearing, parts=parts, oil=engine.oil)
     return parameters, law_films(law, BIG_END, bearings)

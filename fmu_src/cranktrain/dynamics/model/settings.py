@@ -94,13 +94,15 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     else films without tilt. Rollers run in a flexible block where engine and crank allow it, for the ground leaves the
     largest error beside them; films, which leave as much themselves, run on ground. Elastic films: what they do as they
     close, and their voids, leave no use for an order above three. Films that feel tilt cost more than what a tighter
-    tolerance would gain. Pistons are guided by a flexible block's liners.
+    tolerance would gain. Elastic films of big ends choose as those of mains do. Pistons are guided by a flexible
+    block's liners.
     """
     bearings = settings.bearings
     if bearings == "auto":
         bearings = usual_level(settings.crank, mains_kind(engine))
     law = bearing_law(bearings)
     block = _usual_block(settings, engine, law) if settings.block == "auto" else settings.block
+    law = ruling_law(bearings, settings.big_ends)
     pistons = settings.pistons
     if pistons == "auto":
         pistons = "guided" if block == "flexible" else "rigid"
@@ -121,8 +123,15 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
     return replace(settings, **chosen)
 
 
+def ruling_law(bearings: str, big_ends: str) -> Law:
+    """Row whose integrator, step and tolerances a run takes: the mains', or that of big ends whose films remember."""
+    law = bearing_law(bearings)
+    form = bearing_law(big_ends, "big-end level").forms.get(BIG_END)
+    return bearing_law(big_ends) if form is not None and form.memory else law
+
+
 def usual_film_change(law: Law, engine: Engine) -> float:
-    """Fraction of its thickness by which a film may close over a step: the least of the mains' law and added films'."""
+    """Fraction of its thickness by which a film may close over a step: the least of the ruling law and added films'."""
     films = [bearing_law(table.film.level) for table in engine.connection if table.film is not None]
     return min(row.film_change for row in (law, *films))
 

@@ -12,6 +12,12 @@ from cranktrain.core.kernel import call_kernel, inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import port_count
 from cranktrain.dynamics.model.state import LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE, SHAFT_SPEED, film_offset
+from cranktrain.dynamics.motion.big_end_films import (
+    big_end_row,
+    close_big_ends,
+    line_up_big_ends,
+    open_big_end,
+)
 from cranktrain.dynamics.motion.film_ports import frame_numbers, line_up_laws, place_law, tell_law
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.topology import slots as added
@@ -30,6 +36,7 @@ from cranktrain.film.laws.films import (
     RATE,
     STAGE,
     STEP,
+    TURN,
     film_call,
 )
 from cranktrain.film.laws.films import COS as FRAME_COS
@@ -77,9 +84,19 @@ def open_step(model, work, state):
     numbers[FRAME_ANGLE] = state[SHAFT_ANGLE]
     whirl = state[SHAFT_SPEED] + state[LEAD_SPEED]
     for k in range(model.connections.shape[0]):
-        if model.laws.traits[k, MEMORY] > 0.0:
+        if model.laws.traits[k, MEMORY] > 0.0 and model.connections[k, at.OF_ROD] == 0.0:
             place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], whirl)
             recalling_call(model, state, OPEN_STEP, k, work.scratch)
+    cos = numbers[FRAME_COS]
+    sin = numbers[FRAME_SIN]
+    for c in range(model.cylinders.shape[0]):
+        film = big_end_row(model, c, MEMORY)
+        if film >= 0:
+            open_big_end(model, work, cos, sin, whirl, film, c)
+            recalling_call(model, state, OPEN_STEP, film, work.scratch)
+    numbers[FRAME_COS] = cos
+    numbers[FRAME_SIN] = sin
+    numbers[TURN] = 0.0
 
 
 @inlined_kernel
@@ -116,7 +133,7 @@ def close_stage(model, work, frame):
     relative_motion(model, frame[at.COS], frame[at.SIN], frame[at.WHIRL], u, ud, d, dd)
     line_up_laws(model, work, frame)
     for k in range(model.connections.shape[0]):
-        if model.laws.traits[k, MEMORY] > 0.0:
+        if model.laws.traits[k, MEMORY] > 0.0 and model.connections[k, at.OF_ROD] == 0.0:
             if model.connections[k, at.ON_BLOCK] == 0.0:
                 place_law(model, k, u, ud, frame[at.WHIRL])
             else:
@@ -125,7 +142,8 @@ def close_stage(model, work, frame):
             status = film_call(model.laws, CLOSE_STAGE, k, work.scratch, work.scratch)
             if status != 0:
                 return status
-    return 0
+    line_up_big_ends(model, work, frame)
+    return close_big_ends(model, work, frame)
 
 
 @kernel

@@ -80,10 +80,13 @@ def tell_law(model, frame, k, u, ud):
 
 @kernel
 def line_up_laws(model, work, frame):
-    """Tell laws that solve their films side by side where all their journals are, by RELATIVE and RELATIVE_RATE."""
+    """Tell laws that solve their films side by side where all their journals are, by RELATIVE and RELATIVE_RATE.
+
+    Of those of rods :mod:`cranktrain.dynamics.motion.big_end_films` tells them.
+    """
     laws = model.laws
     for k in range(model.connections.shape[0]):
-        if laws.traits[k, TOGETHER] > 0.0:
+        if laws.traits[k, TOGETHER] > 0.0 and model.connections[k, at.OF_ROD] == 0.0:
             place_law(model, k, work.port[at.RELATIVE], work.port[at.RELATIVE_RATE], frame[at.WHIRL])
             tell_law(model, frame, k, work.port[at.U], work.port[at.UD])
             film_call(laws, LINE_UP, k, laws.out, laws.out)

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.film_ports import ROW, pairs_block
+from cranktrain.dynamics.motion.big_end_films import big_end_film, line_up_big_ends
+from cranktrain.dynamics.motion.film_ports import ROW
 from cranktrain.dynamics.motion.gas import gas_force
 from cranktrain.dynamics.motion.guided_pistons import LAYER, UPPER, PistonMotion, RodLoad, guided_rod, piston_forces
 from cranktrain.dynamics.motion.rod_motion import (
@@ -28,9 +29,7 @@ from cranktrain.dynamics.motion.rod_motion import (
     cylinder_axes,
     pin_motion,
     rod_end_across,
-    rod_swing,
 )
-from cranktrain.film.laws.films import FORCE, FRICTION, RUBBING, SPEED, film_call
 from cranktrain.loads.articulated_rod import force_change, force_on_pin, hang
 from cranktrain.loads.slider_crank import (
     BY_ACCELERATION,
@@ -55,6 +54,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
     f = work.port[at.FORCES]
     out = work.scratch
     status = 0
+    line_up_big_ends(model, work, frame)
     for c in range(model.cylinders.shape[0]):
         rod = model.cylinders[c]
         cos, sin = cylinder_axes(model.cylinders[axes_of_pin(model, c)], frame)
@@ -202,59 +202,3 @@ def observe_rod(model, work, c):
         piston_forces(model, load, piston, u, ud, cross, out, side)
     out[0] -= rod[at.M_BIG] * (cross[AX] + load.g_x)
     out[1] -= rod[at.M_BIG] * (cross[AY] + load.g_y)
-
-
-@kernel
-def big_end_film(model, work, frame, c, cos, sin, ratio):
-    """Film between pin and free big end of cylinder c, from the motions in scratch, the pin's from PIN on.
-
-    Adds its forces to pin, rod and pin rotation, and fills its tangent; returns the side force that holds its friction
-    on the rod, and 0 or what tells that the law failed.
-    """
-    row = model.cylinders[c]
-    rod = work.scratch
-    pin = work.scratch[PIN:]
-    f = work.port[at.FORCES]
-    out = model.laws.out
-    turn = int(row[at.PIN_TURN])
-    height, rod_speed = rod_swing(row, rod, cos, sin)
-    film = int(row[at.PIN_ROW])
-    place_pin(model, film, pin, rod)
-    status = float_force(model, film, FORCE, frame[at.OMEGA] + work.port[at.UD, turn], rod_speed)
-    friction = out[FRICTION]
-    k = int(row[at.PIN_PORT])
-    f[k] += out[0]
-    f[k + 1] += out[1]
-    k = int(row[at.END_PORT])
-    f[k] -= out[0]
-    f[k + 1] -= out[1]
-    moved_x = pin[X] - model.pins[c, 0] - frame[at.CRANK_X]
-    moved_y = pin[Y] - model.pins[c, 1] - frame[at.CRANK_Y]
-    f[turn] += moved_x * out[1] - moved_y * out[0] + friction
-    block = work.blocks[film]
-    pairs_block(out, ratio, frame[at.OMEGA], block)
-    for r in range(2):
-        for s in range(2):
-            value = block[ROW * r + s]
-            block[ROW * r + s + 2] = -value
-            block[ROW * (r + 2) + s] = -value
-            block[ROW * (r + 2) + s + 2] = value
-    place = model.laws.place[film]
-    return -(friction + place[X] * out[1] - place[Y] * out[0]) / height, status
-
-
-@inlined_kernel
-def place_pin(model, film, pin, rod):
-    """Place and velocity of a pin in its floating big end, whose film has this row, from the motions of both."""
-    for k in range(2):
-        model.laws.place[film, k] = pin[k] - rod[k]
-        model.laws.velocity[film, k] = pin[VX + k] - rod[VX + k]
-
-
-@inlined_kernel
-def float_force(model, film, action, pin_speed, rod_speed):
-    """Let the law of a floating big end act on its film, into ``laws.out``; 0, or a failure."""
-    laws = model.laws
-    laws.numbers[SPEED] = pin_speed + rod_speed
-    laws.numbers[RUBBING] = pin_speed - rod_speed
-    return film_call(laws, action, film, laws.out, laws.out)

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.motion.film_ports import frame_numbers
+from cranktrain.dynamics.motion.big_end_films import frame_again, place_pin, tell_big_end
+from cranktrain.dynamics.motion.film_memory import recalling_call
 from cranktrain.dynamics.motion.rod_motion import (
     MASTERS_PIN,
     PIN,
@@ -19,10 +20,9 @@ from cranktrain.dynamics.motion.rod_motion import (
     big_end_motion,
     cylinder_axes,
     pin_motion,
-    rod_swing,
 )
-from cranktrain.dynamics.motion.rods import float_force, observe_rod, place_pin
-from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, OBSERVE, P_MAX
+from cranktrain.dynamics.motion.rods import observe_rod
+from cranktrain.film.laws.films import ECCENTRICITY, FLOW, FRICTION, GAP, OBSERVE, P_MAX
 from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.loads.articulated_rod import force_on_pin
 
@@ -41,7 +41,7 @@ def observe_big_ends(model, work, state, members, out):
         for i in range(BIG_END_OUTPUTS):
             row[i] = 0.0
         if model.cylinders[c, at.END_PORT] >= 0.0:
-            observe_floating(model, work, c, row)
+            observe_floating(model, work, state, c, row)
         else:
             observe_rod(model, work, c)
             rod = model.cylinders[c]
@@ -57,7 +57,7 @@ def observe_big_ends(model, work, state, members, out):
 
 
 @kernel
-def observe_floating(model, work, c, row):
+def observe_floating(model, work, state, c, row):
     """Outputs of the floating big end of cylinder c."""
     frame = work.frames[0]
     u = work.port[at.STATE_U]
@@ -70,15 +70,19 @@ def observe_floating(model, work, c, row):
     film = int(model.cylinders[c, at.PIN_ROW])
     place_pin(model, film, pin, rod)
     cos, sin = cylinder_axes(model.cylinders[c], frame)
-    _, rod_speed = rod_swing(model.cylinders[c], rod, cos, sin)
     pin_speed = frame[at.OMEGA] + ud[int(model.cylinders[c, at.PIN_TURN])]
-    frame_numbers(frame, model.laws.numbers)
-    float_force(model, film, OBSERVE, pin_speed, rod_speed)
+    frame_again(model, frame)
+    _, rod_speed = tell_big_end(model, model.cylinders[c], rod, cos, sin, pin_speed)
+    recalling_call(model, state, OBSERVE, film, model.laws.out)
+    frame_again(model, frame)
     found, place, velocity = model.laws.out, model.laws.place[film], model.laws.velocity[film]
     to_space(found, frame[at.COS], frame[at.SIN], row[FORCE_X:])
     to_space(place, frame[at.COS], frame[at.SIN], row[POSITION_X:])
     row[ECCENTRIC] = found[ECCENTRICITY]
     row[FILM_MIN] = max(model.big_ends[c, CLEARANCE] * (1.0 - found[ECCENTRICITY]), 0.0)
+    # An elastic bore has a least gap of its own.
+    if found[GAP] >= 0.0:
+        row[FILM_MIN] = found[GAP]
     row[PRESSURE_MAX] = found[P_MAX]
     row[FRICTION_TORQUE] = -found[FRICTION]
     work.powers[at.BIG_ENDS_FRICTION] += row[FRICTION_TORQUE] * (pin_speed - rod_speed)

@@ -22,6 +22,7 @@ _MISSING = {
     "table": "a film table of L/D {ratio:.4g}; make it by film-table",
     "big_end_table": "a film table of L/D {ratio:.4g}; make it by film-table",
     "bore": "the bore's compliance; make it by structure.saddle",
+    "big_end_bore": "the compliance of the rods' eyes; make it by structure.rod.eye",
 }
 """How to come by a part that is missing."""
 

@@ -1,4 +1,4 @@
-"""Elastic films of the main bearings in the running model: their data, their memory, and their force, solved online.
+"""Elastic films of main bearings and big ends in the running model: data, memory, and force, solved online.
 
 A film remembers its oil and the form of its bore. Both belong to the state: node unknowns, shapes δ and the rates of
 both at the end of the last step. Within a step
@@ -7,8 +7,9 @@ both at the end of the last step. Within a step
   the elastic bore is of the integrator's order (generalised-α: backward Euler);
 * the oil of ruptured nodes too (:mod:`cranktrain.film.elastic.content`), so that it is conserved over a step.
 
-Oil comes through a hole in the bore, or a groove all around it, at its supply pressure. The bore is at rest in space:
-journals come in the frame's axes and are turned there and back.
+Oil comes through a hole in the bore, or a groove all around it, at its supply pressure. The bore of a main bearing is
+at rest in space, that of a big end turns as its rod swings: journals come in the frame's axes and are turned to the
+bore's and back.
 """
 
 from __future__ import annotations
@@ -89,6 +90,7 @@ from cranktrain.film.laws.films import (
     STAGE,
     STEP,
     TOLERANCE,
+    TURN,
     Films,
 )
 from cranktrain.film.laws.films import OIL as NEW_OIL
@@ -210,6 +212,17 @@ def fine_films(bearings: Bearings) -> ElasticBore:
     return elastic_films(bearings, FINE)
 
 
+def elastic_big_ends(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBore:
+    """Films of big ends, which feel no tilt; angles of their supply are those of the rod's axes."""
+    bore, viscosities = bearings.parts["big_end_bore"], bearings.parameters[:, VISCOSITIES]
+    return elastic_bore(bearings.plain, viscosities, bore, bore.grid or grid, oil=bearings.oil)
+
+
+def fine_big_ends(bearings: Bearings) -> ElasticBore:
+    """The same on level ``ehd:fine``'s grid."""
+    return elastic_big_ends(bearings, FINE)
+
+
 def film_values(bore: ElasticBore) -> int:
     """Values that one film adds to the state vector."""
     return film_size(bore.film)
@@ -301,14 +314,14 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
             _move(own, i, numbers, place, velocity)
             line_up(bore, i)
         if carried_on_at(bore, i):
-            force_in_frame(own.line, cos, sin, out)
+            force_in_frame(own.line, cos, sin, numbers[TURN], out)
             side, at = found_at(bore.past)
             out[FRICTION] = bore.past.values[side, at, i, KNOWN_FRICTION]
             return 0
         status = force_solved(bore, i, numbers)
         if status != CONVERGED:
             return status
-        force_in_frame(own.out[i], cos, sin, out)
+        force_in_frame(own.out[i], cos, sin, numbers[TURN], out)
         out[FRICTION] = own.out[i, FRICTION_TORQUE]
     elif action == LINE_UP:
         _move(own, i, numbers, place, velocity)
@@ -336,8 +349,10 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     elif action == OPEN_STEP:
         if i == 0:
             begin_step(bore.past, numbers[ANGLE])
-        turn_pairs(cos, sin, place, own.start_place[i])
-        turn_pairs(cos, sin, velocity, own.start_pace[i])
+        _move(own, i, numbers, place, velocity)
+        for k in range(4):
+            own.start_place[i, k] = own.motions[i, 0, k]
+            own.start_pace[i, k] = own.motions[i, 1, k]
         for k in range(nodes):
             own.start[i, k] = memory[k]
             own.unknowns[i, k] = memory[k]
@@ -432,7 +447,13 @@ def _keep_memory(own, i, stage, memory):
 
 @inlined_kernel
 def _move(own, i, numbers, place, velocity):
-    """Keep the motion of journal i, in space, and its speed."""
+    """Keep the motion of journal i, and its speed, in axes of the bore: these rest in space, or turn with a rod."""
     turn_pairs(numbers[COS], numbers[SIN], place, own.motions[i, 0])
     turn_pairs(numbers[COS], numbers[SIN], velocity, own.motions[i, 1])
+    turn = numbers[TURN]
     own.speeds[i] = numbers[SPEED]
+    if turn != 0.0:
+        own.speeds[i] -= 2.0 * turn
+        for pair in range(0, 4, 2):
+            own.motions[i, 1, pair] += turn * own.motions[i, 0, pair + 1]
+            own.motions[i, 1, pair + 1] -= turn * own.motions[i, 0, pair]

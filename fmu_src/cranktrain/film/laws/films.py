@@ -57,8 +57,10 @@ FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM,
 # tangents are kept: a law may leave those that it found last; the difference of the speeds of journal and bore (rad/s);
 # the frame's angle, whole turns counted (rad); the viscosity at ambient pressure (Pa s), for OIL;
 # to what the ports are iterated (clearances), for OIL as well; what the gas has over the crankcase's pressure (Pa), for
-# laws of a cylinder.
-SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, PRESSURE, NUMBERS = range(14)
+# laws of a cylinder; the speed (rad/s) of the bore's axes, where cosine and sine are those of the frame's angle against
+# a bore that turns (of a big end that remembers its film), else 0.
+SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, PRESSURE, TURN = range(14)
+NUMBERS = 15
 
 # Traits of a law: values that one film keeps in the state; 1 where its least gap limits the step; 1 where its force has
 # a kink at the contact height; 1 where it is told of the oil; 1 where it solves films together.

@@ -20,8 +20,11 @@ def turn_pairs(cos, sin, vector, out):
 
 
 @kernel
-def force_in_frame(result, cos, sin, out):
-    """Force of a film's ``result`` and its tangents in the frame's axes, ``out[0:36]``."""
+def force_in_frame(result, cos, sin, turn, out):
+    """Force of a film's ``result`` and its tangents in the frame's axes, ``out[0:36]``.
+
+    ``turn`` is the speed of the bore's axes, rad/s: velocities in them are v − turn e_z×x.
+    """
     turn_pairs(cos, -sin, result, out)
     for part in range(2):
         o = STIFFNESS if part == 0 else DAMPING
@@ -41,6 +44,12 @@ def force_in_frame(result, cos, sin, out):
                 out[k + 1] = cos * b + sin * d
                 out[k + 4] = cos * c - sin * a
                 out[k + 5] = cos * d - sin * b
+    if turn != 0.0:
+        for r in range(4):
+            for s in range(0, 4, 2):
+                k = 4 * r + s
+                out[STIFFNESS + k] -= turn * out[DAMPING + k + 1]
+                out[STIFFNESS + k + 1] += turn * out[DAMPING + k]
 
 
 @kernel

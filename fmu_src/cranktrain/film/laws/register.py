@@ -7,7 +7,7 @@ law: every property of a law that a run needs is in its row. A new law needs one
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.named import Named
@@ -140,21 +140,22 @@ def forms() -> list[Form]:
     return [form for form in found if form.kernel]
 
 
-def _elastic(name: str, title: str, record: str) -> Law:
-    """A level of elastic films; such levels differ only in the number of nodes, which ``record`` chooses."""
-    form = Form(
+def _elastic(name: str, title: str, grid: str) -> Law:
+    """A level of elastic films; such levels differ only in the number of nodes: ``elastic`` or ``fine``."""
+    mains = Form(
         f"{_HERE}.ehd:elastic_law",
-        f"{_HERE}.ehd:{record}",
+        f"{_HERE}.ehd:{grid}_films",
         ("bore",),
         tilt=True,
         memory=f"{_HERE}.ehd:film_values",
         viscous=True,
         together=True,
     )
+    big_ends = replace(mains, record=f"{_HERE}.ehd:{grid}_big_ends", parts=("big_end_bore",), tilt=False)
     return Law(
         name,
         title,
-        {PLAIN: form},
+        {PLAIN: mains, BIG_END: big_ends},
         film=True,
         oil=OIL_LAWS,
         cost=DEAREST,
@@ -214,8 +215,8 @@ for _law in (
         cost=DEAR,
         tolerance=1.0e-5,
     ),
-    _elastic("ehd", "oil film in an elastic bore, solved online, with cavitation and asperities", "elastic_films"),
-    _elastic("ehd:fine", "the same on twice the nodes around: least films and pressure peaks", "fine_films"),
+    _elastic("ehd", "oil film in an elastic bore, solved online, with cavitation and asperities", "elastic"),
+    _elastic("ehd:fine", "the same on twice the nodes around: least films and pressure peaks", "fine"),
     Law(
         "roller",
         "cylindrical rollers",

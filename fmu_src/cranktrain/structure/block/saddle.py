@@ -137,7 +137,7 @@ def pattern_compliance(
     -------
     (2 waves + 1, degree + 1, 2 waves + 1, degree + 1) m³/Pa, symmetric in its pairs of indices
     """
-    loads = _pattern_loads(model, film_diameter, film_width, waves, degree)
+    loads = pattern_loads(model, film_diameter, film_width, waves, degree)
     try:
         compliance = compliance_of(model, clamped, loads)
     except RuntimeError:
@@ -146,7 +146,7 @@ def pattern_compliance(
     return compliance.reshape(*shape, *shape)
 
 
-def _pattern_loads(model: FEModel, film_diameter: float, film_width: float, waves: int, degree: int) -> Array:
+def pattern_loads(model: FEModel, film_diameter: float, film_width: float, waves: int, degree: int) -> Array:
     """Load vectors f_i of unit pressure in each pattern, (ndof, patterns) m²."""
     facets = surface_basis(model.mesh, model.basis.elem, "bore", FACET_ORDER)
     x, y, z = np.asarray(facets.global_coordinates())

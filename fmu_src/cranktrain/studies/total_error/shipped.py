@@ -31,9 +31,12 @@ LATER = (
     ("cylinders", "axis_offsets", ()), ("cylinders", "rods_on_pin", "side-by-side"), ("cylinders", "crosshead", False),
     ("crankshaft", "pins_between_mains", ()), ("crankshaft", "flying_web_thickness", 0.0),
     ("crankshaft", "pin_throws", ()), ("load", "", None), ("damper", "damping", 0.0), ("damper", "frequencies", ()),
-    ("damper", "stiffnesses", ()), ("damper", "dampings", ()),
+    ("damper", "stiffnesses", ()), ("damper", "dampings", ()), ("rod", "eye_wall", 0.0), ("rod", "cap_wall", 0.0),
+    ("rod", "eye_width", 0.0), ("rod", "shank_width", 0.0),
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
+CHANGED = (("big_end_bearing", "supply_angle", -0.5 * math.pi, 0.5 * math.pi),)
+"""Defaults that have changed since, and what they were: no level read them when the figures were measured."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +70,18 @@ def measuring_sources() -> str:
 
 
 def engine_digest(engine: Engine) -> str:
-    """Digest of all values of an engine file; tables and keys of :data:`LATER` count only where the file has them."""
+    """Digest of all values of an engine file.
+
+    Tables and keys of :data:`LATER` count only where the file has them, defaults of :data:`CHANGED` as they were.
+    """
     said = asdict(engine)
     for table, key, silent in LATER:
         part = said[table] if key else said
         if part is not None and part[key or table] == silent:
             del part[key or table]
+    for table, key, now, before in CHANGED:
+        if said[table] is not None and said[table][key] == now:
+            said[table][key] = before
     return sha256(json.dumps(said, sort_keys=True, default=repr).encode()).hexdigest()[:16]
 
 

@@ -1,0 +1,183 @@
+"""Films of floating big ends: what their laws are told, and the actions of a step for laws with a memory.
+
+Pin and rod both turn. Laws that remember their film solve it in axes of the rod (x across it, y from the big end to the
+small end, and the angle of a supply counts from x), in which the bore is at rest; the others take the motion in axes of
+the frame. As the rod leans by ψ, sin ψ = s/L with the big end s beside the axis of its cylinder, it turns at
+ψ̇ = ṡ/(L cos ψ).
+"""
+
+from __future__ import annotations
+
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.motion.film_ports import ROW, frame_numbers, pairs_block
+from cranktrain.dynamics.motion.rod_motion import (
+    PIN,
+    VX,
+    X,
+    Y,
+    big_end_motion,
+    cylinder_axes,
+    pin_motion,
+    rod_swing,
+)
+from cranktrain.film.laws.films import (
+    CLOSE_STAGE,
+    COS,
+    FORCE,
+    FRICTION,
+    LINE_UP,
+    MEMORY,
+    RUBBING,
+    SIN,
+    SPEED,
+    TOGETHER,
+    TURN,
+    film_call,
+)
+
+
+@kernel
+def big_end_film(model, work, frame, c, cos, sin, ratio):
+    """Film between pin and free big end of cylinder c, from the motions in scratch, the pin's from PIN on.
+
+    Adds its forces to pin, rod and pin rotation, and fills its tangent; returns the side force that holds its friction
+    on the rod, and 0 or what tells that the law failed.
+    """
+    row = model.cylinders[c]
+    rod = work.scratch
+    pin = work.scratch[PIN:]
+    f = work.port[at.FORCES]
+    out = model.laws.out
+    turn = int(row[at.PIN_TURN])
+    film = int(row[at.PIN_ROW])
+    place_pin(model, film, pin, rod)
+    height, _ = tell_big_end(model, row, rod, cos, sin, frame[at.OMEGA] + work.port[at.UD, turn])
+    status = film_call(model.laws, FORCE, film, out, out)
+    frame_again(model, frame)
+    friction = out[FRICTION]
+    k = int(row[at.PIN_PORT])
+    f[k] += out[0]
+    f[k + 1] += out[1]
+    k = int(row[at.END_PORT])
+    f[k] -= out[0]
+    f[k + 1] -= out[1]
+    moved_x = pin[X] - model.pins[c, 0] - frame[at.CRANK_X]
+    moved_y = pin[Y] - model.pins[c, 1] - frame[at.CRANK_Y]
+    f[turn] += moved_x * out[1] - moved_y * out[0] + friction
+    block = work.blocks[film]
+    pairs_block(out, ratio, frame[at.OMEGA], block)
+    for r in range(2):
+        for s in range(2):
+            value = block[ROW * r + s]
+            block[ROW * r + s + 2] = -value
+            block[ROW * (r + 2) + s] = -value
+            block[ROW * (r + 2) + s + 2] = value
+    place = model.laws.place[film]
+    return -(friction + place[X] * out[1] - place[Y] * out[0]) / height, status
+
+
+@inlined_kernel
+def place_pin(model, film, pin, rod):
+    """Place and velocity of a pin in its floating big end, whose film has this row, from the motions of both."""
+    for k in range(2):
+        model.laws.place[film, k] = pin[k] - rod[k]
+        model.laws.velocity[film, k] = pin[VX + k] - rod[VX + k]
+
+
+@inlined_kernel
+def tell_big_end(model, row, rod, cos, sin, pin_speed):
+    """Tell the law of a floating big end its speeds and the rod's axes; height of the small end (m), rod's speed.
+
+    ``cos`` and ``sin`` of the frame's angle against the cylinder; ``rod`` the big end's motion; speeds in rad/s.
+    :func:`frame_again` undoes what this says of the axes.
+    """
+    numbers = model.laws.numbers
+    height, rod_speed = rod_swing(row, rod, cos, sin)
+    numbers[SPEED] = pin_speed + rod_speed
+    numbers[RUBBING] = pin_speed - rod_speed
+    turn_to_rod(row, rod, cos, sin, height, numbers)
+    numbers[TURN] = rod_speed
+    return height, rod_speed
+
+
+@inlined_kernel
+def turn_to_rod(row, rod, cos, sin, height, numbers):
+    """Cosine and sine of the frame's angle against the rod into ``numbers``, from those against the cylinder."""
+    lean_sin = (cos * rod[X] - sin * rod[Y] - row[at.OFFSET]) / row[at.ROD]
+    lean_cos = height / row[at.ROD]
+    numbers[COS] = cos * lean_cos + sin * lean_sin
+    numbers[SIN] = sin * lean_cos - cos * lean_sin
+
+
+@inlined_kernel
+def frame_again(model, frame):
+    """Tell laws the frame's own axes again."""
+    frame_numbers(frame, model.laws.numbers)
+    model.laws.numbers[TURN] = 0.0
+
+
+@inlined_kernel
+def big_end_row(model, c, trait):
+    """Row of the film of cylinder c's big end if that floats and its law has the trait, else −1."""
+    film = int(model.cylinders[c, at.PIN_ROW])
+    return film if model.cylinders[c, at.END_PORT] >= 0.0 and model.laws.traits[film, trait] > 0.0 else -1
+
+
+@kernel
+def open_big_end(model, work, cos, sin, whirl, film, c):
+    """Tell the law of cylinder c where its pin is at a step's start; ``cos``, ``sin`` of the frame's angle then.
+
+    ``whirl`` is the frame's speed then, rad/s. The state's motion stands in the rows from STATE_U on of ``work.port``.
+    The caller hands on the action.
+    """
+    u = work.port[at.STATE_U]
+    row = model.cylinders[c]
+    rod = work.scratch
+    pin = work.scratch[PIN:]
+    frame = work.frames[0]
+    # Places and velocities read the speed alone; the frame's own is that of the first stage.
+    first_stage = frame[at.OMEGA]
+    frame[at.OMEGA] = whirl
+    pin_motion(model, frame, c, u, work.port[at.STATE_UD], work.port[at.STATE_UDD], pin)
+    big_end_motion(model, frame, c, u, work.port[at.STATE_UD], work.port[at.STATE_UDD], rod)
+    place_pin(model, film, pin, rod)
+    own_cos = cos * row[at.COS_BANK] + sin * row[at.SIN_BANK]
+    own_sin = sin * row[at.COS_BANK] - cos * row[at.SIN_BANK]
+    tell_big_end(model, row, rod, own_cos, own_sin, whirl)
+    frame[at.OMEGA] = first_stage
+
+
+@kernel
+def act_on_big_ends(model, work, frame, action, trait):
+    """Let the laws of floating big ends that have a trait act at the motion of a stage; 0, or a failure."""
+    status = 0
+    for c in range(model.cylinders.shape[0]):
+        film = big_end_row(model, c, trait)
+        if film < 0:
+            continue
+        rod = work.scratch
+        pin = work.scratch[PIN:]
+        pin_motion(model, frame, c, work.port[at.U], work.port[at.UD], work.port[at.UDD], pin)
+        big_end_motion(model, frame, c, work.port[at.U], work.port[at.UD], work.port[at.UDD], rod)
+        place_pin(model, film, pin, rod)
+        cos, sin = cylinder_axes(model.cylinders[c], frame)
+        pin_speed = frame[at.OMEGA] + work.port[at.UD, int(model.cylinders[c, at.PIN_TURN])]
+        tell_big_end(model, model.cylinders[c], rod, cos, sin, pin_speed)
+        failure = film_call(model.laws, action, film, model.laws.out, model.laws.out)
+        if failure != 0:
+            status = failure
+    frame_again(model, frame)
+    return status
+
+
+@inlined_kernel
+def line_up_big_ends(model, work, frame):
+    """Tell laws that solve their films side by side where all pins are in their big ends."""
+    act_on_big_ends(model, work, frame, LINE_UP, TOGETHER)
+
+
+@inlined_kernel
+def close_big_ends(model, work, frame):
+    """Solve films of big ends with a memory at the stage's ports; 0, or a failure."""
+    return act_on_big_ends(model, work, frame, CLOSE_STAGE, MEMORY)

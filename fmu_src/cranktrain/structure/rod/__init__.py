@@ -1,0 +1,1 @@
+"""The connecting rod: its big-end eye."""
