@@ -11,7 +11,7 @@ stage. A rule of second order cannot keep every fill above zero at any step (Bol
 set to zero and counted in CLIPPED.
 
 The limited correction of the transport is found from a fill predicted for the stage, θH ≈ m_n + h Σ a_ij ṁ_j + hγ ṁ of
-the stage before, in the film at the velocities of the step's start. The prediction enters the correction only, so its
+the stage before, in the gaps at the velocities of the step's start. The prediction enters the correction only, so its
 error, O(h²) away from fronts, costs no oil.
 
 Source: C. Bolley, M. Crouzeix, R.A.I.R.O. Analyse numérique 12 (1978) 237.
@@ -19,115 +19,138 @@ Source: C. Bolley, M. Crouzeix, R.A.I.R.O. Analyse numérique 12 (1978) 237.
 
 from __future__ import annotations
 
-from cranktrain.core.kernel import kernel
-from cranktrain.film.contact.gap import open_gap
+from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.film.contact.gap import CLEAR, open_gap
 from cranktrain.film.elastic import grid as at
-from cranktrain.film.elastic.height import node_films
+from cranktrain.film.elastic.height import combined, node_films
 
-GAINED, PREDICTED_VOID, PREDICTED_ROOM = 0, 1, 2
-"""Rows of a stage's content: h Σ a_ij ṁ_j over the clearance, predicted void fraction (≤ 0), predicted mean gap."""
-CONTENT = 3
+GAINED, PREDICTED_VOID, PREDICTED_ROOM, HELD, DISTANCE, PACE = 0, 1, 2, 3, 4, 5
+"""Rows of a film's content. Of a stage: h Σ a_ij ṁ_j over the clearance, predicted void fraction (≤ 0), predicted mean
+gap. Of the step's start: θH of void nodes, else 0, distance of the surfaces and its rate (1/s), over the clearance."""
+CONTENT = 6
 
 
 @kernel
-def stage_content(film, work, past, rates, stage, content):
+def begin_content(film, work, past, content):
+    """Fill what the content (CONTENT, n) of a film holds through a step.
+
+    ``past``: unknowns (n,), place (4,) and velocity (4,) of the journal, shapes (k,) and their rates (k,), all at the
+    step's start; m and m/s.
+    """
+    start, place, pace, shapes, shape_rates = past
+    n_z = int(film.constants[at.N_Z])
+    sigma = film.constants[at.ROUGHNESS]
+    nodes = work.nodes
+    _distances(film, work.vectors, place, shapes, nodes[at.FILM])
+    _distances(film, work.vectors, pace, shape_rates, nodes[at.DRIVEN])
+    for i in range(int(film.constants[at.N_PHI])):
+        for j in range(n_z):
+            f = i * n_z + j
+            q = i * (n_z + 2) + j + 1
+            distance = nodes[at.FILM, q]
+            content[DISTANCE, f] = distance
+            content[PACE, f] = nodes[at.DRIVEN, q] - 1.0 - film.lines[j + 1, at.PROFILE]
+            content[HELD, f] = _room(distance, sigma) * (1.0 + start[f]) if -1.0 < start[f] < 0.0 else 0.0
+
+
+@kernel
+def stage_content(film, start, rates, stage, content):
     """Fill the content (CONTENT, n) of a stage before it is solved.
 
     Parameters
     ----------
-    past : unknowns (n,), place (4,) and velocity (4,) of the journal, shapes (k,) and their rates (k,), all at the
-        step's start; m and m/s
+    start : unknowns (n,) at the step's start
     rates : (stages, n) ṁ over the clearance of the stages before, 1/s; that of the step's start in row 0
     stage : its number, row of the integrator's table, step h, g = hγ and time from the step's start, s
     """
-    start, place, pace, shapes, shape_rates = past
     number, row, h, gain, elapsed = stage
-    lines = int(film.constants[at.N_Z]) + 2
-    vectors = work.vectors
-    per_clearance = 1.0 / film.constants[at.CLEARANCE]
-    room = work.nodes[at.OPEN]
-    _to_vectors(vectors, per_clearance, place, pace, shapes, shape_rates)
-    node_films(film, vectors[at.START_PLACE], vectors[at.START_SHIFT], work.nodes[at.START_MASS])
-    for k in range(4):
-        vectors[at.START_PLACE, k] += elapsed * vectors[at.PACE, k]
-    for k in range(shapes.shape[0]):
-        vectors[at.START_SHIFT, k + 1] += elapsed * vectors[at.STEP, k + 1]
-    node_films(film, vectors[at.START_PLACE], vectors[at.START_SHIFT], room)
+    sigma = film.constants[at.ROUGHNESS]
     last = max(number - 1, 0)
     for f in range(start.shape[0]):
-        q = f + 2 * (f // (lines - 2)) + 1
-        gained = 0.0
-        for s in range(number):
-            gained += h * row[s] * rates[s, f]
-        content[GAINED, f] = gained
-        gap, _, _ = open_gap(room[q], film.constants[at.ROUGHNESS])
-        content[PREDICTED_ROOM, f] = gap
+        content[GAINED, f] = 0.0
+    for s in range(number):
+        share = h * row[s]
+        for f in range(start.shape[0]):
+            content[GAINED, f] += share * rates[s, f]
+    for f in range(start.shape[0]):
+        room = _room(content[DISTANCE, f] + elapsed * content[PACE, f], sigma)
+        content[PREDICTED_ROOM, f] = room
         void = 0.0
         if start[f] < 0.0:
-            held, _, _ = open_gap(work.nodes[at.START_MASS, q], film.constants[at.ROUGHNESS])
-            held *= 1.0 + start[f] if start[f] > -1.0 else 0.0
-            void = (held + gained + gain * rates[last, f]) / gap - 1.0
+            void = (content[HELD, f] + content[GAINED, f] + gain * rates[last, f]) / room - 1.0
             void = min(max(void, -1.0), 0.0)
         content[PREDICTED_VOID, f] = void
 
 
 @kernel
-def _to_vectors(vectors, per_clearance, place, pace, shapes, shape_rates):
-    """Place and shapes with their rates over the clearance; the rest of ``vectors`` zero."""
-    for row in range(at.VECTORS):
-        vectors[row, :] = 0.0
-    for k in range(4):
-        vectors[at.START_PLACE, k] = place[k] * per_clearance
-        vectors[at.PACE, k] = pace[k] * per_clearance
-    for k in range(shapes.shape[0]):
-        vectors[at.START_SHIFT, k + 1] = shapes[k] * per_clearance
-        vectors[at.STEP, k + 1] = shape_rates[k] * per_clearance
-
-
-@kernel
-def content_rates(film, work, past, solved, gain, gained, rates, ends):
+def content_rates(film, work, start, solved, gain, content, rates, ends):
     """Write ṁ of a solved stage over the clearance, 1/s: ``rates`` (n,), and ``ends`` (n,) as the next step counts it.
 
     A node that has changed sides since the step's start gains or loses ∂H/∂t in ``ends``.
 
     Parameters
     ----------
-    past : unknowns (n,), place (4,), m, and shapes (k,), m, at the step's start
+    start : unknowns (n,) at the step's start
     solved : unknowns (n,), motion (2, 4), m and m/s, shapes (k,), m, and their rates (k,), m/s, at the stage
     gain : g = hγ of the stage, s
-    gained : (n,) h Σ a_ij ṁ_j of the stages before, over the clearance
+    content : (CONTENT, n) of the stage
     """
-    start, start_place, start_shapes = past
     unknowns, motion, shapes, shape_rates = solved
-    lines = int(film.constants[at.N_Z]) + 2
+    n_z = int(film.constants[at.N_Z])
     sigma = film.constants[at.ROUGHNESS]
-    vectors = work.vectors
+    distances = work.nodes[at.FILM]
+    _distances(film, work.vectors, motion[0], shapes, distances)
+    _to_vectors(film, work.vectors, motion[1], shape_rates)
+    per_gain = 1.0 / gain
+    for i in range(int(film.constants[at.N_PHI])):
+        for j in range(n_z):
+            f = i * n_z + j
+            q = i * (n_z + 2) + j + 1
+            void = min(unknowns[f], 0.0)
+            kept = void if start[f] >= 0.0 else 1.0 + void
+            rate = (kept * _room(distances[q], sigma) - content[HELD, f] - content[GAINED, f]) * per_gain
+            rates[f] = rate
+            if (start[f] < 0.0) != (unknowns[f] < 0.0):
+                _, slope, _ = open_gap(distances[q], sigma)
+                growth = slope * _node_rate(film, work.vectors, i, j + 1)
+                rate += growth if unknowns[f] < 0.0 else -growth
+            ends[f] = rate
+
+
+@inlined_kernel
+def _room(distance, sigma):
+    """Mean gap between surfaces a distance apart."""
+    if distance >= CLEAR * sigma:
+        return distance
+    gap, _, _ = open_gap(distance, sigma)
+    return gap
+
+
+@kernel
+def _distances(film, vectors, place, shapes, out):
+    """Distance of the surfaces over the clearance at all nodes and both ends, ``out``; of rates with its constant."""
+    _to_vectors(film, vectors, place, shapes)
+    node_films(film, vectors[at.PLACE], vectors[at.SHIFT], out)
+
+
+@kernel
+def _to_vectors(film, vectors, place, shapes):
+    """Place and shapes, or their rates, over the clearance, and zeros."""
     per_clearance = 1.0 / film.constants[at.CLEARANCE]
-    nodes = work.nodes
-    _to_vectors(vectors, per_clearance, start_place, motion[1], start_shapes, shape_rates)
-    node_films(film, vectors[at.START_PLACE], vectors[at.START_SHIFT], nodes[at.START_MASS])
-    node_films(film, vectors[at.PACE], vectors[at.STEP], nodes[at.DRIVEN])
     for k in range(4):
-        vectors[at.START_PLACE, k] = motion[0, k] * per_clearance
+        vectors[at.PLACE, k] = place[k] * per_clearance
+    for k in range(vectors.shape[1]):
+        vectors[at.SHIFT, k] = 0.0
     for k in range(shapes.shape[0]):
-        vectors[at.START_SHIFT, k + 1] = shapes[k] * per_clearance
-    node_films(film, vectors[at.START_PLACE], vectors[at.START_SHIFT], nodes[at.FILM])
-    for f in range(start.shape[0]):
-        line = f % (lines - 2) + 1
-        q = f + 2 * (f // (lines - 2)) + 1
-        gap, slope, _ = open_gap(nodes[at.FILM, q], sigma)
-        # The distance of the surfaces less its constant part is linear in place and shapes.
-        nodes[at.DRIVEN, q] = slope * (nodes[at.DRIVEN, q] - 1.0 - film.lines[line, at.PROFILE])
-        void = unknowns[f] if unknowns[f] < 0.0 else 0.0
-        kept = void
-        held = gained[f]
-        if start[f] < 0.0:
-            kept = 1.0 + void
-            was, _, _ = open_gap(nodes[at.START_MASS, q], sigma)
-            held += was * (1.0 + start[f]) if start[f] > -1.0 else 0.0
-        rates[f] = (kept * gap - held) / gain
-        ends[f] = rates[f]
-        if start[f] < 0.0 and unknowns[f] >= 0.0:
-            ends[f] -= nodes[at.DRIVEN, q]
-        elif start[f] >= 0.0 and unknowns[f] < 0.0:
-            ends[f] += nodes[at.DRIVEN, q]
+        vectors[at.SHIFT, k + 1] = shapes[k] * per_clearance
+
+
+@inlined_kernel
+def _node_rate(film, vectors, i, line):
+    """Rate (1/s) of the distance over the clearance at the node of a column and line, from the rates in ``vectors``."""
+    zeta = film.lines[line, at.ZETA]
+    x = vectors[at.PLACE, 0] + zeta * vectors[at.PLACE, 2]
+    y = vectors[at.PLACE, 1] + zeta * vectors[at.PLACE, 3]
+    q = i * (int(film.constants[at.N_Z]) + 2) + line
+    by_shapes = combined(film.shapes, q, vectors[at.SHIFT], film.shapes.shape[1])
+    return by_shapes - x * film.trig[i, at.COS] - y * film.trig[i, at.SIN]

@@ -134,7 +134,7 @@ class FilmHistory(NamedTuple):
     shapes: Array  # (k,) δ, m, the same
     by_past: Array = np.zeros((4, 0))  # (4, k) out, with tangents: derivatives of the forces by Δ, N/m; or (4, 0)
     content: Array = np.zeros((3, 0))
-    """(CONTENT, n) of the stage, see cranktrain.film.elastic.content; (CONTENT, 0): backward Euler from the start."""
+    """(CONTENT, n), see cranktrain.film.elastic.content; (CONTENT, 0): backward Euler from the start."""
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,7 @@ from cranktrain.film.laws.film_solution import (
     open_content,
     open_lane,
     stage_closed,
+    start_content,
 )
 from cranktrain.film.laws.films import (
     ANGLE,
@@ -95,6 +96,7 @@ from cranktrain.film.laws.films import (
 )
 from cranktrain.film.laws.films import OIL as NEW_OIL
 from cranktrain.film.laws.films import VISCOSITY as NEW_VISCOSITY
+from cranktrain.film.laws.foresight import end_slopes, keep_stage
 from cranktrain.film.laws.in_space import closing_rate, force_in_frame, turn_pairs
 from cranktrain.film.laws.parameters import VISCOSITY as VISCOSITIES
 from cranktrain.film.laws.past_cycle import FRICTION as KNOWN_FRICTION
@@ -146,9 +148,12 @@ class ElasticMemory(NamedTuple):
     defect: Array  # (b, 4) what that missed at the stage before
     calls: Array  # (b, CALLS) see SOLVED
     peaks: Array  # (b, PEAKS) see PEAK
-    content: Array  # (b, CONTENT, N) of the stage, see film.elastic.content; (b, CONTENT, 0) of compressible oil
+    content: Array  # (b, CONTENT, N), see film.elastic.content; (b, CONTENT, 0) of compressible oil
     content_rates: Array  # (stages, b, N) ṁ of each stage over the clearance, 1/s
     content_ends: Array  # (b, N) that of the last stage, for the next step
+    solved: Array  # (stages, b, N) node unknowns at each stage; (stages, b, 0) of compressible oil
+    slopes: Array  # (b, N) of the node unknowns at the step's start, 1/s
+    times: Array  # (b, stages) from the step's start to each stage that is solved, s, else 0
 
 
 class ElasticBore(NamedTuple):
@@ -256,7 +261,7 @@ def elastic_arrays(
 def film_size(film: ElasticFilm) -> int:
     """Values that one film adds to the state vector."""
     constants = film.constants
-    return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT + _staged(film)
+    return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT + 2 * _staged(film)
 
 
 def pressure_peaks(films: Films) -> Array | None:
@@ -276,7 +281,7 @@ def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> El
         z((bearings, size)), z((bearings, k)), z((8, bearings, k)), z((bearings, 2, 4)), z(bearings),
         z((bearings, OUT_SIZE)), z((bearings, 4, k if cyclic else 0)), z(RESULTS), z((bearings, 4)),
         z((bearings, CALLS)), z((bearings, PEAKS)), z((bearings, CONTENT, staged)), z((8, bearings, staged)),
-        z((bearings, staged)),
+        z((bearings, staged)), z((8, bearings, staged)), z((bearings, staged)), z((bearings, 8)),
     )  # fmt: skip
 
 
@@ -334,6 +339,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         for k in range(shapes):
             own.rates[int(numbers[STAGE]), i, k] = (own.shapes[i, k] - own.known[i, k]) / numbers[GAIN]
         close_content(bore, i, numbers)
+        keep_stage(own, i, numbers)
         return status
     elif action == OPEN_STAGE:
         for k in range(shapes):
@@ -361,8 +367,14 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
             own.shapes[i, k] = memory[nodes + k]
             own.rates[0, i, k] = memory[nodes + shapes + k]
             own.start_rates[i, k] = memory[nodes + shapes + k]
-        for k in range(own.content_rates.shape[2]):
-            own.content_rates[0, i, k] = memory[nodes + 2 * shapes + KEPT + k]
+        first = nodes + 2 * shapes + KEPT
+        staged = own.slopes.shape[1]
+        for k in range(staged):
+            own.content_rates[0, i, k] = memory[first + k]
+            own.slopes[i, k] = memory[first + staged + k]
+        for k in range(own.times.shape[1]):
+            own.times[i, k] = 0.0
+        start_content(bore, i)
         open_lane(bore, i)
     elif action == CLOSE_STEP:
         end_step(bore.past)
@@ -441,8 +453,12 @@ def _keep_memory(own, i, stage, memory):
         memory[nodes + 2 * shapes + k] = own.out[i, FORCE_ON_JOURNAL + k]
     for k in range(PRESSURE_MAX, OIL + 1):
         memory[nodes + 2 * shapes + 4 + k - PRESSURE_MAX] = own.out[i, k]
-    for k in range(own.content_ends.shape[1]):
+    staged = own.slopes.shape[1]
+    if staged > 0:
+        end_slopes(own, i, stage)
+    for k in range(staged):
         memory[nodes + 2 * shapes + KEPT + k] = own.content_ends[i, k]
+        memory[nodes + 2 * shapes + KEPT + staged + k] = own.slopes[i, k]
 
 
 @inlined_kernel

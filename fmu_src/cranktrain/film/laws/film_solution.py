@@ -7,13 +7,14 @@ Films that were lined up are solved together when the first of them is asked; se
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
-from cranktrain.film.elastic.content import GAINED, content_rates, stage_content
+from cranktrain.film.elastic.content import begin_content, content_rates, stage_content
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
 from cranktrain.film.elastic.grid import FILM_MIN, FRICTION_TORQUE, ITERATIONS, OIL_ROW, VISCOSITY, FilmHistory
 from cranktrain.film.lanes import grid as lanes
 from cranktrain.film.lanes.begin import choose_cut, lane_motion, lane_units, turn_geometry
 from cranktrain.film.lanes.group import solve_group
 from cranktrain.film.laws.films import ELAPSED, FROZEN, GAIN, STAGE, STEP
+from cranktrain.film.laws.foresight import foresee
 from cranktrain.film.laws.past_cycle import (
     ENTRY,
     FOUND,
@@ -51,14 +52,22 @@ def open_lane(bore, i):
 
 
 @kernel
+def start_content(bore, i):
+    """Find what the nodes of film i hold at the step's start."""
+    own = bore.memory
+    if own.content.shape[2] > 0:
+        past = own.start[i], own.start_place[i], own.start_pace[i], own.start_shapes[i], own.start_rates[i]
+        begin_content(bore.film, bore.scratch, past, own.content[i])
+
+
+@kernel
 def open_content(bore, i, numbers, row):
     """Find what the nodes of film i hold by the stages before; ``row`` of the integrator's table."""
     own = bore.memory
     if own.content.shape[2] == 0:
         return
-    past = own.start[i], own.start_place[i], own.start_pace[i], own.start_shapes[i], own.start_rates[i]
     stage = int(numbers[STAGE]), row, numbers[STEP], numbers[GAIN], numbers[ELAPSED]
-    stage_content(bore.film, bore.scratch, past, own.content_rates[:, i], stage, own.content[i])
+    stage_content(bore.film, own.start[i], own.content_rates[:, i], stage, own.content[i])
     if bore.lanes.marks.shape[0] > 0:
         bore.lanes.marks[i // lanes.LANES, 0, lanes.STAGED] = 0.0
 
@@ -71,9 +80,8 @@ def close_content(bore, i, numbers):
         return
     stage = int(numbers[STAGE])
     content_rates(
-        bore.film, bore.scratch, (own.start[i], own.start_place[i], own.start_shapes[i]),
-        (own.unknowns[i], own.motions[i], own.shapes[i], own.rates[stage, i]), numbers[GAIN],
-        own.content[i, GAINED], own.content_rates[stage, i], own.content_ends[i],
+        bore.film, bore.scratch, own.start[i], (own.unknowns[i], own.motions[i], own.shapes[i], own.rates[stage, i]),
+        numbers[GAIN], own.content[i], own.content_rates[stage, i], own.content_ends[i],
     )  # fmt: skip
 
 
@@ -219,14 +227,6 @@ def _count(own, i, tangents):
     own.calls[i, PASSES] += own.out[i, ITERATIONS]
 
 
-@inlined_kernel
-def _foresee(own, i, numbers):
-    """Begin a stage's first solution with shapes that go on as fast as at the stage before."""
-    last = max(int(numbers[STAGE]) - 1, 0)
-    for k in range(own.shapes.shape[1]):
-        own.shapes[i, k] = own.known[i, k] + numbers[GAIN] * own.rates[last, i, k]
-
-
 @kernel
 def _solve_lanes(bore, group, numbers, closing):
     """Solve the films of a group that were lined up, at the end of a stage all of them."""
@@ -247,7 +247,8 @@ def _solve_lanes(bore, group, numbers, closing):
         elif asked:
             asked = not _is_near(bore, i)
             if own.calls[i, SOLVED] == 0.0:
-                _foresee(own, i, numbers)
+                foresee(own, i, numbers)
+                _not_resident(bore, i)
             tangents = numbers[FROZEN] == 0.0 or own.calls[i, SOLVED] == 0.0
         work.wanted[lane] = 1.0 if asked else 0.0
         work.tangents[lane] = 1.0 if asked and tangents else 0.0
