@@ -124,6 +124,7 @@ def test_one_order_is_nearly_the_describing_function():
     assert found.damping == pytest.approx(equivalent_damping(ring.parameters, abs(w * twist)), rel=0.01)
 
 
+@pytest.mark.slow
 def test_ring_let_go_and_ring_held():
     """No viscosity: as without ring. All viscosity: as with its inertia on the pulley. In between it damps."""
     engine, _ = six()
@@ -189,7 +190,10 @@ def test_more_orders_change_little():
     assert few.pulley[1:19] == pytest.approx(many.pulley[1:19], abs=2e-4 * np.abs(many.pulley[1:]).max())
 
 
-@pytest.mark.parametrize("law", ["newtonian", "shear-thinning", "complex-modulus", "rubber"])
+SLOW_LAWS = [pytest.param(law, marks=pytest.mark.slow) for law in ("shear-thinning", "complex-modulus", "rubber")]
+
+
+@pytest.mark.parametrize("law", ["newtonian", *SLOW_LAWS])
 def test_the_six_with_each_damper_against_a_run_in_time(law):
     """Near the damped resonance of order 6: amplitude within 0.1 %, largest torque within 1 %.
 

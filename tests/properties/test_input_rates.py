@@ -124,6 +124,7 @@ def test_rates_are_in_the_state():
     assert np.array_equal(first.outputs, other.outputs) and np.array_equal(first.state, other.state)
 
 
+@pytest.mark.slow
 def test_a_driver_without_python_gives_them_in_the_workspace():
     simulation = begun()
     run = run_record.make_run(

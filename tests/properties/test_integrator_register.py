@@ -75,6 +75,7 @@ def run(tmp_path, capsys, integrator):
     return json.loads(out)
 
 
+@pytest.mark.slow
 def test_a_toy_of_a_new_family_runs_from_the_command_line(toy, tmp_path, capsys):
     found, known = (run(tmp_path, capsys, name) for name in ("toy", "backward-euler"))
     torsion, expected = (summary["pulley"]["torsion_deg"]["peak_to_peak"] for summary in (found, known))

@@ -137,6 +137,7 @@ def test_published_flexible_slider_crank():
 # Two cranks -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 # In one piece: the machine twice, once as a topology and once as equations, which share every number.
 def test_opposed_pistons_on_two_geared_cranks_move_as_an_independent_right_hand_side_says():
     """Newton's and Euler's equations of both cranks, rods and pistons in the plane, large turns and all, by Radau."""

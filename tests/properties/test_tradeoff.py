@@ -238,6 +238,7 @@ def test_an_unknown_family_names_the_nearest():
         chosen_families(["integrator"], False)
 
 
+@pytest.mark.slow
 def test_schemes_beside_the_combustion_converge(small, tmp_path, monkeypatch):
     """Own reconstruction with order two at least, held values with order one; without a combustion there is nothing.
 

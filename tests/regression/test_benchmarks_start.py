@@ -140,7 +140,7 @@ STARTS = {
     "settling": Start(SIX_AT_1000, {"TOLERANCES": [0.3, 0.1], "EXACT": 0.01, "PLAIN": 6}),
     "step_crank": Start("--sizes-mm 30"),
     "step_work": Start("--levels linear --runs 1", {"CYCLES": 2}, quick=True),
-    "torsional_run_up": Start("diesel_i6", quick=True),
+    "torsional_run_up": Start("diesel_i6"),
     "tradeoff": Start("--quick"),
     "valve_train": Start(constants={"BLOCKS": 2, "STEPS": 4, "CYCLES": 2, "FINE_DEG": 1.0, "STEPS_DEG": [2.0]}),
     "vector_kernels": Start("13", quick=True),

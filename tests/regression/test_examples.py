@@ -38,6 +38,7 @@ def test_all_examples_are_here():
     assert {path.stem for path in EXAMPLES.glob("*.py")} <= tested
 
 
+@pytest.mark.slow
 def test_balancers(tmp_path, monkeypatch, capsys):
     """The shafts cancel the second order: less than 3 % of it is left."""
     module = example("balancers")

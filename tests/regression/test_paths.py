@@ -46,7 +46,7 @@ def place(tmp_path_factory):
 @pytest.mark.parametrize(
     ("arguments", "written"),
     [
-        (["modal", "{}My Six.TOML", "--crank", "beam"], None),
+        pytest.param(["modal", "{}My Six.TOML", "--crank", "beam"], None, marks=pytest.mark.slow),
         (["modal", "{}chain.CSV"], None),
         (["measured", "{}Prüfstand 1.CSV"], None),
         (["modal", "{}My Six.TOML", "--crank", "torsional", "--drive-line={}Linie.CSV"], None),
