@@ -15,6 +15,7 @@ from cranktrain.film.table.database import bearing_settings
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.block.saddle import bore_compliance
+from cranktrain.structure.rod.eye import eye_compliance
 
 PARAMETERS = {
     "crank": "crank.level",
@@ -330,6 +331,7 @@ def test_films_with_tilt_run_as_natively(tmp_path, script):
         block_bore=fixed,
         table=coarse_table(engine.main_bearing, tilt=True),
         big_end_table=coarse_table(engine.big_end_bearing, tilt=False),
+        big_end_bore=eye_compliance(engine),
     )
     combinations = [
         {"bearings": bearings, "big_ends": big_ends, "block": block, "damper": "fitted"}
@@ -338,6 +340,7 @@ def test_films_with_tilt_run_as_natively(tmp_path, script):
     ]
     # How far elastic films are solved follows the integrator, which may be chosen at the start.
     combinations.append({"bearings": "ehd", "integrator": "sdirk4"})
+    combinations += [{"bearings": bearings, "big_ends": "ehd"} for bearings in ("table", "ehd")]
     for platforms in ((), NATIVE):
         fmu = built(model, tmp_path / str(len(platforms)), platforms)
         runs = check_parity(model, fmu, script, combinations)
