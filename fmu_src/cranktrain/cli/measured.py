@@ -128,7 +128,13 @@ def _add_pressure(group: Any) -> None:
         default=-360.0,
         help="crank angle of their first sample after dead centre of cylinder 1 (default -360)",
     )
-    add("--speed", type=positive, default=None, metavar="RPM", help="speed of encoder-triggered channels")
+    add(
+        "--speed",
+        type=positive,
+        default=None,
+        metavar="RPM",
+        help="speed of encoder-triggered channels, or one that pulses are checked against",
+    )
     add("--pegging", type=word(PEGGING), default="compression", help=f"zero by {', '.join(PEGGING)}")
     add("--exponent", type=number(1.0, 1.67, "", float), default=1.34, help="of --pegging polytropic (default 1.34)")
     add("--intake-bar", type=positive, default=None, help="absolute intake pressure of --pegging intake")
@@ -221,7 +227,7 @@ def _rotations(measurement: Measurement, options: argparse.Namespace) -> list[Ro
     asked = RotationAsked(
         options.rotation, options.teeth, options.missing, options.level, options.edge, options.learn_teeth,
         options.eccentricity, options.index, math.radians(options.dead_centre_deg), options.second,
-        options.second_teeth, options.second_missing, options.firing,
+        options.second_teeth, options.second_missing, options.firing, options.speed,
     )  # fmt: skip
     rotations = rotations_of(measurement, asked)
     for rotation in rotations:
