@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import finite, number, positive, say, show_rows, word
 from cranktrain.core.errors import InputError
 from cranktrain.measured.analysis import RotationAsked, cylinder_numbers, orders_of, pressures_of, rotations_of
+from cranktrain.measured.compression import BAND
 from cranktrain.measured.pressure import PEGGING
 from cranktrain.measured.reading import described, read_measured
 
@@ -331,6 +332,11 @@ def _orders(measurement: Measurement, rotations: list[Rotation], options: argpar
     return result
 
 
+def _within(error: float | None) -> str:
+    """Half width of the 95 % interval of a value with a standard error."""
+    return "" if error is None else f" ± {BAND * error:.2f}"
+
+
 def _pressures(
     measurement: Measurement, rotations: list[Rotation], options: argparse.Namespace
 ) -> list[dict[str, Any]]:
@@ -360,7 +366,7 @@ def _pressures(
                 f"{one['imep_bar']:.3f}",
                 _said(one["imep_cov_percent"], ".2f"),
                 f"{one['zero_bar']:+.3f}",
-                _said(one.get("dead_centre_shift_deg"), "+.2f"),
+                _said(one.get("dead_centre_shift_deg"), "+.2f") + _within(one.get("dead_centre_error_deg")),
                 _said(one.get("loss_angle_deg"), ".2f"),
                 _said(one.get("polytropic_exponent"), ".3f"),
             )
@@ -374,7 +380,7 @@ def _pressures(
             "imep / bar",
             "cov / %",
             "zero / bar",
-            "shift / deg",
+            "shift (95 %) / deg",
             "loss / deg",
             "n",
         )
