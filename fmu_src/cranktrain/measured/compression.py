@@ -132,12 +132,13 @@ def fit_compression(
     trace = _Trace(angle, pressure, cylinder, speed, intake_temperature, wall_temperature, noise, shift)
     if not is_motored(angle, pressure):
         return _fitted(trace, False)
+    motored, refusal = None, InputError("")
     try:
         motored = _fitted(trace, True)
         if not motored.doubt:
             return motored
     except InputError as error:
-        motored = error
+        refusal = error
     # A light load burns so little that its flanks are alike. Its compression alone is one of the engine then, and tells
     # the heat that follows.
     try:
@@ -146,8 +147,8 @@ def fit_compression(
         fired = None
     if fired is not None and not fired.doubt and _burned(trace, fired) > BURNED:
         return fired
-    if isinstance(motored, InputError):
-        raise motored
+    if motored is None:
+        raise refusal
     return motored
 
 

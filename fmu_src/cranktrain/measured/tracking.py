@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.measured.channels import Channel
+from cranktrain.measured.decimation import decimated, integrated
 from cranktrain.measured.rotation import RPM, Rotation
 from cranktrain.measured.wheel import CYCLE
 
@@ -138,7 +139,7 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
     # Integrals want some 25 samples a period, the fit 5.
     start, step, values = decimated(channel, (12.5 if integrals else 2.5) * needed)
     if integrals:
-        values = _integrated(values, step, integrals)
+        values = integrated(values, step, integrals)
     times = start + step * np.arange(values.size, dtype=np.float64)
     inside = (times >= rotation.mean.times[0]) & (times <= rotation.mean.times[-1])
     if np.count_nonzero(inside) < 32:
@@ -149,41 +150,6 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
         )
     phase = rotation.mean.at(times[inside])
     return Points(phase, values[inside], 0.4 / (step * fastest), channel.name, channel.unit)
-
-
-def decimated(channel: Channel, rate: float) -> tuple[float, float, Array]:
-    """Start, step and values of a channel, low-passed without delay and thinned to ``rate`` Hz or more."""
-    from scipy.signal import firwin, upfirdn
-
-    factor = max(1, math.floor(channel.rate / rate))
-    if factor == 1:
-        return channel.start, channel.step, channel.values()
-    half = 16 * factor
-    taps = firwin(2 * half + 1, 0.8 / factor, window=("kaiser", 8.0))
-    block = 2**20 // factor * factor
-    parts = []
-    for first in range(0, channel.size, block):
-        low, high = max(0, first - half), min(channel.size, first + block + half)
-        values = channel.values(low, high)
-        values = (
-            np.where(np.isfinite(values), values, np.nanmean(values)) if not math.isfinite(values.sum()) else values
-        )
-        values = np.pad(values, (half - (first - low), max(0, first + block + half - high)), mode="edge")
-        kept = math.ceil(min(block, channel.size - first) / factor)
-        # upfirdn's output k is centred on sample k·factor − half of its input.
-        parts.append(upfirdn(taps, values[: (kept - 1) * factor + 2 * half + 1], down=1)[2 * half :: factor][:kept])
-    return channel.start, channel.step * factor, np.concatenate(parts)
-
-
-def _integrated(values: Array, step: float, times: int) -> Array:
-    """Integrals over time of values without their mean; fourth order in the step."""
-    for _ in range(times):
-        values = values - values.mean()
-        slope = np.gradient(values)
-        # ∫ over a step = h (f₀ + f₁)/2 − h (f₁' − f₀')/12: exact for cubics.
-        parts = step * (0.5 * (values[1:] + values[:-1]) - (slope[1:] - slope[:-1]) / 12.0)
-        values = np.concatenate(([0.0], np.cumsum(parts)))
-    return values
 
 
 def track(
