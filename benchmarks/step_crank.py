@@ -1,8 +1,11 @@
-"""A crankshaft by its dimensions, and by a mesh of its STEP file: free frequencies over the size of the elements.
+"""A crankshaft by its dimensions, and by a mesh of its STEP file: dimensions found, frequencies over element size.
 
     python -m benchmarks.step_crank [--engine diesel_i6] [--sizes-mm 18 14 10 8]
+    python -m benchmarks.step_crank --engine single_petrol --layout single --sizes-mm 16 12 8 6 5
 
 The engine's own geometry is written as STEP, turned and shifted, and goes through what ``cranktrain new --step`` does.
+``dimensions`` has each dimension in mm, given and found, ``dimensions_off_mm`` the largest difference, and
+``by_dimensions_percent`` how far the frequencies of a crank of the found dimensions are off, at the largest size.
 Both meshes have the same largest edge. ``difference_percent`` is the largest difference of the first ten elastic
 frequencies between both meshes; ``beyond_finest_percent`` is the largest excess of the parametric mesh's frequencies
 over those at the finest size. Size 8 takes 9 GB.
@@ -26,6 +29,7 @@ import numpy as np
 from cranktrain.core.types import Array
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Crankshaft
 from cranktrain.structure.crank.found_crank import write_crank_mesh
 from cranktrain.structure.crank.recognition import Given, find_crank
 from cranktrain.structure.crank.reduction import reduction_task
@@ -34,6 +38,11 @@ from cranktrain.structure.fem.craig_bampton import Flexibility, eigenmodes, rigi
 from cranktrain.studies.design.step_engine import Stated, step_engine
 
 MODES = 10
+LENGTHS = (
+    "throw", "main_diameter", "main_widths", "pin_diameter", "pin_width", "web_thickness", "web_main_radius",
+    "web_pin_radius", "counterweight_radius", "counterweight_half_width", "nose_diameter", "nose_length",
+    "flange_diameter", "flange_length", "fillet",
+)  # fmt: skip
 # The CAD kernel can end its process, so it writes in one of its own.
 WRITER = """
 import sys
@@ -51,6 +60,15 @@ def frequencies(engine: Engine, mesh: Path | None) -> tuple[Array, int]:
     model = reduction_task(engine, mesh).model(lambda stage: None)
     flexibility = Flexibility.of(model.stiffness, model.mass, rigid_motions(model))
     return eigenmodes(flexibility.solve, model.mass, MODES)[0], int(model.mesh.t.shape[1])
+
+
+def compared(wanted: Crankshaft, found: Crankshaft) -> dict[str, dict[str, Any]]:
+    """Dimensions of both cranks, mm."""
+    return {
+        key: {name: np.round(1e3 * np.array(getattr(one, key)), 5).tolist() for name, one in pair.items()}
+        for pair in [{"given": wanted, "found": found}]
+        for key in LENGTHS
+    }
 
 
 def main() -> None:
@@ -71,6 +89,11 @@ def main() -> None:
             plain, count = frequencies(replace(engine, crankshaft=crank), None)
             stated = Stated(layout=asked.layout, bore=engine.cylinders.bore, mesh_size=1e-3 * size)
             made = step_engine(find_crank(read_step(step), Given()), stated)
+            if size == max(asked.sizes_mm):
+                lengths = compared(crank, made.dimensions.crankshaft)
+                same = replace(made.dimensions.crankshaft, mesh_size=1e-3 * size)
+                again = frequencies(replace(engine, crankshaft=same), None)[0]
+                by_dimensions = 100.0 * float(np.abs(again / plain - 1.0).max())
             write_crank_mesh(mesh, made.found, made.dimensions.crankshaft, made.sizes.thrust_main)
             found, elements = frequencies(engine, mesh)
             own.append(plain)
@@ -85,7 +108,9 @@ def main() -> None:
     finest = own[int(np.argmin(asked.sizes_mm))]
     for run, plain in zip(runs, own, strict=True):
         run["beyond_finest_percent"] = round(100.0 * float((plain / finest - 1.0).max()), 2)
-    print(json.dumps({"engine": asked.engine, "runs": runs}, indent=2))
+    off = max(float(np.abs(np.subtract(one["found"], one["given"])).max()) for one in lengths.values())
+    told = {"engine": asked.engine, "dimensions_off_mm": off, "by_dimensions_percent": round(by_dimensions, 6)}
+    print(json.dumps(told | {"dimensions": lengths, "runs": runs}, indent=2))
 
 
 if __name__ == "__main__":

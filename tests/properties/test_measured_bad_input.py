@@ -29,7 +29,7 @@ CASES = {
     ),
     "too few revolutions": (["--rotation", "p1", "--teeth", "60"], "pulses are 1.1 revolutions of 60 pulses"),
     "aliasing of an order": ([*PULLEY, "--orders", "6", "--of", "slow/acc"], "100 Hz resolve order 1.6 at 149"),
-    "aliasing of pulses": (["--rotation", "fast", "--teeth", "900"], "samples a pulse, below the 3 that are needed"),
+    "aliasing of pulses": (["--rotation", "fast", "--teeth", "900"], "s, below the 4 that are needed"),
     "a shaft that stands still": (["--rotation", "still", "--teeth", "60"], "the shaft stands still"),
     "a shaft that hardly turns": (
         ["crawl.mat", "--rotation", "crawl", "--teeth", "60"], "turns at 0.5 rev/min, it stands still",

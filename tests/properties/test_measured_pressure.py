@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from combustion_cycles import RPM, output, running, single, turn
+from combustion_cycles import RPM, output, running, single, six, turn
 from pulse_signals import channel, motion, sine_signal
 
 from cranktrain.cli.main import main
@@ -44,6 +44,11 @@ CASES = {
     "small, fired": (SMALL | {"intake_pressure": 1.0e5, "fuel_mass": 16e-6}, 3000.0, None),
     "small, part load motored": (SMALL | {"intake_pressure": 0.6e5}, 1500.0, 0.0),
     "six, motored, 1.4 times the heat": ({"wall_factor": 1.4}, 1500.0, 0.0),
+    "six, fired at half load": ({}, 1000.0, 0.5 * six().fuel_mass),
+    "six, fired at a fifth of the load": ({}, 1000.0, 0.2 * six().fuel_mass),
+    "six, fired at a twentieth of the load": ({}, 2000.0, 0.05 * six().fuel_mass),
+    "eight, fired at a fifth of the load": (EIGHT | {"wall_factor": 1.4}, 1800.0, 0.2 * EIGHT["fuel_mass"]),
+    "eight, fired at a tenth of the load": (EIGHT, 900.0, 0.1 * EIGHT["fuel_mass"]),
 }
 
 
@@ -83,6 +88,7 @@ def test_dead_centre_within_a_tenth_of_a_degree_and_zero_within_5_mbar(name, shi
                         wall_temperature=settings.wall_temperature, correct_shift=True)  # fmt: skip
     assert fit.motored == ("motored" in name)
     assert math.degrees(fit.shift) == pytest.approx(shift_deg, abs=0.1)
+    assert fit.shift_interval[0] < math.radians(shift_deg) < fit.shift_interval[1]
     assert 1e-2 * abs(np.mean(found.zeros - zeros)) < 5.0
     true = np.interp(np.degrees(found.angle), np.arange(1, 1441) * STEP, pressure, period=720.0)
     low = np.abs(np.degrees(found.angle) + 100.0) < 15.0
@@ -108,9 +114,12 @@ def test_cycles_read_some_at_a_time_are_those_read_at_once(method, monkeypatch):
     parts, in_turn = told()
     assert at_once.keys() == in_turn.keys() and at_once["cycles"] == 37
     for key, value in at_once.items():
-        close = 1e-3 if "error" in key else 1e-6  # an error is estimated by differences
+        # An error is estimated by differences.
+        close = 1e-3 if "error" in key or "interval" in key else 1e-6
         assert in_turn[key] == (
-            pytest.approx(value, rel=close, abs=1e-7, nan_ok=True) if isinstance(value, float) else value
+            pytest.approx(value, rel=close, abs=1e-7, nan_ok=True)
+            if isinstance(value, float) or "interval" in key
+            else value
         ), key
     assert np.asarray(parts.pressure) == pytest.approx(np.asarray(whole.pressure), rel=1e-6)
     assert parts.scatter == pytest.approx(whole.scatter, rel=1e-6, abs=1.0)
@@ -284,3 +293,18 @@ def test_the_command_writes_a_trace_that_simulate_reads(tmp_path, capsys):
     (read,), _ = read_pressure(out, None, None, 1440, load_engine("diesel_i6"))
     # Two of the two samples' half steps lie between those of the module.
     np.testing.assert_allclose(read[1:], pressure[:-1] - 0.5e5 + 1e5 * told["zero_bar"], atol=0.5e5)
+
+
+def test_what_one_flank_leaves_open_is_told_with_its_interval():
+    """Fired: the interval of the dead centre in the remark, in the JSON's numbers and around the shift found."""
+    settings, _, _ = cycle("six, fired")
+    made, _ = recorded("six, fired", 0.8)
+    found, fit = pegged(made, cylinder_of(settings), intake_temperature=settings.intake_temperature)
+    told = statistics(found, cylinder_of(settings), fit)
+    low, high = told["dead_centre_interval_deg"]
+    assert low < 0.8 < high and high - low == pytest.approx(2 * 1.96 * told["dead_centre_error_deg"])
+    low, high = told["zero_interval_bar"]
+    assert high - low == pytest.approx(2 * 1.96 * told["zero_error_bar"]) and low < told["zero_bar"] < high
+    assert any("of a fired trace alone tells the dead centre within 0.1" in text for text in found.remarks)
+    motored, _ = pegged(recorded("six, motored", 0.0)[0], cylinder_of(settings))
+    assert not any("the dead centre within" in text for text in motored.remarks)

@@ -247,7 +247,7 @@ def test_orders_that_cannot_be_told_are_refused_with_numbers(asked, says):
 
 def test_aliasing_and_standstill_are_told_with_numbers():
     _, _, theta = motion(5e3, 3.0, (3000, 3000), {})
-    with pytest.raises(InputError, match=r"samples a pulse, below the 3 .*aliasing"):
+    with pytest.raises(InputError, match=r"samples a pulse from .*below the 4 .*aliasing"):
         pulse_times(channel(sine_signal(theta, 60), 5e3))
     turning = rotation(channel(sine_signal(theta, 10), 5e3), Wheel(10))
     with pytest.raises(InputError, match=r"300 Hz resolve order 2\.4 at 3000 rev/min, not 6 \(aliasing\)"):

@@ -80,6 +80,16 @@ def test_other_layouts_are_found(tmp_path, monkeypatch, capsys, layout):
     assert np.angle(np.exp(1j * turned)) == pytest.approx(0.0, abs=1e-5)
 
 
+@pytest.mark.parametrize(("name", "layout"), [("single_petrol", "single"), ("v_twin", "v2")])
+def test_webs_that_show_a_short_arc_about_the_main_axis_have_its_radius(tmp_path, name, layout):
+    """Radii about main and pin axis differ little: some 12 degrees of the arc stand out of web and counterweight."""
+    engine = load_engine(name)
+    made = same_crank(step(tmp_path / "c.step", engine=name, **TURNED), engine, layout=layout)
+    crank = engine.crankshaft
+    seen = np.arcsin((crank.web_main_radius - crank.web_pin_radius) / crank.throw)
+    assert 0.0 < seen < np.radians(15.0) and made.sizes.layout.name == layout
+
+
 @pytest.mark.parametrize(
     "other",
     [

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import finite, number, positive, say, show_rows, word
 from cranktrain.core.errors import InputError
 from cranktrain.measured.analysis import RotationAsked, cylinder_numbers, orders_of, pressures_of, rotations_of
+from cranktrain.measured.compression import BAND
 from cranktrain.measured.pressure import PEGGING
 from cranktrain.measured.reading import described, read_measured
 
@@ -128,7 +129,13 @@ def _add_pressure(group: Any) -> None:
         default=-360.0,
         help="crank angle of their first sample after dead centre of cylinder 1 (default -360)",
     )
-    add("--speed", type=positive, default=None, metavar="RPM", help="speed of encoder-triggered channels")
+    add(
+        "--speed",
+        type=positive,
+        default=None,
+        metavar="RPM",
+        help="speed of encoder-triggered channels, or one that pulses are checked against",
+    )
     add("--pegging", type=word(PEGGING), default="compression", help=f"zero by {', '.join(PEGGING)}")
     add("--exponent", type=number(1.0, 1.67, "", float), default=1.34, help="of --pegging polytropic (default 1.34)")
     add("--intake-bar", type=positive, default=None, help="absolute intake pressure of --pegging intake")
@@ -221,7 +228,7 @@ def _rotations(measurement: Measurement, options: argparse.Namespace) -> list[Ro
     asked = RotationAsked(
         options.rotation, options.teeth, options.missing, options.level, options.edge, options.learn_teeth,
         options.eccentricity, options.index, math.radians(options.dead_centre_deg), options.second,
-        options.second_teeth, options.second_missing, options.firing,
+        options.second_teeth, options.second_missing, options.firing, options.speed,
     )  # fmt: skip
     rotations = rotations_of(measurement, asked)
     for rotation in rotations:
@@ -325,6 +332,11 @@ def _orders(measurement: Measurement, rotations: list[Rotation], options: argpar
     return result
 
 
+def _within(error: float | None) -> str:
+    """Half width of the 95 % interval of a value with a standard error."""
+    return "" if error is None else f" ± {BAND * error:.2f}"
+
+
 def _pressures(
     measurement: Measurement, rotations: list[Rotation], options: argparse.Namespace
 ) -> list[dict[str, Any]]:
@@ -354,7 +366,7 @@ def _pressures(
                 f"{one['imep_bar']:.3f}",
                 _said(one["imep_cov_percent"], ".2f"),
                 f"{one['zero_bar']:+.3f}",
-                _said(one.get("dead_centre_shift_deg"), "+.2f"),
+                _said(one.get("dead_centre_shift_deg"), "+.2f") + _within(one.get("dead_centre_error_deg")),
                 _said(one.get("loss_angle_deg"), ".2f"),
                 _said(one.get("polytropic_exponent"), ".3f"),
             )
@@ -368,7 +380,7 @@ def _pressures(
             "imep / bar",
             "cov / %",
             "zero / bar",
-            "shift / deg",
+            "shift (95 %) / deg",
             "loss / deg",
             "n",
         )

@@ -12,6 +12,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
+from cranktrain.measured.aliasing import aliased, check_aliasing
 from cranktrain.measured.channels import Measurement
 from cranktrain.measured.compression import Compression
 from cranktrain.measured.cylinder import Cylinder
@@ -26,7 +27,8 @@ from cranktrain.measured.wheel import Wheel
 class RotationAsked:
     """Rotation of one or two places as options ask for it; see :func:`cranktrain.measured.rotation.rotation`.
 
-    ``teeth`` and ``missing`` may be None: a wheel with a gap that recurs says them itself.
+    ``teeth`` and ``missing`` may be None: a wheel with a gap that recurs says them itself. ``speed`` (rev/min) is one
+    that the shaft had, against which the pulses are checked.
     """
 
     channel: str
@@ -42,6 +44,7 @@ class RotationAsked:
     second_teeth: int | None = None
     second_missing: int = 0
     firing: str = ""
+    speed: float | None = None
 
 
 def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotation]:
@@ -54,10 +57,12 @@ def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotatio
             raise InputError(f"channel '{channel.name}' has no gap that says its teeth a revolution; give --teeth N")
         teeth, missing = found["teeth"], found["missing"] if missing is None else missing
     index = measurement[asked.index] if asked.index else None
+    stated = None if asked.speed is None else asked.speed / RPM
     first = rotation(
         channel, Wheel(teeth, missing or 0), level=asked.level, edge=asked.edge, learn=asked.learn,
         eccentricity=asked.eccentricity, index=index, dead_centre=asked.dead_centre,
     )  # fmt: skip
+    first = check_aliasing(first, channel, stated)
     if asked.firing:
         first = first.with_firing(measurement[asked.firing])
     if not asked.second:
@@ -75,7 +80,15 @@ def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotatio
         learn=learn,
         eccentricity=asked.eccentricity,
     )
-    return [first, second.against(first)]
+    if stated is not None:
+        second = check_aliasing(second, other, stated)
+    try:
+        return [first, second.against(first)]
+    except InputError as error:
+        # A wheel whose pulses would be too dense at the other's speed is likely to be the wrong one.
+        pairs = ((channel, first, second), (other, second, first))
+        said = [aliased(own, one.wheel, another.speed_range[1]) for own, one, another in pairs]
+        raise InputError(f"{error}{max(said, key=len)}") from None
 
 
 def orders_of(

@@ -9,7 +9,10 @@ residual gas, another formula). T₀, C and the heat capacity are held near usua
 noisy trace does not determine them; the standard errors of δ and z include this.
 
 Of a motored trace the fit takes both flanks: its peak lies before dead centre by the thermodynamic loss angle, which
-the heat determines. Of a fired trace it takes the compression until heat is released, and δ is less certain.
+the heat determines. Of a fired trace it takes the compression until heat is released, and δ is less certain: a shift, a
+zero and a change of the exponent bend one flank alike. A light load of a diesel engine has flanks that are alike too.
+It shows because both flanks together are then those of no usual gas, while the compression alone is one of the engine
+and heat is released behind it.
 """
 
 from __future__ import annotations
@@ -33,6 +36,8 @@ MOTORED_SYMMETRY = 1.06
 HALF_WAY, NEAR = math.radians(50.0), math.radians(8.0)
 """A trace is motored if its peak is within ``NEAR`` of dead centre and its pressure ``HALF_WAY`` after the peak exceeds
 that before by less than this ratio, both above the pressure 110 degrees before the peak."""
+BURNED = 0.02
+"""Heat over peak pressure times clearance volume above which a trace whose flanks are alike is a fired one."""
 HEAT, TEMPERATURE = (0.3, 0.4), (65.0, 20.0)
 """Usual value and scatter of ln C and of T₀ above the intake's temperature (K). Hohenberg's and Annand's heat of a
 motored engine are 1.3 and 1.9 times Woschni's.
@@ -45,6 +50,8 @@ UNUSUAL, IMPOSSIBLE = 4.0, 25.0
 """Standard deviations by which one of these is told as unusual, and refused. A compression ratio of 16.4 in
 place of 17 is told.
 """
+BAND = 1.96
+"""Standard errors on either side of an interval that holds 95 %."""
 MIDWAY = 0.5
 """Temperature, 1000 K, at which the change of the rise is zero."""
 TIGHT = 1.0e-12
@@ -86,6 +93,11 @@ class Compression(NamedTuple):
     residual: float
     doubt: str = ""
 
+    @property
+    def shift_interval(self) -> tuple[float, float]:
+        """95 % interval of the shift, rad."""
+        return self.shift - BAND * self.shift_error, self.shift + BAND * self.shift_error
+
 
 def is_motored(angle: Array, pressure: Array) -> bool:
     """Whether a trace (n,) over angles (n,) rad has no combustion: its flanks are alike, seen from a peak near 0."""
@@ -117,19 +129,67 @@ def fit_compression(
     noise : standard deviation of a value of ``pressure``, Pa
     shift : rad, where it is known; only the zero is sought then
     """
+    trace = _Trace(angle, pressure, cylinder, speed, intake_temperature, wall_temperature, noise, shift)
+    if not is_motored(angle, pressure):
+        return _fitted(trace, False)
+    motored, refusal = None, InputError("")
+    try:
+        motored = _fitted(trace, True)
+        if not motored.doubt:
+            return motored
+    except InputError as error:
+        refusal = error
+    # A light load burns so little that its flanks are alike. Its compression alone is one of the engine then, and tells
+    # the heat that follows.
+    try:
+        fired = _fitted(trace, False)
+    except InputError:
+        fired = None
+    if fired is not None and not fired.doubt and _burned(trace, fired) > BURNED:
+        return fired
+    if motored is None:
+        raise refusal
+    return motored
+
+
+class _Trace(NamedTuple):
+    """What a fit is given: see :func:`fit_compression`."""
+
+    angle: Array
+    pressure: Array
+    cylinder: Cylinder
+    speed: float
+    intake_temperature: float
+    wall_temperature: float
+    noise: float
+    shift: float | None
+
+
+def _burned(trace: _Trace, fit: Compression) -> float:
+    """Heat from 30 degrees before to 60 after dead centre, over peak pressure times clearance volume; γ = 1.35."""
+    theta, p = trace.angle + fit.shift, trace.pressure + fit.zero
+    inside = (theta > math.radians(-30.0)) & (theta < math.radians(60.0))
+    p, volume = p[inside], trace.cylinder.volume(theta[inside])[0]
+    work = float(np.sum(0.5 * (p[1:] + p[:-1]) * np.diff(volume)))
+    return ((p[-1] * volume[-1] - p[0] * volume[0]) / 0.35 + work) / float(p.max() * volume.min())
+
+
+def _fitted(trace: _Trace, motored: bool) -> Compression:
+    """Fit of the compression, or of both flanks where ``motored``; ``InputError``."""
     from scipy.optimize import least_squares
 
-    motored = is_motored(angle, pressure)
-    inside = _compressed(angle, pressure, cylinder, motored)
-    theta, p = angle[inside], pressure[inside]
-    weight = 1.0 / np.sqrt(max(noise, 1.0) ** 2 + (MODEL_ERROR * np.abs(p)) ** 2)
+    cylinder, shift, warm = trace.cylinder, trace.shift, trace.intake_temperature
+    inside = _compressed(trace.angle, trace.pressure, cylinder, motored)
+    theta, p = trace.angle[inside], trace.pressure[inside]
+    weight = 1.0 / np.sqrt(max(trace.noise, 1.0) ** 2 + (MODEL_ERROR * np.abs(p)) ** 2)
     start = _start(theta, p, cylinder)
+
+    def numbers(x: Array) -> tuple[float, ...]:
+        return (x[2], x[3] + warm, x[4], x[5], x[6], trace.wall_temperature)
 
     def residual(x: Array) -> Array:
         by = x[0] if shift is None else shift
-        model = _pressure(
-            theta + by, cylinder, speed, (x[2], x[3] + intake_temperature, x[4], x[5], x[6], wall_temperature)
-        )
+        model = _pressure(theta + by, cylinder, trace.speed, numbers(x))
         priors = [
             (x[3] - TEMPERATURE[0]) / TEMPERATURE[1],
             (x[4] - HEAT[0]) / HEAT[1],
@@ -142,37 +202,25 @@ def fit_compression(
     scale = np.array([0.01, 1e4, 1e4, 20.0, 0.3, 0.01, 0.01])
     first = np.array([0.0, start[0], start[1], TEMPERATURE[0], 0.0, 0.0, 0.0])
     found = least_squares(residual, first, "3-point", x_scale=scale, ftol=TIGHT, xtol=TIGHT, gtol=TIGHT)
-    x = found.x
-    points = theta.size
+    x, points = found.x, theta.size
     errors = _standard_errors(found, points, scale, motored)
     by = float(x[0]) if shift is None else shift
     left = float(np.sqrt(np.mean((found.fun[:points] / weight) ** 2)))
-    limit = 0.03 * float(np.ptp(p)) + 3.0 * noise
     pulls = found.fun[points : points + 4]
-    doubt = _doubt(x, pulls, intake_temperature, cylinder) if np.abs(pulls).max() > UNUSUAL else ""
+    doubt = _doubt(x, pulls, warm, cylinder) if np.abs(pulls).max() > UNUSUAL else ""
     if np.abs(pulls).max() > IMPOSSIBLE:
         raise InputError(f"{doubt}; the trace is of another engine, or its unit or dead centre are wrong")
-    if left > limit or abs(by) > math.radians(20.0):
+    if left > 0.03 * float(np.ptp(p)) + 3.0 * trace.noise or abs(by) > math.radians(20.0):
         raise InputError(
             f"{cylinder.name}: its compression misses the trace by {1e-5 * left:.3g} bar (shift "
             f"{math.degrees(by):.2f} deg, zero {1e-5 * x[1]:+.3g} bar); "
             "the trace is of another engine, or its unit or dead centre are wrong"
         )
-    numbers = x[2], x[3] + intake_temperature, x[4], x[5], x[6], wall_temperature
-    exponent, loss = _shape(theta + by, cylinder, speed, numbers, motored)
+    exponent, loss = _shape(theta + by, cylinder, trace.speed, numbers(x), motored)
     return Compression(
-        by,
-        float(x[1]),
-        exponent,
-        loss,
-        math.exp(float(x[4])),
-        float(errors[0]) if shift is None else 0.0,
-        float(errors[1]),
-        motored,
-        (float(theta[0]), float(theta[-1])),
-        left,
-        doubt,
-    )
+        by, float(x[1]), exponent, loss, math.exp(float(x[4])), float(errors[0]) if shift is None else 0.0,
+        float(errors[1]), motored, (float(theta[0]), float(theta[-1])), left, doubt,
+    )  # fmt: skip
 
 
 def _standard_errors(found: Any, points: int, scale: Array, motored: bool) -> Array:

@@ -14,8 +14,9 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.measured.channels import Channel
+from cranktrain.measured.decimation import decimated
 from cranktrain.measured.rotation import RPM, Rotation
-from cranktrain.measured.tracking import ComplexArray, Orders, Points, check_orders, decimated
+from cranktrain.measured.tracking import ComplexArray, Orders, Points, check_orders
 from cranktrain.measured.vold_kalman import MOST_UNKNOWNS, POLES, envelopes
 
 OVERLAP, END = 3.0, 1.0

@@ -20,6 +20,7 @@ from cranktrain.core.types import Array
 from cranktrain.core.units import unit_factor
 from cranktrain.measured.channels import Channel
 from cranktrain.measured.compression import (
+    BAND,
     FIRST_OF_TWO_STROKES_DEG,
     Compression,
     fit_compression,
@@ -42,6 +43,8 @@ SPEED_OF_SOUND = 900.0, 450.0
 """In burning gas and in the gas of an indicating channel, m/s; for the frequency of the chamber and a channel's
 length.
 """
+EXACT = math.radians(0.1)
+"""Half of the 95 % interval of the dead centre from which a remark tells it."""
 UNUSUAL = 2e4, 3e7
 """Range between lowest and highest pressure, Pa, outside which a trace has another unit."""
 
@@ -226,6 +229,15 @@ def pegged(
         fit = None
     if fit is not None and fit.doubt:
         cycles = replace(cycles, remarks=(*cycles.remarks, f"{cycles.name}: {fit.doubt}"))
+    if fit is not None and BAND * fit.shift_error > EXACT:
+        flanks = "both flanks tell" if fit.motored else "the compression of a fired trace alone tells"
+        told = (
+            f"{cycles.name}: {flanks} the dead centre within {math.degrees(BAND * fit.shift_error):.2g} deg and the "
+            f"zero within {1e-2 * BAND * fit.zero_error:.2g} mbar (95 %)"
+        )
+        cycles = replace(
+            cycles, remarks=(*cycles.remarks, told + ("" if fit.motored else "; a motored trace tells more"))
+        )
     if fit is not None and correct_shift:
         cycles = cycles.turned(fit.shift)
     if method == KEPT:
@@ -342,7 +354,11 @@ def statistics(cycles: Cycles, cylinder: Cylinder, fit: Compression | None) -> d
             "motored": fit.motored,
             "dead_centre_shift_deg": math.degrees(fit.shift),
             "dead_centre_error_deg": math.degrees(fit.shift_error),
+            "dead_centre_interval_deg": [math.degrees(one) for one in fit.shift_interval],
             "zero_error_bar": 1e-5 * fit.zero_error,
+            "zero_interval_bar": [
+                1e-5 * (float(cycles.zeros.mean()) + side * BAND * fit.zero_error) for side in (-1, 1)
+            ],
             "loss_angle_deg": math.degrees(fit.loss),
             "polytropic_exponent": fit.exponent,
             "heat_factor": fit.heat,

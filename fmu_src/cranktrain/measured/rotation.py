@@ -16,7 +16,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.measured.channels import Channel, Measurement
-from cranktrain.measured.pulses import pulse_times
+from cranktrain.measured.pulses import pulse_times, timing_error
 from cranktrain.measured.wheel import CYCLE, MeanRotation, Numbered, Wheel, learn_errors, number_teeth
 
 RPM = 30.0 / math.pi
@@ -49,6 +49,8 @@ class Rotation:
         phases of half orders by 180 degrees
     recurring : (n,) rad, zero to peak, what orders 1 to n have of constant size and phase over the recording, be it of
         the teeth or torsion; empty where pitch errors were taken off
+    spacing : median and least samples a pulse; infinite of a channel of times
+    two_levels : whether the pulses are square, so that a crossing is known to a fraction of a sample only
     """
 
     name: str
@@ -61,6 +63,8 @@ class Rotation:
     remarks: tuple[str, ...] = field(default=())
     cycle_known: bool = False
     recurring: Array = field(default_factory=lambda: np.zeros(0))
+    spacing: tuple[float, float] = (math.inf, math.inf)
+    two_levels: bool = False
 
     @property
     def phase(self) -> Array:
@@ -149,6 +153,8 @@ class Rotation:
             "teeth": self.wheel.teeth,
             "missing": self.wheel.missing,
             "pulses": int(self.times.size),
+            "samples_per_pulse": list(self.spacing) if math.isfinite(self.spacing[0]) else None,
+            "timing_error_deg": math.degrees(pitch * timing_error(self.spacing[1], self.two_levels)),
             "revolutions": float((self.angle[-1] - self.angle[0]) / math.tau),
             "speed_rpm": [low * RPM, high * RPM],
             "lost_pulses": self.numbered.lost,
@@ -217,7 +223,7 @@ def rotation(
     recurring, told = _doubts(numbered, angle, errors, wheel, where)
     mean = MeanRotation.of(numbered.times, angle, CYCLE)
     made = Rotation(channel.name, numbered.times, angle, wheel, numbered, errors, mean, (*remarks, *told))
-    return replace(made, recurring=recurring)
+    return replace(made, recurring=recurring, spacing=found.spacing, two_levels=found.two_levels)
 
 
 def _with_order_one(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel) -> Array:
@@ -297,7 +303,7 @@ def _from_index(numbered: Numbered, wheel: Wheel, marks: Array, names: tuple[str
     if abs(usual - wheel.teeth) > 0.4:
         raise InputError(
             f"two tachos disagree: {where} counts {usual:.1f} teeth from index to index of {index}, not {wheel.teeth}; "
-            "check the pulses a revolution"
+            "check the pulses a revolution, or sample faster: pulses that are too dense look like fewer (aliasing)"
         )
     off = np.flatnonzero(np.abs(apart - wheel.teeth) > 0.5)
     told = []

@@ -8,11 +8,13 @@ is fitted by least squares under a window cos⁴ with all half orders up to the 
 leak into one another at any change of speed. Points are taken where they are, so nothing is interpolated. The standard
 error of an order follows from the residual and the fit; where several fits share a bin of speed, from their scatter.
 
-Few lines change within a window, but a_n' and a_n'' of all lines are most of a fit's unknowns and take the noise in.
-So all places are fitted twice. The first fits, which leave a_n' and a_n'' free, show the variance of each about its
-noise among the fits of a bin and its neighbours; the second fits hold each near zero by that variance (empirical
-Bayes: C. N. Morris, J. Am. Stat. Assoc. 78 (1983) 47). A line in a resonance stays free, one that does not change gets
-the noise of a constant amplitude.
+Few lines are there, fewer change within a window, but a_n, a_n' and a_n'' of all lines take the noise in; in the gap
+of a wheel, where there are no points, lines that are not there cancel those that are. So all places are fitted twice.
+The first fits, in which all are free, show the variance of each about its noise among the fits of a bin and its
+neighbours; the second fits hold each near zero by that variance (empirical Bayes: C. N. Morris, J. Am. Stat. Assoc. 78
+(1983) 47). A line in a resonance stays free to change, one that does not change gets the noise of a constant amplitude,
+one that is not there leaves the others alone. Each line's own amplitude is that with this line free, so none is drawn
+to zero.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.measured.channels import Channel
+from cranktrain.measured.decimation import decimated, integrated
 from cranktrain.measured.rotation import RPM, Rotation
 from cranktrain.measured.wheel import CYCLE
 
@@ -41,6 +44,8 @@ SPARE = 1.25
 """Points that count, over the unknowns of a fit, at least."""
 SURE = 2.0
 """Standard deviations by which squares of changes exceed those of noise where a line is free to change."""
+ABSENT = 0.01
+"""Variance of a line that noise may be, over that of the noise."""
 DENSEST = 4
 """Largest overlap of fits, over half a window: in fast ramps a peak would lie between two of them."""
 POOLED = 8
@@ -134,7 +139,7 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
     # Integrals want some 25 samples a period, the fit 5.
     start, step, values = decimated(channel, (12.5 if integrals else 2.5) * needed)
     if integrals:
-        values = _integrated(values, step, integrals)
+        values = integrated(values, step, integrals)
     times = start + step * np.arange(values.size, dtype=np.float64)
     inside = (times >= rotation.mean.times[0]) & (times <= rotation.mean.times[-1])
     if np.count_nonzero(inside) < 32:
@@ -145,41 +150,6 @@ def channel_points(channel: Channel, rotation: Rotation, highest: float, integra
         )
     phase = rotation.mean.at(times[inside])
     return Points(phase, values[inside], 0.4 / (step * fastest), channel.name, channel.unit)
-
-
-def decimated(channel: Channel, rate: float) -> tuple[float, float, Array]:
-    """Start, step and values of a channel, low-passed without delay and thinned to ``rate`` Hz or more."""
-    from scipy.signal import firwin, upfirdn
-
-    factor = max(1, math.floor(channel.rate / rate))
-    if factor == 1:
-        return channel.start, channel.step, channel.values()
-    half = 16 * factor
-    taps = firwin(2 * half + 1, 0.8 / factor, window=("kaiser", 8.0))
-    block = 2**20 // factor * factor
-    parts = []
-    for first in range(0, channel.size, block):
-        low, high = max(0, first - half), min(channel.size, first + block + half)
-        values = channel.values(low, high)
-        values = (
-            np.where(np.isfinite(values), values, np.nanmean(values)) if not math.isfinite(values.sum()) else values
-        )
-        values = np.pad(values, (half - (first - low), max(0, first + block + half - high)), mode="edge")
-        kept = math.ceil(min(block, channel.size - first) / factor)
-        # upfirdn's output k is centred on sample k·factor − half of its input.
-        parts.append(upfirdn(taps, values[: (kept - 1) * factor + 2 * half + 1], down=1)[2 * half :: factor][:kept])
-    return channel.start, channel.step * factor, np.concatenate(parts)
-
-
-def _integrated(values: Array, step: float, times: int) -> Array:
-    """Integrals over time of values without their mean; fourth order in the step."""
-    for _ in range(times):
-        values = values - values.mean()
-        slope = np.gradient(values)
-        # ∫ over a step = h (f₀ + f₁)/2 − h (f₁' − f₀')/12: exact for cubics.
-        parts = step * (0.5 * (values[1:] + values[:-1]) - (slope[1:] - slope[:-1]) / 12.0)
-        values = np.concatenate(([0.0], np.cumsum(parts)))
-    return values
 
 
 def track(
@@ -219,9 +189,7 @@ def track(
         members.append(own[np.unique(np.linspace(0, own.size - 1, min(own.size, MOST_FITS)).astype(int))])
     shape = FitShape(cycles, degree, lines)
     fits = [[_fit(points, places[k], shape) for k in own] for own in members]
-    if degree:
-        changes = _changes(fits)
-        fits = [[_fit(points, places[k], shape, held) for k in own] for own, held in zip(members, changes, strict=True)]
+    fits = [[_fit(points, places[k], shape, held) for k in own] for own, held in zip(members, _held(fits), strict=True)]
     rows = [(float(np.mean(speeds[own])), *_joined(found), own.size) for own, found in zip(members, fits, strict=True)]
     keep = np.rint(2.0 * wanted).astype(int) - 1
     found, errors, coherence = (np.array([row[k] for row in rows])[:, keep] for k in (1, 2, 3))
@@ -289,16 +257,22 @@ def _speeds_at(rotation: Rotation, phase: Array) -> Array:
 
 
 class Fit(NamedTuple):
-    """One fit: amplitudes (o,) and their standard errors, and squares and variances (degree, o) of their changes."""
+    """One fit: amplitudes (o,) and their standard errors.
+
+    ``squares`` and ``noise`` (degree + 1, o) have mean squares of amplitudes and of their changes, and their variances.
+    """
 
     amplitudes: ComplexArray
     errors: Array
-    changes: Array
+    squares: Array
     noise: Array
 
 
 def _fit(points: Points, place: float, shape: FitShape, held: Array | None = None) -> Fit:
-    """Fit all lines at a place; ``held``: variances (degree, o) about zero by which their changes are held."""
+    """Fit all lines at a place; ``held``: variances (degree + 1, o) about zero of amplitudes and of their changes.
+
+    The amplitude of each line is that of a fit in which this line is free and the others are held.
+    """
     cycles, degree, lines = shape
     half = 0.5 * cycles * CYCLE
     first, last = np.searchsorted(points.phase, (place - half, place + half))
@@ -322,30 +296,50 @@ def _fit(points: Points, place: float, shape: FitShape, held: Array | None = Non
 
     s2 = noise_of(found, basis.shape[1])
     count = lines.size
+    freed = np.broadcast_to(np.eye(2), (count, 2, 2))
     if held is not None:
         penalty = np.zeros(basis.shape[1])
-        penalty[TREND + 2 * count :] = s2 / np.maximum(np.repeat(held, 2, axis=0).ravel(), 1e-9 * s2 + 1e-300)
+        penalty[TREND:] = s2 / np.maximum(np.repeat(held, 2, axis=0).ravel(), 1e-9 * s2 + 1e-300)
         used = normal + np.diag(penalty)
         found, inverse = _solved(used, right)
         # The trace of the hat matrix is the number of unknowns that the fit has left.
         s2 = noise_of(found, float(np.sum(inverse * normal)))
+        freed = _freed(inverse, penalty[TREND : TREND + count])
     # Weights are those of interpolation, not of noise: the error of the estimate is s² N⁻¹ (Bᵀ W² B) N⁻¹.
     spread = weighted * root[:, None]
     middle = spread.T @ spread
-    rows = inverse[TREND:]
-    variance = s2 * np.sum((rows @ middle) * rows, axis=1)
-    sizes = found[TREND:].reshape(degree + 1, 2, count)
-    variance = variance.reshape(degree + 1, 2, count)
+    rows = inverse[TREND:].copy()
+    sizes = found[TREND:].reshape(degree + 1, 2, count).copy()
+    own = np.stack((rows[:count], rows[count : 2 * count]), axis=1)
+    own = np.einsum("lij,ljk->lik", freed, own)
+    rows[:count], rows[count : 2 * count] = own[:, 0], own[:, 1]
+    sizes[0] = np.einsum("lij,jl->il", freed, sizes[0])
+    variance = (s2 * np.sum((rows @ middle) * rows, axis=1)).reshape(degree + 1, 2, count)
     return Fit(sizes[0, 0] + 1j * sizes[0, 1], np.sqrt(variance[0].mean(axis=0)),
-               np.mean(sizes[1:] ** 2, axis=1), np.mean(variance[1:], axis=1))  # fmt: skip
+               np.mean(sizes**2, axis=1), np.mean(variance, axis=1))  # fmt: skip
 
 
-def _changes(fits: list[list[Fit]]) -> list[Array]:
-    """Variances (degree, o) of the changes of amplitudes in each bin, without noise; zero where noise may be all.
+def _freed(inverse: Array, penalty: Array) -> Array:
+    """Matrices (o, 2, 2) that turn the held amplitudes of each line into those with this line alone free.
 
-    The larger one of the bin's own and of that with its neighbours counts, so a resonance that one bin has stays free.
+    With C the inverse of a line's 2 x 2 block in the held fit and p the penalty, C⁻¹ − p is what the points say of it.
     """
-    squares = [np.sum([one.changes for one in own], axis=0) for own in fits]
+    count = penalty.size
+    cosine, sine = TREND + np.arange(count), TREND + count + np.arange(count)
+    block = np.empty((count, 2, 2))
+    block[:, 0, 0], block[:, 1, 1] = inverse[cosine, cosine], inverse[sine, sine]
+    block[:, 0, 1], block[:, 1, 0] = inverse[cosine, sine], inverse[sine, cosine]
+    inner = np.linalg.inv(block)
+    return np.asarray(np.linalg.solve(inner - penalty[:, None, None] * np.eye(2), inner))
+
+
+def _held(fits: list[list[Fit]]) -> list[Array]:
+    """Variances (degree + 1, o) of amplitudes and their changes in each bin, without noise.
+
+    Where noise may be all, an amplitude is held by ``ABSENT`` of its noise, and a change is zero. The larger one of the
+    bin's own and of that with its neighbours counts, so a resonance that one bin has stays free.
+    """
+    squares = [np.sum([one.squares for one in own], axis=0) for own in fits]
     noises = [np.sum([one.noise for one in own], axis=0) for own in fits]
     found = []
     for k in range(len(fits)):
@@ -353,7 +347,9 @@ def _changes(fits: list[list[Fit]]) -> list[Array]:
         for near in (range(k, k + 1), _around(k, fits)):
             count = sum(len(fits[j]) for j in near)
             total, noise = (sum(one[j] for j in near) / count for one in (squares, noises))
-            sizes.append(np.where(total > (1.0 + SURE / math.sqrt(count)) * noise, total - noise, 0.0))
+            least = np.zeros_like(noise)
+            least[0] = ABSENT * noise[0]
+            sizes.append(np.where(total > (1.0 + SURE / math.sqrt(count)) * noise, total - noise, least))
         found.append(np.maximum(*sizes))
     return found
 

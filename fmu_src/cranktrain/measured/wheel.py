@@ -270,7 +270,7 @@ class MeanRotation:
         ``span`` vanishes from them. S is a spline of degree 5 with knots ``span`` apart. The mean of a B-spline of
         degree 5 over the distance of its knots is the B-spline of degree 6, so S has the coefficients of the spline of
         degree 6 that fits the means (I. J. Schoenberg, Quart. Appl. Math. 4 (1946) 45). So S follows any change of
-        speed that is smooth over some cycles, up to both ends.
+        speed that is smooth over some cycles, up to both ends. ``InputError``: a mean rotation that goes back.
         """
         from scipy.interpolate import BSpline
 
@@ -287,15 +287,15 @@ class MeanRotation:
         grid = angle[0] + span * cycles * np.arange(steps + 1) / steps
         if cycles < SPLINED:
             line = np.polynomial.Polynomial.fit(angle, times, min(2, max(1, int(cycles))))
-            return cls(grid, np.asarray(line(grid)))
+            return cls(grid, _rising(np.asarray(line(grid))))
         count = math.ceil((cycles - 1.0) * GRID)
         v = 1.0 + (cycles - 1.0) * np.arange(count + 1) / count  # ends of the means' windows, in spans from the begin
         ends = angle[0] + span * v
         means = (integral(ends) - integral(ends - span)) / span
         knots = np.arange(-5, math.ceil(cycles) + 7, dtype=np.float64)
         coefficients = _spline_coefficients(BSpline.design_matrix(v, knots, 6), means)
-        smooth = BSpline(knots[:-1], coefficients, 5)
-        return cls(grid, np.asarray(smooth((grid - angle[0]) / span)))
+        smooth = np.asarray(BSpline(knots[:-1], coefficients, 5)((grid - angle[0]) / span))
+        return cls(grid, _rising(smooth))
 
     @property
     def inner(self) -> tuple[float, float]:
@@ -321,6 +321,17 @@ class MeanRotation:
         from scipy.interpolate import CubicSpline
 
         return np.asarray(CubicSpline(self.times, self.angle)(np.clip(times, self.times[0], self.times[-1]), 1))
+
+
+def _rising(times: Array) -> Array:
+    """Times (k,) s of the mean rotation; ``InputError`` where they go back."""
+    falls = np.diff(times) <= 0.0
+    if falls.any():
+        raise InputError(
+            f"the mean rotation goes back at {times[int(np.argmax(falls))]:.4g} s, so these are no pulses of a wheel, "
+            "or they are sampled too slowly (aliasing); check channel, level and teeth"
+        )
+    return times
 
 
 def _spline_coefficients(design: Any, values: Array) -> Array:

@@ -20,6 +20,9 @@ Integers = NDArray[np.integer[Any]]
 
 UPRIGHT = 1e-4
 """Largest component along z of the normals of a face that stands upright."""
+SHORT_ARC, EXACT = np.radians(40.0), 1e-5
+"""Angle of an arc up to which nodes that have one distance from the axis tell its radius, and their relative
+deviation."""
 WEIGHT = 1.02
 """Radius opposite to the pin over that about the main axis from which a web has a counterweight."""
 
@@ -55,6 +58,7 @@ def _web(found: Found, before: Journal, after: Journal, beside_main: bool) -> We
     turn = np.column_stack(([eta[1], -eta[0]], eta))  # (x, y) -> (ξ, η)
     points, edges = points @ turn, edges @ turn
     arcs = _arcs(found, numbers, pin.cylinder.axis)
+    short = _short_arcs(found, numbers)
     pin_radius = max([float(points[:, 1].max()) - throw, *arcs])
     if not beside_main:
         return WebShape(thickness, 0.0, pin_radius, 0.0, 0.0)
@@ -66,7 +70,8 @@ def _web(found: Found, before: Journal, after: Journal, beside_main: bool) -> We
     main_radius = near if near < 1.01 * width else width
     lower = points[:, 1] < 1e-6 * throw
     weight = float(reach[lower].max()) if lower.any() else 0.0
-    arcs = [radius for radius in _arcs(found, numbers, (0.0, 0.0)) if abs(radius - weight) > 1e-3 * radius]
+    arcs = [*_arcs(found, numbers, (0.0, 0.0)), *short]
+    arcs = [radius for radius in arcs if abs(radius - weight) > 1e-3 * radius]
     main_radius = min([radius for radius in arcs if radius > 0.9 * width], default=main_radius)
     if weight < WEIGHT * main_radius:
         return WebShape(thickness, main_radius, pin_radius, 0.0, 0.0)
@@ -81,6 +86,25 @@ def _arcs(found: Found, numbers: Integers, axis: tuple[float, float]) -> list[fl
     return [
         float(faces.radius[k]) for k in own if np.hypot(*(faces.centre[k, :2] - axis)) < SAME_AXIS * faces.radius[k]
     ]
+
+
+def _short_arcs(found: Found, numbers: Integers) -> list[float]:
+    """Radii of upright faces of few triangles that are arcs about the main axis, mm.
+
+    A web whose radii about main and pin axis differ little shows some degrees of the arc about the main axis. Its face
+    has one or two triangles a side, too few to be fitted as a cylinder, but its nodes are exact.
+    """
+    faces, radii = found.faces, []
+    for k in numbers.tolist():
+        if faces.round[k] or faces.plane[k]:
+            continue
+        # Nodes of the triangles lie on the face, points of their sides do not.
+        nodes = found.solid.nodes[found.solid.triangles[found.solid.faces == k], :2].reshape(-1, 2)
+        reach, angle = np.hypot(*nodes.T), np.arctan2(nodes[:, 1], nodes[:, 0])
+        wide = float(np.ptp(np.angle(np.exp(1j * (angle - angle[0])))))
+        if np.ptp(reach) < EXACT * reach.max() and 1e-3 < wide < SHORT_ARC:
+            radii.append(float(reach.mean()))
+    return radii
 
 
 def _width(edges: Array, eta: float) -> float:
