@@ -47,20 +47,23 @@ def begin_content(film, work, past, content):
         for j in range(n_z):
             f = i * n_z + j
             q = i * (n_z + 2) + j + 1
-            distance = nodes[at.FILM, q]
-            content[DISTANCE, f] = distance
+            content[DISTANCE, f] = nodes[at.FILM, q]
             content[PACE, f] = nodes[at.DRIVEN, q] - 1.0 - film.lines[j + 1, at.PROFILE]
-            content[HELD, f] = _room(distance, sigma) * (1.0 + start[f]) if -1.0 < start[f] < 0.0 else 0.0
+            content[HELD, f] = 0.0
+            if -1.0 < start[f] < 0.0:
+                room, _, _ = open_gap(nodes[at.FILM, q], sigma)
+                content[HELD, f] = room * (1.0 + start[f])
 
 
 @kernel
-def stage_content(film, start, rates, stage, content):
+def stage_content(film, start, rates, own, stage, content):
     """Fill the content (CONTENT, n) of a stage before it is solved.
 
     Parameters
     ----------
     start : unknowns (n,) at the step's start
-    rates : (stages, n) ṁ over the clearance of the stages before, 1/s; that of the step's start in row 0
+    rates : (stages, b, n) ṁ over the clearance of the stages before, 1/s, of films of which this is number ``own``;
+        that of the step's start in row 0
     stage : its number, row of the integrator's table, step h, g = hγ and time from the step's start, s
     """
     number, row, h, gain, elapsed = stage
@@ -70,14 +73,18 @@ def stage_content(film, start, rates, stage, content):
         content[GAINED, f] = 0.0
     for s in range(number):
         share = h * row[s]
+        before = rates[s, own]
         for f in range(start.shape[0]):
-            content[GAINED, f] += share * rates[s, f]
+            content[GAINED, f] += share * before[f]
+    before = rates[last, own]
     for f in range(start.shape[0]):
-        room = _room(content[DISTANCE, f] + elapsed * content[PACE, f], sigma)
-        content[PREDICTED_ROOM, f] = room
+        content[PREDICTED_ROOM, f] = content[DISTANCE, f] + elapsed * content[PACE, f]
+    _open(content[PREDICTED_ROOM], sigma)
+    for f in range(start.shape[0]):
+        room = content[PREDICTED_ROOM, f]
         void = 0.0
         if start[f] < 0.0:
-            void = (content[HELD, f] + content[GAINED, f] + gain * rates[last, f]) / room - 1.0
+            void = (content[HELD, f] + content[GAINED, f] + gain * before[f]) / room - 1.0
             void = min(max(void, -1.0), 0.0)
         content[PREDICTED_VOID, f] = void
 
@@ -101,6 +108,10 @@ def content_rates(film, work, start, solved, gain, content, rates, ends):
     distances = work.nodes[at.FILM]
     _distances(film, work.vectors, motion[0], shapes, distances)
     _to_vectors(film, work.vectors, motion[1], shape_rates)
+    rooms = work.nodes[at.OPEN]
+    for q in range(distances.shape[0]):
+        rooms[q] = distances[q]
+    _open(rooms, sigma)
     per_gain = 1.0 / gain
     for i in range(int(film.constants[at.N_PHI])):
         for j in range(n_z):
@@ -108,7 +119,7 @@ def content_rates(film, work, start, solved, gain, content, rates, ends):
             q = i * (n_z + 2) + j + 1
             void = min(unknowns[f], 0.0)
             kept = void if start[f] >= 0.0 else 1.0 + void
-            rate = (kept * _room(distances[q], sigma) - content[HELD, f] - content[GAINED, f]) * per_gain
+            rate = (kept * rooms[q] - content[HELD, f] - content[GAINED, f]) * per_gain
             rates[f] = rate
             if (start[f] < 0.0) != (unknowns[f] < 0.0):
                 _, slope, _ = open_gap(distances[q], sigma)
@@ -117,13 +128,12 @@ def content_rates(film, work, start, solved, gain, content, rates, ends):
             ends[f] = rate
 
 
-@inlined_kernel
-def _room(distance, sigma):
-    """Mean gap between surfaces a distance apart."""
-    if distance >= CLEAR * sigma:
-        return distance
-    gap, _, _ = open_gap(distance, sigma)
-    return gap
+@kernel
+def _open(distances, sigma):
+    """Replace distances of surfaces by their mean gaps."""
+    for k in range(distances.shape[0]):
+        if distances[k] < CLEAR * sigma:
+            distances[k], _, _ = open_gap(distances[k], sigma)
 
 
 @kernel

@@ -67,7 +67,7 @@ def open_content(bore, i, numbers, row):
     if own.content.shape[2] == 0:
         return
     stage = int(numbers[STAGE]), row, numbers[STEP], numbers[GAIN], numbers[ELAPSED]
-    stage_content(bore.film, own.start[i], own.content_rates[:, i], stage, own.content[i])
+    stage_content(bore.film, own.start[i], own.content_rates, i, stage, own.content[i])
     if bore.lanes.marks.shape[0] > 0:
         bore.lanes.marks[i // lanes.LANES, 0, lanes.STAGED] = 0.0
 
