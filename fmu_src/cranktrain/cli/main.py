@@ -21,7 +21,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from cranktrain import __version__
-from cranktrain.cli.console import Interrupted, jsonable, say
+from cranktrain.cli.console import Interrupted, jsonable, of_words, say
 from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
@@ -136,7 +136,8 @@ def _parser(asked: str = "") -> _Parser:
             else "own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
             "superelement of another program (.toml)",
         )
-        add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)")
+        unit = add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)")
+        of_words(unit, UNITS)
         module.add_options(sub)
         add("--json", action="store_true", help="print one JSON object; keys carry their unit (_hz, _um, …)")
         sub.set_defaults(verb=module.run)

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from cranktrain.cli.console import number
+from cranktrain.cli.console import number, of_words
 from cranktrain.cli.new_from_step import (
     add_step_options,
     check_no_step_options,
@@ -41,13 +41,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
     add("name", metavar="NAME", help="of the engine: letters, digits and _; the file is NAME.toml")
-    add("--layout", metavar="LAYOUT", help=f"of the cylinders: {', '.join(LAYOUTS)}")
+    of_words(add("--layout", metavar="LAYOUT", help=f"of the cylinders: {', '.join(LAYOUTS)}"), LAYOUTS)
     add("--bore-mm", type=number(10.0, 1500.0, "mm"), metavar="MM", help="bore, mm")
     add("--stroke-mm", type=number(5.0, 4000.0, "mm"), metavar="MM", help="stroke, mm")
     add("--bank-angle-deg", type=number(0.0, 360.0, "deg"), metavar="DEG", help="between the banks of a V, deg")
     add("--rod-mm", type=number(10.0, 10000.0, "mm"), metavar="MM", help="rod between its eyes, mm (default: 0.3 of it "
         "is the throw)")  # fmt: skip
-    add("--fuel", default="petrol", metavar="FUEL", help=f"{' or '.join(FUELS)} (default petrol)")
+    of_words(add("--fuel", default="petrol", metavar="FUEL", help=f"{' or '.join(FUELS)} (default petrol)"), FUELS)
     add("--power-kw", type=number(0.01, 1e5, "kW"), metavar="KW", help="brake power at the rated speed, kW (default: "
         "of the usual mean effective pressure)")  # fmt: skip
     add("--rated-rpm", type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"), metavar="RPM",

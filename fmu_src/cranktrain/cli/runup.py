@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show
+from cranktrain.cli.console import Interrupted, labelled_bar, number, of_words, positive, say, show
 from cranktrain.cli.plot_runup import draw, pictures_folder, told_deviations
 from cranktrain.cli.run_options import (
     BALANCED,
@@ -40,12 +40,16 @@ The result file holds every finished speed; repeating the command runs only the 
 """
 PER_RPM = 30.0 / math.pi
 """rev/min of 1 rad/s."""
+WAYS = {"steady": "steady", "ramp": "ramp_rpm_per_s"}
+"""Options that choose another way than steady cycles in time, and what the parser calls them."""
 SETTLE = 1.0e-4
 """What may be left of settling at a speed, unless another is asked for."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
+    from cranktrain.studies.torsion.frequency_run_up import RULES
+
     add = parser.add_argument
     rpm = number(-20000.0, 20000.0, "rev/min")
     add("--from", dest="from_rpm", type=rpm, required=True, metavar="RPM", help="first speed, rev/min, at least 20")
@@ -61,9 +65,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--refine", nargs="?", type=number(1e-4, 0.5, "of an order's largest amplitude"), const=0.02, default=0.0,
         metavar="SHARE", help="add speeds where interpolation between two speeds errs by more than this fraction of an "
         "order's largest amplitude (0.02 without a value), down to an eighth of --step")  # fmt: skip
-    add("--ramp", type=positive, metavar="RPM_PER_S",
+    add("--ramp", dest="ramp_rpm_per_s", type=positive, metavar="RPM_PER_S",
         help="transient run-up instead of steady cycles; rise of the speed, rev/min per second")  # fmt: skip
-    add("--steady", metavar="RULE", help="in the frequency domain: linear or harmonic-balance; needs --crank torsional")
+    rule = add("--steady", metavar="RULE", help="in the frequency domain: linear or harmonic-balance; needs --crank "
+        "torsional")  # fmt: skip
+    of_words(rule, RULES)
     add_run_options(parser)
     add("--workers", type=number(1, 1024, "", int), metavar="N", help="processes (default: one a processor)")
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
@@ -99,7 +105,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         check_speeds_measured(measured, options.from_rpm / PER_RPM, options.to_rpm / PER_RPM)
     for rpm in (options.from_rpm, options.to_rpm):
         replace(request, speed_rpm=rpm).tell_doubts(engine, gas)
-    made = assembled(asked, not options.no_inherit)
+    made = assembled(asked, options.inherit)
     job = None
     if options.steady is None:
         job = job_of(request, made, gas, _outputs(options.outputs, made), options.highest_order)
@@ -108,7 +114,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     found = outcome.run_up
     assert found is not None
     peaks = torsional_peaks(found, made)
-    if job is not None and options.ramp is None and peaks:
+    if job is not None and options.ramp_rpm_per_s is None and peaks:
         peaks = in_motion(peaks, runs_here(job), outcome.starts)
     said = report(found, peaks, engine.published)
     said |= {
@@ -136,9 +142,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 def _check(options: argparse.Namespace) -> None:
     """Refuse what does not go together."""
-    if options.steady is not None and options.ramp is not None:
+    if options.steady is not None and options.ramp_rpm_per_s is not None:
         raise InputError("--steady does not go with --ramp; leave one of them out")
-    ways = [name for name in ("steady", "ramp") if getattr(options, name) is not None]
+    ways = [name for name in ("steady", "ramp") if getattr(options, WAYS[name]) is not None]
     only = [name for name in ("refine", "scheduler", "workers") if getattr(options, name)]
     if ways and only:
         raise InputError(f"--{only[0]} goes with steady cycles in time, not with --{ways[0]}; leave one of them out")
@@ -166,7 +172,7 @@ def _outcome(
     if balances(options, made.engine):
         attributes["load"] = BALANCED
     outcome, began = Outcome(workers=1), time.perf_counter()
-    if (options.steady or options.ramp) and not options.anew:
+    if (options.steady or options.ramp_rpm_per_s) and not options.anew:
         check_replaced(path)
     if job is None:
         from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
@@ -178,13 +184,13 @@ def _outcome(
         )  # fmt: skip
         for failed in outcome.failed:
             say(f"cranktrain: warning: no result at {failed.speed * PER_RPM:g} rev/min: {failed.reason}")
-    elif options.ramp is None:
+    elif options.ramp_rpm_per_s is None:
         means = Means(options.workers, options.scheduler, options.refine, options.anew)
         _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
         return outcome
     else:
         with _bar() as tell:
-            outcome.run_up = ramp(job, speeds, options.ramp / PER_RPM, attributes, tell)
+            outcome.run_up = ramp(job, speeds, options.ramp_rpm_per_s / PER_RPM, attributes, tell)
     outcome.seconds = time.perf_counter() - began
     outcome.run_up.save(path)
     return outcome

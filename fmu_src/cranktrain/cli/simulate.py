@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     _check(options, engine, settings)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
     check_target(output)
-    made = loaded(options, assembled(asked, not options.no_inherit), gas, request.speed)
+    made = loaded(options, assembled(asked, options.inherit), gas, request.speed)
     found = _run_into(output, request, made, gas)
     summary = found.summary(output)
     if options.steady:
