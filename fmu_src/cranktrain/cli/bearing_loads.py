@@ -29,8 +29,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add, of = parser.add_argument, parser.add_mutually_exclusive_group(required=True)
     speed = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")
     of.add_argument(
-        "--speed", dest="speeds_rpm", type=speed, nargs="+", metavar="RPM", help="speeds, rev/min; each runs until its cycles repeat"
-    )
+        "--speed", dest="speeds_rpm", type=speed, nargs="+", metavar="RPM",
+        help="speeds, rev/min; each runs until its cycles repeat",
+    )  # fmt: skip
     of.add_argument("--result", nargs="+", metavar="FILE.h5", help="results of 'cranktrain simulate' instead of runs")
     of.add_argument(
         "--run-up", metavar="FILE.h5", help="result of 'cranktrain runup --outputs bearings': all its speeds"

@@ -136,7 +136,9 @@ def _parser(asked: str = "") -> _Parser:
             else "own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
             "superelement of another program (.toml)",
         )
-        unit = add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)")
+        unit = add(
+            "--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)"
+        )  # fmt: skip
         of_words(unit, UNITS)
         module.add_options(sub)
         add("--json", action="store_true", help="print one JSON object; keys carry their unit (_hz, _um, …)")

@@ -81,7 +81,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--engine", metavar="ENGINE", help="bearings of this engine's [main_roller] instead of the options above")
     add("--load", dest="load_n", type=load, metavar="N", help="radial load, N")
     rpm = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")
-    add("--speed", dest="speed_rpm", type=rpm, metavar="RPM", help="with --engine instead of --load: speed of a run, rev/min")
+    add("--speed", dest="speed_rpm", type=rpm, metavar="RPM",
+        help="with --engine instead of --load: speed of a run, rev/min")  # fmt: skip
     add("--out", metavar="FILE", help="with --speed: new engine file with the stand-ins; nothing is overwritten")
     add("--moment-nm", type=finite, default=0.0, metavar="NM", help="moment in the plane of the load (default 0)")
     laws = f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)"
@@ -119,11 +120,14 @@ def _running(options: argparse.Namespace) -> dict[str, Any]:
 
     if options.engine is None:
         raise InputError("--speed runs an engine; name it by --engine, or give --load instead of --speed")
-    for name in (*OF_ENGINE, "load", "law", "profile"):
+    for name in (*OF_ENGINE, "load_n", "law", "profile"):
         if getattr(options, name) is not None:
-            raise InputError(f"--{name.replace('_', '-')}: the engine gives it; leave it or --speed out")
+            raise InputError(
+                f"--{name.removesuffix('_n').replace('_', '-')}: the engine gives it; leave it or --speed out"
+            )
     new = None if options.out is None else new_path(Path(options.out))
-    report = running_rollers(load_engine(options.engine), options.speed_rpm, say=lambda stage: say(f"cranktrain: {stage}"))
+    engine = load_engine(options.engine)
+    report = running_rollers(engine, options.speed_rpm, say=lambda stage: say(f"cranktrain: {stage}"))
     report["file"] = None if new is None else str(with_stand_ins(options.engine, new, report))
     if not report["periodic"]:
         warnings.warn("the motion is not periodic at this speed; means are taken over one cycle", stacklevel=2)

@@ -47,7 +47,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_settle_option(parser)
     add_source_options(parser)
     add_fillet_option(parser, "also the peaks in fillets and at oil bores")
-    add("--no-check", dest="check", action="store_false", help="no comparison with direct solutions, which takes half a minute")
+    add("--no-check", dest="check", action="store_false",
+        help="no comparison with direct solutions, which takes half a minute")  # fmt: skip
     add("--plots", metavar="FOLDER", help="folder for pictures: surface at 0, 90 … 630 degrees, envelope")
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_stress.h5)")
 
