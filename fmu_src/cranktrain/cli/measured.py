@@ -143,7 +143,7 @@ def names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
-@taking("str | Sequence[float]")
+@taking("str | Sequence[float] | bool")
 def stretch(text: str) -> tuple[float, float] | bool:
     """Type of ``--learn-teeth``."""
     if text == "all":

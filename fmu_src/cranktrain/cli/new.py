@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from cranktrain.cli.console import number, of_words
@@ -18,6 +19,7 @@ from cranktrain.cli.new_from_step import (
 )
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import check_name, load_engine
+from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.store.whole_file import marked, whole_file
 from cranktrain.studies.design.balance import free_forces
@@ -73,18 +75,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             show_step(report)
             _show(report)
         return report
-    check_no_step_options(options)
-    if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(options, key) is None]:
-        raise InputError(f"{', '.join(missing)} missing: give these sizes, or --step FILE with a crankshaft")
-    found = sizes(
-        layout(options.layout, options.bank_angle_deg),
-        1e-3 * options.bore_mm,
-        1e-3 * options.stroke_mm,
-        options.fuel,
-        rod=None if options.rod_mm is None else 1e-3 * options.rod_mm,
-        power=None if options.power_kw is None else 1e3 * options.power_kw,
-        rated=None if options.rated_rpm is None else options.rated_rpm * RPM,
-    )
+    found = _sizes(options)
     text = document(name, found).text
     with whole_file(path, KIND) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -93,6 +84,35 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         _show(report)
     return report
+
+
+def answer(options: argparse.Namespace) -> Engine:
+    """The engine itself, for the library; only one from a STEP file is written, with its mesh."""
+    from cranktrain.studies.design.rules import document
+
+    if options.step is not None:
+        return load_engine(run(options)["file"])
+    check_name(options.name, "name")
+    with TemporaryDirectory(prefix="cranktrain-new-") as folder:
+        path = Path(folder) / f"{options.name}.toml"
+        path.write_text(document(options.name, _sizes(options)).text, encoding="utf-8")
+        return load_engine(path)
+
+
+def _sizes(options: argparse.Namespace) -> Sizes:
+    """Sizes of an engine without a STEP file."""
+    check_no_step_options(options)
+    if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(options, key) is None]:
+        raise InputError(f"{', '.join(missing)} missing: give these sizes, or --step FILE with a crankshaft")
+    return sizes(
+        layout(options.layout, options.bank_angle_deg),
+        1e-3 * options.bore_mm,
+        1e-3 * options.stroke_mm,
+        options.fuel,
+        rod=None if options.rod_mm is None else 1e-3 * options.rod_mm,
+        power=None if options.power_kw is None else 1e3 * options.power_kw,
+        rated=None if options.rated_rpm is None else options.rated_rpm * RPM,
+    )
 
 
 def _report(s: Sizes, path: Path) -> dict[str, Any]:

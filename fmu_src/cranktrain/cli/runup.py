@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import Interrupted, labelled_bar, number, of_words, positive, say, show
@@ -28,6 +29,8 @@ from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
     from cranktrain.loads.gas_pressure import Gas
+    from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
+    from cranktrain.results.run_up.run_up import RunUp
     from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.run_up.run_up import Outcome
@@ -82,6 +85,24 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
+    return _found(options)[1]
+
+
+def answer(options: argparse.Namespace) -> OrdersOverSpeed:
+    """The run-up itself with its report, for the library; its file stays only where one is named."""
+    from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
+
+    if options.output is not None:
+        return OrdersOverSpeed.of(*_found(options))
+    with TemporaryDirectory(prefix="cranktrain-runup-") as folder:
+        options.output = str(Path(folder) / "runup.h5")
+        run_up, said = _found(options)
+    del said["result"]
+    return OrdersOverSpeed.of(run_up, said)
+
+
+def _found(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
+    """The run-up, which is in its file, and what it shows."""
     from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.orders.deviations import check_speeds_measured
     from cranktrain.results.orders.measured import read_measured_orders
@@ -137,7 +158,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
         print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")
         print("".join(f"{picture}\n" for picture in said.get("plots", [])), end="")
-    return said
+    return found, said
 
 
 def _check(options: argparse.Namespace) -> None:

@@ -91,7 +91,8 @@ class Frequencies(Found):
     def iplot(self, table: str = "") -> Any:
         """Plotly figure of the frequencies of a table."""
         frame = self.to_dataframe(table)
-        return interactive_lines(range(1, len(frame) + 1), {"frequency": frame["hz"]}, "mode", "frequency / Hz", "modes")
+        numbers = range(1, len(frame) + 1)
+        return interactive_lines(numbers, {"frequency": frame["hz"]}, "mode", "frequency / Hz", "modes")
 
     @property
     def _with_hz(self) -> list[str]:

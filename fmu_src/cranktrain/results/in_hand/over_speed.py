@@ -116,10 +116,11 @@ class OrdersOverSpeed(RunUp):
         sizes, unit = np.nan_to_num(np.asarray(self[name])), output_unit(name)
         shown = UNITS["angle"]["deg"] if unit == "rad" else 1.0
         unit = "deg" if unit == "rad" else unit
-        return [
-            (f"{self.orders[k]:g}", f"{sizes[:, k].max() / shown:.3g} {unit}", f"{self.speeds_rpm[sizes[:, k].argmax()]:.5g}")
-            for k in np.argsort(-sizes.max(axis=0))[:3]
-        ]  # fmt: skip
+        peaks = []
+        for k in np.argsort(-sizes.max(axis=0))[:3]:
+            at = int(sizes[:, k].argmax())
+            peaks.append((f"{self.orders[k]:g}", f"{sizes[at, k] / shown:.3g} {unit}", f"{self.speeds_rpm[at]:.5g}"))
+        return peaks
 
     def __repr__(self) -> str:
         peaks = "; ".join(f"order {order} {size} at {rpm} rev/min" for order, size, rpm in self._peaks())

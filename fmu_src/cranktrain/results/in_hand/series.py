@@ -61,7 +61,7 @@ class Series(np.ndarray):
             raise InputError(f"{self.name or 'values'}: no unit is known; multiply by the factor that you need")
         own, wanted = unit_factor(self.unit), unit_factor(str(unit))
         if own.si != wanted.si and base_powers(own.si) != base_powers(wanted.si):
-            raise InputError(f"{self.name or 'values'}: are in '{self.unit}', and unit '{unit}' measures something else")
+            raise InputError(f"'{self.name or 'values'}' is in {self.unit}, and unit '{unit}' measures something else")
         return Series((_plain(self) * own.scale + (own.zero - wanted.zero)) / wanted.scale, unit, self.name)
 
 
