@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -71,7 +71,26 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 def answer(options: argparse.Namespace) -> Run:
     """The run itself, for the library; its samples go into a file only where one is named."""
+    from cranktrain.structure.assembly import Assembly
+
+    if isinstance(options.engine, Assembly):
+        return _of_assembly(options, options.engine)
     return _found(options, in_file=options.output is not None)[0]
+
+
+def _of_assembly(options: argparse.Namespace, made: Assembly) -> Run:
+    """A run of an assembly, which has settled the levels."""
+    from cranktrain.studies.constant_speed import Request, simulate
+
+    for name, usual in {"drive_line": None, "inherit": True, "plots": None, "steady": False, "output": None}.items():
+        if getattr(options, name) != usual:
+            raise InputError(f"{name} belongs to an engine, not to an assembly; leave it out, or pass the engine")
+    known = {field.name: field.default for field in fields(Request) if hasattr(options, field.name)}
+    choices = {name: getattr(options, name) for name, usual in known.items() if getattr(options, name) != usual}
+    if not isinstance(choices.get("load", 1.0), float):
+        del choices["load"]  # :func:`loaded` finds it
+    request = Request(**choices)
+    return simulate(loaded(options, made, request.gas(made.engine), request.speed), **choices)
 
 
 def _found(options: argparse.Namespace, in_file: bool) -> tuple[Run, Settings, Path, list[str] | None]:

@@ -29,7 +29,7 @@ def changed_engine(engine: Engine, changes: Mapping[str, Any]) -> Engine:
         elif table not in (*TEXTS, *engine_parts(), *TABLES):
             names = (*TEXTS, *engine_parts(), *TABLES)
             raise InputError(f"with_: an engine has no '{table}'; {nearest(table, names)}")
-        elif table in TEXTS or not key:
+        elif table in TEXTS or table in TABLES or not key:
             _change_table(document, table, value)
         else:
             _change_value(document, table, key, value)
@@ -48,11 +48,13 @@ def _change_table(document: dict[str, Any], table: str, value: Any) -> None:
 
 def _change_value(document: dict[str, Any], table: str, key: str, value: Any) -> None:
     """One value of a table; None for its default."""
-    part = engine_parts()[table]
+    own = document.setdefault(table, {})
+    if not isinstance(own, dict):
+        raise InputError(f"with_: {table} is {shown(own)}, no table in which {key} could stand")
     if value is None:
-        document.get(table, {}).pop(key, None)
+        own.pop(key, None)
     else:
-        document.setdefault(table, {})[key] = entry_of(part, key, value, f"{table}.{key}")
+        own[key] = entry_of(engine_parts()[table], key, value, f"{table}.{key}")
 
 
 def _change_added(document: dict[str, Any], place: str, key: str, value: Any) -> None:
@@ -67,7 +69,7 @@ def _change_added(document: dict[str, Any], place: str, key: str, value: Any) ->
         raise InputError(f"with_: the engine has {len(tables)} [[{table}]], so there is no {place}")
     own, part = tables[number - 1], TABLES[table]
     if table == "connection" and key not in ("name", "law", "ends", "place"):
-        part = DATA[own["law"]]
+        part = DATA.get(own["law"], part)
     if value is None:
         own.pop(key, None)
     elif key in ("law", *TEXTS_OF[table]):

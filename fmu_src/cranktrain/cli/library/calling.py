@@ -19,6 +19,7 @@ from cranktrain.cli.library.keywords import OBJECTS, Keyword, in_keywords, keywo
 from cranktrain.core.errors import CranktrainError, InputError, nearest, shown
 from cranktrain.engine.model import Engine
 from cranktrain.results.in_hand.found import Found, Frequencies
+from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.scene import Scene
 
 P = ParamSpec("P")
@@ -67,10 +68,14 @@ def call(verb: str, given: Mapping[str, Any]) -> Any:
 def _value(keyword: Keyword, value: Any, stack: ExitStack) -> Any:
     """A value as the command line's parser would give it; ``InputError``."""
     default = keyword.default
+    if isinstance(default, list | tuple) and isinstance(value, list | tuple) and list(value) == list(default):
+        return default if isinstance(default, tuple) else list(default)
     if value is None or (type(value) is type(default) and value == default):
         if value is None and keyword.required:
             raise InputError(f"{keyword.name} is missing; it is: {keyword.help}")
-        return list(value) if isinstance(value, list) else value
+        if value is None and default is not None:
+            raise InputError(f"{keyword.name} is None; leave it out, or give {keyword.kind} ({keyword.help})")
+        return value
     if keyword.many:
         listed = list(value) if isinstance(value, Sequence) and not isinstance(value, str) else _listed(value)
         count = keyword.action.nargs
@@ -95,11 +100,13 @@ def _one(keyword: Keyword, value: Any, stack: ExitStack) -> Any:
         return value
     if keyword.action.nargs == "?" and isinstance(value, bool):
         return keyword.action.const if value else keyword.default
-    if name in OBJECTS and isinstance(value, Engine | Scene):
-        return _file_of(value, stack) if isinstance(value, Engine) else value
+    if isinstance(value, Engine) and name == "engine":
+        return _file_of(value, stack)
+    if (isinstance(value, Scene) and name == "scene") or (isinstance(value, Assembly) and "Assembly" in keyword.kind):
+        return value
     if kind is None:
         if not isinstance(value, str | Path):
-            raise InputError(f"{name} is {shown(value)}, a {type(value).__name__}; give a text: {keyword.help}")
+            raise _wrong(keyword, value, f"one of: {keyword.kind}" if name in OBJECTS else "a text")
         return str(value)
     annotation = getattr(kind, "annotation", getattr(kind, "__name__", "str"))
     if annotation in ("float", "int"):
@@ -107,7 +114,7 @@ def _one(keyword: Keyword, value: Any, stack: ExitStack) -> Any:
     if isinstance(value, Sequence) and not isinstance(value, str):
         value = ",".join(map(str, value))
     if isinstance(value, bool) or not isinstance(value, str | numbers.Real):
-        raise InputError(f"{name} is {shown(value)}, a {type(value).__name__}; give: {keyword.help}")
+        raise _wrong(keyword, value, keyword.kind)
     return _read(keyword, value)
 
 
@@ -116,7 +123,7 @@ def _number(keyword: Keyword, value: Any, annotation: str) -> Any:
     whole = annotation == "int"
     wanted = "a whole number" if whole else "a number"
     if isinstance(value, bool) or not isinstance(value, numbers.Real) or (whole and float(value) % 1.0 != 0.0):
-        raise InputError(f"{keyword.name} is {shown(value)}, a {type(value).__name__}; give {wanted}: {keyword.help}")
+        raise _wrong(keyword, value, wanted)
     return _read(keyword, int(float(value)) if whole else float(value))
 
 
@@ -125,8 +132,16 @@ def _read(keyword: Keyword, value: Any) -> Any:
     kind: Any = keyword.action.type
     try:
         return kind(value)
-    except (argparse.ArgumentTypeError, ValueError, TypeError) as error:
+    except argparse.ArgumentTypeError as error:
         raise InputError(f"{keyword.name} {error}") from None
+    except (ValueError, TypeError):
+        raise _wrong(keyword, value, keyword.kind) from None
+
+
+def _wrong(keyword: Keyword, value: Any, wanted: str) -> InputError:
+    """The error of a value of a wrong kind."""
+    kind = type(value).__name__
+    return InputError(f"{keyword.name} is {shown(value)}, of type {kind}; give {wanted} ({keyword.help})")
 
 
 def _file_of(engine: Engine, stack: ExitStack) -> str:

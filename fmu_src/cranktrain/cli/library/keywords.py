@@ -11,8 +11,10 @@ from cranktrain.cli import main
 
 OF_OTHERS = {"engines": "engines", "bearing": "Bearing", "schema": "schema"}
 """Verbs that the library has in another form, or not as a function: a schema is for editors."""
-NAMES = {"new": "new_engine", "run": "run_scene"}
-"""Functions that are not called as their verbs are."""
+NAMES = {"new": "new_engine", "run": "run_scene", "measured": "analyse_measured"}
+"""Functions that are not called as their verbs are: ``measured`` is a package of the library."""
+ALSO = {("simulate", "engine"): "Assembly"}
+"""Further class that a keyword takes."""
 NOT_FOR_SCRIPTS = ("json", "help")
 OBJECTS = {"engine": "Engine", "scene": "Scene"}
 """Keywords that also take an object of the library."""
@@ -87,6 +89,9 @@ def keywords(verb: str) -> dict[str, Keyword]:
         required = action.required and action.nargs != "?"
         options = tuple(action.option_strings)
         found[name] = Keyword(name, _kind(action, default, required), default, required, text, options, action)
+    for (of, name), more in ALSO.items():
+        if of == verb:
+            found[name] = found[name]._replace(kind=f"{found[name].kind} | {more}")
     named = option_names(verb)
     found = {name: one._replace(help=in_keywords(one.help, named)) for name, one in found.items()}
     return dict(sorted(found.items(), key=lambda one: (bool(one[1].options), not one[1].required)))

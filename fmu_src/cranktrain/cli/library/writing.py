@@ -24,8 +24,6 @@ PLACES = {
     "Engine": "cranktrain.engine.model", "Scene": "cranktrain.studies.scene",
     "Assembly": "cranktrain.structure.assembly",
 }  # fmt: skip
-ALSO = {("simulate", "engine"): "Assembly"}
-"""Further class that a keyword takes."""
 
 
 def write() -> list[Path]:
@@ -43,7 +41,7 @@ def source(verb: str) -> str:
     """Source of the function of a verb."""
     known = keywords(verb)
     kind, module = RETURNS.get(verb, FOUND)
-    kinds = {name: _kind(verb, one) for name, one in known.items()}
+    kinds = {name: one.kind for name, one in known.items()}
     used = " ".join([*kinds.values(), kind])
     lines = [
         f'"""Function of the verb ``{verb}``; written by ``python -m cranktrain.cli.library``, not by hand."""', "",
@@ -56,18 +54,13 @@ def source(verb: str) -> str:
     typing = [name for name in ("Literal",) if f"{name}[" in used]
     lines += [f"from typing import TYPE_CHECKING{''.join(f', {name}' for name in typing)}", ""]
     lines += ["from cranktrain.cli.library.calling import call, of_verb", "", "if TYPE_CHECKING:"]
-    places = {kind: module, **{name: place for name, place in PLACES.items() if name in used.replace(kind, kind)}}
+    places = {kind: module, **{name: place for name, place in PLACES.items() if name in used}}
     imports = sorted(f"    from {place} import {name}" for name, place in places.items() if name in used)
     lines += [*imports, "", ""]
     lines += ["# In one piece: every option of the verb, by keyword.", "@of_verb", *_head(verb, known, kinds, kind)]
     lines += _docstring(verb, known)
     lines.append(f'    return call("{verb}", locals())')
     return "\n".join(lines) + "\n"
-
-
-def _kind(verb: str, keyword: Keyword) -> str:
-    more = ALSO.get((verb, keyword.name))
-    return f"{keyword.kind} | {more}" if more else keyword.kind
 
 
 def _head(verb: str, known: dict[str, Keyword], kinds: dict[str, str], kind: str) -> list[str]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 # In one piece: every option of the verb, by keyword.
 @of_verb
-def measured(
+def analyse_measured(
     files: str | Path | Sequence[str | Path], *, channels: str | Sequence[str] | None = None, output: str | Path = "",
     rotation: str = "", teeth: int | None = None, missing: int | None = None,
     edge: Literal["rising", "falling"] = "rising", level: float | None = None,
@@ -30,8 +30,6 @@ def measured(
     correct_dead_centre: bool = False,
 ) -> Found:  # fmt: skip
     """Show and analyse measured signals: channels, rotation from pulses, orders over speed, cylinder pressures.
-
-    See ``cranktrain measured --help`` for more.
 
     Parameters
     ----------
