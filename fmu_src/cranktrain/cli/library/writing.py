@@ -92,19 +92,19 @@ def _quoted(value: object) -> str:
 
 
 def _docstring(verb: str, known: dict[str, Keyword]) -> list[str]:
-    """Lines of the docstring: first line of the verb's description, its keywords, errors."""
+    """Lines of the docstring: first line of the verb's description, errors, its keywords."""
     about = main.verb_module(verb).DESCRIPTION.strip()
     first, _, rest = about.partition("\n")
     first, colon, more = first.partition(": ") if len(first) > WIDTH - 8 else (first, "", "")
     lines = [f"{first}." if colon else first, ""]
     if colon:
         lines += [*_wrapped(more[:1].upper() + more[1:], WIDTH - 4), ""]
-    if rest.strip() and verb not in NAMES:
-        lines += [f"See ``cranktrain {verb} --help`` for more.", ""]
+    more = f"See ``cranktrain {verb} --help`` for more. " if rest.strip() and verb not in NAMES else ""
+    raised = "Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails."
+    lines += [*textwrap.wrap(more + raised, WIDTH - 4), ""]
     lines += ["Parameters", "----------"]
     for name, one in known.items():
         text = f"{name} : {one.help}"
         lines += _wrapped(text, WIDTH - 4)
-    lines += ["", "Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails."]
     escaped = [line.replace("\\", "\\\\") for line in lines]
     return [f'    """{escaped[0]}', *(f"    {line}".rstrip() for line in escaped[1:]), '    """']

@@ -31,6 +31,8 @@ def analyse_measured(
 ) -> Found:  # fmt: skip
     """Show and analyse measured signals: channels, rotation from pulses, orders over speed, cylinder pressures.
 
+    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
+
     Parameters
     ----------
     files : measurement files
@@ -68,7 +70,5 @@ def analyse_measured(
     intake_deg_c : intake temperature (default: the engine's)
     low_pass_deg : remove waves shorter than this crank angle
     correct_dead_centre : move the cycles by the shift found
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("measured", locals())

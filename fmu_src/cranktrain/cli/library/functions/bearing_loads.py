@@ -34,6 +34,8 @@ def bearing_loads(
 ) -> Found:  # fmt: skip
     """Bearings over a cycle at one speed or several: loads, films, friction, oil flow, held against limits.
 
+    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
+
     Parameters
     ----------
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
@@ -81,7 +83,5 @@ def bearing_loads(
     tolerance : adaptive steps: step_deg is divided until the error of a step is below this, e.g. 1e-4
     follow_films : while a run settles, elastic films take their deformation from the cycle before: faster, see
         theory/settling
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("bearing-loads", locals())

@@ -20,7 +20,8 @@ def calibrate(
 ) -> Found:  # fmt: skip
     """Fit values of an engine file, within bounds, so that its frequencies match targets.
 
-    See ``cranktrain calibrate --help`` for more.
+    See ``cranktrain calibrate --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -29,7 +30,5 @@ def calibrate(
     out : engine file to write; an existing file is not overwritten
     seed : seed of the search (default 1)
     evaluations : limit of the search (default 20000; a search with new bodies takes half of it more)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("calibrate", locals())

@@ -24,7 +24,8 @@ def campbell(
 ) -> Campbell:  # fmt: skip
     """Campbell diagram: frequencies of the cranktrain at rest over the speed, modes followed through crossings.
 
-    See ``cranktrain campbell --help`` for more.
+    See ``cranktrain campbell --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -42,7 +43,5 @@ def campbell(
     orders : orders whose crossings are listed and drawn, e.g. 3,6 (default: of firing, half and double)
     drive_line : discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft
     output : picture of the diagram, ending in .png or .svg
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("campbell", locals())

@@ -26,7 +26,8 @@ def couple(
 ) -> Found:  # fmt: skip
     """Couple cranktrain, combustion and valve train as FMUs, and run cycles at constant speed.
 
-    See ``cranktrain couple --help`` for more.
+    See ``cranktrain couple --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -49,7 +50,5 @@ def couple(
     values : start value of a unit, e.g. cranktrain.crank.level=torsional; may be given several times
     export_ssp : write the coupled system for other masters, and do not run it
     output : result file (default: ENGINE_SPEEDrpm_coupled.h5)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("couple", locals())

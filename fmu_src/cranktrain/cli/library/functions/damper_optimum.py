@@ -20,7 +20,8 @@ def damper_optimum(
 ) -> Found:  # fmt: skip
     """Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.
 
-    See ``cranktrain damper-optimum --help`` for more.
+    See ``cranktrain damper-optimum --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError``
+    for a computation that fails.
 
     Parameters
     ----------
@@ -29,7 +30,5 @@ def damper_optimum(
     mode : first (default) or second torsional mode of the engine
     mesh : own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces
     mesh_unit : unit of its coordinates: m, mm, in (default m)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("damper-optimum", locals())

@@ -18,14 +18,13 @@ def export(
 ) -> Found:  # fmt: skip
     """Write a result or run-up file as a table: CSV, Parquet (needs pyarrow) or NumPy's archive.
 
-    See ``cranktrain export --help`` for more.
+    See ``cranktrain export --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
     file : result of simulate or run, or a run-up
     to : table.csv, table.parquet or table.npz
     group : group of a scene's file, e.g. 2000rpm
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("export", locals())

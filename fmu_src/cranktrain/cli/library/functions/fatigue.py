@@ -28,7 +28,8 @@ def fatigue(
 ) -> Found:  # fmt: skip
     """Safety factors of the crankshaft's fillets and oil bores over the cycle, and acceptability by rule IACS UR M53.
 
-    See ``cranktrain fatigue --help`` for more.
+    See ``cranktrain fatigue --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -63,7 +64,5 @@ def fatigue(
         and 3 to 4 GB the first time, then kept
     output : file for what json prints, which cranktrain report reads
     plots : folder for pictures of safety factors and, for haigh, its diagram
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("fatigue", locals())

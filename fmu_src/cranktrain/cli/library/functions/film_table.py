@@ -22,7 +22,8 @@ def film_table(
 ) -> Found:  # fmt: skip
     """Make the film table of bearings with one width-to-diameter ratio; it is kept in the cache.
 
-    See ``cranktrain film-table --help`` for more.
+    See ``cranktrain film-table --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -36,7 +37,5 @@ def film_table(
     rebuild : compute even where a stored table exists
     jobs : processes (default: as many as processors)
     output : where the table is kept (default: the cache)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("film-table", locals())

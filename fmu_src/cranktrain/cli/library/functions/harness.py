@@ -20,7 +20,8 @@ def harness(
 ) -> Found:  # fmt: skip
     """Run the scenarios of a harness file and check its assertions.
 
-    See ``cranktrain harness --help`` for more.
+    See ``cranktrain harness --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -29,7 +30,5 @@ def harness(
     output : folder for a result file of each scenario (default: FILE_results)
     junit : write results as JUnit XML
     html : write a report with plots, one file
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("harness", locals())

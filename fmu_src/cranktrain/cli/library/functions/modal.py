@@ -24,7 +24,8 @@ def modal(
 ) -> Frequencies:  # fmt: skip
     """Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds.
 
-    See ``cranktrain modal --help`` for more.
+    See ``cranktrain modal --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -45,7 +46,5 @@ def modal(
         cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file
     pressure_unit : Pa, kPa, bar or MPa (default: from header or size of the peak)
     pressure_tdc_deg : angle of the firing dead centre in the pressure file (of cylinder 1)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("modal", locals())

@@ -26,6 +26,8 @@ def new_engine(
 ) -> Engine:  # fmt: skip
     """Write a complete engine file from a layout and a few sizes.
 
+    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
+
     Parameters
     ----------
     name : of the engine: letters, digits and _; the file is NAME.toml
@@ -47,7 +49,5 @@ def new_engine(
     thrust_main : main journal of the thrust bearing (default the middle one)
     mesh_size_mm : largest element edge (default 0.17 of the bore)
     step_unit : unit of the coordinates, where the file states a wrong one: mm, m, in
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("new", locals())

@@ -26,7 +26,8 @@ def picture(
 ) -> Found:  # fmt: skip
     """The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) or page (HTML).
 
-    See ``cranktrain picture --help`` for more.
+    See ``cranktrain picture --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -57,7 +58,5 @@ def picture(
     damper : with the engine's torsional damper on the pulley
     load : fraction of the full-load burn (default 1)
     settle : run until the settling error of every output family is below this (default 0.001)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("picture", locals())

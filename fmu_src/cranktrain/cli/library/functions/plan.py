@@ -19,12 +19,11 @@ def plan(
 ) -> Plan:  # fmt: skip
     """The plan for a scene: which levels and step serve it, why, and with which error and computing time.
 
-    See ``cranktrain plan --help`` for more.
+    See ``cranktrain plan --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
     scene : path of a scene.toml
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("plan", locals())

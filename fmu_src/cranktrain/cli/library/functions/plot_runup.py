@@ -24,7 +24,8 @@ def plot_runup(
 
     Orders and twist over speed, named resonances, waterfall, colour map, Campbell diagram, motion.
 
-    See ``cranktrain plot-runup --help`` for more.
+    See ``cranktrain plot-runup --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -36,7 +37,5 @@ def plot_runup(
     log : amplitudes on a logarithmic scale
     peak_to_peak : amplitudes peak to peak in place of zero to peak
     engine : engine file, if the one that the run-up names has moved
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("plot-runup", locals())

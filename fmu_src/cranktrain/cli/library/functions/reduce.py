@@ -21,6 +21,8 @@ def reduce(
 ) -> Found:  # fmt: skip
     """Make and check the reduced crankshaft, and block, kept in the cache; write them elsewhere.
 
+    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
+
     Parameters
     ----------
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
@@ -34,7 +36,5 @@ def reduce(
     block : ground; flexible; default ground
     block_mesh : own block (.msh, .inp, .unv, .bdf) with named surfaces; needs block flexible; or own reduced block in
         place of a mesh: .h5, .npz or folder of reduce block_output, or a superelement of another program (.toml)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("reduce", locals())

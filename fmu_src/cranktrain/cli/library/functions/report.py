@@ -26,7 +26,8 @@ def report(
 
     Verdict against the limits of its file, frequencies, vibration, bearings, origins.
 
-    See ``cranktrain report --help`` for more.
+    See ``cranktrain report --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -49,7 +50,5 @@ def report(
     log : amplitudes on a logarithmic scale
     peak_to_peak : amplitudes peak to peak in place of zero to peak
     quick : torsion in seconds: fewer speeds, linear, without inherited damping
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("report", locals())

@@ -23,7 +23,8 @@ def roller(
 ) -> Found:  # fmt: skip
     """Cylindrical roller bearing: deflection, roller loads, radial and tilting stiffness.
 
-    See ``cranktrain roller --help`` for more.
+    See ``cranktrain roller --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -43,7 +44,5 @@ def roller(
     slices : Gauss points along a roller (default 30)
     ring : also outer ring and housing in finite elements
     rebuild : compute rings even where stored ones exist
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("roller", locals())

@@ -24,7 +24,8 @@ def run_in(
 ) -> Found:  # fmt: skip
     """Axial profile that the shells of the main bearings wear to at the lowest speed of full load.
 
-    See ``cranktrain run-in --help`` for more.
+    See ``cranktrain run-in --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -46,7 +47,5 @@ def run_in(
     increment : wear of an increment over the roughness (default 0.25)
     alike : all shells have the deepest profile, as one ordered set
     start : new shells: straight (default) or with the engine file's relief
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("run-in", locals())

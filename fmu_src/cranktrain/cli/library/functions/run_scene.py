@@ -20,6 +20,8 @@ def run_scene(
 ) -> Found:  # fmt: skip
     """Plan a scene and run it, speed by speed; write an HDF5 result and print a summary of the wanted outputs.
 
+    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
+
     Parameters
     ----------
     scene : path of a scene.toml
@@ -27,7 +29,5 @@ def run_scene(
     all_levels : run every level; report differences from the top
     with_ehd : with all_levels: elastic films too, minutes
     output : result file (default: SCENE.h5)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("run", locals())

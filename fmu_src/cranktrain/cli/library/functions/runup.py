@@ -36,7 +36,8 @@ def runup(
 ) -> OrdersOverSpeed:  # fmt: skip
     """Orders of torsion and axial motion over speed, from steady cycles; resonances, each with the mode it belongs to.
 
-    See ``cranktrain runup --help`` for more.
+    See ``cranktrain runup --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -96,7 +97,5 @@ def runup(
     plots : write the pictures of cranktrain plot-runup there
     measured : measured orders, compared with the computed ones and drawn into the pictures; table of 'cranktrain
         measured' or UFF 58
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("runup", locals())

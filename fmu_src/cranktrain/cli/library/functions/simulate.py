@@ -35,6 +35,8 @@ def simulate(
 ) -> Run:  # fmt: skip
     """Run at constant speed until cycles repeat; write an HDF5 result and print a summary.
 
+    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
+
     Parameters
     ----------
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
@@ -84,7 +86,5 @@ def simulate(
     plots : folder for pictures of journal orbits and least films
     steady : also the steady state in the frequency domain; needs crank torsional, bearings held, no damper
     output : result file (default: ENGINE_SPEEDrpm.h5)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("simulate", locals())

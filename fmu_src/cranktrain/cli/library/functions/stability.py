@@ -20,7 +20,8 @@ def stability(
 ) -> Found:  # fmt: skip
     """Maps of where numerical methods become unstable or inaccurate, beside theory, drawn and explained.
 
-    See ``cranktrain stability --help`` for more.
+    See ``cranktrain stability --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -30,7 +31,5 @@ def stability(
     page : also write the maps with their explanations as one page
     rebuild : compute even maps that are kept
     jobs : processes (default: as many as processors)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("stability", locals())

@@ -27,7 +27,8 @@ def stress(
 ) -> Found:  # fmt: skip
     """Stress tensor and von Mises stress of the solid crankshaft's surface over a cycle.
 
-    See ``cranktrain stress --help`` for more.
+    See ``cranktrain stress --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -62,7 +63,5 @@ def stress(
     check : no comparison with direct solutions, which takes half a minute
     plots : folder for pictures: surface at 0, 90 … 630 degrees, envelope
     output : result file (default: ENGINE_SPEEDrpm_stress.h5)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("stress", locals())

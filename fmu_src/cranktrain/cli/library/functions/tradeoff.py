@@ -21,7 +21,8 @@ def tradeoff(
 ) -> Found:  # fmt: skip
     """Accuracy against speed: error over cost of methods, levels and resolutions, with the Pareto front.
 
-    See ``cranktrain tradeoff --help`` for more.
+    See ``cranktrain tradeoff --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
 
     Parameters
     ----------
@@ -30,7 +31,5 @@ def tradeoff(
     total : total error of levels and steps against the best model, and its parts
     quick : fewer points, one scene, one run each: under three minutes
     output : charts and tables (out/tradeoff)
-
-    Raises ``InputError`` for what cannot be used, ``SolverError`` for a computation that fails.
     """
     return call("tradeoff", locals())
