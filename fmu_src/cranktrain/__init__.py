@@ -21,7 +21,7 @@ _FUNCTIONS = (
     "run_in", "run_scene", "runup", "simulate", "stability", "stress", "tradeoff",
 )  # fmt: skip
 """Functions of the verbs of the command line."""
-_FACE = {
+NAMES = {
     **{name: f"cli.library.functions.{name}" for name in _FUNCTIONS},
     "Assembly": "structure.assembly",
     "Body": "dynamics.topology.values",
@@ -49,14 +49,14 @@ _FACE = {
 }
 """Names of the library and the modules that hold them."""
 
-__all__ = ["__version__", *_FACE]
+__all__ = ["__version__", *NAMES]
 
 
 def __getattr__(name: str) -> Any:
     """Load a name of the library at its first use."""
-    if name not in _FACE:
+    if name not in NAMES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    module = import_module(f"{__name__}.{_FACE[name]}")
+    module = import_module(f"{__name__}.{NAMES[name]}")
     value = getattr(module, name)
     globals()[name] = value
     return value

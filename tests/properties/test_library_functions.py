@@ -13,7 +13,7 @@ import pytest
 import cranktrain as ct
 from cranktrain.cli import main as command_line
 from cranktrain.cli.library.keywords import NOT_FOR_SCRIPTS, OF_OTHERS, function_name, keywords, parser_of, verbs
-from cranktrain.cli.library.writing import FOLDER, source
+from cranktrain.cli.library.writing import FACE, FOLDER, face, source
 
 UNITS = {"speed": "rpm", "from": "rpm", "to": "rpm"}
 """Options of a quantity in engineers' units, whose keywords say which."""
@@ -77,6 +77,14 @@ def test_functions_are_as_they_are_written_now(verb):
     """After a change of options: python -m cranktrain.cli.library."""
     path = FOLDER / f"{function_name(verb)}.py"
     assert path.read_text("utf-8") == source(verb)
+
+
+def test_editors_and_type_checkers_see_every_name():
+    """Names are loaded lazily, so only the stub tells of them."""
+    assert FACE.read_text("utf-8") == face()
+    assert FACE.with_name("py.typed").is_file()
+    stated = set(re.findall(r" as (\w+)$", FACE.read_text("utf-8"), re.MULTILINE))
+    assert stated == set(ct.__all__) - {"__version__"} and callable(ct.runup)
 
 
 def test_a_change_of_an_option_changes_the_function(monkeypatch):

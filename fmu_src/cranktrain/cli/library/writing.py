@@ -5,10 +5,13 @@ from __future__ import annotations
 import textwrap
 from pathlib import Path
 
+import cranktrain
 from cranktrain.cli import main
 from cranktrain.cli.library.keywords import NAMES, Keyword, function_name, keywords, verbs
 
 FOLDER = Path(__file__).with_name("functions")
+FACE = Path(cranktrain.__file__).with_suffix(".pyi")
+"""Stub of the package, by which editors and type checkers see names that are loaded when they are used."""
 WIDTH = 120
 RETURNS = {
     "simulate": ("Run", "cranktrain.results.run"),
@@ -27,14 +30,25 @@ PLACES = {
 
 
 def write() -> list[Path]:
-    """Write all functions; returns the files that changed."""
+    """Write all functions and the stub of the package; returns the files that changed."""
     changed = []
-    for verb in verbs():
-        path, text = FOLDER / f"{function_name(verb)}.py", source(verb)
+    wanted = {FOLDER / f"{function_name(verb)}.py": source(verb) for verb in verbs()} | {FACE: face()}
+    for path, text in wanted.items():
         if not path.is_file() or path.read_text("utf-8") != text:
             path.write_text(text, encoding="utf-8")
             changed.append(path)
     return changed
+
+
+def face() -> str:
+    """Stub of the package: its names as imports."""
+    imports = (f"from cranktrain.{place} import {name} as {name}" for name, place in cranktrain.NAMES.items())
+    lines = [
+        '"""Names of the library for editors and type checkers; written by ``python -m cranktrain.cli.library``."""', "",
+        *sorted(imports), "",
+        "__version__: str", "NAMES: dict[str, str]",
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n"
 
 
 def source(verb: str) -> str:

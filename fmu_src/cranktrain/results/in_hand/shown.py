@@ -8,6 +8,7 @@ from importlib import import_module
 from io import BytesIO
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
@@ -53,6 +54,7 @@ def for_notebook(figure: Any) -> Any:
 def interactive_lines(x: ArrayLike, lines: Mapping[str, ArrayLike], across: str, up: str, title: str) -> Any:
     """Plotly figure of lines over x by their names; ``across`` and ``up`` name the axes with their units."""
     plotly = optional("plotly.graph_objects", "iplot")
-    figure = plotly.Figure([plotly.Scatter(x=x, y=y, name=name, mode="lines") for name, y in lines.items()])
+    traces = [plotly.Scatter(x=np.asarray(x), y=np.asarray(y), name=name, mode="lines") for name, y in lines.items()]
+    figure = plotly.Figure(traces)
     figure.update_layout(title=title, xaxis_title=across, yaxis_title=up)
     return figure

@@ -81,9 +81,11 @@ class TimeSeries:
         units = {one.unit: name for name, one in chosen.items()}
         if len(units) > 1:
             raise InputError(f"iplot draws outputs of one unit; {' and '.join(units.values())} have different ones")
-        return interactive_lines(
-            np.degrees(self.angle), chosen, "crank angle / deg", next(iter(units)) or "value", self.title
-        )
+        (unit,), label = units, next(iter(chosen)) if len(chosen) == 1 else "outputs"
+        if unit == "rad":
+            chosen, unit = {name: one.to("deg") for name, one in chosen.items()}, "deg"
+        across = np.degrees(self.angle)
+        return interactive_lines(across, chosen, "crank angle / deg", f"{label} / {unit or 'no unit'}", self.title)
 
     def to_dataframe(self, *names: str) -> Any:
         """Outputs, all or those named, as a pandas ``DataFrame`` over time (s); ``attrs["units"]`` has their units."""
