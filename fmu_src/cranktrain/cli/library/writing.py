@@ -43,11 +43,8 @@ def write() -> list[Path]:
 def face() -> str:
     """Stub of the package: its names as imports."""
     imports = (f"from cranktrain.{place} import {name} as {name}" for name, place in cranktrain.NAMES.items())
-    lines = [
-        '"""Names of the library for editors and type checkers; written by ``python -m cranktrain.cli.library``."""', "",
-        *sorted(imports), "",
-        "__version__: str", "NAMES: dict[str, str]",
-    ]  # fmt: skip
+    about = "Names of the library for editors and type checkers; written by ``python -m cranktrain.cli.library``."
+    lines = [f'"""{about}"""', "", *sorted(imports), "", "__version__: str", "NAMES: dict[str, str]"]
     return "\n".join(lines) + "\n"
 
 
