@@ -227,3 +227,37 @@ def test_only_options_are_left_out():
     assert isinstance(parser_of("simulate"), argparse.ArgumentParser)
     for name in NOT_FOR_SCRIPTS:
         assert name not in inspect.signature(ct.simulate).parameters
+
+
+def test_what_a_function_finds_is_what_the_verb_prints(tmp_path, monkeypatch, capsys):
+    """Of verbs that take seconds; a list, a scalar and a file as keywords."""
+    import json
+
+    monkeypatch.chdir(tmp_path)
+    ct.simulate("single_petrol", **{**RIGID, "bearings": "impedance", "step_deg": 2.5}, output="run.h5")
+    cases = [
+        (lambda: ct.damper_optimum(inertia_ratio=0.5), ["damper-optimum", "--inertia-ratio", "0.5"]),
+        (
+            lambda: ct.bearing_loads(ct.load_engine("single_petrol"), result="run.h5"),
+            ["bearing-loads", "single_petrol", "--result", "run.h5"],
+        ),
+        (
+            lambda: ct.bearing_loads("single_petrol", result=["run.h5"]),
+            ["bearing-loads", "single_petrol", "--result", "run.h5"],
+        ),
+        (
+            lambda: ct.roller(rollers=12, length_mm=20, load_n=5000),
+            ["roller", "--rollers", "12", "--length-mm", "20", "--load", "5000"],
+        ),
+        (lambda: ct.export("run.h5", to="run.csv"), ["export", "run.h5", "--to", "again.csv"]),
+    ]  # fmt: skip
+    for call, words in cases:
+        found = call()
+        assert command_line.main([*words, "--json"]) == 0
+        printed = json.loads(capsys.readouterr().out)
+        for own in (found, printed):
+            own.pop("seconds", None)
+        if words[0] != "export":
+            assert json.loads(json.dumps(found)) == printed
+        assert found.verb == words[0] and len(repr(found).splitlines()) < 10
+    assert (tmp_path / "run.csv").read_text() == (tmp_path / "again.csv").read_text()
