@@ -22,7 +22,12 @@ from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parents[1]
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
-BEHIND_THE_FACE = ("cranktrain.studies.constant_speed.Request", "cranktrain.results.run.Run")
+IN_HAND = "cranktrain.results.in_hand"
+BEHIND_THE_FACE = (
+    "cranktrain.results.run.Run", f"{IN_HAND}.series.Series", f"{IN_HAND}.time_series.TimeSeries",
+    f"{IN_HAND}.over_speed.OrdersOverSpeed", f"{IN_HAND}.over_speed.Campbell", f"{IN_HAND}.found.Found",
+    f"{IN_HAND}.found.Frequencies",
+)  # fmt: skip
 """What functions of the library take and return besides its own names."""
 LINK = re.compile(r"\]\((?!https?:|#)([^)]+)\)")
 
@@ -77,9 +82,11 @@ def library() -> str:
     things = [getattr(ct, name) for name in sorted(ct.__all__) if name != "__version__"]
     places = [*(f"{thing.__module__}.{thing.__qualname__}" for thing in things), *BEHIND_THE_FACE]
     head = (
-        "# Library\n\n`import cranktrain as ct`, then `ct.` and one of these names. `ct.simulate` takes the fields of\n"
+        "# Library\n\n`import cranktrain as ct`, then `ct.` and one of these names. A verb of the command line is the\n"
+        "function of its name with the same options; the classes of results stand at the end of the page. See\n"
+        "[work from Python](../how-to/library.md).\n\n"
     )
-    return f"{head}`Request` as keywords and returns a `Run`.\n\n" + "\n".join(f"::: {place}\n" for place in places)
+    return head + "\n".join(f"::: {place}\n" for place in places)
 
 
 def fmu_variables() -> str:

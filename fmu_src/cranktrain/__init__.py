@@ -3,7 +3,7 @@
     import cranktrain as ct
 
     run = ct.simulate("diesel_i6", speed_rpm=2000)
-    run["pulley.torsion"], run.orders("pulley.torsion"), run.plot()
+    run["pulley.torsion"].to("deg"), run.orders("pulley.torsion"), run.plot()
 
 Keywords carry engineering units (``speed_rpm``), everything inside is SI. Names are loaded when they are used.
 """
@@ -15,11 +15,19 @@ from typing import Any
 
 __version__ = "0.1.0"
 
-_FACE = {
+_FUNCTIONS = (
+    "analyse_measured", "bearing_loads", "calibrate", "campbell", "couple", "damper_optimum", "export", "fatigue",
+    "film_table", "harness", "modal", "new_engine", "picture", "plan", "plot_runup", "reduce", "report", "roller",
+    "run_in", "run_scene", "runup", "simulate", "stability", "stress", "tradeoff",
+)  # fmt: skip
+"""Functions of the verbs of the command line."""
+NAMES = {
+    **{name: f"cli.library.functions.{name}" for name in _FUNCTIONS},
     "Assembly": "structure.assembly",
     "Body": "dynamics.topology.values",
     "Connection": "dynamics.topology.values",
     "End": "dynamics.topology.values",
+    "Engine": "engine.model",
     "Frame": "dynamics.topology.values",
     "Topology": "dynamics.topology.values",
     "Bearing": "film.steady.plain_bearing",
@@ -27,28 +35,29 @@ _FACE = {
     "InputError": "core.errors",
     "Slider": "dynamics.topology.values",
     "Settings": "dynamics.model.settings",
-    "assemble": "structure.assembly",
+    "SolverError": "core.errors",
+    "assemble": "cli.library.engines",
     "build_fmu": "fmu.build",
+    "engines": "cli.library.engines",
     "film_tables": "structure.assembly",
     "load_engine": "engine.file",
+    "load_run": "results.in_hand.loaded",
     "load_scene": "studies.scene",
-    "modal": "studies.modal",
-    "plan": "studies.planning.planning",
     "read_measured": "measured.reading",
     "rigid_body": "core.reduced_body",
-    "simulate": "studies.constant_speed",
     "topology_modes": "dynamics.topology.modes",
 }
 """Names of the library and the modules that hold them."""
 
-__all__ = ["__version__", *_FACE]
+__all__ = ["__version__", *NAMES]
 
 
 def __getattr__(name: str) -> Any:
     """Load a name of the library at its first use."""
-    if name not in _FACE:
+    if name not in NAMES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    value = getattr(import_module(f"{__name__}.{_FACE[name]}"), name)
+    module = import_module(f"{__name__}.{NAMES[name]}")
+    value = getattr(module, name)
     globals()[name] = value
     return value
 

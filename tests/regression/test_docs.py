@@ -82,4 +82,17 @@ def test_python_runs(name, tmp_path, monkeypatch):
     assert found["torsion"].shape == found["run"].time.shape
     assert found["amplitude"][6.0] > 0.0
     assert (tmp_path / "torsion.png").is_file()
-    assert name != "README.md" or found["data"]["pulley.torsion"].attrs["units"] == "rad"
+    if name == "README.md":
+        assert found["data"]["pulley.torsion"].attrs["units"] == "rad"
+        assert (tmp_path / "run_up.png").is_file() and len(set(found["largest"].values())) == 3
+
+
+def test_python_of_the_library_s_page_runs(tmp_path, monkeypatch):
+    """All its blocks, one after the other as they stand there."""
+    pytest.importorskip("xarray")
+    monkeypatch.chdir(tmp_path)
+    found = {}
+    for text in re.findall(r"```python\n(.*?)```", FILES["docs/how-to/library.md"], re.DOTALL):
+        exec(text, found)
+    assert found["run"].engine.name == "single_petrol" and (tmp_path / "heavy.toml").is_file()
+    assert (tmp_path / "orders.png").is_file() and (tmp_path / "campbell.png").is_file()

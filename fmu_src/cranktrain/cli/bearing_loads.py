@@ -29,8 +29,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add, of = parser.add_argument, parser.add_mutually_exclusive_group(required=True)
     speed = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")
     of.add_argument(
-        "--speed", type=speed, nargs="+", metavar="RPM", help="speeds, rev/min; each runs until its cycles repeat"
-    )
+        "--speed", dest="speeds_rpm", type=speed, nargs="+", metavar="RPM",
+        help="speeds, rev/min; each runs until its cycles repeat",
+    )  # fmt: skip
     of.add_argument("--result", nargs="+", metavar="FILE.h5", help="results of 'cranktrain simulate' instead of runs")
     of.add_argument(
         "--run-up", metavar="FILE.h5", help="result of 'cranktrain runup --outputs bearings': all its speeds"
@@ -147,7 +148,7 @@ def _folder(options: argparse.Namespace) -> Path | None:
     from cranktrain.results.bearings.figures import OVER_SPEED, polar_names, speed_name
     from cranktrain.results.figures import check_folder
 
-    runs = _names(options.result) if options.result else map(speed_name, options.speed or ())
+    runs = _names(options.result) if options.result else map(speed_name, options.speeds_rpm or ())
     check_folder(Path(options.plots), pictures=[*(name for run in runs for name in polar_names(run)), OVER_SPEED])
     return Path(options.plots)
 
@@ -184,9 +185,9 @@ def _run(engine: Engine, options: argparse.Namespace) -> Named:
     from cranktrain.results.bearings.cycle import bearing_report
     from cranktrain.results.bearings.figures import speed_name
 
-    asked = asked_of(options, *options.speed)
-    made = assembled(asked, not options.no_inherit)
-    for speed in dict.fromkeys(options.speed):
+    asked = asked_of(options, *options.speeds_rpm)
+    made = assembled(asked, options.inherit)
+    for speed in dict.fromkeys(options.speeds_rpm):
         request = replace(asked.request, speed_rpm=speed)
         with labelled_bar(f"{speed:g} rev/min") as (tell, advance):
             found = request.run(loaded(options, made, asked.gas, request.speed), asked.gas, advance, tell)

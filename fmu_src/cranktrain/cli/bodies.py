@@ -6,7 +6,7 @@ import argparse
 import time
 from typing import TYPE_CHECKING
 
-from cranktrain.cli.console import one_of, stages
+from cranktrain.cli.console import of_words, one_of, stages
 from cranktrain.core.errors import InputError
 from cranktrain.engine.levels import BLOCKS, described
 from cranktrain.engine.model import Engine
@@ -19,10 +19,11 @@ if TYPE_CHECKING:
 def add_block_options(parser: argparse.ArgumentParser, running: bool = True) -> None:
     """Options that say what the crank runs in; ``running``: the block of a run follows the engine's mains."""
     usual = "ground, flexible where the mains are rollers" if running else "ground"
-    parser.add_argument(
+    level = parser.add_argument(
         "--block", default="auto" if running else "ground", metavar="LEVEL",
         help=f"{described(BLOCKS.values())}; default {usual}",
     )  # fmt: skip
+    of_words(level, ("auto", *BLOCKS) if running else BLOCKS)
     own = parser.add_mutually_exclusive_group()
     own.add_argument(
         "--block-mesh",

@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from contextvars import ContextVar
+from typing import Any, TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -15,6 +16,9 @@ from rich.table import Table as RichTable
 
 from cranktrain.core.errors import InputError, nearest, within
 
+TypeOf = TypeVar("TypeOf", bound=Callable[[str], Any])
+LINES: ContextVar[bool] = ContextVar("LINES", default=True)
+"""Whether stages and shares are lines on stderr where it is no terminal; not so in calls of the library."""
 _LEFT = ("shape", "to which number", "value", "unit or norm", "verdict", "quantity", "expected")
 
 
@@ -39,9 +43,25 @@ def number(low: float, high: float, what: str, kind: type = float) -> Callable[[
             raise argparse.ArgumentTypeError(str(error).lstrip()) from None
         return value
 
-    return number
+    return taking(kind.__name__)(number)
 
 
+def of_words(action: argparse.Action, words: Iterable[str]) -> None:
+    """Say which words an option takes; the library's signatures list them, the verb's work refuses others."""
+    action.words = tuple(words)  # type: ignore[attr-defined]
+
+
+def taking(kind: str) -> Callable[[TypeOf], TypeOf]:
+    """Decorator of an option's type: what the library's keyword takes, as an annotation."""
+
+    def mark(function: TypeOf) -> TypeOf:
+        function.annotation = kind  # type: ignore[attr-defined]
+        return function
+
+    return mark
+
+
+@taking("float")
 def finite(text: str) -> float:
     """Type of an option whose value is any finite number."""
     value = float(text)
@@ -50,6 +70,7 @@ def finite(text: str) -> float:
     return value
 
 
+@taking("float")
 def positive(text: str) -> float:
     """Type of an option whose value is a finite number above zero."""
     value = float(text)
@@ -66,7 +87,7 @@ def word(valid: Collection[str]) -> Callable[[str], str]:
             raise argparse.ArgumentTypeError(f"'{text}' does not exist; {nearest(text, valid)}")
         return text
 
-    return word
+    return taking(f"Literal[{', '.join(map(repr, valid))}]")(word)
 
 
 def jsonable(value: Any) -> Any:
@@ -105,7 +126,7 @@ def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) 
 def stages(title: str) -> Iterator[Callable[[str], None]]:
     """Show the stage at work on stderr; lines where stderr is no terminal."""
     with _drawn((title,), SpinnerColumn()) as update:
-        yield lambda stage: update(title, stage=stage) if update else say(f"{title}: {stage}")
+        yield lambda stage: update(title, stage=stage) if update else _line(f"{title}: {stage}")
 
 
 @contextmanager
@@ -124,7 +145,7 @@ def labelled_bar(title: str) -> Iterator[tuple[Callable[[str], None], Callable[[
     share = 0.0
 
     def tell(text: str) -> None:
-        update(title, stage=text[:70]) if update else say(f"{title}: {100.0 * share:3.0f} %  {text}")
+        update(title, stage=text[:70]) if update else _line(f"{title}: {100.0 * share:3.0f} %  {text}")
 
     def follow(value: float) -> None:
         nonlocal share
@@ -147,10 +168,16 @@ def bars(title: str, names: Sequence[str]) -> Iterator[Callable[[str, str, float
         if update:
             update(name, stage=stage, completed=share)
         elif share >= 1.0:
-            say(f"{title}: {name} ({stage})")
+            _line(f"{title}: {name} ({stage})")
 
     with _drawn(names, BarColumn()) as update:
         yield tell
+
+
+def _line(text: str) -> None:
+    """A line of progress."""
+    if LINES.get():
+        say(text)
 
 
 @contextmanager

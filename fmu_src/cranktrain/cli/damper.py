@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from cranktrain.cli.bodies import bare_crankshaft, own_meshes
-from cranktrain.cli.console import show_rows
+from cranktrain.cli.console import of_words, show_rows
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.own_mesh import UNITS
@@ -36,7 +36,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--inertia-ratio", type=float, metavar="MU", help="ring over hub inertia; takes no ENGINE")
     add("--mode", type=int, metavar="N", help="first (default) or second torsional mode of the engine")
     add("--mesh", metavar="FILE", help="own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces")
-    add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of its coordinates: {', '.join(UNITS)} (default m)")
+    unit = add(
+        "--mesh-unit", default="m", metavar="UNIT", help=f"unit of its coordinates: {', '.join(UNITS)} (default m)"
+    )  # fmt: skip
+    of_words(unit, UNITS)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

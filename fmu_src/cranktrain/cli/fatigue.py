@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import jsonable, labelled_bar, one_of, say, show_rows, stages
+from cranktrain.cli.console import jsonable, labelled_bar, of_words, one_of, say, show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
 from cranktrain.cli.run_options import (
     add_level_options,
@@ -46,10 +46,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--speed", dest="speeds_rpm", type=float, nargs="+", metavar="RPM",
         help="speeds, rev/min (default: the engine's best_speed)",
     )  # fmt: skip
-    add(
+    law = add(
         "--criterion", default="haigh", metavar="NAME",
         help="haigh (default): rainflow and mean stress; findley: shear and normal stress of the critical plane",
     )  # fmt: skip
+    of_words(law, CRITERIA)
     add_level_options(parser, without="--pistons")
     add_settle_option(parser)
     add_source_options(parser)

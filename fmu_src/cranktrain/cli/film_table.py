@@ -7,7 +7,7 @@ import math
 import time
 from typing import Any
 
-from cranktrain.cli.console import Interrupted, bar, number, say
+from cranktrain.cli.console import Interrupted, bar, number, of_words, say
 from cranktrain.film.contact.gap import SMOOTH, STRAIGHT
 from cranktrain.film.table.database import GROOVES, RESOLUTIONS, TableSettings
 from cranktrain.film.table.law import SHARE_MARGIN
@@ -32,13 +32,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add, share = parser.add_argument, TableSettings.tilt_range
     add("--length-ratio", type=float, required=True, metavar="L/D", help="width over diameter, 0.05 to 4")
-    add("--groove", default="none", metavar="KIND", help=f"{' or '.join(GROOVES)} (fully round); none")
-    add("--no-tilt", action="store_true", help="only the table of the aligned journal")
+    groove = add("--groove", default="none", metavar="KIND", help=f"{' or '.join(GROOVES)} (fully round); none")
+    of_words(groove, GROOVES)
+    add("--no-tilt", dest="tilt", action="store_false", help="only the table of the aligned journal")
     add("--tilt-range", type=float, default=share, metavar="SHARE", help=f"over the possible tilt (default {share:g})")
     add("--relief", type=float, nargs=3, default=STRAIGHT, metavar=("DEPTH", "SHARE", "EXPONENT"),
         help="axial profile of the shell, its depth over the clearance (default: straight)")  # fmt: skip
     add("--roughness", type=float, default=SMOOTH, metavar="SIGMA", help="of both surfaces, over the clearance")
-    add("--resolution", default="default", metavar="NAME", help=", ".join(RESOLUTIONS))
+    of_words(add("--resolution", default="default", metavar="NAME", help=", ".join(RESOLUTIONS)), RESOLUTIONS)
     add("--rebuild", action="store_true", help="compute even where a stored table exists")
     add("--jobs", type=number(1, 256, "processes", int), metavar="N", help="processes (default: as many as processors)")
     add("--output", metavar="FILE.h5", help="where the table is kept (default: the cache)")
@@ -47,7 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Make or read the table; report its path, size and error."""
     settings = TableSettings(
-        options.length_ratio, options.groove, options.resolution, not options.no_tilt, options.tilt_range,
+        options.length_ratio, options.groove, options.resolution, options.tilt, options.tilt_range,
         options.relief[0], options.relief[1], options.relief[2], options.roughness,
     )  # fmt: skip
     start = time.perf_counter()

@@ -21,13 +21,13 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from cranktrain import __version__
-from cranktrain.cli.console import Interrupted, jsonable, say
+from cranktrain.cli.console import Interrupted, jsonable, of_words, say
 from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
 from cranktrain.structure.fem.own_mesh import UNITS
 
-ENGINE_VERBS = ("modal", "reduce", "simulate", "runup", "stress", "fatigue", "bearing-loads", "picture")
+ENGINE_VERBS = ("modal", "campbell", "reduce", "simulate", "runup", "stress", "fatigue", "bearing-loads", "picture")
 """Verbs that ask one thing of one engine; each is a module beside this: ``DESCRIPTION``, ``add_options``, ``run``."""
 VERBS = (
     "bearing", "film-table", "damper-optimum", "roller", "stability", "calibrate", "run-in", "tradeoff", "plan",
@@ -108,15 +108,15 @@ def with_homes(options: argparse.Namespace) -> argparse.Namespace:
 def _parser(asked: str = "") -> _Parser:
     """Parser of all verbs, or of the verb that was asked for: others, whose modules take time to load, are names."""
     alone = asked in (*ENGINE_VERBS, *VERBS)
-    parser = _Parser(prog="cranktrain", description="Crankshaft dynamics of an engine.")
-    parser.add_argument("--version", action="version", version=f"cranktrain {__version__}")
-    verbs = parser.add_subparsers(metavar="VERB", required=True, parser_class=_Parser)
+    whole = _Parser(prog="cranktrain", description="Crankshaft dynamics of an engine.")
+    whole.add_argument("--version", action="version", version=f"cranktrain {__version__}")
+    verbs = whole.add_subparsers(metavar="VERB", required=True, parser_class=_Parser)
 
     for name in ENGINE_VERBS:
         if alone and name != asked:
             verbs.add_parser(name)
             continue
-        module = _module(name)
+        module = verb_module(name)
         sub = verbs.add_parser(name, help=module.DESCRIPTION.partition("\n")[0], description=module.DESCRIPTION)
         add = sub.add_argument
         add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
@@ -136,7 +136,10 @@ def _parser(asked: str = "") -> _Parser:
             else "own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
             "superelement of another program (.toml)",
         )
-        add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)")
+        unit = add(
+            "--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)"
+        )  # fmt: skip
+        of_words(unit, UNITS)
         module.add_options(sub)
         add("--json", action="store_true", help="print one JSON object; keys carry their unit (_hz, _um, …)")
         sub.set_defaults(verb=module.run)
@@ -144,19 +147,24 @@ def _parser(asked: str = "") -> _Parser:
         if alone and name != asked:
             verbs.add_parser(name)
             continue
-        module = _module(name)
+        module = verb_module(name)
         text = module.DESCRIPTION.partition("\n")[0]
         raw = argparse.RawDescriptionHelpFormatter
         sub = verbs.add_parser(name, help=text, description=module.DESCRIPTION, formatter_class=raw)
         module.add_options(sub)
         sub.add_argument("--json", action="store_true", help="print one JSON object")
         sub.set_defaults(verb=module.run)
-    return parser
+    return whole
 
 
-def _module(verb: str) -> ModuleType:
+def module_name(verb: str) -> str:
+    """Name of a verb's module."""
+    return f"cranktrain.cli.{MODULES.get(verb, verb.replace('-', '_'))}"
+
+
+def verb_module(verb: str) -> ModuleType:
     """Module of a verb."""
-    return importlib.import_module(f"cranktrain.cli.{MODULES.get(verb, verb.replace('-', '_'))}")
+    return importlib.import_module(module_name(verb))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import finite, number, positive, say, show_rows, word
+from cranktrain.cli.console import finite, number, positive, say, show_rows, taking, word
 from cranktrain.core.errors import InputError
 from cranktrain.measured.analysis import RotationAsked, cylinder_numbers, orders_of, pressures_of, rotations_of
 from cranktrain.measured.compression import BAND
@@ -144,11 +144,13 @@ def _add_pressure(group: Any) -> None:
     add("--correct-dead-centre", action="store_true", help="move the cycles by the shift found")
 
 
+@taking("str | Sequence[str]")
 def names(text: str) -> list[str]:
     """Type of an option whose value are names."""
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
+@taking("str | Sequence[float] | bool")
 def stretch(text: str) -> tuple[float, float] | bool:
     """Type of ``--learn-teeth``."""
     if text == "all":
@@ -162,6 +164,7 @@ def stretch(text: str) -> tuple[float, float] | bool:
     return begin, end
 
 
+@taking("str | Sequence[float]")
 def order_range(text: str) -> list[float]:
     """Type of ``--orders``: multiples of a half, single ones or ranges."""
     orders: set[float] = set()

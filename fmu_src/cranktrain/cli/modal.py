@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.bodies import add_block_options, wants_flexible_block
-from cranktrain.cli.console import number, one_of, show, stages
+from cranktrain.cli.console import number, of_words, one_of, show, stages
 from cranktrain.cli.run_options import add_source_options, engine_of, gas_of, request_of
 from cranktrain.core.errors import InputError
 from cranktrain.engine.drive_line_chain import read_drive_line
@@ -15,6 +15,7 @@ from cranktrain.engine.file import engine_provenance
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.engine.levels import CRANKS, described
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
+from cranktrain.film.laws.register import MAINS, bearing_levels
 
 if TYPE_CHECKING:
     from cranktrain.engine.torsional_chain import Chain
@@ -37,13 +38,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
     add = parser.add_argument
     add("--damper", action="store_true", help="also damped modes of the cranktrain with the engine's torsional damper")
-    add(
+    level = add(
         "--crank", default="solid", metavar="LEVEL",
         help=f"{described(CRANKS.values())}; default solid; frequencies of other levels are compared with solid",
     )  # fmt: skip
+    of_words(level, CRANKS)
     add_block_options(parser, running=False)
-    add("--bearings", default="auto", metavar="LEVEL", help="of the mains, for modes in motion (default as simulate)")
-    add("--speed", type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"), metavar="RPM",
+    mains = add("--bearings", default="auto", metavar="LEVEL",
+        help="of the mains, for modes in motion (default as simulate)")  # fmt: skip
+    of_words(mains, ("auto", *bearing_levels(*MAINS)))
+    add("--speed", dest="speed_rpm", type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"), metavar="RPM",
         help="speed for modes in motion, rev/min (default: combustion.best_speed)")  # fmt: skip
     add_source_options(parser)
 
@@ -68,7 +72,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     engine = engine_of(options)
     one_of("--crank", options.crank, CRANKS)
     wants_flexible_block(engine, options)
-    speed = engine.best_speed if options.speed is None else options.speed * RPM
+    speed = engine.best_speed if options.speed_rpm is None else options.speed_rpm * RPM
     if options.pressure is not None and options.crank != "solid":
         raise InputError("--pressure drives the cycle of modes in motion, of --crank solid only; leave one of them out")
     gas = gas_of(request_of(options, speed / RPM), engine)

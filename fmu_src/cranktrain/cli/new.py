@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-from cranktrain.cli.console import number
+from cranktrain.cli.console import number, of_words
 from cranktrain.cli.new_from_step import (
     add_step_options,
     check_no_step_options,
@@ -18,6 +19,7 @@ from cranktrain.cli.new_from_step import (
 )
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import check_name, load_engine
+from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.store.whole_file import marked, whole_file
 from cranktrain.studies.design.balance import free_forces
@@ -41,13 +43,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
     add("name", metavar="NAME", help="of the engine: letters, digits and _; the file is NAME.toml")
-    add("--layout", metavar="LAYOUT", help=f"of the cylinders: {', '.join(LAYOUTS)}")
+    of_words(add("--layout", metavar="LAYOUT", help=f"of the cylinders: {', '.join(LAYOUTS)}"), LAYOUTS)
     add("--bore-mm", type=number(10.0, 1500.0, "mm"), metavar="MM", help="bore, mm")
     add("--stroke-mm", type=number(5.0, 4000.0, "mm"), metavar="MM", help="stroke, mm")
     add("--bank-angle-deg", type=number(0.0, 360.0, "deg"), metavar="DEG", help="between the banks of a V, deg")
     add("--rod-mm", type=number(10.0, 10000.0, "mm"), metavar="MM", help="rod between its eyes, mm (default: 0.3 of it "
         "is the throw)")  # fmt: skip
-    add("--fuel", default="petrol", metavar="FUEL", help=f"{' or '.join(FUELS)} (default petrol)")
+    of_words(add("--fuel", default="petrol", metavar="FUEL", help=f"{' or '.join(FUELS)} (default petrol)"), FUELS)
     add("--power-kw", type=number(0.01, 1e5, "kW"), metavar="KW", help="brake power at the rated speed, kW (default: "
         "of the usual mean effective pressure)")  # fmt: skip
     add("--rated-rpm", type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"), metavar="RPM",
@@ -73,18 +75,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             show_step(report)
             _show(report)
         return report
-    check_no_step_options(options)
-    if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(options, key) is None]:
-        raise InputError(f"{', '.join(missing)} missing: give these sizes, or --step FILE with a crankshaft")
-    found = sizes(
-        layout(options.layout, options.bank_angle_deg),
-        1e-3 * options.bore_mm,
-        1e-3 * options.stroke_mm,
-        options.fuel,
-        rod=None if options.rod_mm is None else 1e-3 * options.rod_mm,
-        power=None if options.power_kw is None else 1e3 * options.power_kw,
-        rated=None if options.rated_rpm is None else options.rated_rpm * RPM,
-    )
+    found = _sizes(options)
     text = document(name, found).text
     with whole_file(path, KIND) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -93,6 +84,35 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         _show(report)
     return report
+
+
+def answer(options: argparse.Namespace) -> Engine:
+    """The engine itself, for the library; only one from a STEP file is written, with its mesh."""
+    from cranktrain.studies.design.rules import document
+
+    if options.step is not None:
+        return load_engine(run(options)["file"])
+    check_name(options.name, "name")
+    with TemporaryDirectory(prefix="cranktrain-new-") as folder:
+        path = Path(folder) / f"{options.name}.toml"
+        path.write_text(document(options.name, _sizes(options)).text, encoding="utf-8")
+        return load_engine(path)
+
+
+def _sizes(options: argparse.Namespace) -> Sizes:
+    """Sizes of an engine without a STEP file."""
+    check_no_step_options(options)
+    if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(options, key) is None]:
+        raise InputError(f"{', '.join(missing)} missing: give these sizes, or --step FILE with a crankshaft")
+    return sizes(
+        layout(options.layout, options.bank_angle_deg),
+        1e-3 * options.bore_mm,
+        1e-3 * options.stroke_mm,
+        options.fuel,
+        rod=None if options.rod_mm is None else 1e-3 * options.rod_mm,
+        power=None if options.power_kw is None else 1e3 * options.power_kw,
+        rated=None if options.rated_rpm is None else options.rated_rpm * RPM,
+    )
 
 
 def _report(s: Sizes, path: Path) -> dict[str, Any]:

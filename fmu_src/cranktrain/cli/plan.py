@@ -37,6 +37,11 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return made.as_dict()
 
 
+def answer(options: argparse.Namespace) -> Plan:
+    """The plan itself, for the library."""
+    return made_plan(load_scene(options.scene))[0]
+
+
 def made_plan(scene: Scene) -> tuple[Plan, SceneModel]:
     """Plan of a scene with its stages shown, and the model that it was measured on."""
     from cranktrain.studies.planning.planning import plan

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import say, show
+from cranktrain.cli.console import say, show, taking
 from cranktrain.core.errors import CranktrainError
 from cranktrain.engine.file import load_engine
 
@@ -56,6 +56,7 @@ def add_chart_options(parser: argparse.ArgumentParser) -> None:
     add("--peak-to-peak", action="store_true", help="amplitudes peak to peak in place of zero to peak")
 
 
+@taking("str | Sequence[float]")
 def order_list(text: str) -> list[float]:
     """Type of an option whose value are orders, multiples of a half; sorted, each once."""
     try:

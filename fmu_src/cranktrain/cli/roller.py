@@ -79,9 +79,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--pitch-mm", type=finite, metavar="MM", help="pitch diameter, on which the rollers' axes lie")
     add("--clearance-um", type=finite, metavar="UM", help="diametral radial clearance (default 0)")
     add("--engine", metavar="ENGINE", help="bearings of this engine's [main_roller] instead of the options above")
-    add("--load", type=load, metavar="N", help="radial load, N")
+    add("--load", dest="load_n", type=load, metavar="N", help="radial load, N")
     rpm = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")
-    add("--speed", type=rpm, metavar="RPM", help="with --engine instead of --load: speed of a run, rev/min")
+    add("--speed", dest="speed_rpm", type=rpm, metavar="RPM",
+        help="with --engine instead of --load: speed of a run, rev/min")  # fmt: skip
     add("--out", metavar="FILE", help="with --speed: new engine file with the stand-ins; nothing is overwritten")
     add("--moment-nm", type=finite, default=0.0, metavar="NM", help="moment in the plane of the load (default 0)")
     laws = f"{' or '.join(CONTACT_LAWS)} (default palmgren, or the engine's)"
@@ -96,18 +97,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Solve one bearing, or those of an engine; ``InputError`` for what is none."""
-    if options.speed is not None:
+    if options.speed_rpm is not None:
         return _running(options)
     if options.out is not None:
         raise InputError("--out goes with --speed, which derives the values that it writes; leave it out")
-    if options.load is None:
+    if options.load_n is None:
         raise InputError("--load is missing; give the radial load in N, or --speed with --engine")
     if options.engine is not None:
         return _mains(options)
     bearing = _given(options)
     result = _solved(bearing, options, options.ring)
     if not options.json:
-        _print(f"Roller bearing, {bearing.rollers} rollers, contacts by {bearing.law}, {options.load:g} N", [result])
+        _print(f"Roller bearing, {bearing.rollers} rollers, contacts by {bearing.law}, {options.load_n:g} N", [result])
     return result
 
 
@@ -119,17 +120,20 @@ def _running(options: argparse.Namespace) -> dict[str, Any]:
 
     if options.engine is None:
         raise InputError("--speed runs an engine; name it by --engine, or give --load instead of --speed")
-    for name in (*OF_ENGINE, "load", "law", "profile"):
+    for name in (*OF_ENGINE, "load_n", "law", "profile"):
         if getattr(options, name) is not None:
-            raise InputError(f"--{name.replace('_', '-')}: the engine gives it; leave it or --speed out")
+            raise InputError(
+                f"--{name.removesuffix('_n').replace('_', '-')}: the engine gives it; leave it or --speed out"
+            )
     new = None if options.out is None else new_path(Path(options.out))
-    report = running_rollers(load_engine(options.engine), options.speed, say=lambda stage: say(f"cranktrain: {stage}"))
+    engine = load_engine(options.engine)
+    report = running_rollers(engine, options.speed_rpm, say=lambda stage: say(f"cranktrain: {stage}"))
     report["file"] = None if new is None else str(with_stand_ins(options.engine, new, report))
     if not report["periodic"]:
         warnings.warn("the motion is not periodic at this speed; means are taken over one cycle", stacklevel=2)
     if not options.json:
         _print(
-            f"{report['engine']}: main roller bearings at {options.speed:g} rev/min, full load",
+            f"{report['engine']}: main roller bearings at {options.speed_rpm:g} rev/min, full load",
             report["mains"],
             _RUNNING,
         )
@@ -212,9 +216,9 @@ def _mains(options: argparse.Namespace) -> dict[str, Any]:
         mains.append({"main": engine.roller_mains[i] + 1, **solved[bearing], "engine_file": linear})
     if not options.json:
         law = next(iter(solved)).law
-        title = f"{engine.title}: main roller bearings, {options.load:g} N on each, contacts by {law}"
+        title = f"{engine.title}: main roller bearings, {options.load_n:g} N on each, contacts by {law}"
         _print(title, mains)
-    return {"engine": engine.name, "load_n": options.load, "mains": mains}
+    return {"engine": engine.name, "load_n": options.load_n, "mains": mains}
 
 
 def _solved(bearing: RollerBearing, options: argparse.Namespace, with_ring: bool) -> dict[str, Any]:
@@ -224,25 +228,25 @@ def _solved(bearing: RollerBearing, options: argparse.Namespace, with_ring: bool
     from cranktrain.film.laws.roller_contacts import equilibrium, many_rollers
 
     half, lever = math.pi / bearing.rollers, 0.5 * bearing.length
-    load = np.array([options.load, 0.0, options.moment_nm / lever, 0.0])
+    load = np.array([options.load_n, 0.0, options.moment_nm / lever, 0.0])
     first, other = (half, 0.0) if options.position == "between" else (0.0, half)
     loaded = equilibrium(bearing, load, first, options.slices)
     moved = equilibrium(bearing, load, other, options.slices)
     free = max(0.5 * bearing.clearance, 0.0) / math.cos(first)
     deflection, q_max = max(float(loaded.place[0]) - free, 0.0), float(loaded.loads.max())
     stiffness = abs(float(loaded.stiffness[0, 0]))  # no load: not a negative zero
-    many = many_rollers(bearing, options.load) if options.load > 0.0 else (0.0, 0.0)
+    many = many_rollers(bearing, options.load_n) if options.load_n > 0.0 else (0.0, 0.0)
     # Preloaded rollers have approached before the load comes.
-    preload = min(0.5 * bearing.clearance, 0.0) if options.load > 0.0 else 0.0
+    preload = min(0.5 * bearing.clearance, 0.0) if options.load_n > 0.0 else 0.0
     result: dict[str, Any] = {
-        "deflection_um": 1e6 * deflection if options.load > 0.0 else 0.0,
+        "deflection_um": 1e6 * deflection if options.load_n > 0.0 else 0.0,
         "q_max_n": q_max,
         "stiffness_n_per_mm": 1e-3 * stiffness,
         "tilt_stiffness_nm_per_rad": abs(float(loaded.stiffness[2, 2])) * lever**2,
         "displacement_um": 1e6 * float(loaded.place[0]),
         "tilt_mrad": 1e3 * float(loaded.place[2]) / lever if options.moment_nm else 0.0,
         "loaded_rollers": int((loaded.loads > 1.0e-9 * q_max).sum()),
-        "load_factor": q_max * bearing.rollers / options.load if options.load > 0.0 else None,
+        "load_factor": q_max * bearing.rollers / options.load_n if options.load_n > 0.0 else None,
         "pressure_mpa": 1e-6 * loaded.pressure,
         "travel_um": 1e6 * bearing.travel,
         "stiffness_variation": float(moved.stiffness[0, 0]) / stiffness - 1.0 if stiffness > 0.0 else None,

@@ -50,7 +50,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("engine", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
     add("--out", metavar="FILE", help="engine file to write; an existing file is not overwritten")
-    add("--speed", type=number(1.0, 20_000.0, "rev/min"), metavar="N", help="rev/min (default: lowest at full load)")
+    add("--speed", dest="speed_rpm", type=number(1.0, 20_000.0, "rev/min"), metavar="N",
+        help="rev/min (default: lowest at full load)")  # fmt: skip
     add("--crank", default="solid", metavar="LEVEL", help="solid (default) or beam")
     add("--passes", type=number(1, 100, "", int), metavar="N", help=f"wear passes (default {PASSES})")
     add(
@@ -102,8 +103,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     with labelled_bar("run-in") as (tell, follow):
         found = run_in(
-            options.engine, options.out, speed_rpm=options.speed, crank=options.crank, passes=options.passes or PASSES,
-            cycles=options.cycles or CYCLES, say=tell, follow=follow,
+            options.engine, options.out, speed_rpm=options.speed_rpm, crank=options.crank,
+            passes=options.passes or PASSES, cycles=options.cycles or CYCLES, say=tell, follow=follow,
         )  # fmt: skip
     if not options.json:
         print(
@@ -146,7 +147,7 @@ def _over_time(options: argparse.Namespace) -> dict[str, Any]:
     try:
         with labelled_bar("run-in") as (tell, follow):
             history, found = run_in_over_time(
-                options.engine, options.hours, options.schedule, speed_rpm=options.speed, choices=choices,
+                options.engine, options.hours, options.schedule, speed_rpm=options.speed_rpm, choices=choices,
                 output=output, out=options.out, say=tell, follow=follow,
             )  # fmt: skip
     except KeyboardInterrupt:

@@ -9,8 +9,10 @@ from dataclasses import fields, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from cranktrain.cli.bodies import add_block_options
-from cranktrain.cli.console import say, stages
+from cranktrain.cli.console import of_words, say, stages, taking
+from cranktrain.dynamics.model.settings import FILM_TEMPERATURES, TEMPERATURES
 from cranktrain.dynamics.settled.judging import TOLERANCE
+from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS, PISTONS, described
@@ -51,18 +53,22 @@ def add_level_options(
     """
     add = parser.add_argument
     if without != "--crank":
-        add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
-    add(
+        level = add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
+        of_words(level, CRANKS)
+    mains = add(
         "--bearings", default="auto", metavar="LEVEL",
         help=f"{_laws(*MAINS)}; default impedance, roller where the mains are rollers, held at --crank torsional",
     )  # fmt: skip
-    add("--big-ends", default=big_ends, metavar="LEVEL", help=f"{_laws(BIG_END)}; default {big_ends}")
+    of_words(mains, ("auto", *bearing_levels(*MAINS)))
+    pins = add("--big-ends", default=big_ends, metavar="LEVEL", help=f"{_laws(BIG_END)}; default {big_ends}")
+    of_words(pins, bearing_levels(BIG_END))
     add_block_options(parser)
     if without != "--pistons":
-        add(
+        pistons = add(
             "--pistons", default="auto", metavar="LEVEL",
             help=f"{described(PISTONS.values())}; default rigid, in a flexible block guided",
         )  # fmt: skip
+        of_words(pistons, ("auto", *PISTONS))
     add("--damper", action="store_true", help="with the engine's torsional damper on the pulley")
     if balances:
         add(
@@ -74,6 +80,7 @@ def add_level_options(
         add("--load", type=float, default=1.0, metavar="SHARE", help="fraction of the full-load burn (default 1)")
 
 
+@taking("float | Literal['balanced']")
 def _load(text: str) -> float | str:
     """A number, or the word for a balanced load."""
     return text if text == BALANCED else float(text)
@@ -109,7 +116,7 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
     add = parser.add_argument
     add_level_options(parser, big_ends, balances=True)
     add(
-        "--no-inherit", action="store_true",
+        "--no-inherit", dest="inherit", action="store_false",
         help="torsional crank with its structural damping alone, without damping inherited from the level above",
     )  # fmt: skip
     add_source_options(parser)
@@ -117,13 +124,17 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
         "--axial-force-n", type=float, metavar="N",
         help="steady axial force on the flywheel, positive away from the pulley (default: the engine file's)",
     )  # fmt: skip
-    add("--damper-temperature", default="engine", metavar="SOURCE", help=f"{_SOURCES}, from the damper's own losses")
-    add(
+    damper = add(
+        "--damper-temperature", default="engine", metavar="SOURCE", help=f"{_SOURCES}, from the damper's own losses"
+    )  # fmt: skip
+    of_words(damper, TEMPERATURES)
+    films = add(
         "--film-temperature", default="engine", metavar="SOURCE",
         help=f"temperature of the main bearings' oil: {_SOURCES} or adiabatic, each film warmed by its own "
         "friction (the run repeats, at most 6 times; big ends and thrust bearing stay at the engine's)",
     )  # fmt: skip
-    add("--integrator", metavar="NAME", help=_integrators())
+    of_words(films, FILM_TEMPERATURES)
+    of_words(add("--integrator", metavar="NAME", help=_integrators()), INTEGRATORS)
     add("--step-deg", type=float, metavar="DEG", help=_steps())
     add(
         "--tolerance", type=float, metavar="ERROR",
@@ -156,7 +167,6 @@ def add_source_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _integrators() -> str:
-    from cranktrain.dynamics.time.integrators import INTEGRATORS
     from cranktrain.film.laws.register import LAWS, Law
 
     usual = Law.integrator

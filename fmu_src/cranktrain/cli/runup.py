@@ -9,9 +9,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from cranktrain.cli.console import Interrupted, labelled_bar, number, positive, say, show
+from cranktrain.cli.console import Interrupted, labelled_bar, number, of_words, positive, say, show
 from cranktrain.cli.plot_runup import draw, pictures_folder, told_deviations
 from cranktrain.cli.run_options import (
     BALANCED,
@@ -28,6 +29,8 @@ from cranktrain.film.laws.register import bearing_law
 
 if TYPE_CHECKING:
     from cranktrain.loads.gas_pressure import Gas
+    from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
+    from cranktrain.results.run_up.run_up import RunUp
     from cranktrain.structure.assembly import Assembly
     from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.run_up.run_up import Outcome
@@ -40,12 +43,16 @@ The result file holds every finished speed; repeating the command runs only the 
 """
 PER_RPM = 30.0 / math.pi
 """rev/min of 1 rad/s."""
+WAYS = {"steady": "steady", "ramp": "ramp_rpm_per_s"}
+"""Options that choose another way than steady cycles in time, and what the parser calls them."""
 SETTLE = 1.0e-4
 """What may be left of settling at a speed, unless another is asked for."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options to those that all verbs of an engine have."""
+    from cranktrain.studies.torsion.frequency_run_up import RULES
+
     add = parser.add_argument
     rpm = number(-20000.0, 20000.0, "rev/min")
     add("--from", dest="from_rpm", type=rpm, required=True, metavar="RPM", help="first speed, rev/min, at least 20")
@@ -61,9 +68,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--refine", nargs="?", type=number(1e-4, 0.5, "of an order's largest amplitude"), const=0.02, default=0.0,
         metavar="SHARE", help="add speeds where interpolation between two speeds errs by more than this fraction of an "
         "order's largest amplitude (0.02 without a value), down to an eighth of --step")  # fmt: skip
-    add("--ramp", type=positive, metavar="RPM_PER_S",
+    add("--ramp", dest="ramp_rpm_per_s", type=positive, metavar="RPM_PER_S",
         help="transient run-up instead of steady cycles; rise of the speed, rev/min per second")  # fmt: skip
-    add("--steady", metavar="RULE", help="in the frequency domain: linear or harmonic-balance; needs --crank torsional")
+    rule = add("--steady", metavar="RULE", help="in the frequency domain: linear or harmonic-balance; needs --crank "
+        "torsional")  # fmt: skip
+    of_words(rule, RULES)
     add_run_options(parser)
     add("--workers", type=number(1, 1024, "", int), metavar="N", help="processes (default: one a processor)")
     add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
@@ -76,6 +85,24 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run the speeds that the file does not hold, and say what all of them show."""
+    return _found(options)[1]
+
+
+def answer(options: argparse.Namespace) -> OrdersOverSpeed:
+    """The run-up itself with its report, for the library; its file stays only where one is named."""
+    from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
+
+    if options.output is not None:
+        return OrdersOverSpeed.of(*_found(options))
+    with TemporaryDirectory(prefix="cranktrain-runup-") as folder:
+        options.output = str(Path(folder) / "runup.h5")
+        run_up, said = _found(options)
+    del said["result"]
+    return OrdersOverSpeed.of(run_up, said)
+
+
+def _found(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
+    """The run-up, which is in its file, and what it shows."""
     from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.orders.deviations import check_speeds_measured
     from cranktrain.results.orders.measured import read_measured_orders
@@ -99,7 +126,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         check_speeds_measured(measured, options.from_rpm / PER_RPM, options.to_rpm / PER_RPM)
     for rpm in (options.from_rpm, options.to_rpm):
         replace(request, speed_rpm=rpm).tell_doubts(engine, gas)
-    made = assembled(asked, not options.no_inherit)
+    made = assembled(asked, options.inherit)
     job = None
     if options.steady is None:
         job = job_of(request, made, gas, _outputs(options.outputs, made), options.highest_order)
@@ -108,7 +135,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     found = outcome.run_up
     assert found is not None
     peaks = torsional_peaks(found, made)
-    if job is not None and options.ramp is None and peaks:
+    if job is not None and options.ramp_rpm_per_s is None and peaks:
         peaks = in_motion(peaks, runs_here(job), outcome.starts)
     said = report(found, peaks, engine.published)
     said |= {
@@ -131,14 +158,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
         print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")
         print("".join(f"{picture}\n" for picture in said.get("plots", [])), end="")
-    return said
+    return found, said
 
 
 def _check(options: argparse.Namespace) -> None:
     """Refuse what does not go together."""
-    if options.steady is not None and options.ramp is not None:
+    if options.steady is not None and options.ramp_rpm_per_s is not None:
         raise InputError("--steady does not go with --ramp; leave one of them out")
-    ways = [name for name in ("steady", "ramp") if getattr(options, name) is not None]
+    ways = [name for name in ("steady", "ramp") if getattr(options, WAYS[name]) is not None]
     only = [name for name in ("refine", "scheduler", "workers") if getattr(options, name)]
     if ways and only:
         raise InputError(f"--{only[0]} goes with steady cycles in time, not with --{ways[0]}; leave one of them out")
@@ -166,7 +193,7 @@ def _outcome(
     if balances(options, made.engine):
         attributes["load"] = BALANCED
     outcome, began = Outcome(workers=1), time.perf_counter()
-    if (options.steady or options.ramp) and not options.anew:
+    if (options.steady or options.ramp_rpm_per_s) and not options.anew:
         check_replaced(path)
     if job is None:
         from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
@@ -178,13 +205,13 @@ def _outcome(
         )  # fmt: skip
         for failed in outcome.failed:
             say(f"cranktrain: warning: no result at {failed.speed * PER_RPM:g} rev/min: {failed.reason}")
-    elif options.ramp is None:
+    elif options.ramp_rpm_per_s is None:
         means = Means(options.workers, options.scheduler, options.refine, options.anew)
         _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
         return outcome
     else:
         with _bar() as tell:
-            outcome.run_up = ramp(job, speeds, options.ramp / PER_RPM, attributes, tell)
+            outcome.run_up = ramp(job, speeds, options.ramp_rpm_per_s / PER_RPM, attributes, tell)
     outcome.seconds = time.perf_counter() - began
     outcome.run_up.save(path)
     return outcome

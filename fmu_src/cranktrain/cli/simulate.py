@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,27 +60,65 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run cycles at constant speed, write the result, summarise the last cycle."""
+    found, settings, output, plots = _found(options, in_file=True)
+    summary = found.summary(output)
+    if plots is not None:
+        summary["plots"] = plots
+    if not options.json:
+        _show(found, settings, summary)
+    return summary
+
+
+def answer(options: argparse.Namespace) -> Run:
+    """The run itself, for the library; its samples go into a file only where one is named."""
+    from cranktrain.structure.assembly import Assembly
+
+    if isinstance(options.engine, Assembly):
+        return _of_assembly(options, options.engine)
+    return _found(options, in_file=options.output is not None)[0]
+
+
+def _of_assembly(options: argparse.Namespace, made: Assembly) -> Run:
+    """A run of an assembly, which has settled the levels."""
+    from cranktrain.studies.constant_speed import Request, simulate
+
+    for name, usual in {"drive_line": None, "inherit": True, "plots": None, "steady": False, "output": None}.items():
+        if getattr(options, name) != usual:
+            raise InputError(f"{name} belongs to an engine, not to an assembly; leave it out, or pass the engine")
+    known = {field.name: field.default for field in fields(Request) if hasattr(options, field.name)}
+    choices = {name: getattr(options, name) for name, usual in known.items() if getattr(options, name) != usual}
+    if not isinstance(choices.get("load", 1.0), float):
+        del choices["load"]  # :func:`loaded` finds it
+    request = Request(**choices)
+    return simulate(loaded(options, made, request.gas(made.engine), request.speed), **choices)
+
+
+def _found(options: argparse.Namespace, in_file: bool) -> tuple[Run, Settings, Path, list[str] | None]:
+    """The run, its settings, its file where it has one, and its pictures."""
     from cranktrain.results.files import check_target
 
     asked = engine, request, settings, gas = asked_of(options, options.speed_rpm)
     _check(options, engine, settings)
     output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
-    check_target(output)
-    made = loaded(options, assembled(asked, not options.no_inherit), gas, request.speed)
-    found = _run_into(output, request, made, gas)
-    summary = found.summary(output)
+    if in_file:
+        check_target(output)
+    made = loaded(options, assembled(asked, options.inherit), gas, request.speed)
+    if in_file:
+        found = _run_into(output, request, made, gas)
+    else:
+        with labelled_bar(f"{request.speed_rpm:g} rev/min") as (tell, advance):
+            found = request.run(made, gas, advance, tell)
+        if not found.complete:
+            raise Interrupted(f"interrupted after {found.settling.cycles} cycles; nothing was kept")
     if options.steady:
         from cranktrain.studies.torsion.frequency_run_up import steady_orders
 
         orders = steady_orders(engine, made.body, made.settings, request.speed, found.gas)
-        summary["pulley"]["steady_torsion_deg"] = {"orders": orders}
-    if options.plots is not None:
-        summary["plots"] = _draw(Path(options.plots), found, settings, request.speed_rpm)
+        found = replace(found, steady_orders=orders)
+    plots = None if options.plots is None else _draw(Path(options.plots), found, settings, request.speed_rpm)
     settled = found.settling
     note_axial_path(engine, settled.repeats == 1 or not settled.steady or len(settled.left) == 0)
-    if not options.json:
-        _show(found, settings, summary)
-    return summary
+    return found, settings, output, plots
 
 
 def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -> Run:

@@ -47,7 +47,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_settle_option(parser)
     add_source_options(parser)
     add_fillet_option(parser, "also the peaks in fillets and at oil bores")
-    add("--no-check", action="store_true", help="no comparison with direct solutions, which takes half a minute")
+    add("--no-check", dest="check", action="store_false",
+        help="no comparison with direct solutions, which takes half a minute")  # fmt: skip
     add("--plots", metavar="FOLDER", help="folder for pictures: surface at 0, 90 … 630 degrees, envelope")
     add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_stress.h5)")
 
@@ -76,11 +77,11 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     with stages(engine.name) as tell:
         # The reduction is repeated once, where anything needs its shapes.
         shaped = cache(lambda: ShapedCrank.of(engine, request.mesh, tell))
-        if not options.no_check:
+        if options.check:
             shaped()  # before the run, as it may make the kept body anew
         fillets = fillets_of(engine, throws, shaped, tell)
         made, stress = stressed_run(engine, request, settings, tell, shaped, gas)
-        check = None if options.no_check else static_check(stress, shaped(), tell)
+        check = static_check(stress, shaped(), tell) if options.check else None
         report = _report(stress, check.relative if check else None)
         if throws:
             tell("stresses of the fillets")

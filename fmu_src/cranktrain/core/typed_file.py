@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import msgspec
@@ -252,7 +253,7 @@ def _inside(node: inspect.Type, step: Step) -> inspect.Type:
 
 def _at(kind: type[Table], table: Any, path: list[Step]) -> Fault:
     """The fault of a value at a path; ``...`` in it is the first key of a table whose value does not fit."""
-    node: inspect.Type = inspect.type_info(kind)
+    node = _declared(kind)
     value, steps, place = table, list[Step](), ""
     owner: Any = kind
     for step in path:
@@ -266,6 +267,12 @@ def _at(kind: type[Table], table: Any, path: list[Step]) -> Fault:
             place += _label(value, step)
         node, value = _tags(node, step) or _inside(plain, step), value[step]
     return Fault(tuple(steps), place.lstrip("."), owner, str(path[-1]) if path else "", "value", value, node)
+
+
+@cache
+def _declared(kind: type[Table]) -> inspect.Type:
+    """Declared types of a table and of all within it, kept: an engine file has thousands."""
+    return inspect.type_info(kind)
 
 
 def _label(value: Any, step: Step) -> str:

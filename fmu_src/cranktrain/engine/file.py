@@ -33,6 +33,7 @@ from cranktrain.engine.entries import ORIGINS as ORIGINS
 from cranktrain.engine.entries import keys_of, part_of, said, stated, table_of
 from cranktrain.engine.firing import from_first_cylinder
 from cranktrain.engine.model import Engine, optional_fields
+from cranktrain.engine.written import document_of
 
 TEXTS = ("name", "title")
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
@@ -70,32 +71,42 @@ def engine_path(name_or_path: str | Path) -> Path:
     return engine_folder() / f"{text}.toml"
 
 
-def load_engine(name_or_path: str | Path) -> Engine:
-    """Read and check an engine file.
+def load_engine(name_or_path: str | Path | Engine) -> Engine:
+    """Read and check an engine file, or check an engine that was built or changed in Python as a file is.
 
     Raises ``InputError``: one line with file, table and key, for anything unknown, missing, in a wrong unit or
     impossible.
 
     Parameters
     ----------
-    name_or_path : name of an engine that ships with the package (``diesel_i6``) or path of a ``.toml`` file
+    name_or_path : name of an engine that ships with the package (``diesel_i6``), path of a ``.toml`` file, or an engine
     """
+    if isinstance(name_or_path, Engine):
+        return engine_of(document_of(name_or_path), "engine", None)
     path = engine_path(name_or_path)
-    read = record(engine_table(), _document(path), path.name, said)
-    check_name(read.name, f"{path.name}: name")
-    check_title(read.title, f"{path.name}: title")
+    return engine_of(_document(path), path.name, path.parent)
+
+
+def engine_of(document: dict[str, Any], where: str, folder: Path | None) -> Engine:
+    """Checked engine of the document of an engine file; ``InputError`` starts with ``where``.
+
+    ``folder`` is that from which the files of added bodies are named; None where their paths are whole.
+    """
+    read = record(engine_table(), document, where, said)
+    check_name(read.name, f"{where}: name")
+    check_title(read.title, f"{where}: title")
     given = {name: getattr(read, name) for name in engine_parts() if getattr(read, name) is not None}
     added: dict[str, Any] = {
-        name: tuple(_added(name, found, path)) for name in TABLES if (found := getattr(read, name))
+        name: tuple(_added(name, found, where, folder)) for name in TABLES if (found := getattr(read, name))
     }
-    tables = {name: part_of(engine_parts()[name], found, f"{path.name}: {name}") for name, found in given.items()}
+    tables = {name: part_of(engine_parts()[name], found, f"{where}: {name}") for name, found in given.items()}
     turned = from_first_cylinder(tables["crankshaft"], tables["cylinders"], tables["rod"])
     tables["crankshaft"] = replace(tables["crankshaft"], throw_angles=turned)
     engine = Engine(read.name, read.title, **tables, **added)
     try:
         check_engine(engine)
     except InputError as error:
-        raise InputError(f"{path.name}: {error}") from None
+        raise InputError(f"{where}: {error}") from None
     return engine
 
 
@@ -126,15 +137,15 @@ def engine_table() -> Any:
     return table_of("Engine", keys, Engine.__doc__, LIKE)
 
 
-def _added(name: str, found: Sequence[Any], path: Path) -> Iterator[Any]:
+def _added(name: str, found: Sequence[Any], place: str, folder: Path | None) -> Iterator[Any]:
     """Tables of an array of tables, see :mod:`cranktrain.engine.additions`."""
     for table in found:
-        where, more = f"{path.name}: {name} {shown(table.name)}", {}
+        where, more = f"{place}: {name} {shown(table.name)}", {}
         if name == "connection":
             law = type(table).__struct_config__.tag
             more = {"law": law, law: part_of(DATA[law], table, where)}
         made = part_of(TABLES[name], table, where, TEXTS_OF[name], **more)
-        yield located(made, path.parent) if name == "body" else made
+        yield located(made, folder) if name == "body" and folder is not None else made
 
 
 def check_name(name: str, where: str) -> None:

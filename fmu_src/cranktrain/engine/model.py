@@ -10,6 +10,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass, replace
+from importlib import import_module
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -175,6 +176,31 @@ class Engine:
         """Added connections, and those of the drive line's shafts that are not linear."""
         line = self.drive_line_chain
         return self.connection if line is None else (*self.connection, *line_connections(line))
+
+    def with_(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Engine:
+        """The engine with other values, checked as its file is.
+
+            engine.with_({"flywheel.mass": "30 kg", "damper": None}, flywheel__polar_inertia=0.5)
+
+        Parameters
+        ----------
+        changes : value by its place in an engine file: ``table.key``, ``body[1].mass``, or ``name``. A number is in SI,
+            a text has its unit. None leaves a value or a table out; a table may also be given as its dataclass
+        more : the same as keywords, with two underscores for the dot
+
+        Raises
+        ------
+        InputError
+            one line, as for an engine file: unknown names, wrong types and units, values that do not fit together
+        """
+        changed = import_module("cranktrain.engine.changed").changed_engine(self, {**(changes or {}), **more})
+        assert isinstance(changed, Engine)
+        return changed
+
+    def to_toml(self) -> str:
+        """Text of an engine file of this engine, from which the same engine is read; origins are not kept."""
+        written = import_module("cranktrain.engine.written")
+        return str(written.text_of(written.document_of(self)))
 
     @property
     def without_additions(self) -> Engine:

@@ -74,7 +74,7 @@ def build_fmu(
             raise InputError("film table and block can be left out of an engine's FMU, not of a scene's")
         check_target(Path(folder), source.engine)
         return build_scene(source, folder, say, platforms)
-    engine = source if isinstance(source, Engine) else load_engine(source)
+    engine = load_engine(source)
     check_target(Path(folder), engine)
     check_mesh(body, "journal surfaces")
     model = whole_model(engine, film_table=film_table, block=block, body=body, say=say)

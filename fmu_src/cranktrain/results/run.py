@@ -8,20 +8,19 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain import __version__
-from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import Result
 from cranktrain.engine.firing import firing_summary
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.results.files import check_target, output_unit, save_run
-from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
+from cranktrain.results.files import check_target, save_run
+from cranktrain.results.in_hand.time_series import TimeSeries
 from cranktrain.results.summary import closing_edges, films_not_resolved, online_films, run_summary
 
 
-@dataclass(frozen=True, kw_only=True)
-class Run(Result):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Run(TimeSeries, Result):
     """Time series of a run in SI, with its engine: ``run["pulley.torsion"]`` is (n,) over ``run.time``.
 
     Attributes
@@ -29,61 +28,27 @@ class Run(Result):
     engine : the engine
     gas : the pressure trace at full load
     attributes : settings of the run, as in the result file
+    steady_orders : orders of the steady state in the frequency domain, where it was asked for: [order, deg]
     """
 
     engine: Engine
     gas: GasTrace
     attributes: dict[str, str | int | float]
+    steady_orders: list[list[float]] | None = None
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Names of all outputs."""
-        return tuple(self.outputs)
-
-    def __getitem__(self, name: str) -> Array:
-        """One output over time, (n,) SI; ``InputError`` with the nearest name for one that does not exist."""
-        if name not in self.outputs:
-            raise InputError(f"output '{name}' does not exist; {nearest(name, self.outputs)}")
-        return self.outputs[name]
+    def _engine_name(self) -> str:
+        return self.engine.name
 
     def last_cycle(self, name: str) -> tuple[Array, Array]:
         """Crank angle (rad, from 0) and values of one output over the last 720°, both ends included."""
         self[name]
         return super().last_cycle(name)
 
-    def orders(self, name: str, highest: float = 12.0) -> dict[float, float]:
-        """Order (0.5, 1, … per revolution) → zero-to-peak amplitude of one output over the last cycle, in its unit."""
-        orders, amplitudes = order_spectrum(last_cycle(self.angle, self[name]), highest)
-        return dict(zip(orders.tolist(), amplitudes.tolist(), strict=True))
-
-    def plot(self, name: str = "pulley.torsion", path: str | Path | None = None) -> Any:
-        """Figure (matplotlib) of one output over the last cycle and of its orders; also written to ``path``.
-
-        Raises ``InputError`` for an output that does not exist, and for a file that is no picture of ours.
-        """
-        from matplotlib.figure import Figure
-
-        from cranktrain.results.figures import save_figure
-        from cranktrain.results.plots import plot_cycle, plot_orders
-
-        cycle, unit = last_cycle(self.angle, self[name]), output_unit(name)
-        figure = Figure(figsize=(8.0, 6.0), dpi=120, layout="constrained")
-        above, below = figure.subplots(2, 1)
-        plot_cycle(above, cycle, name, unit)
-        plot_orders(below, *order_spectrum(cycle, 12.0), name, unit)
-        if path is not None:
-            save_figure(figure, path)
-        return figure
-
-    def to_xarray(self) -> Any:
-        """All outputs as an xarray ``Dataset`` over time, with units; ``InputError`` where xarray is not installed."""
-        try:
-            import xarray
-        except ImportError:
-            raise InputError("to_xarray needs xarray; pip install xarray, or cranktrain[xarray]") from None
-        variables = {name: ("time", values, {"units": output_unit(name)}) for name, values in self.outputs.items()}
-        coordinates = {"time": ("time", self.time, {"units": "s"}), "angle": ("time", self.angle, {"units": "rad"})}
-        return xarray.Dataset(variables, coordinates, {"engine": self.engine.name, **self.attributes})
+    def __repr__(self) -> str:
+        """Its settling beside what any time series says."""
+        head, rest = TimeSeries.__repr__(self).split("\n", 1)
+        return f"{head}\n {self.settling.text}\n{rest}"
 
     def summary(self, path: str | Path | None = None) -> dict[str, Any]:
         """The last cycle in a few numbers; keys carry their unit. ``path`` is that of the result file."""
@@ -99,6 +64,8 @@ class Run(Result):
             found["closing_edges"] = closing_edges(found["bearings"])
         if self.attributes["bearings"] == "table":
             found["online_films"] = online_films(self.angle, self.outputs)
+        if self.steady_orders is not None:
+            found["pulley"]["steady_torsion_deg"] = {"orders": self.steady_orders}
         if self.film_peaks is not None:
             found["films_not_resolved"] = films_not_resolved(self.film_peaks)
         return found

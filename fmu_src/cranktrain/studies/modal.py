@@ -50,6 +50,8 @@ def modal(
     Bodies and connections that an engine file adds are not included; their names are in ``left_out``. The solid crank's
     modes with them are in ``with_additions``.
 
+    Raises ``InputError``: levels that do not exist or do not go together, what the engine lacks, a wrong mesh.
+
     Parameters
     ----------
     engine : name of a shipped engine, path of an engine file, or an engine
@@ -62,11 +64,6 @@ def modal(
         largest heat per cycle where none is given
     gas : measured pressures of that run in place of the built-in trace
     say : told each stage of long work
-
-    Raises
-    ------
-    InputError
-        levels that do not exist or do not go together, what the engine lacks, a mesh that cannot be used
     """
     given = engine if isinstance(engine, Engine) else load_engine(engine)
     found = given.without_additions

@@ -175,14 +175,16 @@ class Scene:
         return tuple(speed / RPM for speed in self.speeds)
 
 
-def load_scene(path: str | Path) -> Scene:
-    """Read and check a scene.
+def load_scene(path: str | Path | Scene) -> Scene:
+    """Read and check a scene; one that is read already stays as it is.
 
     Raises
     ------
     InputError
         one line with file and key, for anything unknown, missing, of a wrong type, or that cannot be had
     """
+    if isinstance(path, Scene):
+        return path
     path = user_path(path)
     document = read_toml(path, "scene file", "give the path of a scene.toml")
     try:

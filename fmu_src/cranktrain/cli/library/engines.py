@@ -1,0 +1,41 @@
+"""The engines that ship, and assemblies of engines that are checked first, for the library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cranktrain.core.errors import InputError, shown
+from cranktrain.core.types import Progress
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.file import engine_names, load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.structure import assembly
+
+
+def engines() -> dict[str, str]:
+    """Names of the engines that ship with the package, each with its title."""
+    return {name: load_engine(name).title for name in engine_names()}
+
+
+# In one piece: all that an assembly is made from, by keyword.
+def assemble(
+    engine: str | Path | Engine,
+    settings: Settings,
+    *,
+    say: Progress = lambda stage: None,
+    crank_mesh: str | Path | None = None,
+    block_mesh: str | Path | None = None,
+    table_resolution: str = "default",
+    cutoff_hz: float | None = None,
+    inherit: bool = True,
+) -> assembly.Assembly:
+    """Check an engine as its file is checked, and make the parts of runs with these settings.
+
+    Keywords and errors are those of :func:`cranktrain.structure.assembly.assemble`.
+    """
+    if not isinstance(settings, Settings):
+        raise InputError(f"assemble: settings are {shown(settings)}; give ct.Settings(crank=...)")
+    return assembly.assemble(
+        load_engine(engine), settings, say=say, crank_mesh=crank_mesh, block_mesh=block_mesh,
+        table_resolution=table_resolution, cutoff_hz=cutoff_hz, inherit=inherit,
+    )  # fmt: skip

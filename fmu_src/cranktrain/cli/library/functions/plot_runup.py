@@ -1,0 +1,41 @@
+"""Function of the verb ``plot-runup``; written by ``python -m cranktrain.cli.library``, not by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cranktrain.cli.library.calling import call, of_verb
+
+if TYPE_CHECKING:
+    from cranktrain.engine.model import Engine
+    from cranktrain.results.in_hand.found import Found
+
+
+# In one piece: every option of the verb, by keyword.
+@of_verb
+def plot_runup(
+    file: str | Path, *, plots: str | Path = "plots", measured: str | Path | None = None,
+    with_damper: str | Path | None = None, orders: str | Sequence[float] = (), log: bool = False,
+    peak_to_peak: bool = False, engine: str | Path | Engine | None = None,
+) -> Found:  # fmt: skip
+    """Pictures of a run-up.
+
+    Orders and twist over speed, named resonances, waterfall, colour map, Campbell diagram, motion.
+
+    See ``cranktrain plot-runup --help`` for more. Raises ``InputError`` for what cannot be used, ``SolverError`` for a
+    computation that fails.
+
+    Parameters
+    ----------
+    file : result of cranktrain runup
+    plots : folder for the pictures (default plots)
+    measured : measured orders, drawn over the computed ones; table or UFF 58
+    with_damper : run-up of the same engine with its damper, drawn below it
+    orders : orders to be drawn, separated by commas, e.g. 4.5,6 (default: the strongest)
+    log : amplitudes on a logarithmic scale
+    peak_to_peak : amplitudes peak to peak in place of zero to peak
+    engine : engine file, if the one that the run-up names has moved
+    """
+    return call("plot-runup", locals())

@@ -1,0 +1,78 @@
+"""An engine with some values changed, checked as an engine file is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.engine.additions import TABLES
+from cranktrain.engine.additions import TEXTS as TEXTS_OF
+from cranktrain.engine.connections import DATA
+from cranktrain.engine.file import TEXTS, engine_of, engine_parts
+from cranktrain.engine.model import Engine
+from cranktrain.engine.written import document_of, entry_of, plain, table_of_part
+
+_ADDED = re.compile(r"(\w+)\[(\d+)\]")
+
+
+def changed_engine(engine: Engine, changes: Mapping[str, Any]) -> Engine:
+    """An engine with other values; see :meth:`cranktrain.engine.model.Engine.with_`."""
+    document = document_of(engine)
+    for path, value in changes.items():
+        if not isinstance(path, str):
+            raise InputError(f"with_: {shown(path)} is no name of a value; give a text such as 'flywheel.mass'")
+        table, _, key = path.replace("__", ".", 1).partition(".")
+        if _ADDED.fullmatch(table) and key:
+            _change_added(document, table, key, value)
+        elif table not in (*TEXTS, *engine_parts(), *TABLES):
+            names = (*TEXTS, *engine_parts(), *TABLES)
+            raise InputError(f"with_: an engine has no '{table}'; {nearest(table, names)}")
+        elif table in TEXTS or table in TABLES or not key:
+            _change_table(document, table, value)
+        else:
+            _change_value(document, table, key, value)
+    return engine_of(document, engine.name, None)
+
+
+def _change_table(document: dict[str, Any], table: str, value: Any) -> None:
+    """A text, a whole table, or none."""
+    if value is None:
+        document.pop(table, None)
+    elif table in TABLES:
+        raise InputError(f"with_: name the table and its value, as in '{table}[1].name'")
+    else:
+        document[table] = table_of_part(value, table)
+
+
+def _change_value(document: dict[str, Any], table: str, key: str, value: Any) -> None:
+    """One value of a table; None for its default."""
+    own = document.setdefault(table, {})
+    if not isinstance(own, dict):
+        raise InputError(f"with_: {table} is {shown(own)}, no table in which {key} could stand")
+    if value is None:
+        own.pop(key, None)
+    else:
+        own[key] = entry_of(engine_parts()[table], key, value, f"{table}.{key}")
+
+
+def _change_added(document: dict[str, Any], place: str, key: str, value: Any) -> None:
+    """One value of an added body, frame or connection, counted from 1."""
+    match = _ADDED.fullmatch(place)
+    assert match is not None
+    table, number = match[1], int(match[2])
+    if table not in TABLES:
+        raise InputError(f"with_: an engine has no '{place}'; {nearest(table, TABLES)}")
+    tables = document.get(table, [])
+    if not 1 <= number <= len(tables):
+        raise InputError(f"with_: the engine has {len(tables)} [[{table}]], so there is no {place}")
+    own, part = tables[number - 1], TABLES[table]
+    if table == "connection" and key not in ("name", "law", "ends", "place"):
+        part = DATA.get(own["law"], part)
+    if value is None:
+        own.pop(key, None)
+    elif key in ("law", *TEXTS_OF[table]):
+        own[key] = plain(value, f"{place}.{key}")
+    else:
+        own[key] = entry_of(part, key, value, f"{place}.{key}")

@@ -1,0 +1,122 @@
+"""What a verb finds, as a dictionary in engineers' units that can be looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.results.figures import save_figure
+from cranktrain.results.in_hand.shown import for_notebook, html_table, interactive_lines
+from cranktrain.results.run_up.plots import KIND_COLOURS
+from cranktrain.results.run_up.shown import figure_of
+
+LINES, LONGEST = 6, 72
+"""Lines of a text, and characters of a value that it shows."""
+
+
+class Found(dict[str, Any]):
+    """What a verb prints with ``--json``: keys carry their unit. ``verb`` is its name."""
+
+    verb = "cranktrain"
+
+    @classmethod
+    def of(cls, found: Mapping[str, Any], verb: str) -> Found:
+        """The dictionary of a verb."""
+        made = cls(found)
+        made.verb = verb
+        return made
+
+    @property
+    def tables(self) -> dict[str, list[dict[str, Any]]]:
+        """Lists of records that are in it, by their place: ``cranktrain.modes``."""
+        return dict(_tables(self, ""))
+
+    def to_dataframe(self, table: str = "") -> Any:
+        """A list of records as a pandas ``DataFrame``; the first one, or the one of a place in :attr:`tables`.
+
+        Raises ``InputError`` where there is none.
+        """
+        import pandas
+
+        tables = self.tables
+        if not tables:
+            raise InputError(f"{self.verb}: nothing in it is a table; its keys are {', '.join(self)}")
+        if table and table not in tables:
+            raise InputError(f"{self.verb}: has no table '{table}'; {nearest(table, tables)}")
+        return pandas.DataFrame(tables[table or self._main(tables)])
+
+    def _main(self, tables: Mapping[str, Any]) -> str:
+        """The table that is meant where none is named."""
+        return next(iter(tables))
+
+    def __repr__(self) -> str:
+        lines = [f"{key}: {_short(value)}" for key, value in self.items()]
+        more = [f"… and {len(lines) - LINES + 1} keys more"] if len(lines) > LINES else []
+        shown = lines if not more else lines[: LINES - 1] + more
+        return f"<{self.verb}, " + "\n ".join([f"{len(self)} keys", *shown]) + ">"
+
+    def _repr_html_(self) -> str:
+        """Table of a notebook."""
+        return html_table(self.verb, ("", ""), [(key, _short(value)) for key, value in self.items()])
+
+
+class Frequencies(Found):
+    """What ``modal`` finds."""
+
+    def _main(self, tables: Mapping[str, Any]) -> str:
+        return next((name for name in ("cranktrain.modes", "modes") if name in tables), super()._main(tables))
+
+    def plot(self, table: str = "", path: str | Path | None = None) -> Any:
+        """Figure (matplotlib) of the frequencies of a table, those of the cranktrain if none is named, by shape."""
+        frame = self.to_dataframe(table)
+        if "hz" not in frame:
+            raise InputError(f"modal: table '{table}' has no frequencies; take one of: {', '.join(self._with_hz)}")
+        figure = figure_of(8.0, 5.0)
+        ax = figure.subplots()
+        kinds = frame["shape"] if "shape" in frame else ["mode"] * len(frame)
+        colours = [KIND_COLOURS.get(kind, "#777777") for kind in kinds]
+        numbers = range(1, len(frame) + 1)
+        ax.vlines(numbers, 0.0, frame["hz"], color=colours, lw=2.0)
+        ax.scatter(numbers, frame["hz"], color=colours, zorder=3)
+        for number, hz, kind in zip(numbers, frame["hz"], kinds, strict=True):
+            ax.annotate(str(kind), (number, hz), xytext=(0, 5), textcoords="offset points", ha="center", fontsize=7)
+        ax.set(xlabel="mode", ylabel="frequency / Hz", ylim=(0.0, 1.12 * float(frame["hz"].max())))
+        ax.grid(alpha=0.2)
+        if path is not None:
+            save_figure(figure, path)
+        return for_notebook(figure)
+
+    def iplot(self, table: str = "") -> Any:
+        """Plotly figure of the frequencies of a table."""
+        frame = self.to_dataframe(table)
+        numbers = range(1, len(frame) + 1)
+        return interactive_lines(numbers, {"frequency": frame["hz"]}, "mode", "frequency / Hz", "modes")
+
+    @property
+    def _with_hz(self) -> list[str]:
+        return [name for name, rows in self.tables.items() if "hz" in rows[0]]
+
+
+def _tables(found: Mapping[str, Any], place: str) -> Any:
+    for key, value in found.items():
+        where = f"{place}.{key}" if place else str(key)
+        if isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
+            yield where, value
+        elif isinstance(value, dict):
+            yield from _tables(value, where)
+
+
+def _short(value: Any) -> str:
+    """A value in a few words."""
+    if isinstance(value, dict):
+        text = f"{{{', '.join(map(str, value))}}}"
+    elif isinstance(value, list) and len(value) > 3:
+        text = f"{len(value)} {'records' if isinstance(value[0], dict) else 'values'}"
+    elif isinstance(value, float):
+        text = f"{value:.6g}"
+    else:
+        text = str(value)
+    text = " ".join(text.split())
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"

@@ -1,0 +1,129 @@
+"""Outputs over time of one run, as a library's user takes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.types import Array
+from cranktrain.results.files import output_unit
+from cranktrain.results.in_hand.series import Series
+from cranktrain.results.in_hand.shown import for_notebook, html_table, interactive_lines, optional
+from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
+
+SHOWN = ("pulley.torsion", "pulley.axial", "flywheel.torsion", "shaft.torque")
+"""Outputs that a notebook's table shows."""
+HIGHEST = 12.0
+
+
+class TimeSeries:
+    """Outputs over time: ``run["pulley.torsion"]`` is (n,) over ``run.time``; a mixin of runs and result files."""
+
+    time: Array
+    angle: Array
+    outputs: Mapping[str, Array]
+    attributes: Mapping[str, str | int | float]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all outputs."""
+        return tuple(self.outputs)
+
+    @property
+    def title(self) -> str:
+        """Engine, speed and levels in one line."""
+        own = self.attributes
+        speed = float(own.get("speed", math.nan)) * 30.0 / math.pi
+        return f"{self._engine_name}, {speed:.5g} rev/min, crank {own.get('crank')}, bearings {own.get('bearings')}"
+
+    @property
+    def _engine_name(self) -> str:
+        return str(self.attributes.get("engine", "engine"))
+
+    def __getitem__(self, name: str) -> Series:
+        """One output over time, (n,) SI, with its unit; ``InputError`` with the nearest name for none."""
+        if name not in self.outputs:
+            raise InputError(f"output '{name}' does not exist; {nearest(str(name), self.outputs)}")
+        return Series(self.outputs[name], output_unit(name), name)
+
+    def orders(self, name: str, highest: float = HIGHEST) -> dict[float, float]:
+        """Order (0.5, 1, … per revolution) → zero-to-peak amplitude of one output over the last cycle, in its unit."""
+        orders, amplitudes = order_spectrum(self._cycle(name), highest)
+        return dict(zip(orders.tolist(), amplitudes.tolist(), strict=True))
+
+    def plot(self, name: str = "pulley.torsion", path: str | Path | None = None) -> Any:
+        """Figure (matplotlib) of one output over the last cycle and of its orders; also written to ``path``.
+
+        Raises ``InputError`` for an output that does not exist, and for a file that is no picture of ours.
+        """
+        from matplotlib.figure import Figure
+
+        from cranktrain.results.figures import save_figure
+        from cranktrain.results.plots import plot_cycle, plot_orders
+
+        cycle, unit = self._cycle(name), output_unit(name)
+        figure = Figure(figsize=(8.0, 6.0), dpi=120, layout="constrained")
+        above, below = figure.subplots(2, 1)
+        plot_cycle(above, cycle, name, unit)
+        plot_orders(below, *order_spectrum(cycle, HIGHEST), name, unit)
+        if path is not None:
+            save_figure(figure, path)
+        return for_notebook(figure)
+
+    def iplot(self, *names: str) -> Any:
+        """Plotly figure of outputs of one unit over the crank angle; ``InputError`` where plotly is not installed."""
+        chosen = {name: self[name] for name in names or ("pulley.torsion",)}
+        units = {one.unit: name for name, one in chosen.items()}
+        if len(units) > 1:
+            raise InputError(f"iplot draws outputs of one unit; {' and '.join(units.values())} have different ones")
+        (unit,), label = units, next(iter(chosen)) if len(chosen) == 1 else "outputs"
+        if unit == "rad":
+            chosen, unit = {name: one.to("deg") for name, one in chosen.items()}, "deg"
+        across = np.degrees(self.angle)
+        return interactive_lines(across, chosen, "crank angle / deg", f"{label} / {unit or 'no unit'}", self.title)
+
+    def to_dataframe(self, *names: str) -> Any:
+        """Outputs, all or those named, as a pandas ``DataFrame`` over time (s); ``attrs["units"]`` has their units."""
+        import pandas
+
+        chosen = {name: np.asarray(self[name]) for name in names or self.names}
+        frame = pandas.DataFrame({"angle": self.angle, **chosen}, index=pandas.Index(self.time, name="time"))
+        units = {"time": "s", "angle": "rad", **{name: output_unit(name) for name in chosen}}
+        frame.attrs.update(engine=self._engine_name, units=units)
+        return frame
+
+    def to_xarray(self) -> Any:
+        """All outputs as an xarray ``Dataset`` over time, with units; ``InputError`` where xarray is not installed."""
+        xarray = optional("xarray", "to_xarray")
+        size = self.time.size
+        known = {name: values for name, values in self.outputs.items() if np.shape(values) == (size,)}
+        variables = {name: ("time", values, {"units": output_unit(name)}) for name, values in known.items()}
+        coordinates = {"time": ("time", self.time, {"units": "s"}), "angle": ("time", self.angle, {"units": "rad"})}
+        return xarray.Dataset(variables, coordinates, {"engine": self._engine_name, **self.attributes})
+
+    def _cycle(self, name: str) -> Array:
+        """One output over the last cycle at equal angles."""
+        return last_cycle(self.angle, np.asarray(self[name]))
+
+    def __repr__(self) -> str:
+        return (
+            f"<{type(self).__name__}: {self.title}\n"
+            f" {self.time.size} samples of {len(self.outputs)} outputs over {self.time[-1] - self.time[0]:.3g} s\n"
+            " names, ['pulley.torsion'].to('deg'), orders(), plot(), iplot(), to_dataframe(), to_xarray()>"
+        )
+
+    def _repr_html_(self) -> str:
+        """Table of a notebook: the main outputs over the last cycle."""
+        rows = []
+        for name in [name for name in SHOWN if name in self.outputs] or self.names[:4]:
+            cycle = self._cycle(name)
+            orders = sorted(self.orders(name).items(), key=lambda one: -one[1])[:3]
+            strongest = ", ".join(f"{order:g}: {size:.3g}" for order, size in orders)
+            numbers = (f"{value:.4g}" for value in (cycle.min(), cycle.mean(), cycle.max()))
+            rows.append((f"{name} / {output_unit(name)}", *numbers, strongest))
+        return html_table(self.title, ("output, last cycle", "least", "mean", "largest", "strongest orders"), rows)

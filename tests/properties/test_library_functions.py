@@ -1,0 +1,263 @@
+"""Functions of the library: every verb has one, with the options, defaults and words of the command line."""
+
+import argparse
+import inspect
+import re
+import subprocess
+import sys
+from typing import Literal, get_args, get_origin
+
+import numpy as np
+import pytest
+
+import cranktrain as ct
+from cranktrain.cli import main as command_line
+from cranktrain.cli.library.keywords import NOT_FOR_SCRIPTS, OF_OTHERS, function_name, keywords, parser_of, verbs
+from cranktrain.cli.library.writing import FACE, FOLDER, face, source
+
+UNITS = {"speed": "rpm", "from": "rpm", "to": "rpm"}
+"""Options of a quantity in engineers' units, whose keywords say which."""
+STEADY = {"from_rpm": 4000, "to_rpm": 8000, "step_rpm": 500, "crank": "torsional", "steady": "linear", "inherit": False}
+RIGID = {"speed_rpm": 4000, "cycles": 1, "crank": "rigid", "bearings": "held", "step_deg": 10}
+
+
+@pytest.mark.parametrize("verb", (*command_line.ENGINE_VERBS, *command_line.VERBS))
+def test_every_verb_has_its_function(verb):
+    name = OF_OTHERS.get(verb, function_name(verb))
+    assert verb == "schema" or callable(getattr(ct, name))
+
+
+@pytest.mark.parametrize("verb", verbs())
+def test_a_function_has_the_options_of_its_verb(verb):
+    """Read from the parser anew, not by what writes the functions."""
+    signature = inspect.signature(getattr(ct, function_name(verb)))
+    parser = parser_of(verb)
+    options = {action.dest: action for action in parser._actions if action.dest not in NOT_FOR_SCRIPTS}
+    assert set(signature.parameters) == set(options)
+    for name, parameter in signature.parameters.items():
+        default = parser.get_default(name)
+        if options[name].required and options[name].nargs != "?":
+            assert parameter.default is parameter.empty
+        else:
+            assert parameter.default == (tuple(default) if isinstance(default, list) else default)
+        positional = not options[name].option_strings
+        assert (parameter.kind is parameter.KEYWORD_ONLY) != positional
+
+
+def literals(kind):
+    """Words that an annotation takes."""
+    if get_origin(kind) is Literal:
+        return {word for word in get_args(kind) if isinstance(word, str)}
+    return {word for part in get_args(kind) for word in literals(part)}
+
+
+@pytest.mark.parametrize("verb", verbs())
+def test_a_signature_lists_the_words_of_an_option(verb):
+    function = getattr(ct, function_name(verb))
+    own = {"Path": object, "Engine": object, "Scene": object, "Assembly": object}
+    space = {**vars(sys.modules[function.__module__]), **own}
+    for action in parser_of(verb)._actions:
+        words = getattr(action, "words", None) or action.choices
+        if words:
+            kind = eval(function.__annotations__[action.dest], {**space, "Sequence": list})
+            assert literals(kind) == set(words), action.dest
+
+
+def test_words_are_those_that_runs_take():
+    """The command line's words against the registers by which a request is checked."""
+    from cranktrain.studies.constant_speed import _LEVELS
+
+    actions = {action.dest: action for action in parser_of("simulate")._actions}
+    for name, valid in _LEVELS.items():
+        assert set(actions[name].words) == set(valid()), name
+
+
+@pytest.mark.parametrize("verb", verbs())
+def test_functions_are_as_they_are_written_now(verb):
+    """After a change of options: python -m cranktrain.cli.library."""
+    path = FOLDER / f"{function_name(verb)}.py"
+    assert path.read_text("utf-8") == source(verb)
+
+
+def test_editors_and_type_checkers_see_every_name():
+    """Names are loaded lazily, so only the stub tells of them."""
+    assert FACE.read_text("utf-8") == face()
+    assert FACE.with_name("py.typed").is_file()
+    stated = set(re.findall(r" as (\w+)$", FACE.read_text("utf-8"), re.MULTILINE))
+    assert stated == set(ct.__all__) - {"__version__"} and callable(ct.runup)
+
+
+def test_a_change_of_an_option_changes_the_function(monkeypatch):
+    before = source("simulate")
+    keywords.cache_clear()
+    parser = parser_of("simulate")
+    monkeypatch.setitem(parser._defaults, "settle", 0.5)
+    monkeypatch.setattr(next(one for one in parser._actions if one.dest == "settle"), "default", 0.5)
+    try:
+        assert "settle: float = 0.5" in source("simulate") and source("simulate") != before
+    finally:
+        keywords.cache_clear()
+
+
+@pytest.mark.parametrize("verb", verbs())
+def test_keywords_bear_engineers_units(verb):
+    for action in parser_of(verb)._actions:
+        option = action.option_strings[-1].lstrip("-") if action.option_strings else ""
+        if option in UNITS and action.type is not None and verb not in ("measured", "export"):
+            assert action.dest.endswith(f"_{UNITS[option]}"), (verb, option)
+
+
+def test_importing_is_light():
+    code = "import sys, cranktrain; print([m for m in ('numpy', 'scipy', 'pandas', 'argparse') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+WRONG = [
+    ({}, "speed_rpm is missing"),
+    ({"speed_rpm": "fast"}, r"speed_rpm is 'fast', of type str; give a number"),
+    ({"speed_rpm": True}, r"speed_rpm is True, of type bool"),
+    ({"speed_rpm": 4000, "cycles": 1.5}, r"cycles is 1\.5, of type float; give a whole number"),
+    ({"speed_rpm": 4000, "damper": 1}, r"damper is 1; give True or False"),
+    ({"speed_rpm": 4000, "mesh": 3}, r"mesh is 3, of type int; give a text"),
+    ({"speed_rpm": 4000, "load": "ful"}, r"load is 'ful', of type str; give float"),
+    ({"speed_rpm": 4000, "step_deg": [1, 2]}, r"step_deg is \[1, 2\], of type list"),
+    ({"speed_rpm": 4000, "crank": None}, r"crank is None; leave it out, or give Literal"),
+    ({"speed_rpm": 4000, "crnk": "rigid"}, r"unknown keyword 'crnk'; did you mean 'crank'"),
+    ({"speed_rpm": 4000, "steady": True}, r"^steady solves .* use crank torsional"),
+]
+
+
+@pytest.mark.parametrize(("given", "told"), WRONG)
+def test_a_wrong_type_is_one_line_in_keywords(given, told):
+    with pytest.raises(ct.InputError, match=told) as error:
+        ct.simulate("single_petrol", **given)
+    assert "\n" not in str(error.value)
+    assert not re.search(r"--[a-z]", str(error.value)), "names an option of the command line"
+
+
+def test_other_functions_refuse_alike():
+    for call, told in (
+        (lambda: ct.modal(3), "engine is 3, of type int"),
+        (lambda: ct.modal(), "engine is missing"),
+        (lambda: ct.bearing_loads("single_petrol"), "one of speeds_rpm, result, run_up is missing"),
+        (lambda: ct.bearing_loads("single_petrol", speeds_rpm=[2000, "x"]), "speeds_rpm is 'x'"),
+        (lambda: ct.bearing_loads("single_petrol", speeds_rpm=2000, run_up="a.h5"), "does not go with"),
+        (lambda: ct.film_table(length_ratio=0.4, relief=[1, 2]), "relief has 2 values; give 3"),
+        (lambda: ct.campbell("single_petrol", crank="rigid"), "crank rigid has no natural frequencies"),
+        (lambda: ct.campbell("single_petrol", crank="torsional", from_rpm=3000, to_rpm=2000), "from_rpm 3000"),
+        (lambda: ct.runup("single_petrol", **{**STEADY, "ramp_rpm_per_s": 100.0}), "steady does not go with"),
+        (lambda: ct.assemble("single_petrol", {"crank": "rigid"}), "settings are"),
+        (lambda: ct.load_run(3), "is no path"),
+    ):
+        with pytest.raises(ct.InputError, match=told) as error:
+            call()
+        assert "\n" not in str(error.value)
+
+
+def test_an_engine_in_memory_is_that_of_its_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    engine = ct.load_engine("single_petrol")
+    by_name, in_memory = ct.runup("single_petrol", **STEADY), ct.runup(engine, **STEADY)
+    assert np.array_equal(by_name.torsion, in_memory.torsion)
+    assert list(tmp_path.iterdir()) == []  # a file only where one is named
+    kept = ct.runup(engine, **STEADY, output="kept.h5")
+    again = ct.load_run("kept.h5")
+    assert np.array_equal(kept.torsion, again.torsion) and kept.report["firing"] and not again.report
+
+
+def test_a_changed_engine_is_checked_by_every_function():
+    from dataclasses import replace
+
+    engine = ct.load_engine("single_petrol")
+    heavy = replace(engine, flywheel=replace(engine.flywheel, mass=-1.0))
+    wrong = replace(engine, flywheel=replace(engine.flywheel, mass="heavy"))
+    for call in (
+        lambda one: ct.simulate(one, **RIGID),
+        lambda one: ct.runup(one, **STEADY),
+        lambda one: ct.assemble(one, ct.Settings(crank="rigid", bearings="held")),
+        ct.load_engine,
+    ):
+        with pytest.raises(ct.InputError, match=r"flywheel\.mass: -1 kg is not within"):
+            call(heavy)
+        with pytest.raises(ct.InputError, match=r"flywheel\.mass: 'heavy' is not a finite number"):
+            call(wrong)
+
+
+def test_an_assembly_runs_as_its_engine_does():
+    made = ct.assemble("single_petrol", ct.Settings(crank="rigid", bearings="held"))
+    choices = {key: RIGID[key] for key in ("speed_rpm", "cycles", "step_deg")}
+    one, other = ct.simulate(made, **choices), ct.simulate("single_petrol", **RIGID)
+    assert all(np.array_equal(one[name], other[name]) for name in one.names)
+    with pytest.raises(ct.InputError, match="drive_line belongs to an engine"):
+        ct.simulate(made, **choices, drive_line="line.toml")
+
+
+def test_a_new_engine_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    engine = ct.new_engine("my_twin", layout="i2", bore_mm=80, stroke_mm=72)
+    assert engine.n_cylinders == 2 and engine.cylinders.bore == pytest.approx(0.08)
+    assert list(tmp_path.iterdir()) == []
+    assert ct.simulate(engine, **RIGID).engine == engine
+    with pytest.raises(ct.InputError, match=r"layout .*'i22'"):
+        ct.new_engine("my_twin", layout="i22", bore_mm=80, stroke_mm=72)
+
+
+def test_engines_are_named_with_titles():
+    found = ct.engines()
+    assert found["single_petrol"] == ct.load_engine("single_petrol").title and "diesel_i6" in found
+
+
+def test_campbell_is_the_verb_s(capsys):
+    import json
+
+    found = ct.campbell("single_petrol", crank="beam", from_rpm=2000, to_rpm=8000)
+    arguments = ["campbell", "single_petrol", "--crank", "beam", "--from", "2000", "--to", "8000", "--json"]
+    assert command_line.main(arguments) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert [mode["name"] for mode in printed["modes"]] == list(found.names)
+    assert np.array_equal(np.transpose([mode["hz"] for mode in printed["modes"]]), found.hz)
+    for one in printed["crossings"]:  # an order meets a mode where it has its frequency
+        assert one["hz"] == pytest.approx(one["order"] * one["rpm"] / 60.0)
+        k = found.names.index(one["mode"])
+        assert one["hz"] == pytest.approx(np.interp(one["rpm"], found.speeds_rpm, found.hz[:, k]), rel=1e-3)
+
+
+def test_only_options_are_left_out():
+    assert isinstance(parser_of("simulate"), argparse.ArgumentParser)
+    for name in NOT_FOR_SCRIPTS:
+        assert name not in inspect.signature(ct.simulate).parameters
+
+
+def test_what_a_function_finds_is_what_the_verb_prints(tmp_path, monkeypatch, capsys):
+    """Of verbs that take seconds; a list, a scalar and a file as keywords."""
+    import json
+
+    monkeypatch.chdir(tmp_path)
+    ct.simulate("single_petrol", **{**RIGID, "bearings": "impedance", "step_deg": 2.5}, output="run.h5")
+    cases = [
+        (lambda: ct.damper_optimum(inertia_ratio=0.5), ["damper-optimum", "--inertia-ratio", "0.5"]),
+        (
+            lambda: ct.bearing_loads(ct.load_engine("single_petrol"), result="run.h5"),
+            ["bearing-loads", "single_petrol", "--result", "run.h5"],
+        ),
+        (
+            lambda: ct.bearing_loads("single_petrol", result=["run.h5"]),
+            ["bearing-loads", "single_petrol", "--result", "run.h5"],
+        ),
+        (
+            lambda: ct.roller(rollers=12, length_mm=20, load_n=5000),
+            ["roller", "--rollers", "12", "--length-mm", "20", "--load", "5000"],
+        ),
+        (lambda: ct.export("run.h5", to="run.csv"), ["export", "run.h5", "--to", "again.csv"]),
+    ]  # fmt: skip
+    for call, words in cases:
+        found = call()
+        assert command_line.main([*words, "--json"]) == 0
+        printed = json.loads(capsys.readouterr().out)
+        for own in (found, printed):
+            own.pop("seconds", None)
+        if words[0] != "export":
+            assert json.loads(json.dumps(found)) == printed
+        assert found.verb == words[0] and len(repr(found).splitlines()) < 10
+    assert (tmp_path / "run.csv").read_text() == (tmp_path / "again.csv").read_text()
