@@ -178,6 +178,11 @@ def test_films_that_know_no_cycle_are_solved_as_ever_bit_by_bit():
 
 
 @pytest.mark.slow
+@pytest.mark.xfail(
+    strict=True,
+    reason="what voids hold at a stage changes from cycle to cycle (decision 0070), which the films that follow do not "
+    "know: they give up before 1e-6, and cycles are solved anew",
+)
 def test_a_cycle_that_repeats_goes_on_with_films_solved_anew():
     """Of a second speed, with ports found so exactly that nothing but the films may differ."""
     made = assemble(ENGINE, Settings(crank="beam", bearings="ehd", newton_tolerance=1e-9, follow_films=True))

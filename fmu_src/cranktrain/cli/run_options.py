@@ -142,8 +142,8 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
     )  # fmt: skip
     add(
         "--follow-films", action="store_true",
-        help="while a run settles, elastic films take their deformation from the cycle before: faster, see "
-        "theory/settling",
+        help="while a run settles, elastic films take their deformation from the cycle before: slower since they keep "
+        "their oil by stages, see theory/settling",
     )  # fmt: skip
 
 

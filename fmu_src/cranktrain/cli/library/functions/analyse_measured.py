@@ -63,7 +63,7 @@ def analyse_measured(
     unit : unit of the pressures, where the file states none
     samples_per_cycle : of encoder-triggered channels
     first_deg : crank angle of their first sample after dead centre of cylinder 1 (default -360)
-    speed : speed of encoder-triggered channels
+    speed : speed of encoder-triggered channels, or one that pulses are checked against
     pegging : zero by compression, polytropic, intake, keep
     exponent : of pegging polytropic (default 1.34)
     intake_bar : absolute intake pressure of pegging intake

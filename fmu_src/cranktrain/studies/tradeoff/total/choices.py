@@ -124,7 +124,6 @@ def model(scene: StudyScene, crank: str, bearings: str, block: str) -> Model:
     chosen = replace(
         scene.settings, crank=crank, bearings=bearings, block=block, pistons=guided, integrator=plain.integrator,
         step=plain.step, control=plain.control, tolerance=plain.tolerance, newton_tolerance=None, film_change=None,
-        follow_films=True,
     )  # fmt: skip
     return Model(scene.engine, scene.speed, resolved(chosen, scene.engine))
 
