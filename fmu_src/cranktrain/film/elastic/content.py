@@ -20,6 +20,7 @@ Source: C. Bolley, M. Crouzeix, R.A.I.R.O. Analyse numérique 12 (1978) 237.
 from __future__ import annotations
 
 from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.lanes import four
 from cranktrain.film.contact.gap import CLEAR, open_gap
 from cranktrain.film.elastic import grid as at
 from cranktrain.film.elastic.height import combined, node_films
@@ -159,8 +160,7 @@ def _to_vectors(film, vectors, place, shapes):
 def _node_rate(film, vectors, i, line):
     """Rate (1/s) of the distance over the clearance at the node of a column and line, from the rates in ``vectors``."""
     zeta = film.lines[line, at.ZETA]
-    x = vectors[at.PLACE, 0] + zeta * vectors[at.PLACE, 2]
-    y = vectors[at.PLACE, 1] + zeta * vectors[at.PLACE, 3]
+    x, y, a, b = four(vectors[at.PLACE], 0)
     q = i * (int(film.constants[at.N_Z]) + 2) + line
     by_shapes = combined(film.shapes, q, vectors[at.SHIFT], film.shapes.shape[1])
-    return by_shapes - x * film.trig[i, at.COS] - y * film.trig[i, at.SIN]
+    return by_shapes - (x + zeta * a) * film.trig[i, at.COS] - (y + zeta * b) * film.trig[i, at.SIN]
