@@ -3,8 +3,7 @@
     python benchmarks/elastic_run_up.py                              # the six at 2000, 2020, 2040 and 2060 rev/min
     python benchmarks/elastic_run_up.py --speeds 1000 1020 1040
 
-Three ways, each to 1e-4: settled from the static equilibrium with films solved anew in each cycle; from neighbours,
-with films solved anew; from neighbours, with films that follow the cycle before. Machine code is loaded before.
+Two ways, each to 1e-4: settled from the static equilibrium, and from neighbours. Machine code is loaded before.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ import json
 import math
 import statistics
 import time
-from dataclasses import replace
 from typing import Any
 
 from cranktrain.dynamics.model.settings import Settings
@@ -26,10 +24,9 @@ SETTLE = 1.0e-4
 RPM = math.pi / 30.0
 
 
-def measured(made: Assembly, speeds: list[float], anew: bool, neighbours: bool) -> list[dict[str, Any]]:
+def measured(made: Assembly, speeds: list[float], neighbours: bool) -> list[dict[str, Any]]:
     """Processor seconds and cycles of each speed, rev/min, one after the other."""
-    settings = replace(made.settings, follow_films=not anew)
-    runs = SteadyRuns(Job(replace(made, settings=settings), None, SETTLE, 24.0, ("pulley.torsion",)))
+    runs = SteadyRuns(Job(made, None, SETTLE, 24.0, ("pulley.torsion",)))
     starts: list[CycleStart] = []
     rows = []
     for rpm in speeds:
@@ -48,12 +45,8 @@ def main() -> None:
     parser.add_argument("--speeds", nargs="+", type=float, default=[2000.0, 2020.0, 2040.0, 2060.0], metavar="RPM")
     chosen = parser.parse_args()
     made = assemble(load_engine(chosen.engine), Settings(bearings="ehd"))
-    ways = {
-        "settled from rest": (True, False),
-        "from neighbours, films anew": (True, True),
-        "from neighbours, films follow": (False, True),
-    }
-    said: dict[str, Any] = {name: measured(made, chosen.speeds, *way) for name, way in ways.items()}
+    ways = {"settled from rest": False, "from neighbours": True}
+    said: dict[str, Any] = {name: measured(made, chosen.speeds, way) for name, way in ways.items()}
     medians = {name: statistics.median(row["seconds"] for row in rows[1:]) for name, rows in said.items()}
     rest = medians["settled from rest"]
     print(json.dumps({**said, "median": medians, "times_faster": {n: rest / s for n, s in medians.items()}}, indent=1))

@@ -54,7 +54,6 @@ def cycle(engine, rpm=1500.0, **levels):
     made = assemble(engine, Settings(**levels))
     simulation = Simulation(engine, made.body, made.settings, parts=made.parts)
     simulation.inputs[0] = rpm * RPM
-    simulation.keep_cycles()
     simulation.initialize()
     return run_cycles(simulation, None, 1e-3, None, None)
 

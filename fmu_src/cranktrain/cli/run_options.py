@@ -140,11 +140,6 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
         "--tolerance", type=float, metavar="ERROR",
         help="adaptive steps: --step-deg is divided until the error of a step is below this, e.g. 1e-4",
     )  # fmt: skip
-    add(
-        "--follow-films", action="store_true",
-        help="while a run settles, elastic films take their deformation from the cycle before: slower since they keep "
-        "their oil by stages, see theory/settling",
-    )  # fmt: skip
 
 
 def add_source_options(parser: argparse.ArgumentParser) -> None:

@@ -61,7 +61,6 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import SLOWEST_RPM
 from cranktrain.engine.torsional_chain import DYNAMOMETER
 from cranktrain.film.laws.parameters import CLEARANCE
-from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import Gas, GasTrace, gas_tables
@@ -172,23 +171,9 @@ class Simulation(SteppedModel):
             )
         return body
 
-    def keep_cycles(self) -> None:
-        """Let films with a memory follow those of the cycle before, from the next initialization on.
-
-        For runs whose cycles come to repeat (:mod:`cranktrain.film.laws.past_cycle`), where the settings want it.
-        """
-        if self.settings.follow_films:
-            self.parts = self.parts._replace(cycles=PastCycles())
-
-    def solve_films_anew(self) -> bool:
-        """Let films follow no cycle before, until the next initialization or speed; whether they did."""
-        return self.parts.cycles is not None and self.parts.cycles.stop()
-
     def initialize(self, time: float = 0.0) -> None:
         """Start from the static equilibrium under the present inputs; loads the kernels. Raises ``InputError``."""
         self._check_inputs()
-        if self.parts.cycles is not None:
-            self.parts.cycles.forget()
         if self.settings.film_temperature != "engine":
             self._temperatures = self._balanced_temperatures()
         self._oil_temperature = supply_temperature(self.engine, self.settings, float(self.inputs[0]))
@@ -303,8 +288,6 @@ class Simulation(SteppedModel):
         """
         state = self._current()
         self._end_step()
-        if self.parts.cycles is not None:
-            self.parts.cycles.go_on_at(speed, float(self.inputs[0]))
         self.inputs[0] = speed
         self._check_inputs()
         self._oil_temperature = supply_temperature(self.engine, self.settings, speed)
@@ -527,8 +510,6 @@ def simulate(
     if simulation.settings.boundary == "torque":
         simulation.load_torque = simulation.steady_torque() if load_torque is None else load_torque
         cycles = FREE_CYCLES if cycles is None else cycles
-    if cycles is None:
-        simulation.keep_cycles()
     simulation.initialize()
 
     def run() -> Result:

@@ -75,7 +75,6 @@ class Request:
     integrator : None as the bearing level has it
     step_deg : internal step in degrees of crank angle
     tolerance : adaptive steps: fractions of ``step_deg`` as short as this error per step requires
-    follow_films : whether elastic films follow those of the cycle before in a run that settles, which is faster
     load : fraction of the full-load burn
     pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, or folder or index file of traces over speed
         (:mod:`cranktrain.loads.pressure_map`); their unit, the angle of firing dead centre
@@ -99,7 +98,6 @@ class Request:
     integrator: str | None = None
     step_deg: float | None = None
     tolerance: float | None = None
-    follow_films: bool = False
     load: float = 1.0
     pressure: str | Path | None = None
     pressure_unit: str | None = None
@@ -170,7 +168,7 @@ class Request:
 
     def of_a_run(self, levels: Settings) -> Settings:
         """Settings of these levels with what is chosen for the run: load, integrator and steps."""
-        choices: dict[str, Any] = {"film_temperature": self.film_temperature, "follow_films": self.follow_films}
+        choices: dict[str, Any] = {"film_temperature": self.film_temperature}
         if self.load_torque_nm is not None:
             choices["boundary"] = "torque"
         if self.axial_force_n is not None:

@@ -135,7 +135,6 @@ def running_rollers(
     made = assemble(engine, settings or Settings(), say=say)
     simulation = Simulation(engine, made.body, made.settings, parts=made.parts)
     simulation.inputs[0] = rpm * RPM
-    simulation.keep_cycles()
     simulation.initialize()
     result = run_cycles(simulation, None, SETTLE, None, say)
     cycle = roller_cycle(simulation)

@@ -53,7 +53,6 @@ from cranktrain.film.laws.bearings import (
     thrust_bearing,
 )
 from cranktrain.film.laws.films import PAIR, Films
-from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.film.table.database import FilmTable
 from cranktrain.loads.articulated_rod import JOINT, joint_values
@@ -190,7 +189,6 @@ class Parts(NamedTuple):
     topology: Topology | None = None  # bodies and connections beside those of the engine's file
     bodies: Mapping[str, ReducedBody] | None = None  # that the engine's file takes from files of their own
     film_tables: tuple[FilmTable, ...] = ()  # films of added bearings, level ``table``
-    cycles: PastCycles | None = None  # keeps what the main bearings' films were over the last cycle of a run
     big_end_bore: BoreCompliance | None = None  # elastic eyes of the rods, level ``ehd`` of the big ends
 
 
@@ -261,7 +259,7 @@ def structure(
     made = {} if films_made is None else films_made
     key = "mains", settings.bearings, settings.block
     if key not in made:
-        made[key] = main_bearings(engine, settings.bearings, parts.table, parts.bore, parts.cycles)
+        made[key] = main_bearings(engine, settings.bearings, parts.table, parts.bore)
     journals, mains, main_films = made[key]
     key = "big ends", settings.big_ends, ""
     if key not in made:

@@ -14,7 +14,6 @@ from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, enter_law
 from cranktrain.film.laws.films import Films, no_films
 from cranktrain.film.laws.parameters import CLEARANCE, COLUMNS, VISCOSITY, WIDTH
-from cranktrain.film.laws.past_cycle import PastCycles
 from cranktrain.film.laws.register import PLAIN, ROLLER, Law, bearing_law, usual_level
 from cranktrain.film.laws.roller import roller_parameters
 from cranktrain.film.table.database import FilmTable
@@ -64,7 +63,6 @@ def main_bearings(
     level: str,
     table: FilmTable | None,
     bore: BoreCompliance | None,
-    cycles: PastCycles | None = None,
 ) -> Mains:
     """Main bearings at a level, with films of ``REFERENCE_VISCOSITY``.
 
@@ -82,7 +80,7 @@ def main_bearings(
     if law.carries and engine.main_bearing is not None:
         parameters[:, VISCOSITY] = REFERENCE_VISCOSITY
         parameters[list(engine.plain_numbers)] = bearing_parameters(engine.main_bearing, REFERENCE_VISCOSITY)
-    parts = {"table": table, "bore": bore, "cycles": cycles}
+    parts = {"table": table, "bore": bore}
     bearings = Bearings(parameters, engine.main_bearing, engine.main_roller, parts, oil=engine.oil)
     films = no_films(len(parameters))._replace(solved=bearings.solved)
     tilted = np.zeros(len(parameters), dtype=bool)

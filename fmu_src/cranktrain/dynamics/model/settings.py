@@ -47,9 +47,8 @@ class Settings:
     are finer (:mod:`cranktrain.dynamics.time.communication`). ``film_temperature`` is one of ``FILM_TEMPERATURES``;
     ``gas_delay`` is how many communication steps before its own a given pressure was computed for
     (:mod:`cranktrain.dynamics.time.reconstruction`); ``work_limit`` bounds the Newton iterations of a communication
-    step, 0 does not (:mod:`cranktrain.dynamics.time.work_limit`). With ``follow_films`` films with a memory follow
-    those of the cycle before in runs that settle (:mod:`cranktrain.film.laws.past_cycle`). ``axial_force`` (N) on the
-    flywheel is what the input begins with; None takes that of the engine's axial path.
+    step, 0 does not (:mod:`cranktrain.dynamics.time.work_limit`). ``axial_force`` (N) on the flywheel is what the input
+    begins with; None takes that of the engine's axial path.
     """
 
     crank: str = "solid"
@@ -76,7 +75,6 @@ class Settings:
     work_limit: float = 0.0
     newton_tolerance: float | None = None
     film_change: float | None = None
-    follow_films: bool = False
     axial_force: float | None = None
 
 

@@ -46,10 +46,6 @@ PATIENCE, PATIENCE_OF_BLOCKS, GAIN = 3, 2, 0.5
 """A run gains no more when this many cycles together, or blocks of some, leave more than this share of before."""
 PATIENCE_OF_CREEP = 4
 """The same where the engine creeps first."""
-RISES = 2
-"""Cycles together that leave more than one before them: films that follow the cycle before do not settle."""
-
-
 TRIED = 24
 """Most cycles of a run from a neighbour's motion: most settle within 8, and 15 where a period was doubtful."""
 
@@ -68,9 +64,6 @@ class Stepped(Protocol):
 
     def step(self, t_end: float) -> None:
         """See :meth:`cranktrain.dynamics.simulation.Simulation.step`."""
-
-    def solve_films_anew(self) -> bool:
-        """See :meth:`cranktrain.dynamics.simulation.Simulation.solve_films_anew`."""
 
 
 class Expected(NamedTuple):
@@ -233,8 +226,6 @@ def settled_cycles(
         if search:
             modes.collar.forget()
             creep = creep_of(simulation.model, modes)
-            # How often a motion repeats, if at all, is told by films that follow no cycle before.
-            simulation.solve_films_anew()
             plain = plainly(recorder, judge, tolerance, most - LONGEST_PERIOD - done, shortest)
             done, block, search = done + plain.cycles, plain.nearest, False
             if not block:
@@ -268,10 +259,6 @@ def settled_cycles(
             return Recorded(kept, Settling(done, repeats, tolerance, left), True, learned=modes.learned)
         if done + block > most:
             return Recorded(rows, settling, True, learned=modes.learned)
-        rises = creep is None and len(worst) > RISES and min(worst[-RISES:]) > min(worst[:-RISES])
-        if (rises or _gains_no_more(worst, patience)) and simulation.solve_films_anew():
-            worst = worst[-1:]
-            tell(f"cycle {done}: films that follow the cycle before do not settle; solved anew from here on")
         stays = _gains_no_more(worst, patience if block == 1 else PATIENCE_OF_BLOCKS)
         if stays and creep is not None and creep.fresh_start():
             worst = worst[-1:]

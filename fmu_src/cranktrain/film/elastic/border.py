@@ -16,7 +16,7 @@ from cranktrain.core.vectors import LANES, load, splat, store
 from cranktrain.film.elastic import grid as at
 from cranktrain.film.elastic.band_blocks import solve_blocks
 from cranktrain.film.elastic.height import pressure_unit
-from cranktrain.film.elastic.sources import motion_sources, past_sources
+from cranktrain.film.elastic.sources import motion_sources
 
 
 @kernel
@@ -308,18 +308,6 @@ def film_tangents(film, first, ring, work, out):
         for t in range(4):
             out[at.STIFFNESS + 4 * m + t] = _force_change(film, first, ring, m, t, work) + _touch(film, m, t, work)
             out[at.DAMPING + 4 * m + t] = _force_change(film, first, ring, m, 4 + t, work)
-
-
-@kernel
-def past_tangents(film, per_gain, first, ring, work, out):
-    """Derivatives of the four forces by the past Δ of the k shapes, N/m, on the converged set, into ``out`` (4, k)."""
-    last = work.columns.shape[0] - 1
-    for block in range(film.shapes.shape[1] // 8):
-        past_sources(film, per_gain, work.nodes, first, block, work.columns[last])
-        _answer(film, first, ring, 0, work)
-        for k in range(max(0, 8 * block - 1), min(out.shape[1], 8 * block + 7)):
-            for m in range(4):
-                out[m, k] = _force_change(film, first, ring, m, k + 1 - 8 * block, work)
 
 
 @kernel

@@ -40,7 +40,6 @@ from cranktrain.film.elastic.border import (
     border_equations,
     eliminate,
     film_tangents,
-    past_tangents,
     present_loads,
     solution_loads,
 )
@@ -108,8 +107,6 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
         return status
     if tangents:
         film_tangents(film, first, ring, work, out)
-        if history.by_past.shape[1] > 0:
-            past_tangents(film, rates.per_gain, first, ring, work, history.by_past)
     oil_state(film, work.nodes)
     out[at.CLIPPED] = _keep_filled(film, history.unknowns, work.nodes[at.VOID])
     film_result(film, speed, rates.per_gain, work, out)

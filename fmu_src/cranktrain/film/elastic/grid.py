@@ -132,7 +132,6 @@ class FilmHistory(NamedTuple):
     known: Array  # (k,) Δ of the stage, m
     unknowns: Array  # (n,) in: where to begin; out: the solution
     shapes: Array  # (k,) δ, m, the same
-    by_past: Array = np.zeros((4, 0))  # (4, k) out, with tangents: derivatives of the forces by Δ, N/m; or (4, 0)
     content: Array = np.zeros((3, 0))
     """(CONTENT, n), see cranktrain.film.elastic.content; (CONTENT, 0): backward Euler from the start."""
 

@@ -88,23 +88,3 @@ def motion_sources(film, nodes, faces, first, columns):
             target[at.V_Y] = squeeze * sin
             target[at.V_A] = squeeze * zeta * cos
             target[at.V_B] = squeeze * zeta * sin
-
-
-@kernel
-def past_sources(film, per_gain, nodes, first, block, columns):
-    """−∂R/∂Δ of eight columns of shapes, from column 8 ``block`` on, into ``columns`` (n_phi n_z, 8), in band order.
-
-    Δ moves no surface. It acts only through δ̇ = (δ − Δ)/g, with ``per_gain`` 1/g.
-    """
-    n_phi = int(film.constants[at.N_PHI])
-    n_z = int(film.constants[at.N_Z])
-    for position in range(n_phi):
-        i = first + position
-        if i >= n_phi:
-            i -= n_phi
-        for j in range(n_z):
-            q = i * (n_z + 2) + j + 1
-            # Supply nodes have no squeeze.
-            squeeze = per_gain * nodes[at.SQUEEZE, q]
-            for half in range(0, 2 * LANES, LANES):
-                store(columns, (position * n_z + j, half), squeeze * load(film.shapes, (q, 8 * block + half)))

@@ -93,21 +93,6 @@ def motion_sources(film, work, group):
 
 
 @kernel
-def past_sources(film, work, group, per_gain):
-    """−∂R/∂Δ of every shape as right-hand sides 1 to 7; the first is zero."""
-    n_phi = int(film.constants[one.N_PHI])
-    n_z = int(film.constants[one.N_Z])
-    for position in range(n_phi):
-        for j in range(n_z):
-            q = position * (n_z + 2) + j + 1
-            squeeze = per_gain * eight(work.nodes[group], (at.SQUEEZE, q))
-            put_eight(work.columns, (position * n_z + j, 0), all_eight(0.0))
-            for k in range(at.MOST_SHAPES):
-                value = squeeze * eight(work.shapes[group], (q, k))
-                put_eight(work.columns, (position * n_z + j, k + 1), value)
-
-
-@kernel
 def solution_loads(film, work, group, to):
     """Generalised forces ∫ S p dA / (p₀ A₀) of the solutions ``to`` … ``to`` + 7 into ``loads``."""
     n_phi = int(film.constants[one.N_PHI])

@@ -29,7 +29,6 @@ from cranktrain.film.lanes.border import (
     border_equations,
     eliminate,
     motion_sources,
-    past_sources,
     present_loads,
     shape_sources,
     solution_loads,
@@ -272,20 +271,6 @@ def film_tangents(film, work, group, outs, wanted, own):
                     change = work.loads[m, 8 * (at.SIDES + t) + c] + work.touching[m, 8 * t + c]
                     out[one.STIFFNESS + 4 * m + t] = unit * change
                     out[one.DAMPING + 4 * m + t] = unit * work.loads[m, 8 * (at.SIDES + 4 + t) + c]
-
-
-@kernel
-def past_tangents(film, work, group, per_gain, by_past, wanted, own):
-    """Derivatives of the four forces by the past Δ of the shapes, N/m, into ``by_past`` (b, 4, k)."""
-    past_sources(film, work, group, per_gain)
-    _answer(film, work, group, 0)
-    for c in range(at.LANES):
-        if wanted[c] > 0.0:
-            unit = _tangent_unit(film, work, c)
-            out = by_past[int(own[c])]
-            for m in range(4):
-                for k in range(out.shape[1]):
-                    out[m, k] = unit * work.loads[m, 8 * (at.SIDES + 1 + k) + c]
 
 
 @inlined_kernel

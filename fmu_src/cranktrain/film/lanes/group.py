@@ -8,7 +8,7 @@ from cranktrain.film.elastic.film import CONVERGED, NOT_CONVERGED
 from cranktrain.film.lanes import grid as at
 from cranktrain.film.lanes.balance import take_sides
 from cranktrain.film.lanes.begin import begin_solution, prepare_stage, prepare_step
-from cranktrain.film.lanes.film import film_tangents, past_tangents, solve_films, take_last_step
+from cranktrain.film.lanes.film import film_tangents, solve_films, take_last_step
 from cranktrain.film.lanes.result import film_figures, film_forces
 
 LEAST_MOBILITY = 1.0e-3
@@ -28,11 +28,11 @@ def solve_group(film, work, group, clock, memory):
     ----------
     clock : time over which voids change, s; g of the stage's rule, s; 1 where figures for outputs are wanted
     memory : unknowns at the step's start (b, N n); unknowns (b, N n), shapes (b, k, m), in: where to begin, out: the
-        solution; results (b, OUT_SIZE); derivatives by the past (b, 4, k or 0); content of the stage (b, CONTENT, N n),
+        solution; results (b, OUT_SIZE); content of the stage (b, CONTENT, N n),
         or of no nodes: backward Euler from the start
     """
     elapsed, gain, figures = clock
-    starts, unknowns, shapes, outs, by_past, content = memory
+    starts, unknowns, shapes, outs, content = memory
     per_step = 1.0 / elapsed
     per_gain = 1.0 / gain
     wanted = work.wanted
@@ -57,8 +57,6 @@ def solve_group(film, work, group, clock, memory):
         work.status[c] = float(CONVERGED if good else NOT_CONVERGED)
     if tangents:
         film_tangents(film, work, group, outs, work.tangents, own)
-        if by_past.shape[1] > 0:
-            past_tangents(film, work, group, per_gain, by_past, work.tangents, own)
     take_last_step(film, work, group)
     film_forces(film, work, group, outs, wanted, own)
     if figures > 0.0:

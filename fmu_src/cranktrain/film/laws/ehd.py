@@ -58,9 +58,7 @@ from cranktrain.film.lanes.grid import MOST_SHAPES, LaneWork, lane_work
 from cranktrain.film.laws.film_solution import (
     ASKED,
     CALLS,
-    CARRIED,
     SOLVED,
-    carried_on_at,
     close_content,
     force_solved,
     line_up,
@@ -99,17 +97,6 @@ from cranktrain.film.laws.films import VISCOSITY as NEW_VISCOSITY
 from cranktrain.film.laws.foresight import end_slopes, keep_stage
 from cranktrain.film.laws.in_space import closing_rate, force_in_frame, turn_pairs
 from cranktrain.film.laws.parameters import VISCOSITY as VISCOSITIES
-from cranktrain.film.laws.past_cycle import FRICTION as KNOWN_FRICTION
-from cranktrain.film.laws.past_cycle import (
-    RESULTS,
-    PastCycle,
-    PastCycles,
-    begin_stage,
-    begin_step,
-    end_step,
-    found_at,
-    no_past,
-)
 from cranktrain.film.laws.pressure_peak import PEAKS, keep_peak
 
 if TYPE_CHECKING:
@@ -143,9 +130,6 @@ class ElasticMemory(NamedTuple):
     motions: Array  # (b, 2, 4) places and velocities in space
     speeds: Array  # (b,) of the journals, rad/s
     out: Array  # (b, OUT_SIZE)
-    by_past: Array  # (b, 4, k) derivatives of the forces by Δ, N/m; (b, 4, 0) where no cycle is kept
-    line: Array  # (RESULTS,) a force that is carried on from the last cycle
-    defect: Array  # (b, 4) what that missed at the stage before
     calls: Array  # (b, CALLS) see SOLVED
     peaks: Array  # (b, PEAKS) see PEAK
     content: Array  # (b, CONTENT, N), see film.elastic.content; (b, CONTENT, 0) of compressible oil
@@ -165,31 +149,23 @@ class ElasticBore(NamedTuple):
     contact_height: Array  # (1,) m, the least gap that counts when a film closes
     viscosities: Array  # (b,) Pa s
     oil_law: Array  # (2,) what pressure does to the oil: law and slope (1/Pa), see engine.lubricant
-    past: PastCycle
     lanes: LaneWork  # room for films side by side; of no group where each is solved alone
 
 
-# In one piece: what the films of a bearing are made of, and the room that a run has for their past.
 def elastic_bore(
     bearing: PlainBearing,
     viscosities: Array,
     bore: BoreCompliance,
     grid: ElasticGrid = IN_LOOP,
     oil: Oil | None = None,
-    cycles: PastCycles | None = None,
 ) -> ElasticBore:
-    """Elastic films of one journal per entry of ``viscosities`` (b,), Pa s; ``oil`` gives the dependence on pressure.
-
-    With ``cycles`` each cycle of a run is kept for the next one.
-    """
+    """Elastic films of a journal per entry of ``viscosities`` (b,), Pa s; ``oil`` gives what pressure does to it."""
     tables = None if oil is None else oil_tables(oil, viscosities)
     film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
     count, shapes = len(viscosities), len(bore.compliance)
-    past = no_past(0, 0) if cycles is None else cycles.room(count, shapes, grid.size)
     return ElasticBore(
-        film, grid.work(shapes), elastic_memory(film, count, cycles is not None),
-        np.array([bearing.contact_height]), np.array(viscosities, dtype=float), _oil_law(oil), past,
-        lanes_of(film, count),
+        film, grid.work(shapes), elastic_memory(film, count), np.array([bearing.contact_height]),
+        np.array(viscosities, dtype=float), _oil_law(oil), lanes_of(film, count),
     )  # fmt: skip
 
 
@@ -209,7 +185,7 @@ def elastic_films(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBor
     parts, viscosities = bearings.parts, bearings.parameters[:, VISCOSITIES]
     bore = parts["bore"]
     size = bore.grid or grid
-    return elastic_bore(bearings.plain, viscosities, bore, size, oil=bearings.oil, cycles=parts.get("cycles"))
+    return elastic_bore(bearings.plain, viscosities, bore, size, oil=bearings.oil)
 
 
 def fine_films(bearings: Bearings) -> ElasticBore:
@@ -270,8 +246,8 @@ def pressure_peaks(films: Films) -> Array | None:
     return next((bore.memory.peaks.copy() for bore in records if isinstance(bore, ElasticBore)), None)
 
 
-def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> ElasticMemory:
-    """Memory for as many films, full and round; ``cyclic`` where their cycles are kept."""
+def elastic_memory(film: ElasticFilm, bearings: int) -> ElasticMemory:
+    """Memory for as many films, full and round."""
     size = int(film.constants[N_PHI] * film.constants[N_Z])
     k = int(film.constants[N_SHAPES])
     z = np.zeros
@@ -279,9 +255,9 @@ def elastic_memory(film: ElasticFilm, bearings: int, cyclic: bool = False) -> El
     return ElasticMemory(
         z((bearings, size)), z((bearings, 4)), z((bearings, 4)), z((bearings, k)), z((bearings, k)), z((bearings, k)),
         z((bearings, size)), z((bearings, k)), z((8, bearings, k)), z((bearings, 2, 4)), z(bearings),
-        z((bearings, OUT_SIZE)), z((bearings, 4, k if cyclic else 0)), z(RESULTS), z((bearings, 4)),
-        z((bearings, CALLS)), z((bearings, PEAKS)), z((bearings, CONTENT, staged)), z((8, bearings, staged)),
-        z((bearings, staged)), z((8, bearings, staged)), z((bearings, staged)), z((bearings, 8)),
+        z((bearings, OUT_SIZE)), z((bearings, CALLS)), z((bearings, PEAKS)), z((bearings, CONTENT, staged)),
+        z((8, bearings, staged)), z((bearings, staged)), z((8, bearings, staged)), z((bearings, staged)),
+        z((bearings, 8)),
     )  # fmt: skip
 
 
@@ -293,7 +269,7 @@ def _staged(film: ElasticFilm) -> int:
 _SMALL = SMALLEST.film(1.0, 1.0, 1.0e-3, 1.0)
 _read = record_reader(
     ElasticBore(
-        _SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), np.zeros(2), no_past(0, 0),
+        _SMALL, SMALLEST.work(0), elastic_memory(_SMALL, 1), np.zeros(1), np.zeros(1), np.zeros(2),
         lane_work(_SMALL, 0),
     )
 )  # fmt: skip
@@ -318,11 +294,6 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         if own.calls[i, ASKED] == 0.0:
             _move(own, i, numbers, place, velocity)
             line_up(bore, i)
-        if carried_on_at(bore, i):
-            force_in_frame(own.line, cos, sin, numbers[TURN], out)
-            side, at = found_at(bore.past)
-            out[FRICTION] = bore.past.values[side, at, i, KNOWN_FRICTION]
-            return 0
         status = force_solved(bore, i, numbers)
         if status != CONVERGED:
             return status
@@ -349,12 +320,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
             own.known[i, k] = past
         open_content(bore, i, numbers, memory)
         own.calls[i, SOLVED] = 0.0
-        own.calls[i, CARRIED] = 0.0
-        if i == 0:
-            begin_stage(bore.past, numbers[STAGE], numbers[STEP])
     elif action == OPEN_STEP:
-        if i == 0:
-            begin_step(bore.past, numbers[ANGLE])
         _move(own, i, numbers, place, velocity)
         for k in range(4):
             own.start_place[i, k] = own.motions[i, 0, k]
@@ -377,7 +343,6 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         start_content(bore, i)
         open_lane(bore, i)
     elif action == CLOSE_STEP:
-        end_step(bore.past)
         keep_peak(
             own.peaks[i], own.out[i, PRESSURE_MAX], own.unknowns[i], int(bore.film.constants[N_Z]), numbers[ANGLE]
         )

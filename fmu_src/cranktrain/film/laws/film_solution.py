@@ -1,4 +1,4 @@
-"""Solutions of elastic films at a stage: alone, or side by side in lanes, or a cycle's line carried on.
+"""Solutions of elastic films at a stage: alone, or side by side in lanes.
 
 Films that were lined up are solved together when the first of them is asked; see LINE_UP in
 :mod:`cranktrain.film.laws.films`. A film that fails in its lane is solved alone.
@@ -9,30 +9,15 @@ from __future__ import annotations
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.film.elastic.content import begin_content, content_rates, stage_content
 from cranktrain.film.elastic.film import CONVERGED, elastic_film
-from cranktrain.film.elastic.grid import FILM_MIN, FRICTION_TORQUE, ITERATIONS, OIL_ROW, VISCOSITY, FilmHistory
+from cranktrain.film.elastic.grid import ITERATIONS, OIL_ROW, VISCOSITY, FilmHistory
 from cranktrain.film.lanes import grid as lanes
 from cranktrain.film.lanes.begin import choose_cut, lane_motion, lane_units, turn_geometry
 from cranktrain.film.lanes.group import solve_group
 from cranktrain.film.laws.films import ELAPSED, FROZEN, GAIN, STAGE, STEP
 from cranktrain.film.laws.foresight import foresee
-from cranktrain.film.laws.past_cycle import (
-    ENTRY,
-    FOUND,
-    REACH,
-    SIDE,
-    STILL,
-    begin_as_known,
-    begin_beside,
-    carried_on,
-    distance,
-    found_at,
-    keep_film,
-    keep_tangents,
-)
 
-SOLVED, CARRIED, LAST, EVALUATIONS, TANGENTS, PASSES, ASKED, READY, STATUS, GROUPS, GROUP_PASSES, CALLS = range(12)
-"""Columns of ``ElasticMemory.calls``: of the present stage, how often the film was solved so far, and whether its force
-was carried on from the last cycle; the stage of that cycle which is the one before, or what is never one. Of the whole
+SOLVED, EVALUATIONS, TANGENTS, PASSES, ASKED, READY, STATUS, GROUPS, GROUP_PASSES, CALLS = range(10)
+"""Columns of ``ElasticMemory.calls``: of the present stage, how often the film was solved so far. Of the whole
 run so far: solutions, those with tangents, and Newton iterations of all of them. Then whether its motion was told for
 films side by side, whether they were solved at it, and with which status. At last, of the whole run, solutions
 and Newton iterations of a group of films, in the row of its first."""
@@ -100,29 +85,6 @@ def line_up(bore, i):
 
 
 @kernel
-def carried_on_at(bore, i):
-    """Whether the force of film i, ``memory.line``, is extrapolated from the previous cycle."""
-    own = bore.memory
-    near = _is_near(bore, i)
-    if near:
-        side, at = found_at(bore.past)
-        carried_on(bore.past.values[side, at, i], own.motions[i], own.known[i], own.defect[i], own.line)
-        own.calls[i, CARRIED] = 1.0
-        own.calls[i, ASKED] = 0.0
-    return near
-
-
-@kernel
-def _is_near(bore, i):
-    """Whether the previous cycle knows film i near its present place."""
-    if bore.past.marks[FOUND] < 0.0:
-        return False
-    side, at = found_at(bore.past)
-    known = bore.past.values[side, at, i]
-    return distance(known, bore.memory.motions[i, 0], bore.contact_height[0]) <= bore.past.marks[REACH]
-
-
-@kernel
 def force_solved(bore, i, numbers):
     """Solve film i for its force; its status."""
     calls = bore.memory.calls
@@ -137,10 +99,8 @@ def force_solved(bore, i, numbers):
 
 @kernel
 def stage_closed(bore, i, numbers):
-    """Solve film i at the place where a stage ends, and keep it for the next cycle; its status."""
-    own = bore.memory
-    calls = own.calls
-    past = bore.past
+    """Solve film i at the place where a stage ends; its status."""
+    calls = bore.memory.calls
     if calls[i, ASKED] > 0.0:
         if calls[i, READY] == 0.0:
             _solve_lanes(bore, i // lanes.LANES, numbers, True)
@@ -149,42 +109,8 @@ def stage_closed(bore, i, numbers):
             status = solve_alone(bore, i, numbers, False)
         calls[i, ASKED] = 0.0
     else:
-        status = solve_alone(bore, i, numbers, _begin_close(bore, i))
-    calls[i, LAST] = past.marks[FOUND] if status == CONVERGED else -1.0
-    for k in range(4):
-        own.defect[i, k] = 0.0
-    if status == CONVERGED and calls[i, CARRIED] > 0.0:
-        side, at = found_at(past)
-        carried_on(past.values[side, at, i], own.motions[i], own.known[i], own.defect[i], own.line)
-        for k in range(4):
-            own.defect[i, k] = own.out[i, k] - own.line[k]
-    if status == CONVERGED and past.marks[ENTRY] >= 0.0:
-        keep_film(
-            past.values[int(past.marks[SIDE]), int(past.marks[ENTRY]), i], own.motions[i], own.out[i],
-            own.out[i, FRICTION_TORQUE], own.out[i, FILM_MIN],
-            (own.known[i], own.by_past[i], own.shapes[i], own.unknowns[i]),
-        )  # fmt: skip
+        status = solve_alone(bore, i, numbers, False)
     return status
-
-
-@kernel
-def _begin_close(bore, i):
-    """Begin the last solution of a stage whose force was carried on; whether it needs tangents."""
-    own = bore.memory
-    past = bore.past
-    if own.calls[i, CARRIED] == 0.0 or own.calls[i, SOLVED] > 0.0:
-        return False
-    side, at = found_at(past)
-    known = past.values[side, at, i]
-    if at > 0 and own.calls[i, LAST] == at - 1.0:
-        begin_beside(known, past.values[side, at - 1, i], own.unknowns[i], own.shapes[i])
-    else:
-        begin_as_known(known, own.unknowns[i], own.shapes[i])
-    _not_resident(bore, i)
-    if distance(known, own.motions[i, 0], bore.contact_height[0]) > STILL:
-        return True
-    keep_tangents(known, own.out[i], own.by_past[i])
-    return False
 
 
 @kernel
@@ -196,7 +122,7 @@ def solve_alone(bore, i, numbers, tangents):
     bore.film.constants[OIL_ROW] = i
     history = FilmHistory(
         own.start[i], own.start_place[i], own.start_shapes[i], own.known[i], own.unknowns[i], own.shapes[i],
-        own.by_past[i], own.content[i],
+        own.content[i],
     )  # fmt: skip
     clock = own.speeds[i], _time_of_voids(own, numbers), numbers[GAIN]
     _not_resident(bore, i)
@@ -242,10 +168,7 @@ def _solve_lanes(bore, group, numbers, closing):
         work.own[lane] = float(i)
         asked = first + lane < count and own.calls[i, ASKED] > 0.0
         tangents = False
-        if asked and closing:
-            tangents = _begin_close(bore, i)
-        elif asked:
-            asked = not _is_near(bore, i)
+        if asked and not closing:
             if own.calls[i, SOLVED] == 0.0:
                 foresee(own, i, numbers)
                 _not_resident(bore, i)
@@ -256,7 +179,7 @@ def _solve_lanes(bore, group, numbers, closing):
         past = own.start_place[i], own.start_shapes[i], own.known[i], own.shapes[i]
         lane_motion(bore.film, work, lane, own.motions[i], own.speeds[i], past)
     clock = _time_of_voids(own, numbers), numbers[GAIN], 1.0 if closing else 0.0
-    memory = own.start, own.unknowns, own.shapes, own.out, own.by_past, own.content
+    memory = own.start, own.unknowns, own.shapes, own.out, own.content
     passes = solve_group(bore.film, work, group, clock, memory)
     own.calls[first, GROUPS] += 1.0
     own.calls[first, GROUP_PASSES] += passes

@@ -35,7 +35,6 @@ def settled_simulation(made: Assembly, speed: float, gas: Gas | None = None) -> 
     """A simulation at the start of its settled cycle at ``speed`` (rad/s); ``SolverError`` for a step that fails."""
     simulation = Simulation(made.engine, made.body, made.settings, gas, made.parts)
     simulation.inputs[0] = speed
-    simulation.keep_cycles()
     simulation.initialize()
     run_cycles(simulation, None, SETTLE, None, None)
     return simulation

@@ -102,7 +102,6 @@ class SteadyRuns:
         settings = replace(made.settings, film_temperature="engine")  # the balance is found here, cycle by cycle
         self.simulation = Simulation(made.engine, made.body, settings, job.gas, made.parts)
         self.simulation.inputs[0] = FIRST
-        self.simulation.keep_cycles()
         self.simulation.initialize()  # loads the kernels
 
     def at(self, speed: float, near: Sequence[CycleStart] = ()) -> SteadySpeed:

@@ -30,7 +30,7 @@ def bearing_loads(
     film_temperature: Literal["engine", "heat-balance", "adiabatic"] = "engine",
     integrator: Literal["backward-euler", "trapezoidal", "hht", "generalised-alpha", "bdf2", "tr-bdf2", "sdirk2",
         "sdirk3", "sdirk4", "esdirk3", "esdirk4", "esdirk5", "esdirk47", "esdirk57"] | None = None,
-    step_deg: float | None = None, tolerance: float | None = None, follow_films: bool = False,
+    step_deg: float | None = None, tolerance: float | None = None,
 ) -> Found:  # fmt: skip
     """Bearings over a cycle at one speed or several: loads, films, friction, oil flow, held against limits.
 
@@ -81,7 +81,5 @@ def bearing_loads(
         esdirk4, esdirk5, esdirk47, esdirk57; default esdirk4, at level ehd esdirk3, at level ehd:fine esdirk3
     step_deg : internal step in degrees of crank angle; default 2.5, at level ehd 2, at level ehd:fine 2
     tolerance : adaptive steps: step_deg is divided until the error of a step is below this, e.g. 1e-4
-    follow_films : while a run settles, elastic films take their deformation from the cycle before: slower since they
-        keep their oil by stages, see theory/settling
     """
     return call("bearing-loads", locals())

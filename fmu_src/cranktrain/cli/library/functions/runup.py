@@ -30,8 +30,8 @@ def runup(
     film_temperature: Literal["engine", "heat-balance", "adiabatic"] = "engine",
     integrator: Literal["backward-euler", "trapezoidal", "hht", "generalised-alpha", "bdf2", "tr-bdf2", "sdirk2",
         "sdirk3", "sdirk4", "esdirk3", "esdirk4", "esdirk5", "esdirk47", "esdirk57"] | None = None,
-    step_deg: float | None = None, tolerance: float | None = None, follow_films: bool = False,
-    workers: int | None = None, scheduler: str | None = None, anew: bool = False, output: str | Path | None = None,
+    step_deg: float | None = None, tolerance: float | None = None, workers: int | None = None,
+    scheduler: str | None = None, anew: bool = False, output: str | Path | None = None,
     plots: str | Path | None = None, measured: str | Path | None = None,
 ) -> OrdersOverSpeed:  # fmt: skip
     """Orders of torsion and axial motion over speed, from steady cycles; resonances, each with the mode it belongs to.
@@ -88,8 +88,6 @@ def runup(
         esdirk4, esdirk5, esdirk47, esdirk57; default esdirk4, at level ehd esdirk3, at level ehd:fine esdirk3
     step_deg : internal step in degrees of crank angle; default 2.5, at level ehd 2, at level ehd:fine 2
     tolerance : adaptive steps: step_deg is divided until the error of a step is below this, e.g. 1e-4
-    follow_films : while a run settles, elastic films take their deformation from the cycle before: slower since they
-        keep their oil by stages, see theory/settling
     workers : processes (default: one a processor)
     scheduler : run on the Dask cluster of this scheduler, e.g. tcp://host:8786
     anew : run all speeds, and replace a file of another run-up

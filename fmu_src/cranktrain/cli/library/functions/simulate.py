@@ -29,9 +29,8 @@ def simulate(
     film_temperature: Literal["engine", "heat-balance", "adiabatic"] = "engine",
     integrator: Literal["backward-euler", "trapezoidal", "hht", "generalised-alpha", "bdf2", "tr-bdf2", "sdirk2",
         "sdirk3", "sdirk4", "esdirk3", "esdirk4", "esdirk5", "esdirk47", "esdirk57"] | None = None,
-    step_deg: float | None = None, tolerance: float | None = None, follow_films: bool = False,
-    load_torque_nm: float | None = None, plots: str | Path | None = None, steady: bool = False,
-    output: str | Path | None = None,
+    step_deg: float | None = None, tolerance: float | None = None, load_torque_nm: float | None = None,
+    plots: str | Path | None = None, steady: bool = False, output: str | Path | None = None,
 ) -> Run:  # fmt: skip
     """Run at constant speed until cycles repeat; write an HDF5 result and print a summary.
 
@@ -80,8 +79,6 @@ def simulate(
         esdirk4, esdirk5, esdirk47, esdirk57; default esdirk4, at level ehd esdirk3, at level ehd:fine esdirk3
     step_deg : internal step in degrees of crank angle; default 2.5, at level ehd 2, at level ehd:fine 2
     tolerance : adaptive steps: step_deg is divided until the error of a step is below this, e.g. 1e-4
-    follow_films : while a run settles, elastic films take their deformation from the cycle before: slower since they
-        keep their oil by stages, see theory/settling
     load_torque_nm : load the dynamometer with this torque instead of holding its speed; speed_rpm is the initial speed
     plots : folder for pictures of journal orbits and least films
     steady : also the steady state in the frequency domain; needs crank torsional, bearings held, no damper

@@ -123,7 +123,6 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
     h = communication_step(job.speed, job.settings.step)
     after, cost = last, seconds / (result.settling.cycles * result.per_cycle * h)
     if job.goes_on:
-        simulation.solve_films_anew()
         rows, cost = _plain_cycles(simulation, result.per_cycle, h)
         after = np.ascontiguousarray(rows[:, places].T)
     figures = [cost, seconds, result.settling.cycles, result.settling.repeats]
@@ -137,7 +136,6 @@ def _begun(made: Assembly, settings: Settings, parts: Parts, speed: float) -> Si
     """A simulation at its start."""
     simulation = Simulation(made.engine, made.body, settings, None, parts)
     simulation.inputs[0] = speed
-    simulation.keep_cycles()
     simulation.initialize()
     return simulation
 
