@@ -114,6 +114,10 @@ STARTS = {
     "large_tables": Start("--megabytes 1 2"),
     "law_call": Start("--calls 1000", {"TIMES": 1, "CYCLES": 1}, quick=True),
     "level_cost": Start("torsional", {"ROUNDS": 1, "CYCLES": 2}),
+    "level_steps": Start(
+        "single_petrol",
+        {"CYCLES": 1, "REPEATS": 1, "LEVELS": {"beam": "linear"}, "CHOICES": [("esdirk4", 2.5), ("esdirk47", 5.0)]},
+    ),
     "long_run": Start("--speeds 1000 --tolerances 0.01 --cycles 2"),
     "measured_pulses": Start("--samples 3000000", quick=True),
     "misfire": Start("2000", {"CYCLES": 2}),
