@@ -83,7 +83,7 @@ def main(names: list[str]) -> int:
     """Measure and print."""
     found: dict[str, Any] = {}
     for engine in names or list(SPEEDS):
-        rollers = load_engine(engine).plain_mains is None
+        rollers = load_engine(engine).rollers_only
         for title, bearings in LEVELS.items():
             if (bearings == "roller") != rollers and bearings not in ("held", "linear"):
                 continue

@@ -13,7 +13,8 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.arrays import supply_temperature
+from cranktrain.dynamics.model.arrays import dimensions, supply_temperature
+from cranktrain.dynamics.model.settings import ROW
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.outputs.register import Counts, judged_families, output_needs
 from cranktrain.dynamics.settled.collar import Learned
@@ -50,6 +51,7 @@ __all__ = [
     "communication_step",
     "damper_power",
     "output_judge",
+    "row_step",
     "run_cycles",
     "settled_motion",
 ]
@@ -117,6 +119,19 @@ def communication_step(speed: float, step: float) -> float:
     return 4.0 * math.pi / speed / math.ceil(4.0 * math.pi / step - 1.0e-9)
 
 
+def row_step(simulation: Run) -> float:
+    """Time between two rows of a simulation over cycles, s: a step, or as large a part of it as ``ROW`` allows.
+
+    A step is divided where the simulation passes over communication points, and a cycle is a whole number of steps.
+    """
+    speed, settings = float(simulation.inputs[0]), simulation.settings
+    step = communication_step(speed, settings.step)
+    even = abs(step * speed - settings.step) <= 1.0e-9 * settings.step
+    if not (even and settings.dense_output == "on" and dimensions(simulation.model).passes):
+        return step
+    return step / math.ceil(settings.step / ROW - 1.0e-9)
+
+
 def run_cycles(
     simulation: Run,
     cycles: int | None,
@@ -128,7 +143,7 @@ def run_cycles(
 ) -> Result:
     """Cycles at constant speed from the simulation's state, whose time is 0."""
     speed = float(simulation.inputs[0])
-    h = communication_step(speed, simulation.settings.step)
+    h = row_step(simulation)
     recorder = Recorder(simulation, h, round(4.0 * math.pi / speed / h))
     driven = simulation.settings.boundary != "torque"
     simulation.power_samples = powers = PowerSamples(recorder.per_cycle)

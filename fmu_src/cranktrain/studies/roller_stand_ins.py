@@ -25,7 +25,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.cycle_run import communication_step, run_cycles
-from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.settings import Settings, step_each_row
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.engine.model import Engine
@@ -133,7 +133,7 @@ def running_rollers(
     law = rollers.law if rollers.law in CONTACT_LAWS else "palmgren"
     engine = replace(engine, main_roller=replace(rollers, law=law))
     made = assemble(engine, settings or Settings(), say=say)
-    simulation = Simulation(engine, made.body, made.settings, parts=made.parts)
+    simulation = Simulation(engine, made.body, step_each_row(made.settings), parts=made.parts)
     simulation.inputs[0] = rpm * RPM
     simulation.initialize()
     result = run_cycles(simulation, None, SETTLE, None, say)

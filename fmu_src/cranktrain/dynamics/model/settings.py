@@ -26,9 +26,12 @@ DENSE_OUTPUTS = {"off": 0, "on": 1}
 """Whether internal steps pass over communication points, whose outputs are interpolated, or end at each."""
 BOUNDARIES = {"speed": 1.0, "torque": 0.0}
 """What is given at the dynamometer."""
-FOR_HELD_INPUTS = {"esdirk4": "sdirk4", "esdirk3": "sdirk3"}
+FOR_HELD_INPUTS = {"esdirk47": "sdirk4", "esdirk4": "sdirk4", "esdirk3": "sdirk3"}
 """Usual integrators whose first stage is that of the step before, and knows nothing of inputs that jump in between:
 their like of which all stages are implicit."""
+ROW, RECORDED = math.radians(3.0), math.radians(2.5)
+"""Longest turn between two rows of a run over cycles, from which largest values, orders and orbits are read; the same
+where stresses and tangents are found at each row, and no row may lie within a step."""
 TEMPERATURES = ("engine", "heat-balance")
 """Where the damper has its temperature from: the engine's table over speed, or its own heat balance."""
 FILM_TEMPERATURES = (*TEMPERATURES, "adiabatic")
@@ -119,6 +122,11 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
         "film_change": settings.film_change or usual_film_change(law, engine),
     }
     return replace(settings, **chosen)
+
+
+def step_each_row(settings: Settings) -> Settings:
+    """Settings, nothing left open, of a run that steps to every row, for forces and tangents are read there."""
+    return replace(settings, step=min(settings.step, RECORDED))
 
 
 def ruling_law(bearings: str, big_ends: str) -> Law:

@@ -80,8 +80,8 @@ class Law:
     usual_for: tuple[str, ...] = ()
     cost: str = CHEAP
     block: str = "ground"
-    integrator: str = "esdirk4"
-    step_deg: float = 2.5
+    integrator: str = "esdirk47"
+    step_deg: float = 5.0
     film_change: float = 1.0
     tolerance: float = 3.0e-5
 
@@ -173,6 +173,7 @@ for _law in (
         {PLAIN: Form(), ROLLER: Form()},
         clearance=False,
         usual_for=("torsional",),
+        step_deg=6.0,
     ),
     Law("rigid", "no film: pins locked in their rods", {BIG_END: Form()}, clearance=False, usual_for=(BIG_END,)),
     Law(
@@ -223,6 +224,7 @@ for _law in (
         {ROLLER: Form(f"{_HERE}.roller:roller_law", f"{_HERE}.roller:roller_seats", tilt=True)},
         usual_for=(ROLLER,),
         block="flexible",
+        step_deg=3.0,
         tolerance=1.0e-5,
     ),
 ):

@@ -110,7 +110,7 @@ def resonance_speed(engine: Engine, torsional_hz: float | None) -> float:
 
 def settings_above(crank: str) -> Settings:
     """Settings of the level above: on its usual bearings, at full load, and on ground as the crank that takes over."""
-    return Settings(crank=crank, block="ground", step=STEP)
+    return Settings(crank=crank, block="ground", integrator="esdirk4", step=STEP)
 
 
 def measured_decay(simulation: Simulation) -> Decay:

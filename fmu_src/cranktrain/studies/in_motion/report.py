@@ -10,7 +10,7 @@ import numpy as np
 
 from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.cycle_run import run_cycles
-from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.settings import Settings, step_each_row
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas
@@ -33,7 +33,7 @@ MOSTLY_BLOCK = 0.5
 
 def settled_simulation(made: Assembly, speed: float, gas: Gas | None = None) -> Simulation:
     """A simulation at the start of its settled cycle at ``speed`` (rad/s); ``SolverError`` for a step that fails."""
-    simulation = Simulation(made.engine, made.body, made.settings, gas, made.parts)
+    simulation = Simulation(made.engine, made.body, step_each_row(made.settings), gas, made.parts)
     simulation.inputs[0] = speed
     simulation.initialize()
     run_cycles(simulation, None, SETTLE, None, None)

@@ -41,6 +41,7 @@ LONE_STEPS = (5.0, 2.5, 1.25, 0.625, 0.3125)
 """Steps (deg) for an integrator that the scene fixes."""
 METHODS = {
     "esdirk4": (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5, 0.25),
+    "esdirk47": (6.0, 5.0, 4.0, 3.0, 2.5),
     "esdirk5": (6.0, 3.0, 1.0),
     "esdirk57": (10.0, 5.0, 2.5),
     "sdirk4": (4.0, 2.5, 1.0),
@@ -52,6 +53,7 @@ HOPEFUL = 3.0
 """Factor on the allowed numerical error. On films solved online only those steps are tried whose error on the engine's
 lowest film level, which is cheap, is within this factor of what is allowed."""
 USUAL_STEP = math.radians(2.5)
+"""Longest step at which levels are judged, whatever step they usually take."""
 NUMERICAL_SHARE = 0.5
 """Most of the accuracy that the numerical error may take."""
 MODEL_SHARE = 0.9

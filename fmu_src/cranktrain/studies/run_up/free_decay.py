@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.linalg import hankel
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.cycle_run import row_step
 from cranktrain.dynamics.model.state import VELOCITY, offset
 from cranktrain.dynamics.settled.cycles import Recorder
 from cranktrain.dynamics.settled.free_mode import FreeMode, complex_place
@@ -47,7 +47,7 @@ def torsional_mode(simulation: Simulation) -> FreeMode | None:
     None where nothing twists. Raises ``SolverError`` for a step that fails.
     """
     speed, state = float(simulation.inputs[0]), simulation.state
-    step = communication_step(speed, simulation.settings.step)
+    step = row_step(simulation)
     recorder = Recorder(simulation, step, round(4.0 * math.pi / speed / step))
     ends = [simulation.output_names.index(f"{end}.torsion") for end in ("pulley", "flywheel")]
     row = simulation.model.ends[PULLEY]

@@ -23,7 +23,7 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.film.laws.parameters import CLEARANCE, CONTACT_HEIGHT, CONTACT_LOAD, FACTOR
 from cranktrain.studies.stability.amplification import constant, step_matrix
-from cranktrain.studies.stability.rotor import SPEED, default_method, film_rotor, modal_places
+from cranktrain.studies.stability.rotor import SPEED, default_method, default_step, film_rotor, modal_places
 from cranktrain.studies.stability.stability_map import Axis, Progress, StabilityMap, curve, deviation, onset
 
 MASS, LOAD = 10.0, 2000.0
@@ -116,7 +116,7 @@ def compute(quick: bool, progress: Progress) -> StabilityMap:
 
         theory.append(onset(linear, places, 1e-5, LEAST_RHO))
         found.append(onset(running, places, 1e-4, LEAST_RHO))
-    default = Contact("auto").forces(math.radians(2.5) / SPEED, count)
+    default = Contact("auto").forces(math.radians(default_step()) / SPEED, count)
     progress("done", 1.0)
     return StabilityMap(
         name="contact_ringing",
@@ -143,6 +143,6 @@ def _explanation(degrees: Array, contact: Contact, found: Array, default: float)
         "There the mode alternates and shrinks by ρ(hω) a step, down to ρ∞: the trapezoidal rule (ρ∞ = 1) never lets "
         "it go, and its contact forces are noise.\n"
         f"From 2.5 deg on it is over in {SETTLING} steps for ρ∞ below {found[degrees >= 2.5].min():.2f}; the "
-        f"default, {default_method()} at 2.5 deg, leaves {default:.1g} of it.\n"
+        f"default, {default_method()} at {default_step():g} deg, leaves {default:.1g} of it.\n"
         "For bearings that touch, take an L-stable method, or generalised-α with ρ∞ of 0.6 or less."
     )

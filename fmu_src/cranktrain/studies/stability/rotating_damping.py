@@ -33,7 +33,7 @@ from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrators import carried, integrator_table
 from cranktrain.film.laws.parameters import C_X, C_Y, K_X, K_Y
 from cranktrain.studies.stability.amplification import radius
-from cranktrain.studies.stability.rotor import default_method, modal_places, rotor_body, rotor_engine
+from cranktrain.studies.stability.rotor import default_method, default_step, modal_places, rotor_body, rotor_engine
 from cranktrain.studies.stability.stability_map import (
     Axis,
     Onset,
@@ -50,8 +50,8 @@ OUTER = 0.02
 """c_e over m ω_n: a hundredth of critical."""
 HOLD = 1e7
 """Stiffness of the journals' bearings over the shaft's."""
-DEFAULT_STEP, EULER_STEP = 2.5, 0.25
-"""Degrees of the rotor's own turning: the default's, and one at which backward Euler sees the instability at all."""
+USUAL_STEP, EULER_STEP = 2.5, 0.25
+"""Degrees of the rotor's own turning: a usual step, and one at which backward Euler sees the instability at all."""
 SLOWEST, FASTEST = 0.1, 40.0
 """Speeds over ω_n between which a method's onset is sought."""
 KICK = 1.0e-8
@@ -137,7 +137,7 @@ class Laval:
 
 def methods() -> list[tuple[str, float]]:
     """Integrators of the map with their steps: the default, generalised-α, backward Euler."""
-    return [(default_method(), DEFAULT_STEP), ("generalised-alpha:0.6", DEFAULT_STEP), ("backward-euler", EULER_STEP)]
+    return [(default_method(), default_step()), ("generalised-alpha:0.6", USUAL_STEP), ("backward-euler", EULER_STEP)]
 
 
 def threshold(outer: float, inner: float) -> float:
@@ -217,15 +217,16 @@ def _explanation(ratios: Array, closed: Array, found: Array) -> str:
     """Explanation of the map, with its figures."""
     late = np.where(np.isfinite(found[2]), found[2], math.nan) / closed
     exact = 100.0 * deviation(found[0], closed)
-    seen = [math.isfinite(method_onset("backward-euler", math.radians(DEFAULT_STEP), OUTER, r * OUTER)) for r in ratios]
-    at_default = "in part of this map only" if any(seen) else "nowhere in this map"
+    seen = [math.isfinite(method_onset("backward-euler", math.radians(USUAL_STEP), OUTER, r * OUTER)) for r in ratios]
+    at_usual = "in part of this map only" if any(seen) else "nowhere in this map"
     return (
         "A shaft's own damping turns with it: a rotor that whirls slower than it turns is pushed on by it, "
         "from ω_n (1 + c_e/c_i) on.\n"
         "In the turning frame the forward whirl moves at ω_n − Ω, fast where the rotor is fast: numerical damping "
         "acts on just that motion.\n"
         f"Backward Euler at {EULER_STEP:g} deg sees it at {np.nanmin(late):.3g} to {np.nanmax(late):.3g} times its "
-        f"speed where it does, at 2.5 deg {at_default}; {default_method()} at 2.5 deg finds it within {exact:.1g} %.\n"
+        f"speed where it does, at {USUAL_STEP:g} deg {at_usual}; {default_method()} at {default_step():g} deg finds it "
+        f"within {exact:.1g} %.\n"
         "Give structural damping with outer damping beside it, and judge supercritical speeds by a method of second "
         "order or higher."
     )

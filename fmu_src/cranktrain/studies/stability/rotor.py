@@ -49,6 +49,11 @@ def default_method() -> str:
     return resolved(Settings(bearings="impedance"), rotor_engine()).integrator
 
 
+def default_step() -> float:
+    """Its step there, degrees."""
+    return math.degrees(resolved(Settings(bearings="impedance"), rotor_engine()).step)
+
+
 def rotor_body(engine: Engine, mass: float, journals: float = 0.0, stiffness: float = 0.0) -> ReducedBody:
     """Rotor of ``mass`` (kg); with a ``stiffness`` (N/m) its shaft bends between the disc and the outer journals.
 

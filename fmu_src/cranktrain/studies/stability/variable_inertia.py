@@ -55,7 +55,7 @@ STIFF = 1.0e12
 """Stiffness of the bearings, N/m: so high that they do not take part."""
 STEP = math.radians(2.5)
 INTEGRATOR = "sdirk4"
-"""Step of the runs, the product's default, and an integrator whose stages are all implicit: it needs no acceleration to
+"""Step of the runs, and an integrator whose stages are all implicit: it needs no acceleration to
 start with."""
 KICK = 1.0e-4
 """Initial displacement (rad), and initial velocity over Ω, of the displaced runs."""

@@ -19,6 +19,7 @@ SLOW_CYCLES = {DEAR: 2, DEAREST: 2}
 """Cycles of runs whose films are solved in the loop; they are judged over the second."""
 QUICK_STEPS = {
     "esdirk4": (6.0, 4.0, 3.0, 2.5, 2.0, 1.0, 0.5),
+    "esdirk47": (6.0, 5.0, 4.0, 3.0, 2.5),
     "esdirk5": (6.0, 3.0, 1.0),
     "esdirk57": (10.0, 5.0, 2.5),
     "sdirk4": (4.0, 2.5, 1.0),

@@ -19,7 +19,7 @@ import numpy as np
 from cranktrain.core.errors import CranktrainError
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.types import Progress
-from cranktrain.dynamics.cycle_run import communication_step, run_cycles
+from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import SHAFT_ANGLE
@@ -120,10 +120,9 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
     names = [name for name in wanted(job.engine) if name in shown]
     places = [simulation.output_names.index(name) for name in names]
     last = np.array([result.outputs[name][-result.per_cycle :] for name in names])
-    h = communication_step(job.speed, job.settings.step)
-    after, cost = last, seconds / (result.settling.cycles * result.per_cycle * h)
+    after, cost = last, seconds / (result.settling.cycles * result.per_cycle * result.step)
     if job.goes_on:
-        rows, cost = _plain_cycles(simulation, result.per_cycle, h)
+        rows, cost = _plain_cycles(simulation, result.per_cycle, result.step)
         after = np.ascontiguousarray(rows[:, places].T)
     figures = [cost, seconds, result.settling.cycles, result.settling.repeats]
     return {

@@ -15,8 +15,7 @@ from cranktrain.studies.total_error.families import FAMILIES, Cycle
 from cranktrain.studies.total_error.point import Best, TotalPoint
 from cranktrain.studies.tradeoff.families import StudyScene
 from cranktrain.studies.tradeoff.pareto import with_fronts
-from cranktrain.studies.tradeoff.reference import INTEGRATOR
-from cranktrain.studies.tradeoff.total.choices import Method, Model, best_model, default_model, models
+from cranktrain.studies.tradeoff.total.choices import FINE, Method, Model, best_model, default_model, models
 from cranktrain.studies.tradeoff.total.distance import split
 from cranktrain.studies.tradeoff.total.measure import FINE_SETTLE, Job, Settled, settled
 
@@ -96,7 +95,7 @@ class _Work:
     def best(self, scene: StudyScene) -> tuple[Cycle, Best]:
         """Last cycle of the best model, on a fine grid with a fine step; in a quick study as its level usually runs."""
         top = best_model(scene)
-        method = Method(INTEGRATOR, top.usual.step_deg) if self.quick else top.fine
+        method = Method(FINE, top.usual.step_deg) if self.quick else top.fine
         settings = top.at(method)
         finer = not self.quick and "bore" in needed_parts(scene.engine, settings)
         self.say(f"{scene.name}: reference {top.name}")
