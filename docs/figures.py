@@ -170,7 +170,7 @@ def level_cost() -> str:
         error, cost, ratio = found["error_of_torsion"], found["of_real_time"], found["over_impedance"]
         rows.append((level, f"{step}°", method or "usual", f"{error:.1e}", f"{cost:.4f}", f"{ratio:.2f}"))
     return table(
-        ("level", "step", "integrator", "numerical error of torsion", "of real time", "over impedance, 2.5°"), rows
+        ("level", "step", "integrator", "numerical error of torsion", "of real time", "over impedance, usual"), rows
     )
 
 

@@ -83,7 +83,7 @@ class Law:
     integrator: str = "esdirk47"
     step_deg: float = 5.0
     film_change: float = 1.0
-    tolerance: float = 3.0e-5
+    tolerance: float = 1.0e-5
 
     @property
     def carries(self) -> bool:
@@ -206,7 +206,6 @@ for _law in (
         },
         film=True,
         cost=MODERATE,
-        tolerance=1.0e-5,
     ),
     Law(
         "reynolds",
@@ -214,7 +213,6 @@ for _law in (
         {PLAIN: Form(f"{_HERE}.rigid_bore:reynolds_law", f"{_HERE}.rigid_bore:reynolds_films", tilt=True)},
         film=True,
         cost=DEAR,
-        tolerance=1.0e-5,
     ),
     _elastic("ehd", "oil film in an elastic bore, solved online, with cavitation and asperities", "elastic"),
     _elastic("ehd:fine", "the same on twice the nodes around: least films and pressure peaks", "fine"),
@@ -225,7 +223,6 @@ for _law in (
         usual_for=(ROLLER,),
         block="flexible",
         step_deg=3.0,
-        tolerance=1.0e-5,
     ),
 ):
     register_law(_law)
