@@ -89,7 +89,10 @@ def turning(unit, steps, **texts):
 @pytest.mark.parametrize("control", ["fixed", "adaptive"])
 @pytest.mark.parametrize(("dense", "close"), [("off", 1e-4), ("on", 3e-4)])
 def test_a_cranktrain_s_by_inputs_are_what_states_and_other_inputs_show(rigid, control, dense, close):
-    texts = {"solver.control": control, "gas.source": "input", "solver.dense_output": dense}
+    # By this integrator Newton's iteration leaves little: what it leaves is in the difference, over the move.
+    texts = {
+        "solver.control": control, "gas.source": "input", "solver.dense_output": dense, "solver.integrator": "esdirk4",
+    }  # fmt: skip
     outputs = rigid.outputs()
     one = turning(rigid, 29, **texts)
     state = one.state()

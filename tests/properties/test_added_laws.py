@@ -239,7 +239,10 @@ def test_a_ring_as_an_added_body_damps_as_the_engines_own_damper():
     Both start a little apart: the start of a run counts added bodies to the crank's inertia, its own ring not.
     """
     engine = load_engine("diesel_i6")
-    damper, chosen = engine.damper, {"crank": "beam", "block": "ground", "newton_tolerance": 1e-10}
+    damper, chosen = (
+        engine.damper,
+        {"crank": "beam", "block": "ground", "newton_tolerance": 1e-10, "dense_output": "off"},
+    )
     own = ct.assemble(engine, ct.Settings(damper="fitted", **chosen), inherit=False)
     bare = ct.assemble(with_damper_housing(engine), ct.Settings(**chosen), inherit=False)
     z, inertia = float(bare.body.positions[bare.body.index("pulley"), 2]), damper.ring_inertia
@@ -446,8 +449,9 @@ def rotor_on_oil(ratio=2.0, load=1.5e3, interfaces=("front", "rear"), **film):
 def after_half_a_cycle(steps, start=None):
     """Run of the rotor on its remembered oil that has gone on from a state for half a cycle in so many steps each."""
     run = beside(
-        rotor_on_oil(level="ehd:fine"), SPEED, step=4.0 * math.pi / steps, film_change=1e9, newton_tolerance=1e-9
-    )
+        rotor_on_oil(level="ehd:fine"), SPEED, step=4.0 * math.pi / steps, film_change=1e9, newton_tolerance=1e-9,
+        integrator=bearing_law("ehd:fine").integrator,
+    )  # fmt: skip
     if start is not None:
         run.state = start
     begin, h = run.time, 4.0 * math.pi / SPEED / steps

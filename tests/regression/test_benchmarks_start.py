@@ -68,6 +68,7 @@ STARTS = {
         }
     ),
     "coupling": Start("torsional", {"STEPS_DEG": [6.0], "CYCLES": 2}, quick=True),
+    "cover_steps": Start("impedance", {"CYCLES": 1, "FINEST": 2.0, "CHOICES": [("esdirk4", 2.5)]}),
     "damper": Start("diesel_i6 6", {"CYCLES": 2}),
     "dense_output": Start(constants={"SHORT": 0.001, "LONG": 0.002, "TIMES": 1, "CYCLE": 0.002}),
     "digests": Start("digests.json --quick --only rigid", quick=True),

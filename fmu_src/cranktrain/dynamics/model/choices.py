@@ -78,7 +78,7 @@ def option_slots() -> dict[str, tuple[int, dict[str, float]]]:
 
 def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
     """What the bearing levels of ``settings`` bring, by slot."""
-    law, rows = ruling_law(resolved(settings, engine).bearings, settings.big_ends), list(INTEGRATORS)
+    law, rows = ruling_law(resolved(settings, engine).bearings, settings.big_ends, engine), list(INTEGRATORS)
     return {
         LEVEL_TOLERANCE: law.tolerance,
         LEVEL_FILM_CHANGE: usual_film_change(law, engine),

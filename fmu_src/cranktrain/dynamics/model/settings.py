@@ -93,17 +93,15 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
 
     Journals of a crank that only twists are locked on their axis; else mains are rollers where the engine has them,
     else films without tilt. Rollers run in a flexible block where engine and crank allow it, for the ground leaves the
-    largest error beside them; films, which leave as much themselves, run on ground. Elastic films: what they do as they
-    close, and their voids, leave no use for an order above three. Films that feel tilt cost more than what a tighter
-    tolerance would gain. Elastic films of big ends choose as those of mains do. Pistons are guided by a flexible
-    block's liners.
+    largest error beside them; films, which leave as much themselves, run on ground. Integrator, step and tolerances are
+    those of the bearings with the shortest step. Pistons are guided by a flexible block's liners.
     """
     bearings = settings.bearings
     if bearings == "auto":
         bearings = usual_level(settings.crank, mains_kind(engine))
     law = bearing_law(bearings)
     block = _usual_block(settings, engine, law) if settings.block == "auto" else settings.block
-    law = ruling_law(bearings, settings.big_ends)
+    law = ruling_law(bearings, settings.big_ends, engine)
     pistons = settings.pistons
     if pistons == "auto":
         pistons = "guided" if block == "flexible" else "rigid"
@@ -129,11 +127,19 @@ def step_each_row(settings: Settings) -> Settings:
     return replace(settings, step=min(settings.step, RECORDED))
 
 
-def ruling_law(bearings: str, big_ends: str) -> Law:
-    """Row whose integrator, step and tolerances a run takes: the mains', or that of big ends whose films remember."""
-    law = bearing_law(bearings)
-    form = bearing_law(big_ends, "big-end level").forms.get(BIG_END)
-    return bearing_law(big_ends) if form is not None and form.memory else law
+def ruling_law(bearings: str, big_ends: str, engine: Engine) -> Law:
+    """Row whose integrator, step and tolerances a run takes: of mains, big ends and added bearings the shortest step's.
+
+    Where several have it the mains' row rules.
+    """
+    laws = [bearing_law(bearings)]
+    big_end = bearing_law(big_ends, "big-end level")
+    if big_end.carries:
+        laws.append(big_end)
+    for table in engine.connection:
+        laws += [bearing_law(table.film.level)] if table.film is not None else []
+        laws += [bearing_law("roller")] if table.roller is not None else []
+    return min(laws, key=lambda law: law.step_deg)
 
 
 def usual_film_change(law: Law, engine: Engine) -> float:

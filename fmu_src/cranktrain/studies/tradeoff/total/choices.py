@@ -27,11 +27,8 @@ STEPS_DEG = {CHEAP: (6.0, 5.0, 3.0, 1.0), MODERATE: (6.0, 5.0, 3.0, 1.0), DEAR: 
 QUICK_DEG = (5.0, 2.5)
 QUICK = (CHEAP, MODERATE)
 """Classes of cost of a quick study."""
-FINE, FINE_DEG = "esdirk47", {CHEAP: 0.5, MODERATE: 0.5, DEAR: 1.0, DEAREST: 0.5}
+FINE, FINE_DEG = "esdirk47", {CHEAP: 0.5, MODERATE: 0.5, DEAR: 1.0, DEAREST: 1.0}
 """Method and steps of runs that others are compared with: their error is far below the least total error of a table."""
-BLOCK_DEG = 1.0
-"""Step of elastic films, by the same method, at which a block's vibration up to 4 kHz is resolved: the acceleration of
-the six's cover is then within 6 % at 2000 rev/min, at the usual step of these films within 30 %."""
 WORK = {CHEAP: 1.0, MODERATE: 3.0, DEAR: 30.0, DEAREST: 100.0}
 """What a run takes by its bearings' class of cost, about; tells how far a study is."""
 
@@ -77,11 +74,10 @@ class Model:
         return Method(FINE, FINE_DEG[self.cost])
 
     def methods(self, quick: bool) -> list[Method]:
-        """Methods and steps to measure: the usual integrator's, and a finer one of elastic films."""
+        """Methods and steps to measure: the usual integrator's, and the fine runs' own where that is another."""
         steps = QUICK_DEG if quick else STEPS_DEG[self.cost]
         found = [Method(self.settings.integrator, step) for step in steps]
-        finer = [Method(FINE, BLOCK_DEG)] if self.cost == DEAREST else []
-        return list(dict.fromkeys([*found, self.usual, *finer]))
+        return list(dict.fromkeys([*found, self.usual, Method(FINE, self.usual.step_deg)]))
 
     def at(self, method: Method) -> Settings:
         """Settings with a method and step; where closing films bound the steps, a finer step has a finer bound."""
