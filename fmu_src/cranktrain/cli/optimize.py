@@ -13,6 +13,7 @@ from cranktrain.core.errors import InputError
 
 if TYPE_CHECKING:
     from cranktrain.studies.variants.optimum import Optimum
+    from cranktrain.studies.variants.running import Means
     from cranktrain.studies.variants.study import Study
 
 DESCRIPTION = """\
@@ -39,7 +40,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     study = load_study(options.study)
     target = check_engine_file(study, options.engine_file)
     folder = Path(options.output or f"{study.name}_optimum")
-    said = found_optimum(study, folder, options, target)
+    said = found_optimum(study, folder, means_of(options), target)
     if not options.json:
         _show(study, said)
     return said
@@ -56,12 +57,12 @@ def check_engine_file(study: Study, path: str | None) -> Path | None:
     return Path(path)
 
 
-def found_optimum(study: Study, folder: Path, options: argparse.Namespace, target: Path | None) -> dict[str, Any]:
+def found_optimum(study: Study, folder: Path, means: Means, target: Path | None) -> dict[str, Any]:
     """The optimum as a report, its engine written."""
     from cranktrain.studies.variants.optimum import find_optimum
 
     try:
-        found = under_bar("optimize", lambda stage, tell: find_optimum(study, folder, means_of(options), stage, tell))
+        found = under_bar("optimize", lambda stage, tell: find_optimum(study, folder, means, stage, tell))
     except KeyboardInterrupt:
         raise Interrupted(f"interrupted; run the same command again: {folder} keeps what was evaluated") from None
     said = report(study, found) | {"result": str(folder)}
@@ -116,14 +117,16 @@ def _show(study: Study, said: dict[str, Any]) -> None:
          f"{one['high']:.5g}", one["unit"], "at a bound" * one["at_bound"])
         for one in said["values"]
     ]  # fmt: skip
-    show_rows(f"{said['engine']}: least {said['minimized']}", ("value", "own", "found", "low", "high", "unit", ""), rows)
-    rows = [
+    show_rows(
+        f"{said['engine']}: least {said['minimized']}", ("value", "own", "found", "low", "high", "unit", ""), rows
+    )
+    found = [
         (one["output"], f"{one['before']:.5g}" if "before" in one else "-", f"{one['value']:.5g}",
          " ".join(f"{side.replace('_', ' ')} {one[side]:g}" for side in ("at_least", "at_most") if side in one) or "-",
          one["unit"], "yes" if one["met"] else "no")
         for one in said["outputs"]
     ]  # fmt: skip
-    show_rows("Outputs, by their worst over the speeds", ("output", "before", "found", "limit", "unit", "met"), rows)
+    show_rows("Outputs, by their worst over the speeds", ("output", "before", "found", "limit", "unit", "met"), found)
     if not said["passed"]:
         print("No variant meets all limits; this one is the nearest. Give wider ranges or limits.")
     resumed = f", {said['resumed']} of them from an earlier run" if said["resumed"] else ""

@@ -26,7 +26,7 @@ crank torsional   linear run-up of each variant over all speeds: twist, damper h
 other cranks      runs in time at each speed; the crank's body is kept, and each run starts from the engine's own motion
 
 5 %, 50 %, 95 %   percentiles of an output's worst value over the speeds
-depends on        values by their total Sobol index (design sensitivity), else by their rank correlation
+depends on        values by their total Sobol index (design sensitivity), else by their rank regression coefficient
 """
 
 
@@ -109,9 +109,9 @@ def under_bar(title: str, work: Callable[[Callable[[str], None], Callable[[str, 
 
 def report(variants: Variants, outcome: Outcome) -> dict[str, Any]:
     """What the variants say, in engineers' units."""
-    from cranktrain.results.variants.variants import PERCENTILES, shown_unit
-
     import numpy as np
+
+    from cranktrain.results.variants.variants import PERCENTILES, shown_unit
 
     outputs = []
     for name in variants.outputs:

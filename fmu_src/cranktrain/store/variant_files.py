@@ -83,7 +83,9 @@ class VariantFiles:
             columns = tuple(Column(*one) for one in head["columns"])
             if head["format"] != FORMAT:
                 raise ValueError(head["format"])
-            found = cls(folder, tuple(head["names"]), tuple(head["units"]), columns, np.array(head["speeds"]), head["about"])
+            found = cls(
+                folder, tuple(head["names"]), tuple(head["units"]), columns, np.array(head["speeds"]), head["about"]
+            )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise StoreError(f"{folder}: is no folder of variants ({error}); name one that vary wrote") from None
         found._parts = len(list(folder.glob("part-*.parquet")))
@@ -153,8 +155,7 @@ class VariantFiles:
             (self.folder / JOURNAL).unlink()
 
     def column(self, name: str) -> NDArray[Any]:
-        """A column (n,) of all variants, by the order of their numbers: a number, a value, an output's worst, or why
-        variants failed."""
+        """A column (n,) by the order of the variants' numbers: a number, a value, an output's worst, why it failed."""
         found = [table.column(name).to_numpy() for table in self._tables([name])]
         whole = np.concatenate(found) if found else np.zeros(0)
         return np.asarray(whole[self._order()])

@@ -33,7 +33,9 @@ def variants_figure(variants: Variants) -> Any:
         unit, factor = shown_unit(variants.output(name).unit)
         label = name if unit == "1" else f"{name} / {unit}"
         if variants.output(name).over_speed and variants.speeds_rpm.size > 1:
-            _draw_percentiles(left, variants.speeds_rpm, factor * variants.percentiles(name, (5, 25, 50, 75, 95)), label)
+            _draw_percentiles(
+                left, variants.speeds_rpm, factor * variants.percentiles(name, (5, 25, 50, 75, 95)), label
+            )
         else:
             _draw_histogram(left, factor * variants[name], label)
         _draw_sensitivities(right, found[name], name)
@@ -68,23 +70,24 @@ def _draw_histogram(ax: Any, values: Any, label: str) -> None:
 
 
 def _draw_sensitivities(ax: Any, records: Sequence[dict[str, Any]], name: str) -> None:
-    """Bars of Sobol indices, or of rank correlations, the largest on top."""
+    """Bars of Sobol indices, or of rank regression coefficients, the largest on top."""
     sobol = "total" in records[0]
-    key = "total" if sobol else "rank_correlation"
+    key = "total" if sobol else "rank_coefficient"
     shown = sorted(records, key=lambda record: abs(np.nan_to_num(record[key])))[-MOST_VALUES:]
     places = np.arange(len(shown))
     sizes = [np.nan_to_num(record[key]) for record in shown]
     if sobol:
         ax.barh(places + 0.19, sizes, 0.36, color=LIGHT, xerr=[record["total_error"] for record in shown],
                 error_kw={"lw": 0.8}, label="total")  # fmt: skip
-        ax.barh(places - 0.19, [record["first"] for record in shown], 0.36, color=BLUE,
-                xerr=[record["first_error"] for record in shown], error_kw={"lw": 0.8}, label="first order")  # fmt: skip
+        first = [record["first"] for record in shown]
+        ax.barh(places - 0.19, first, 0.36, color=BLUE,
+                xerr=[one["first_error"] for one in shown], error_kw={"lw": 0.8}, label="first order")  # fmt: skip
         ax.legend(frameon=False, fontsize=7, loc="lower right")
         ax.set(xlim=(min(0.0, *sizes), None), xlabel=f"Sobol indices of {name}")
     else:
         ax.barh(places, sizes, 0.6, color=[BLUE if size >= 0.0 else RED for size in sizes])
         ax.axvline(0.0, color="0.3", lw=0.8)
-        ax.set(xlim=(-1.05, 1.05), xlabel=f"rank correlation with {name}")
+        ax.set(xlim=(-1.05, 1.05), xlabel=f"rank regression coefficients for {name}")
     ax.set_yticks(places, [record["value"] for record in shown], fontsize=7)
     ax.grid(alpha=0.25, axis="x")
 

@@ -1,4 +1,4 @@
-"""Statistics of variants: Sobol indices, rank correlations, Pareto fronts.
+"""Statistics of variants: Sobol indices, rank regression, Pareto fronts.
 
 With f_A, f_B the outputs at the rows of Saltelli's matrices A and B, and f_k at those of A with column k of B,
 
@@ -8,7 +8,8 @@ With f_A, f_B the outputs at the rows of Saltelli's matrices A and B, and f_k at
 Means are taken off before. A row of which one variant failed is left out. Intervals are those of resampled rows.
 
 Sources: A. Saltelli et al., Computer Physics Communications 181 (2010), equations (b) and (f) of table 2; M. J. W.
-Jansen, Computer Physics Communications 117 (1999).
+Jansen, Computer Physics Communications 117 (1999); for ranks A. Saltelli et al., Sensitivity
+Analysis (2000), section 2.3.
 """
 
 from __future__ import annotations
@@ -40,7 +41,8 @@ def sobol_indices(values: Array, n: int, d: int) -> Indices:
     good = np.isfinite(a) & np.isfinite(b) & np.isfinite(mixed).all(axis=0)
     a, b, mixed = a[good], b[good], mixed[:, good]
     if a.size < 2:
-        return Indices(*(np.full(d, np.nan) for _ in range(4)), rows=int(a.size))
+        nothing = np.full(d, np.nan)
+        return Indices(nothing, nothing, nothing, nothing, int(a.size))
     first, total = _estimate(a, b, mixed)
     rng = np.random.default_rng(0)
     again = np.array([_estimate(a[p], b[p], mixed[:, p]) for p in
@@ -58,16 +60,23 @@ def _estimate(a: Array, b: Array, mixed: Array) -> tuple[Array, Array]:
     return np.mean(b * (mixed - a), axis=1) / variance, 0.5 * np.mean((a - mixed) ** 2, axis=1) / variance
 
 
-def rank_correlations(values: Array, outputs: Array) -> Array:
-    """Spearman's rank correlation (d,) of each value (n, d) with an output (n,); 0 where one of them does not vary."""
+def rank_coefficients(values: Array, outputs: Array) -> Array:
+    """Standardised rank regression coefficients (d,) of the values (n, d) for an output (n,), −1 … 1.
+
+    Ranks of the output are fitted by those of all values together, so that what two values share by chance is given to
+    neither. 0 where a value or the output does not vary; not a number for fewer than d + 2 variants.
+    """
     good = np.isfinite(outputs)
-    if good.sum() < 3:
+    if good.sum() < values.shape[1] + 2:
         return np.full(values.shape[1], np.nan)
-    ranks = np.stack([rankdata(column) for column in values[good].T])
-    own = rankdata(outputs[good])
-    ranks, own = ranks - ranks.mean(axis=1, keepdims=True), own - own.mean()
-    scale = np.sqrt((ranks**2).sum(axis=1) * (own**2).sum())
-    return np.asarray((ranks @ own) / np.where(scale > 0.0, scale, 1.0))
+    ranks = np.stack([_standard(rankdata(column)) for column in values[good].T], axis=1)
+    return np.asarray(np.linalg.lstsq(ranks, _standard(rankdata(outputs[good])), rcond=None)[0])
+
+
+def _standard(ranks: Array) -> Array:
+    centred = ranks - ranks.mean()
+    size = float(np.sqrt((centred**2).sum()))
+    return np.asarray(centred / size if size > 0.0 else centred)
 
 
 def pareto_front(costs: Array) -> NDArray[Any]:

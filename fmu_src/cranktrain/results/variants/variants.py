@@ -114,7 +114,7 @@ class Variants:
         return np.concatenate(parts, axis=1)
 
     def sensitivities(self) -> dict[str, list[dict[str, Any]]]:
-        """For each output a record of each value: Sobol indices of a design ``sensitivity``, else rank correlations."""
+        """For each output a record of each value: rank coefficient, and Sobol indices of a ``sensitivity``."""
         values, whole = self.values, self.about["method"] == "sensitivity"
         n, d = int(self.about["n"]), len(self.names)
         whole = whole and len(self) == n * (d + 2)
@@ -127,8 +127,8 @@ class Variants:
                 for key, column in zip(("first", "total", "first_error", "total_error"), indices[:4], strict=True):
                     for record, one in zip(records, column, strict=True):
                         record[key] = float(one)
-            for record, one in zip(records, statistics.rank_correlations(values, outputs), strict=True):
-                record["rank_correlation"] = float(one)
+            for record, one in zip(records, statistics.rank_coefficients(values, outputs), strict=True):
+                record["rank_coefficient"] = float(one)
             found[name] = records
         return found
 
@@ -154,7 +154,7 @@ class Variants:
         """Xarray ``Dataset`` over variant and speed, with units."""
         xarray = optional("xarray", "to_xarray")
         units = dict(zip(self._files.names, self._files.units, strict=True))
-        data = {name: ((NUMBER,), self[name], {"units": units[name]}) for name in self.names}
+        data: dict[str, Any] = {name: ((NUMBER,), self[name], {"units": units[name]}) for name in self.names}
         for column in self._files.columns:
             about = {"units": column.unit}
             if column.over_speed:
@@ -175,7 +175,7 @@ class Variants:
         return for_notebook(figure)
 
     @property
-    def rows(self) -> list[tuple[str, str, str, str, str, str]]:
+    def rows(self) -> list[tuple[str, ...]]:
         """Lines of a table: output, unit, percentiles of the worst value, what it depends on most."""
         found, depends = [], self.sensitivities()
         for column in self._files.columns:
@@ -183,8 +183,10 @@ class Variants:
             unit, factor = shown_unit(column.unit)
             good = values[np.isfinite(values)]
             texts = [f"{factor * p:.4g}" for p in np.percentile(good, PERCENTILES)] if good.size else ["-"] * 3
-            key = "total" if "total" in depends[column.name][0] else "rank_correlation"
-            order = sorted(depends[column.name], key=lambda record: -abs(record[key]) if record[key] == record[key] else 0)
+            key = "total" if "total" in depends[column.name][0] else "rank_coefficient"
+            order = sorted(
+                depends[column.name], key=lambda record: -abs(record[key]) if record[key] == record[key] else 0
+            )
             most = ", ".join(f"{record['value']} {record[key]:+.2f}" for record in order[:3])
             found.append((column.name, unit, *texts, most))
         return found

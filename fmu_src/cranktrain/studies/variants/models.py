@@ -3,7 +3,8 @@
 The crank's bare body is made once, for the engine that is varied: pulley, flywheel, damper and all that is attached to
 it change at no cost. Values that shape the body itself are told of, and varied only where the body takes no finite
 elements, or where the study says ``reshape = true``. Damping that a torsional crank inherits is measured once, and the
-damping ratios hold for all variants; so does the factor of a crank whose stiffness is tuned to the solid in motion.
+damping ratios hold for all variants. So does the factor of a crank whose stiffness is tuned to the solid in motion,
+unless the study says ``retune = true``.
 """
 
 from __future__ import annotations
@@ -135,8 +136,7 @@ class EngineModel:
         self._settings = self._checked(settings)
         # All else is refused by now.
         self._base = assemble(engine, settings, say=say, inherit=levels.inherit)
-        self._remake = bool(self.reshaping)
-        self._bare = None if self._remake else self._bare_crank(engine)
+        self._bare = None if self.reshaping or self._on_bearings() or levels.retune else self._bare_crank(engine)
         self._decay = self._inherited()
         if self._torsional:
             worst = {name: Output(name, UNITS_OF[base_name(name)], base_name(name) != FREQUENCY)
@@ -176,6 +176,11 @@ class EngineModel:
         solid = reduced_crankshaft(fitted) if crank_level(level).needs_solid(engine) else None
         return crank.bare_crank(fitted, level, solid)
 
+    def _on_bearings(self) -> bool:
+        """Whether values vary on which a torsional crank's stiffness depends, though not its finite elements."""
+        own = ("main_bearing", "main_roller") if self._engine.reduction.torsional_source == "solid-on-bearings" else ()
+        return self._torsional and any(one.key.partition(".")[0] in own for one in self._study.varied)
+
     def _inherited(self) -> Decay | None:
         """Damping in motion of the level above, which the engine that is varied has."""
         records = self._base.body.records
@@ -201,8 +206,8 @@ class EngineModel:
                 found.append(key)
         if found and solid and not self._study.levels.reshape:
             raise InputError(
-                f"vary.'{found[0]}': shapes the crankshaft's finite elements, so each variant takes a new mesh, about a "
-                "minute; set reshape = true to let it, or set reduction.torsional_source to ker-wilson in the engine"
+                f"vary.'{found[0]}': shapes the crankshaft's finite elements, so each variant takes a new mesh, about "
+                "a minute; set reshape = true to let it, or set reduction.torsional_source to ker-wilson in the engine"
             )
         return tuple(found)
 

@@ -15,6 +15,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -102,13 +103,12 @@ class Search:
     def read(self) -> None:
         """Take over what an earlier run has computed."""
         numbers = self._files.column("variant")
-        values = np.stack([self._files.column(name) for name in self._files.names], axis=1) if numbers.size else []
-        for k in range(numbers.size):
-            self._known[np.asarray(values[k]).tobytes()] = {}
-        for output in self._outputs:
-            column = self._files.column(output.name) if numbers.size else []
-            for k in range(numbers.size):
-                self._known[np.asarray(values[k]).tobytes()][output.name] = float(column[k])
+        if not numbers.size:
+            return
+        values = np.stack([self._files.column(name) for name in self._files.names], axis=1)
+        outputs = {output.name: self._files.column(output.name) for output in self._outputs}
+        for k, one in enumerate(values):
+            self._known[one.tobytes()] = {name: float(column[k]) for name, column in outputs.items()}
         self._count = self.resumed = int(numbers.size)
 
     def ranks(self, points: Iterable[Array]) -> list[float]:
@@ -237,14 +237,12 @@ def _search(study: Study, search: Search) -> None:
     start = rng.random((members, d))
     if len(own := [one.own for one in study.varied if one.own is not None]) == d:
         start[0] = [_place(one.distribution, value) for one, value in zip(study.varied, own, strict=True)]
-    try:
+    with suppress(Ended):
         differential_evolution(
             lambda point: search.ranks([point])[0], Bounds(np.zeros(d), np.ones(d)), init=start, polish=False,
             maxiter=max(1, aim.evaluations // members), tol=1e-10, rng=rng, updating="deferred",
             workers=lambda _, points: search.ranks(points),
         )  # fmt: skip
-    except Ended:
-        pass
     search.left = max(search.left, 0) + refined
     for rule in ("COBYLA", "Nelder-Mead", "Nelder-Mead"):
         _refine(search, rule, d)

@@ -39,12 +39,21 @@ _here = threading.local()
 
 @dataclass
 class Outcome:
-    """Outcome of a study's running, filled as far as it came: finished, held before, failed, wall seconds, workers."""
+    """Outcome of a study's running, filled as far as it came.
+
+    Attributes
+    ----------
+    finished, resumed, failed : variants finished now, held before, failed now
+    seconds, preparation : wall time, and that of making the model within it
+    workers : how many ran variants
+    reasons : why variants failed, and how many
+    """
 
     finished: int = 0
     resumed: int = 0
     failed: int = 0
     seconds: float = 0.0
+    preparation: float = 0.0
     workers: int = 0
     reasons: dict[str, int] = field(default_factory=dict)
 
@@ -96,12 +105,17 @@ def run_variants(
     )  # fmt: skip
     held = files.begin(study_digest(study), means.anew)
     outcome.resumed = len(held)
+    outcome.preparation = time.perf_counter() - began
     values = study.design.values(study.distributions)
     left = [k for k in range(len(values)) if k not in held]
     try:
         with variant_workers(study, model, means, len(left)) as (submit, outcome.workers):
             for number, found in answers(submit, values, left, outcome.workers):
-                row = Row(number, values[number], {}, found) if isinstance(found, str) else Row(number, values[number], found)
+                row = (
+                    Row(number, values[number], {}, found)
+                    if isinstance(found, str)
+                    else Row(number, values[number], found)
+                )
                 files.keep(row)
                 outcome.finished += 1
                 if row.failed:
@@ -148,7 +162,9 @@ def answers(submit: Callable[[Array], Future[Any]], values: Array, left: list[in
 
 
 @contextmanager
-def variant_workers(study: Study, model: Model, means: Means, count: int) -> Iterator[tuple[Callable[[Array], Future[Any]], int]]:
+def variant_workers(
+    study: Study, model: Model, means: Means, count: int
+) -> Iterator[tuple[Callable[[Array], Future[Any]], int]]:
     """What takes variants, and how many work at a time."""
     if means.scheduler is not None:
         with _cluster(study, means.scheduler) as found:

@@ -18,6 +18,7 @@ from cranktrain.core.typed_file import record
 from cranktrain.core.units import UNITS, unit_factor
 from cranktrain.core.user_file import beside, ending, is_number, read_toml, user_path
 from cranktrain.engine.file import check_title, load_engine
+from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.studies.calibration import values
 from cranktrain.studies.variants import distributions, two_mass
@@ -72,6 +73,7 @@ class Levels:
     inherit: bool = True
     settle: float = 1e-3
     reshape: bool = False
+    retune: bool = False
 
 
 @dataclass(frozen=True)
@@ -150,9 +152,17 @@ def study_of(
     return Study(
         name=name, title=title, model=model, varied=varied, outputs=outputs, design=design, engine=engine,
         speeds=_speeds(read, model), derived=tuple((key, table.formula) for key, table in read.derived.items()),
-        levels=Levels(read.crank, read.bearings, read.big_ends, read.damper, read.inherit, read.settle, read.reshape),
+        levels=_levels(read),
         load=read.load, pareto=front, aim=None if read.optimize is None else _aim(read.optimize, outputs),
         function=function,
+    )  # fmt: skip
+
+
+def _levels(read: StudyTable) -> Levels:
+    """Fidelity levels; ``InputError`` for a crank level that does not exist."""
+    crank_level(read.crank)
+    return Levels(
+        read.crank, read.bearings, read.big_ends, read.damper, read.inherit, read.settle, read.reshape, read.retune
     )  # fmt: skip
 
 
@@ -220,7 +230,10 @@ def _varied(key: str, table: VaryTable, engine: Engine | None, model: str) -> Va
         dimension, unit, own = "1", "1", 1.0
     elif model == ENGINE and "." in key:
         assert engine is not None
-        rule, own = values.quantity(engine, key), values.value(engine, key)
+        try:
+            rule, own = values.quantity(engine, key), values.value(engine, key)
+        except InputError as error:
+            raise InputError(str(error).replace("calibrate numbers", "vary numbers")) from None
         dimension, unit = rule.dimension, next(iter(UNITS[rule.dimension]))
     kind = table.distribution
     needs, may = KINDS[kind]

@@ -1,30 +1,30 @@
 """Tables of a study file, read by ``cranktrain vary`` and ``cranktrain optimize``.
 
-    engine = "diesel_i6"                 # a shipped engine, or the path of an engine file, from the study's folder
-    outputs = ["twist", "damper.heat", "shaft.stress"]
+engine = "diesel_i6"                 # a shipped engine, or the path of an engine file, from the study's folder
+outputs = ["twist", "damper.heat", "shaft.stress"]
 
-    [speeds]                             # of the linear run-up of a torsional crank; or speeds_rpm = [2000]
-    from = 800
-    to = 2400
-    points = 81
+[speeds]                             # of the linear run-up of a torsional crank; or speeds_rpm = [2000]
+from = 800
+to = 2400
+points = 81
 
-    [vary]                               # numbers in SI, texts with a unit, or shares of the engine's own value
-    "damper.viscosity" = { low = "80 Pa s", high = "120 Pa s" }
-    "pulley.polar_inertia" = { distribution = "normal", deviation = "2 %" }
+[vary]                               # numbers in SI, texts with a unit, or shares of the engine's own value
+"damper.viscosity" = { low = "80 Pa s", high = "120 Pa s" }
+"pulley.polar_inertia" = { distribution = "normal", deviation = "2 %" }
 
-    [derived]                            # follows from others, in SI
-    "pulley.diametral_inertia" = { formula = "0.6 * pulley.polar_inertia" }
+[derived]                            # follows from others, in SI
+"pulley.diametral_inertia" = { formula = "0.6 * pulley.polar_inertia" }
 
-    [design]
-    method = "latin-hypercube"
-    n = 1000
+[design]
+method = "latin-hypercube"
+n = 1000
 
-    [pareto]                             # variants that no other beats in all of these
-    minimize = ["twist", "damper.heat"]
+[pareto]                             # variants that no other beats in all of these
+minimize = ["twist", "damper.heat"]
 
-    [optimize]                           # of cranktrain optimize
-    minimize = "twist"
-    limits = { "damper.heat" = { at_most = "400 W" } }
+[optimize]                           # of cranktrain optimize
+minimize = "twist"
+limits = { "damper.heat" = { at_most = "400 W" } }
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, field
 
+from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.typed_file import Table, between
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
@@ -42,7 +43,6 @@ from cranktrain.studies.variants.distributions import KINDS
 MODELS = ("engine", "two-mass")
 _Rpm = Annotated[float, between(SLOWEST_RPM, FASTEST_RPM, "rev/min", "speed")]
 _Amount = float | str
-DistributionKind = Literal[tuple(KINDS)]  # type: ignore[valid-type]
 
 
 class SpeedsTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
@@ -58,7 +58,7 @@ class SpeedsTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
 class VaryTable(Table, kw_only=True):
     """Distribution of a value: numbers in SI, texts with a unit ("30 kg") or shares of the engine's value ("-10 %")."""
 
-    distribution: DistributionKind = "uniform"
+    distribution: Literal[tuple(KINDS)] = "uniform"  # type: ignore[valid-type]
     low: _Amount | None = None
     high: _Amount | None = None
     mode: _Amount | None = None
@@ -131,6 +131,7 @@ class StudyTable(Table, kw_only=True):
     inherit: bool = True
     settle: Annotated[float, between(1e-8, 0.5, "of the outputs' alternating part")] = 1e-3
     reshape: bool = False
+    retune: bool = False
     vary: dict[str, VaryTable] = field(default_factory=dict)
     derived: dict[str, FormulaTable] = field(default_factory=dict)
     design: DesignTable = field(default_factory=DesignTable)
@@ -140,17 +141,21 @@ class StudyTable(Table, kw_only=True):
     remedy = "a study needs engine, outputs, [vary], and speeds_rpm or [speeds]"
 
 
-def as_table(value: Any) -> Any:
-    """A distribution given in Python, ``("uniform", low, high)``, as the table of a study file; others as they are."""
-    if not isinstance(value, tuple | list) or not value or not isinstance(value[0], str) or value[0] not in KINDS:
+def as_table(value: Any, where: str) -> Any:
+    """A distribution given in Python, ``("uniform", low, high)``, as the table of a study file; ``InputError``."""
+    if isinstance(value, dict):
         return value
+    if not isinstance(value, tuple | list) or not value or not isinstance(value[0], str):
+        raise InputError(f"{where}: {shown(value)} is no distribution; write ('uniform', low, high)")
+    if value[0] not in KINDS:
+        raise InputError(f"{where}: distribution '{value[0]}' does not exist; {nearest(value[0], KINDS)}")
     kind, *numbers = value
     if kind == "values":
         return {"distribution": kind, "values": list(numbers[0]) if _is_list(numbers) else list(numbers)}
     names = {"normal": ("mean", "deviation", "low", "high"), "lognormal": ("median", "factor"),
              "triangular": ("low", "mode", "high"), "uniform": ("low", "high")}[kind]  # fmt: skip
     if len(numbers) > len(names):
-        return value
+        raise InputError(f"{where}: {shown(value)} has more than {', '.join(names)}; leave the others out")
     if len(numbers) == 1 and kind in ("normal", "lognormal"):
         names = names[1:2]  # about the engine's own value
     return {"distribution": kind, **{n: v for n, v in zip(names, numbers, strict=False) if v is not None}}

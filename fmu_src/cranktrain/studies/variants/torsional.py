@@ -109,7 +109,9 @@ def torsional_answer(made: Assembly, speeds: Array, outputs: tuple[str, ...]) ->
         omega = speeds[:, None] * structure.orders
         found[HEAT] = 0.5 * np.sum(omega * stiffness.imag * np.abs(twist) ** 2, axis=1)
         if TORQUE in bases:
-            found[TORQUE] = _half_range(structure, stiffness * twist)
+            # A fluid that thins has the torque of its law, not that of the linear damper with the same heat.
+            law = link.torque(structure.signal(1j * omega * twist, 1)) if link.thinning else None
+            found[TORQUE] = _half_range(structure, stiffness * twist) if law is None else 0.5 * np.ptp(law, axis=1)
     if bases & set(OF_SHAFT):
         torques = _piece_torques(made, structure, motion)
         found[SHAFT] = torques.max(axis=1)
