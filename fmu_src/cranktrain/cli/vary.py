@@ -111,7 +111,8 @@ def report(variants: Variants, outcome: Outcome) -> dict[str, Any]:
     """What the variants say, in engineers' units."""
     import numpy as np
 
-    from cranktrain.results.variants.variants import PERCENTILES, shown_unit
+    from cranktrain.results.variants.shown import shown_unit
+    from cranktrain.results.variants.variants import PERCENTILES
 
     outputs = []
     for name in variants.outputs:

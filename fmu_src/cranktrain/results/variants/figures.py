@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from cranktrain.results.run_up.shown import figure_of
 from cranktrain.results.variants import statistics
-
-if TYPE_CHECKING:
-    from cranktrain.results.variants.variants import Variants
+from cranktrain.results.variants.shown import shown_unit
 
 MOST_OUTPUTS, MOST_VALUES = 6, 12
 """Outputs that are drawn, and values of one."""
 BLUE, LIGHT, RED = "#2b6ca3", "#9cc3e3", "#b5403a"
 
 
-def variants_figure(variants: Variants) -> Any:
-    """Figure with a row for each output: its percentiles, and what it depends on; below them the Pareto front."""
-    from cranktrain.results.variants.variants import shown_unit
-
+def variants_figure(variants: Any) -> Any:
+    """Figure of a :class:`.variants.Variants`: percentiles, what outputs depend on, and the Pareto front."""
     outputs = variants.outputs[:MOST_OUTPUTS]
     front = tuple(variants.about["pareto"])
     rows = len(outputs) + bool(front)
@@ -92,10 +88,8 @@ def _draw_sensitivities(ax: Any, records: Sequence[dict[str, Any]], name: str) -
     ax.grid(alpha=0.25, axis="x")
 
 
-def _draw_front(axes: Any, variants: Variants, names: tuple[str, ...]) -> None:
+def _draw_front(axes: Any, variants: Any, names: tuple[str, ...]) -> None:
     """Variants in the plane of the first two outputs, and of the first and the last, the front marked."""
-    from cranktrain.results.variants.variants import shown_unit
-
     costs = np.stack([variants[name] for name in names], axis=1)
     front = statistics.pareto_front(costs)
     for ax, other in zip(axes, (1, len(names) - 1), strict=True):

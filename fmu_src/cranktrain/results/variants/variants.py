@@ -14,18 +14,12 @@ from cranktrain.core.types import Array
 from cranktrain.results.figures import save_figure
 from cranktrain.results.in_hand.shown import for_notebook, html_table, optional
 from cranktrain.results.variants import statistics
-from cranktrain.store.variant_files import CURVE, NUMBER, REASON, Column, VariantFiles
+from cranktrain.results.variants.shown import shown_unit
+from cranktrain.store.variant_files import NUMBER, REASON, Column, VariantFiles
 
 MOST_AT_ONCE = 16_000_000
 """Numbers that are in memory at once for percentiles."""
-SHOWN = {"rad": ("deg", 180.0 / math.pi), "Pa": ("MPa", 1e-6), "m": ("um", 1e6)}
-"""Engineers' units of outputs, and their factors."""
 PERCENTILES = (5.0, 50.0, 95.0)
-
-
-def shown_unit(unit: str) -> tuple[str, float]:
-    """Unit in which people read an output, and the factor to it."""
-    return SHOWN.get(unit, (unit, 1.0))
 
 
 class Variants:
@@ -201,6 +195,3 @@ class Variants:
         """Table of a notebook."""
         header = ("output", "unit", "5 %", "50 %", "95 %", "depends on")
         return html_table(f"{len(self)} variants of {self.about['engine']}", header, self.rows)
-
-
-__all__ = ["CURVE", "Variants"]
