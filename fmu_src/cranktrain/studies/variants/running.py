@@ -10,7 +10,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -180,7 +180,7 @@ def variant_workers(
         yield lambda values: pool.submit(_variant, None, values), number
 
 
-class _Here(Executor):
+class _Here:
     """Runs a variant at once, in this process."""
 
     def take(self, values: Array) -> Future[Any]:
@@ -197,6 +197,7 @@ def _cluster(study: Study, address: str) -> Iterator[tuple[Callable[[Array], Fut
         raise InputError("a function of a script runs in its own process; leave scheduler out")
     try:
         from distributed import Client
+        from distributed.scheduler import KilledWorker
     except ImportError:
         raise InputError("--scheduler needs Dask; pip install distributed, or cranktrain[dask]") from None
     try:
@@ -214,6 +215,8 @@ def _cluster(study: Study, address: str) -> Iterator[tuple[Callable[[Array], Fut
             )
         sent, pool = client.scatter(study, broadcast=True, hash=False), client.get_executor(pure=False)
         yield lambda values: pool.submit(_variant, sent, values), number
+    except (KilledWorker, CancelledError):
+        raise SolverError(f"the cluster at {address} lost its workers, see their logs; run the study again") from None
     finally:
         with suppress(Exception):
             client.close(timeout=2)
