@@ -335,3 +335,12 @@ def test_nothing_of_a_variant_stays_behind():
         warnings.simplefilter("error")
         ct.vary("v12_petrol", {"load": ("uniform", 0.9, 1.0)}, outputs=["twist"], n=3, speeds_rpm=3000, inherit=False)
     assert not list(Path().glob("*_variants"))
+
+
+def test_an_engine_that_cannot_be_answered_is_refused_at_once():
+    """Added bodies have no linear run-up, and a crank has no fiftieth torsional frequency."""
+    given = {"speeds_rpm": 3000, "n": 4, "inherit": False}
+    with pytest.raises(ct.InputError, match="has added bodies and connections, which a linear run-up of variants"):
+        ct.vary("four_petrol", {"load": ("uniform", 0.9, 1.0)}, outputs=["twist"], **given)
+    with pytest.raises(ct.SolverError, match=r"torsional frequencies only, no frequency\[50\]"):
+        ct.vary("single_petrol", {"load": ("uniform", 0.9, 1.0)}, outputs=["frequency[50]"], **given)

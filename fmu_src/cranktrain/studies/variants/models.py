@@ -128,6 +128,7 @@ class EngineModel:
         )  # fmt: skip
         self._torsional = levels.crank == "torsional"
         if self._torsional:
+            engine.refuse_additions("a linear run-up of variants")
             for output in study.outputs:
                 check_torsional_output(output, damper)
         else:
@@ -142,6 +143,8 @@ class EngineModel:
             worst = {name: Output(name, UNITS_OF[base_name(name)], base_name(name) != FREQUENCY)
                      for name in study.outputs}  # fmt: skip
             self.outputs = tuple(worst.values())
+            # What fails for the engine itself is told before a thousand variants fail by it.
+            torsional_answer(self._made(engine, study.load), self._speeds, study.outputs)
         else:
             say(f"steady motion of '{engine.name}'")
             self.outputs = tuple(
