@@ -44,8 +44,11 @@ NAMES = {
     "load_run": "results.in_hand.loaded",
     "load_scene": "studies.scene",
     "read_measured": "measured.reading",
+    "Variants": "results.variants.variants",
     "rigid_body": "core.reduced_body",
+    "optimize": "cli.library.variants",
     "topology_modes": "dynamics.topology.modes",
+    "vary": "cli.library.variants",
 }
 """Names of the library and the modules that hold them."""
 

@@ -27,6 +27,8 @@ from cranktrain.cli.library.functions.simulate import simulate as simulate
 from cranktrain.cli.library.functions.stability import stability as stability
 from cranktrain.cli.library.functions.stress import stress as stress
 from cranktrain.cli.library.functions.tradeoff import tradeoff as tradeoff
+from cranktrain.cli.library.variants import optimize as optimize
+from cranktrain.cli.library.variants import vary as vary
 from cranktrain.core.errors import CranktrainError as CranktrainError
 from cranktrain.core.errors import InputError as InputError
 from cranktrain.core.errors import SolverError as SolverError
@@ -45,6 +47,7 @@ from cranktrain.film.steady.plain_bearing import Bearing as Bearing
 from cranktrain.fmu.build import build_fmu as build_fmu
 from cranktrain.measured.reading import read_measured as read_measured
 from cranktrain.results.in_hand.loaded import load_run as load_run
+from cranktrain.results.variants.variants import Variants as Variants
 from cranktrain.structure.assembly import Assembly as Assembly
 from cranktrain.structure.assembly import film_tables as film_tables
 from cranktrain.studies.scene import load_scene as load_scene

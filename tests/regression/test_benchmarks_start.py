@@ -148,6 +148,9 @@ STARTS = {
     "torsional_run_up": Start("diesel_i6"),
     "tradeoff": Start("--quick"),
     "valve_train": Start(constants={"BLOCKS": 2, "STEPS": 4, "CYCLES": 2, "FINE_DEG": 1.0, "STEPS_DEG": [2.0]}),
+    "variants": Start(
+        "--engine single_petrol --torsional 2 --solid 0 --workers 1", {"SOBOL_ROWS": 64, "EVALUATIONS": 60}, quick=True
+    ),
     "vector_kernels": Start("13", quick=True),
     "virtual_engine": Start(
         "2000", {"CYCLES": 2, "FINEST": 1.0, "STEPS_DEG": [3.0], "WAYS": ["gauss-seidel, own", "jacobi, late"]}

@@ -96,3 +96,22 @@ def test_python_of_the_library_s_page_runs(tmp_path, monkeypatch):
         exec(text, found)
     assert found["run"].engine.name == "single_petrol" and (tmp_path / "heavy.toml").is_file()
     assert (tmp_path / "orders.png").is_file() and (tmp_path / "campbell.png").is_file()
+
+
+def test_python_and_studies_of_the_page_on_variants_run(tmp_path, monkeypatch):
+    """Its script as it stands there, its study files read as they stand there."""
+    pytest.importorskip("pyarrow")
+    from cranktrain.studies.variants.study import load_study
+
+    monkeypatch.chdir(tmp_path)
+    page = FILES["docs/how-to/vary.md"]
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    found = {}
+    exec(text, found)
+    assert len(found["found"]) == 64 and (tmp_path / "single.png").is_file() and found["best"]["evaluations"] <= 60
+    studies = re.findall(r"```toml\n# (\w+\.toml)\n(.*?)```", page, re.DOTALL)
+    assert len(studies) == 2
+    for name, study in studies:
+        (tmp_path / name).write_text(study, "utf-8")
+        assert load_study(tmp_path / name).engine.name == "diesel_i6"
+    assert load_study(ROOT / "examples" / "damper_study.toml").aim.minimize == "twist"

@@ -23,6 +23,7 @@ FILE_KINDS = {
     "engine": FileKind("Engine file of cranktrain", "cranktrain.engine.file:engine_table"),
     "scene": FileKind("Scene of cranktrain", "cranktrain.studies.scene:SceneTable"),
     "harness": FileKind("Harness file of cranktrain", "cranktrain.studies.harness.tables:HarnessTable"),
+    "study": FileKind("Study of variants of cranktrain", "cranktrain.studies.variants.tables:StudyTable"),
     "superelement": FileKind(
         "Superelement of cranktrain", "cranktrain.structure.fem.superelement_file:SuperelementTable"
     ),

@@ -9,7 +9,9 @@ from typing import Any, NamedTuple
 
 from cranktrain.cli import main
 
-OF_OTHERS = {"engines": "engines", "bearing": "Bearing", "schema": "schema"}
+OF_OTHERS = {
+    "engines": "engines", "bearing": "Bearing", "schema": "schema", "vary": "vary", "optimize": "optimize",
+}  # fmt: skip
 """Verbs that the library has in another form, or not as a function: a schema is for editors."""
 NAMES = {"new": "new_engine", "run": "run_scene", "measured": "analyse_measured"}
 """Functions that are not called as their verbs are: ``measured`` is a package of the library."""

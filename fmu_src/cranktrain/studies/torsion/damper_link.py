@@ -25,11 +25,14 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import COMPLEX_MODULUS, SHEAR_THINNING
 from cranktrain.loads.damper import (
     EXPONENT,
+    PARAMETERS,
     SHEARS,
     TIME,
     WEIGHTS,
+    check_temperature,
     complex_modulus,
-    damper_parameters,
+    damper_at,
+    damper_constants,
     damper_temperature,
     damping_coefficient,
     linear_stiffness,
@@ -65,7 +68,11 @@ class DamperLink:
         damper = required_damper(engine)
         self.omega = omega
         warm = [settings.damper_temperature or damper_temperature(damper, speed) for speed in speeds.tolist()]
-        self.parameters = np.array([damper_parameters(damper, temperature) for temperature in warm])
+        self.parameters = np.zeros((len(warm), PARAMETERS))
+        constants = damper_constants(damper)
+        for row, temperature in zip(self.parameters, warm, strict=True):
+            check_temperature(damper, temperature)
+            damper_at(constants, temperature, row)
         self.thinning = damper.kind == "viscous" and damper.law == SHEAR_THINNING
         viscous = np.array([damping_coefficient(row) for row in self.parameters])
         self.stiffness: ComplexArray = 1j * omega * viscous[:, None]

@@ -16,10 +16,12 @@ Matrices are those of the running model, :func:`cranktrain.dynamics.model.arrays
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
@@ -213,6 +215,48 @@ class ShaftOrders:
         hub and ring itself is left out, see the class ``_Transfer`` of
         :mod:`cranktrain.studies.torsion.frequency_run_up`.
         """
+        dynamic = self._dynamic(speeds, orders, friction)
+        right = self._rows[: self.pins + 1].T
+        zero = np.flatnonzero(orders == 0)
+        moved = np.linalg.solve(dynamic, np.broadcast_to(right, (*dynamic.shape[:2], *right.shape)))
+        for k in zero:
+            moved[:, k, 0] = 0.0
+        return np.asarray(self._rows @ moved)
+
+    def answers(self, speeds: Array, torques: ComplexArray, friction: Array | None = None) -> ComplexArray:
+        """Coordinates (s, k + 1, n, 2) by all ``torques`` (s, k + 1, p) on the pins, and by one between hub and ring.
+
+        Fewer right-hand sides than :meth:`transfer` where orders are not coupled; arguments are those of it.
+        """
+        right = np.empty((*torques.shape[:2], self._stiffness.shape[0], 2), dtype=complex)
+        right[..., 0] = torques @ self._rows[: self.pins]
+        right[..., 1] = self._rows[self.pins]
+        moved = np.linalg.solve(self._dynamic(speeds, np.arange(self.orders.size), friction), right)
+        moved[:, 0, 0] = 0.0
+        return np.asarray(moved)
+
+    def rotations(self, body: ReducedBody, names: Sequence[str]) -> Array:
+        """Rows (m, n) that give the rotations about the axis of interfaces of the crank's ``body``."""
+        turned = body.shapes[[body.index(name) for name in names], 5, slots.ROTATION :]
+        return np.pad(turned, ((0, 0), (0, self._stiffness.shape[0] - turned.shape[1])))
+
+    def ends_rows(self) -> Array:
+        """Rows (4, n) of :class:`Observed`: twist of hub against ring, pulley, swing, flywheel."""
+        return self._rows[self.pins : self.pins + 4]
+
+    def frequencies_hz(self) -> Array:
+        """Natural frequencies (m,) above 0 with mean rods, without damping and without the damper's ring."""
+        pins = self._rows[: self.pins]
+        mass = np.eye(self._stiffness.shape[0]) + pins.T @ (self.inertia[0].real[:, None] * pins)
+        own = np.delete(np.arange(mass.shape[0]), self._ring)
+        squares = eigh(self._stiffness[np.ix_(own, own)], mass[np.ix_(own, own)], eigvals_only=True)
+        return np.sqrt(squares[squares > 1e-6 * squares[-1]]) / (2.0 * math.pi)
+
+    def _dynamic(self, speeds: Array, orders: NDArray[np.intp], friction: Array | None) -> ComplexArray:
+        """Dynamic stiffness (s, o, n, n) without the link of hub and ring; arguments as of :meth:`transfer`.
+
+        At order 0 the flywheel stands still, and the mean torque that this takes is the first unknown.
+        """
         n = self._stiffness.shape[0]
         pins = self._rows[: self.pins]
         w = speeds[:, None] * self.orders[orders]
@@ -231,15 +275,10 @@ class ShaftOrders:
             own = self._shaft_twists[special]
             excess = self.link.excess(w, self.mean_torque(speeds), rubbing)
             dynamic += np.einsum("skt,ti,tj->skij", excess, own, own)
-        right = self._rows[: self.pins + 1].T
-        zero = np.flatnonzero(orders == 0)
-        for k in zero:
+        for k in np.flatnonzero(orders == 0):
             dynamic[:, k, :, 0] = self._scale * self._flywheel
             dynamic[:, k, self._ring, self._ring] = self._scale
-        moved = np.linalg.solve(dynamic, np.broadcast_to(right, (*w.shape, *right.shape)))
-        for k in zero:
-            moved[:, k, 0] = 0.0
-        return np.asarray(self._rows @ moved)
+        return np.asarray(dynamic)
 
     def _gas_means(self, arm: Array) -> None:
         """Cycle means of the gas torques' tangents by a pin's turn and by the lead of the pressures, motored and rise.

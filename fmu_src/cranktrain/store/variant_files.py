@@ -1,0 +1,244 @@
+"""Variants of a study in a folder of Parquet files, and a journal of those that no Parquet file holds yet.
+
+    _study.json          digest of the study, its values, outputs, units and speeds
+    part-00000.parquet   a row for each finished variant: number, values, outputs, what failed and why
+    _journal.jsonl       a line for each variant that was finished since, added at once
+
+Pandas, Polars, DuckDB and Dask read the folder as one table; names that begin with _ are none of it. A line that was
+half-written when the process was killed ends the journal. Everything is in SI; fields name their units.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.types import Array
+from cranktrain.store.whole_file import marked, whole_file
+
+HEAD, JOURNAL, PART = "_study.json", "_journal.jsonl", "part-{:05d}.parquet"
+FORMAT = "cranktrain variants 1"
+ROWS = 1000
+"""Variants of a Parquet file, and the most that memory holds while a study runs."""
+NUMBER, REASON, CURVE = "variant", "failed", " over speed"
+"""Columns of the variant's number and of why it failed; ending of columns with a value for each speed."""
+
+
+class Column(NamedTuple):
+    """An output: its name, SI unit, whether it has a value for each speed, and which of these is the worst."""
+
+    name: str
+    unit: str
+    over_speed: bool
+    worst: str
+
+
+class Row(NamedTuple):
+    """A finished variant: its number, values (d,), outputs, and why it failed (empty where it did not)."""
+
+    number: int
+    values: Array
+    outputs: Mapping[str, Array]
+    failed: str = ""
+
+
+@dataclass
+class VariantFiles:
+    """The folder of a study.
+
+    Attributes
+    ----------
+    folder : where it is
+    names, units : varied values, (d,), and their SI units
+    columns : outputs
+    speeds : (s,) rad/s
+    about : further facts of the study
+    """
+
+    folder: Path
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    columns: tuple[Column, ...]
+    speeds: Array
+    about: dict[str, Any] = field(default_factory=dict)
+    _waiting: list[Row] = field(default_factory=list)
+    _journal: TextIO | None = None
+    _parts: int = 0
+
+    @classmethod
+    def open(cls, folder: str | Path) -> VariantFiles:
+        """A folder that exists; ``StoreError``: missing, damaged or foreign."""
+        folder = Path(folder)
+        try:
+            head = json.loads((folder / HEAD).read_text("utf-8"))
+            columns = tuple(Column(*one) for one in head["columns"])
+            if head["format"] != FORMAT:
+                raise ValueError(head["format"])
+            found = cls(
+                folder, tuple(head["names"]), tuple(head["units"]), columns, np.array(head["speeds"]), head["about"]
+            )
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise StoreError(f"{folder}: is no folder of variants ({error}); name one that vary wrote") from None
+        found._parts = len(list(folder.glob("part-*.parquet")))
+        return found
+
+    def begin(self, digest: str, anew: bool) -> set[int]:
+        """Numbers of the variants that the folder holds, after what a killed run left is in order.
+
+        Raises ``InputError`` for a folder of another study, unless it is to be replaced, or of something else.
+        """
+        parquet()
+        if self.folder.exists() and not self.folder.is_dir():
+            raise InputError(f"{self.folder}: exists and is no folder; name another --output")
+        head = {"format": FORMAT, "digest": digest, "names": self.names, "units": self.units,
+                "columns": self.columns, "speeds": self.speeds.tolist(), "about": self.about}  # fmt: skip
+        if self.folder.is_dir() and any(self.folder.iterdir()):
+            if not (self.folder / HEAD).is_file():
+                raise InputError(f"{self.folder}: holds other files; name another --output")
+            if anew:
+                self._clear()
+            elif json.loads((self.folder / HEAD).read_text("utf-8")).get("digest") != digest:
+                raise InputError(
+                    f"{self.folder}: holds variants of another study, or of another version; name another --output, or "
+                    "replace them by --anew"
+                )
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.folder}: cannot be made ({error.strerror}); name another --output") from None
+        if not (self.folder / HEAD).is_file():
+            with whole_file(self.folder / HEAD, marked("head of a study", FORMAT)) as place:
+                place.write_text(json.dumps(head), "utf-8")
+        self._parts = len(list(self.folder.glob("part-*.parquet")))
+        held = {int(n) for table in self._tables([NUMBER]) for n in table.column(NUMBER).to_numpy()}
+        self._waiting = [row for row in self._journal_rows() if row.number not in held]
+        self._open_journal(rewrite=True)
+        return held | {row.number for row in self._waiting}
+
+    def keep(self, row: Row) -> None:
+        """Keep a finished variant; from then on it survives the process."""
+        self._waiting.append(row)
+        assert self._journal is not None
+        self._journal.write(_line(row))
+        self._journal.flush()
+        if len(self._waiting) >= ROWS:
+            self.write()
+
+    def write(self) -> None:
+        """Write the variants of the journal as a Parquet file."""
+        if not self._waiting:
+            return
+        arrow, files = parquet()
+        place = self.folder / PART.format(self._parts)
+        with whole_file(place, marked("Parquet file", "PAR1")) as temporary:
+            files.write_table(self._table(arrow, self._waiting), temporary)
+        self._parts += 1
+        self._waiting = []
+        self._open_journal(rewrite=True)
+
+    def close(self) -> None:
+        """Write what is left, and close the journal."""
+        self.write()
+        if self._journal is not None:
+            self._journal.close()
+            self._journal = None
+        with suppress(OSError):
+            (self.folder / JOURNAL).unlink()
+
+    def column(self, name: str) -> NDArray[Any]:
+        """A column (n,) by the order of the variants' numbers: a number, a value, an output's worst, why it failed."""
+        found = [table.column(name).to_numpy() for table in self._tables([name])]
+        whole = np.concatenate(found) if found else np.zeros(0)
+        return np.asarray(whole[self._order()])
+
+    def curve(self, name: str, first: int = 0, last: int | None = None) -> Array:
+        """Values (n, k) of an output at the speeds from ``first`` to before ``last``, by the order of numbers."""
+        cut = slice(first, last)
+        found = []
+        for table in self._tables([name + CURVE]):
+            chunks = table.column(name + CURVE).combine_chunks()
+            flat = chunks.flatten() if not hasattr(chunks, "chunks") else chunks.chunk(0).flatten()
+            found.append(flat.to_numpy(zero_copy_only=False).reshape(-1, self.speeds.size)[:, cut].copy())
+        whole = np.concatenate(found) if found else np.zeros((0, len(range(*cut.indices(self.speeds.size)))))
+        return np.asarray(whole[self._order()])
+
+    def _order(self) -> NDArray[np.intp]:
+        found = [table.column(NUMBER).to_numpy() for table in self._tables([NUMBER])]
+        return np.argsort(np.concatenate(found)) if found else np.zeros(0, dtype=np.intp)
+
+    def _tables(self, names: list[str]) -> Iterator[Any]:
+        _, files = parquet()
+        for place in sorted(self.folder.glob("part-*.parquet")):
+            try:
+                yield files.read_table(place, columns=names, partitioning=None)
+            except (OSError, ValueError) as error:
+                raise StoreError(f"{place}: cannot be read ({error}); delete it and run the study again") from None
+
+    def _table(self, arrow: Any, rows: list[Row]) -> Any:
+        """Arrow table of variants."""
+        s = self.speeds.size
+        arrays = [arrow.array([row.number for row in rows], arrow.int64())]
+        fields = [arrow.field(NUMBER, arrow.int64())]
+        for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
+            arrays.append(arrow.array([row.values[k] for row in rows], arrow.float64()))
+            fields.append(arrow.field(name, arrow.float64(), metadata={"unit": unit}))
+        for column in self.columns:
+            lost = np.full(s if column.over_speed else 1, np.nan)
+            values = np.array([row.outputs.get(column.name, lost) for row in rows])
+            worst = values.min(axis=1) if column.worst == "least" else values.max(axis=1)
+            arrays.append(arrow.array(worst, arrow.float64()))
+            fields.append(arrow.field(column.name, arrow.float64(), metadata={"unit": column.unit}))
+            if column.over_speed:
+                kind = arrow.list_(arrow.float64(), s)
+                arrays.append(arrow.FixedSizeListArray.from_arrays(arrow.array(values.ravel(), arrow.float64()), s))
+                fields.append(arrow.field(column.name + CURVE, kind, metadata={"unit": column.unit}))
+        arrays.append(arrow.array([row.failed for row in rows], arrow.string()))
+        fields.append(arrow.field(REASON, arrow.string()))
+        facts = {"cranktrain": FORMAT, "speeds_rad_per_s": json.dumps(self.speeds.tolist())}
+        return arrow.table(arrays, schema=arrow.schema(fields, metadata=facts))
+
+    def _journal_rows(self) -> Iterator[Row]:
+        """Variants of the journal up to a line that is none."""
+        with suppress(OSError, ValueError, KeyError, TypeError), (self.folder / JOURNAL).open(encoding="utf-8") as file:
+            for line in file:
+                if not line.endswith("\n"):
+                    return
+                number, values, outputs, failed = json.loads(line)
+                yield Row(number, np.array(values), {n: np.array(v) for n, v in outputs.items()}, failed)
+
+    def _open_journal(self, rewrite: bool) -> None:
+        """The journal, holding the waiting variants; replaced as a whole, so that none is lost meanwhile."""
+        if self._journal is not None:
+            self._journal.close()
+        place, fresh = self.folder / JOURNAL, self.folder / f"{JOURNAL}.new"
+        if rewrite:
+            fresh.write_text("".join(map(_line, self._waiting)), "utf-8")
+            fresh.replace(place)
+        self._journal = place.open("a", encoding="utf-8")
+
+    def _clear(self) -> None:
+        """Remove the files of a study that is replaced."""
+        for place in (*self.folder.glob("part-*.parquet"), self.folder / JOURNAL, self.folder / HEAD):
+            place.unlink(missing_ok=True)
+
+
+def _line(row: Row) -> str:
+    outputs = {name: np.asarray(value).tolist() for name, value in row.outputs.items()}
+    return json.dumps([row.number, np.asarray(row.values).tolist(), outputs, row.failed]) + "\n"
+
+
+def parquet() -> tuple[Any, Any]:
+    """PyArrow and its module of Parquet files; ``InputError`` that says how to install it."""
+    try:
+        return import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError:
+        raise InputError("variants are kept as Parquet; pip install pyarrow, or cranktrain[parquet]") from None

@@ -1,0 +1,168 @@
+"""Variants of a torsional crank: the linear run-up of each, all speeds and orders at once.
+
+The model is that of ``cranktrain runup --crank torsional --steady linear``
+(:mod:`cranktrain.studies.torsion.frequency_run_up`). Outputs over the speed, half of the peak-to-peak value over a
+cycle where nothing else is said:
+
+    twist              pulley against flywheel, rad
+    pulley.torsion     pulley against the frame that turns steadily, rad
+    NAME.order[N]      amplitude of order N of one of these two
+    damper.heat        mean power lost in the damper, W: ½ Σ ω Im κ |ψ|², κ its complex stiffness, ψ its twist
+    damper.torque      torque between hub and ring, N m
+    shaft.torque       largest torque of all pieces of the crank between pulley, mains and flywheel, N m
+    shaft.stress       largest nominal shear stress of these pieces, Pa: T/W, W = π d³/16 of the thinnest solid circle
+    frequency[N]       N-th torsional frequency with mean rods, undamped and without the damper's ring, Hz; one value
+
+A nominal stress has no notch factor; fillets are judged by ``cranktrain fatigue``.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, SolverError, nearest
+from cranktrain.core.types import Array
+from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.orders.harmonics import ComplexArray
+from cranktrain.structure.assembly import Assembly
+from cranktrain.structure.crank.torsional import shaft_nodes
+from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
+from cranktrain.studies.torsion.frequency_run_up import HIGHEST_ORDER, frame_wobble
+from cranktrain.studies.torsion.shaft_orders import ShaftOrders
+
+TWIST, TORSION, HEAT, TORQUE = "twist", "pulley.torsion", "damper.heat", "damper.torque"
+SHAFT, STRESS, FREQUENCY = "shaft.torque", "shaft.stress", "frequency"
+UNITS_OF = {TWIST: "rad", TORSION: "rad", HEAT: "W", TORQUE: "N m", SHAFT: "N m", STRESS: "Pa", FREQUENCY: "Hz"}
+OF_DAMPER, OF_SHAFT, OF_ORDERS = (HEAT, TORQUE), (SHAFT, STRESS), (TWIST, TORSION)
+_FINER = 2
+"""Samples of a cycle for peaks, over those of the model: 32 in a period of the highest order."""
+_NAME = re.compile(r"([a-z.]+?)(?:\.order)?(?:\[([0-9.]+)\])?")
+
+
+def base_name(output: str) -> str:
+    """Name of an output without its order or number."""
+    match = _NAME.fullmatch(output)
+    return match[1] if match else output
+
+
+def check_torsional_output(output: str, damper: bool) -> None:
+    """Refuse an output that a linear run-up does not have; ``InputError``."""
+    match, name = _NAME.fullmatch(output), base_name(output)
+    number = match[2] if match else None
+    by_order = ".order[" in output
+    if name not in UNITS_OF or (by_order and name not in OF_ORDERS) or (not by_order and number and name != FREQUENCY):
+        valid = (*(n for n in UNITS_OF if n != FREQUENCY), "twist.order[6]", "pulley.torsion.order[6]", "frequency[1]")
+        raise InputError(f"outputs: a torsional crank has no '{output}'; {nearest(output, valid)}")
+    if name == FREQUENCY and not (number and number.isdigit() and int(number) >= 1):
+        raise InputError(f"outputs: '{output}' has no number; write frequency[1] for the first")
+    if by_order:
+        order = float(number or 0.0)
+        if not (0.5 <= order <= HIGHEST_ORDER and (2.0 * order).is_integer()):
+            raise InputError(f"outputs: '{output}': orders are 0.5, 1, … {HIGHEST_ORDER:g}")
+    if name in OF_DAMPER and not damper:
+        raise InputError(f"outputs: '{output}' needs a damper; give the engine a [damper], or leave the output out")
+
+
+def section_moduli(engine: Engine) -> Array:
+    """Polar section moduli (mains + 1,) of the crank's pieces as solid circles, m³.
+
+    A piece between two mains is as thin as the thinner of main and pin, the front one as nose or main, the rear one as
+    flange or main.
+    """
+    c = engine.crankshaft
+    thin = np.full(len(c.main_widths) + 1, min(c.main_diameter, c.pin_diameter))
+    thin[0], thin[-1] = min(c.nose_diameter, c.main_diameter), min(c.flange_diameter, c.main_diameter)
+    return np.asarray(np.pi * thin**3 / 16.0)
+
+
+def torsional_answer(made: Assembly, speeds: Array, outputs: tuple[str, ...]) -> dict[str, Array]:
+    """Outputs of one variant, (s,) each or (1,) of a frequency; ``made`` carries the damper's housing.
+
+    Raises ``InputError``, ``SolverError``.
+    """
+    engine, settings = made.engine, made.settings
+    gas = GasTrace.from_engine(engine)
+    structure = ShaftOrders(engine, made.body, settings, gas, HIGHEST_ORDER)
+    known = structure.known(speeds)
+    moved = structure.answers(speeds, known, structure.friction(speeds))
+    motion, stiffness, twist = moved[..., 0], None, None
+    at_ring, pulley, swing, flywheel = structure.ends_rows()
+    if settings.damper == "fitted":
+        link = DamperLink(engine, settings, speeds, speeds[:, None] * structure.orders)
+        compliance = moved[..., 1] @ at_ring
+        stiffness = equivalent(link, motion @ at_ring, compliance, structure)
+        twist = (motion @ at_ring) / (1.0 + stiffness * compliance)
+        motion = motion - (stiffness * twist)[..., None] * moved[..., 1]
+    found: dict[str, Array] = {}
+    bases = {base_name(output) for output in outputs}
+    orders: dict[str, ComplexArray] = {}
+    if TWIST in bases:
+        orders[TWIST] = motion @ (pulley - flywheel)
+    if TORSION in bases:
+        wobble = frame_wobble(speeds[:, None], speeds[:, None] * structure.orders)
+        orders[TORSION] = motion @ pulley - wobble * (motion @ swing)
+    if twist is not None and stiffness is not None:
+        omega = speeds[:, None] * structure.orders
+        found[HEAT] = 0.5 * np.sum(omega * stiffness.imag * np.abs(twist) ** 2, axis=1)
+        if TORQUE in bases:
+            # A fluid that thins has the torque of its law, not that of the linear damper with the same heat.
+            law = link.torque(structure.signal(1j * omega * twist, 1)) if link.thinning else None
+            found[TORQUE] = _half_range(structure, stiffness * twist) if law is None else 0.5 * np.ptp(law, axis=1)
+    if bases & set(OF_SHAFT):
+        torques = _piece_torques(made, structure, motion)
+        found[SHAFT] = torques.max(axis=1)
+        found[STRESS] = (torques / section_moduli(engine)).max(axis=1)
+    hz = structure.frequencies_hz() if FREQUENCY in bases else np.zeros(0)
+    return {output: _one(output, orders, found, hz, structure) for output in outputs}
+
+
+def _one(
+    output: str, orders: dict[str, ComplexArray], found: dict[str, Array], hz: Array, structure: ShaftOrders
+) -> Array:
+    """One output by its name."""
+    name, match = base_name(output), _NAME.fullmatch(output)
+    number = match[2] if match else None
+    if name == FREQUENCY:
+        place = int(number or 1)
+        if place > hz.size:
+            raise SolverError(f"has {hz.size} torsional frequencies only, no {output}")
+        return hz[place - 1 : place]
+    if ".order[" in output:
+        return np.abs(orders[name][:, round(2.0 * float(number or 0.0))])
+    if name in orders:
+        return _half_range(structure, orders[name])
+    return found[name]
+
+
+def _half_range(structure: ShaftOrders, orders: ComplexArray) -> Array:
+    """Half of the peak-to-peak value over a cycle of complex orders (s, k + 1, …), (s, …)."""
+    count = _FINER * structure.samples
+    moved = 0.5 * count * orders
+    moved[:, 0] *= 2.0
+    signal = np.fft.irfft(moved, count, axis=1)
+    return np.asarray(0.5 * (_peak(signal) + _peak(-signal)))
+
+
+def _peak(signal: Array) -> Array:
+    """Largest value over a cycle of samples (s, N, …): that of the parabola through the largest and its neighbours."""
+    top = signal.argmax(axis=1)[:, None]
+    before, at, after = (np.take_along_axis(signal, (top + k) % signal.shape[1], axis=1)[:, 0] for k in (-1, 0, 1))
+    bend = 2.0 * at - before - after
+    return np.asarray(at + 0.125 * (after - before) ** 2 / np.where(bend > 0.0, bend, 1.0))
+
+
+def _piece_torques(made: Assembly, structure: ShaftOrders, motion: ComplexArray) -> Array:
+    """Half of the peak-to-peak torque (s, pieces) between neighbours of pulley, mains and flywheel."""
+    names = shaft_nodes(made.engine)
+    rows = np.diff(structure.rotations(made.body, names), axis=0)
+    torques = motion @ (made.body.records["shaft_stiffness"][:, None] * rows).T
+    return _half_range(structure, torques)
+
+
+def with_load(made: Assembly, load: float) -> Assembly:
+    """The assembly at another share of the full-load burn."""
+    return made if made.settings.gas_load == load else replace(made, settings=replace(made.settings, gas_load=load))
