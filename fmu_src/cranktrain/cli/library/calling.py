@@ -116,7 +116,8 @@ def _one(keyword: Keyword, value: Any, stack: ExitStack) -> Any:
         return value  # checked where it is read
     if kind is None:
         if not isinstance(value, str | Path):
-            raise _wrong(keyword, value, f"one of: {keyword.kind}" if name in OBJECTS else "a text")
+            wanted = "a path, an array or a function" if takes_given(keyword.action) else "a text"
+            raise _wrong(keyword, value, f"one of: {keyword.kind}" if name in OBJECTS else wanted)
         return str(value)
     annotation = getattr(kind, "annotation", getattr(kind, "__name__", "str"))
     if annotation in ("float", "int"):

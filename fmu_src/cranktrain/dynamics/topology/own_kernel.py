@@ -12,7 +12,6 @@ import math
 import time
 import warnings
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -75,9 +74,11 @@ class OwnKernel(Kernel):
     """
 
     def __init__(self, law: OwnLaw) -> None:
-        # What names a kernel among addresses; no library of machine code has it.
-        named = SimpleNamespace(__module__="own_law", __name__=law.name)
-        self.py_func, self._options, self._dispatchers = named, {}, {}  # type: ignore[assignment]
+        def named() -> None:
+            """What names the kernel among addresses; no library of machine code has it."""
+
+        named.__module__, named.__name__ = "own_law", law.name
+        super().__init__(named)
         self.raised: BaseException | None = None
         self._law = law
         self._made: Any = None
@@ -104,8 +105,8 @@ class OwnKernel(Kernel):
         calls = 2 if law.tangent else 1 + 4 * len(law.axes)
         because = f" because numba cannot compile it ({why})" if why else ""
         warnings.warn(
-            f"own law '{law.name}' runs in Python{because}: {1e6 * seconds:.2g} us a call, {calls} calls an evaluation; "
-            "compiled code takes some 0.02 us, so the run is slow",
+            f"own law '{law.name}' runs in Python{because}: {1e6 * seconds:.2g} us a call and {calls} calls at each "
+            "iteration, where compiled code takes some 0.02 us; the run is slow",
             stacklevel=2,
         )
         return _whole(law, _jit(_call_back(back)))
@@ -116,6 +117,7 @@ class OwnKernel(Kernel):
         entry = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self._called)
         probe = np.zeros(exchange_size(len(law.parameters)))
         address = int(probe.ctypes.data)
+        entry(address)
         begin = time.perf_counter()
         for _ in range(TRIED):
             entry(address)

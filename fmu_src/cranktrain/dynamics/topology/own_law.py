@@ -20,7 +20,7 @@ Numba compiles the function, and the loop over connections calls it as any law. 
 that raises, is called in Python (:mod:`cranktrain.dynamics.topology.own_kernel`), which is told once. Tangents are
 central differences over a thousandth of ``scale``, or come from a function ``tangent`` of the same arguments, which
 returns the derivatives of the force by displacement and by velocity. They steer the Newton iteration, whose result does
-not depend on them.
+not depend on them. A law remembers nothing from one call to the next: calls belong to iterations, not to time.
 """
 
 from __future__ import annotations
@@ -216,7 +216,7 @@ def own_failure(addresses: IntArray) -> str:
         place, velocity = record.exchange[:size], record.exchange[MOST_AXES : MOST_AXES + size]
         units = [("rad", "rad/s") if axis.startswith("r") else ("m", "m/s") for axis in found.axes]
         motion = ", ".join(
-            f"{axis} = {x:.4g} {one[0]} at {v:.4g} {one[1]}"
+            f"{axis} = {x:.6g} {one[0]} at {v:.6g} {one[1]}"
             for axis, x, v, one in zip(found.axes, place, velocity, units, strict=True)
         )
         what = "raises an error" if record.exchange[FAILED_AT] == RAISED else "gives no finite force"
