@@ -12,7 +12,7 @@ import math
 import time
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import OPTIONS, Kernel, compiler, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.laws.films import ANGLE, BY_PLACE, BY_VELOCITY, NUMBERS, OBSERVE, RUBBING, SIZE
-
-if TYPE_CHECKING:
-    from cranktrain.dynamics.topology.own_law import OwnLaw
 
 MOST_AXES = 4
 OF_SCALE, OF_VALUE = 1.0e-3, 1.0e-6
@@ -49,6 +46,19 @@ TRIED = 200
 """Calls over which a law in Python is timed."""
 
 
+class Function(Protocol):
+    """What a kernel is made of, see :class:`cranktrain.dynamics.topology.own_law.OwnLaw`."""
+
+    name: str
+    axes: tuple[str, ...]
+    function: Callable[..., Any]
+    tangent: Callable[..., Any] | None
+    compiled: bool | None
+    arguments: dict[str, float | None]
+    parameters: dict[str, float | None]
+    told: tuple[str, ...]
+
+
 class OwnRecord(NamedTuple):
     """Data of one connection."""
 
@@ -73,7 +83,7 @@ class OwnKernel(Kernel):
     raised : what the law's function in Python has raised last, None for one that is compiled
     """
 
-    def __init__(self, law: OwnLaw) -> None:
+    def __init__(self, law: Function) -> None:
         def named() -> None:
             """What names the kernel among addresses; no library of machine code has it."""
 
@@ -156,7 +166,7 @@ def _jit(function: Callable[..., Any]) -> Any:
     return compiler().njit(**{key: value for key, value in OPTIONS.items() if key != "_nrt"})(function)
 
 
-def _answer(law: OwnLaw, function: Any, tangent: Any) -> Callable[..., Any]:
+def _answer(law: Function, function: Any, tangent: Any) -> Callable[..., Any]:
     """``answer(exchange, with_tangent)`` that evaluates a compiled function on an exchange; 0."""
     size = len(law.axes)
 
@@ -194,7 +204,7 @@ def _call_back(entry: Any) -> Callable[..., Any]:
     return answer
 
 
-def _whole(law: OwnLaw, answer: Any) -> Any:
+def _whole(law: Function, answer: Any) -> Any:
     """The law's kernel, compiled for the arguments of all laws."""
     made = _jit(_kernel(answer, len(law.axes), law.tangent is not None))
     numba = compiler()
