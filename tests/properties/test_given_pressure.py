@@ -82,8 +82,7 @@ def test_a_gas_that_only_compresses_and_expands_does_no_work():
     def adiabatic(angle):
         return 1e5 * (float(volume.max()) / np.interp(angle, angles, volume, period=4.0 * math.pi)) ** 1.35
 
-    with pytest.warns(UserWarning):
-        run = ct.simulate(engine, speed_rpm=3000, pressure=adiabatic, **{**TORSION, "cycles": 8})
+    run = ct.simulate(engine, speed_rpm=3000, pressure=adiabatic, **{**TORSION, "cycles": 8})
     torque = np.asarray(run["shaft.torque"])[-run.per_cycle :]
     fired = ct.simulate(engine, speed_rpm=3000, **{**TORSION, "cycles": 8})["shaft.torque"][-run.per_cycle :]
     assert np.std(torque) > 1.0
