@@ -40,6 +40,7 @@ NAMES = {
     "build_fmu": "fmu.build",
     "engines": "cli.library.engines",
     "film_tables": "structure.assembly",
+    "law": "dynamics.topology.own_law",
     "load_engine": "engine.file",
     "load_run": "results.in_hand.loaded",
     "load_scene": "studies.scene",

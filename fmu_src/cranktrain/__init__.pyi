@@ -35,6 +35,7 @@ from cranktrain.core.errors import SolverError as SolverError
 from cranktrain.core.reduced_body import rigid_body as rigid_body
 from cranktrain.dynamics.model.settings import Settings as Settings
 from cranktrain.dynamics.topology.modes import topology_modes as topology_modes
+from cranktrain.dynamics.topology.own_law import law as law
 from cranktrain.dynamics.topology.values import Body as Body
 from cranktrain.dynamics.topology.values import Connection as Connection
 from cranktrain.dynamics.topology.values import End as End

@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 from bodies import rigid_crank
 
-from cranktrain.core.errors import SolverError
+import cranktrain as ct
+from cranktrain.core.errors import InputError, SolverError
 from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.load_torque import LoadFollower, LoadTorque, loaded_end
 from cranktrain.dynamics.model.state import offset
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.engine.file import load_engine
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.mean_load import mean_torque
 from cranktrain.loads.slider_crank import remainder_inertia
 
 SIX = load_engine("diesel_i6")
@@ -139,3 +143,100 @@ def test_a_load_that_stalls_the_engine_is_refused_where_it_stands():
             simulation.step(time + 5e-4)
     assert simulation.time == time
     assert dict(zip(simulation.output_names, simulation.outputs, strict=True))["crank.speed"] > 0.0
+
+
+# Over angle and speed -------------------------------------------------------------------------------------------------
+
+LIGHT = {"crank": "torsional", "bearings": "held", "inherit": False, "load": 1.0}
+TURN = np.linspace(0.0, 4.0 * math.pi, 720, endpoint=False)
+
+
+def test_work_of_a_load_over_angle_and_speed_is_its_mean_power():
+    """As above, with a torque of two orders that grows with the speed: what turns pays ∫ T dψ."""
+    engine = replace(SIX, drive_line=replace(SIX.drive_line, damping=0.0))
+    settings = replace(FREE, gas_source="input", gravity=0.0, step=math.radians(1.0))
+    simulation = Simulation(engine, rigid_crank(engine), settings)
+
+    def torque(angle, speed):
+        return (100.0 + 80.0 * math.cos(1.5 * angle) + 40.0 * math.sin(3.0 * angle)) * (speed / SPEED) ** 2
+
+    simulation.load_law = LoadFollower(LoadTorque(torque))
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    h, work, at = communication_step(SPEED, settings.step), 0.0, []
+    rotor = simulation.model.rotor
+
+    def stored():
+        n, state = simulation.model.omega2.size, simulation.state
+        q, v = (state[offset(k, n) : offset(k + 1, n)][: rotor.size] for k in range(2))
+        out = dict(zip(simulation.output_names, simulation.outputs, strict=True))
+        theta, omega = simulation.work.frames[0][:2]
+        energy = 0.5 * (CRANK_INERTIA + rods_inertia(engine, out["crank.angle"])) * out["crank.speed"] ** 2
+        energy += 0.5 * engine.drive_line.dynamometer_inertia * (omega + rotor @ v) ** 2
+        energy += 0.5 * out["shaft.torque"] ** 2 / engine.drive_line.stiffness
+        return energy, theta + rotor @ q, omega + rotor @ v
+
+    begin, angle, speed = stored()
+    before = torque(angle, speed)
+    for k in range(1, 3601):
+        simulation.step(k * h)
+        energy, turned, speed = stored()
+        now = torque(turned, speed)
+        work, angle, before = work + 0.5 * (before + now) * (turned - angle), turned, now
+        at.append((begin - energy) / work)
+    assert at[-1] == pytest.approx(1.0, abs=5e-3)
+    assert loaded_end(simulation.model, simulation.state, 1.0) == pytest.approx((angle, speed), rel=1e-12)
+
+
+def test_a_fan_slows_an_engine_without_gas_along_a_hyperbola():
+    """J Ω̇ = −c Ω² − f, so 1/Ω grows by c/J + f/(J Ω²) a second; the run without load tells f, that of the gas."""
+    drag, cycles = 3e-3, 10
+    held = cycle_means(run(0.0, cycles, gas_load=0.0), "crank.speed")
+    load = LoadTorque(lambda angle, speed: drag * speed**2)
+    slowed = cycle_means(run(load, cycles, gas_load=0.0), "crank.speed")
+    time = 4 * math.pi / SPEED * np.arange(cycles)
+    inertia = CRANK_INERTIA + MEAN_INERTIA + SIX.drive_line.dynamometer_inertia
+    grown = np.polyfit(time[2:], (1.0 / slowed)[2:], 1)[0]
+    motored = -np.polyfit(time[2:], held[2:], 1)[0]
+    assert grown - motored * float(np.mean(slowed[2:] ** -2)) == pytest.approx(drag / inertia, rel=5e-3)
+
+
+@pytest.mark.parametrize(("name", "rpm"), [("single_petrol", 4000), ("four_petrol", 3000), ("v12_petrol", 5000)])
+def test_a_load_as_number_array_and_function_is_one(name, rpm):
+    engine, speed = ct.load_engine(name), rpm * math.pi / 30
+    mean = mean_torque(engine, GasTrace.from_engine(engine), speed)
+    same = (mean, np.full(720, mean), lambda angle: mean, lambda angle, speed: mean)
+    first, *others = (ct.simulate(engine, speed_rpm=rpm, load_torque_nm=one, cycles=4, **LIGHT) for one in same)
+    for other in others:
+        np.testing.assert_allclose(other["crank.speed"], first["crank.speed"], rtol=1e-9)
+    swung = mean * (1.0 + 0.5 * np.cos(1.5 * TURN))
+
+    def straight(angle):
+        return np.interp(angle % (4.0 * math.pi), np.append(TURN, 4.0 * math.pi), np.append(swung, swung[0]))
+
+    by_array, by_function = (
+        ct.simulate(engine, speed_rpm=rpm, load_torque_nm=one, cycles=4, **LIGHT) for one in (swung, straight)
+    )
+    np.testing.assert_allclose(by_array["shaft.torque"], by_function["shaft.torque"], rtol=0, atol=1e-6 * mean)
+    order = by_array.orders("crank.speed")[1.5] - first.orders("crank.speed")[1.5]
+    assert abs(order) > 0.0
+
+
+WRONG_LOADS = [
+    ([1.0], "give at least 2 values"),
+    ([1.0, math.nan], r"load_torque_nm: value \[1\] is nan"),
+    (np.ones((3, 3)), r"has the shape \(3, 3\)"),
+    ("heavy", "load_torque_nm is 'heavy', of type str"),
+    (object(), "a object; give a number, an array over 720 deg or a function"),
+    (lambda angle: "x", "the function returns 'x'; return one number, N m"),
+    (lambda angle: 1 / 0, "the function raises ZeroDivisionError"),
+    (lambda angle: math.nan, "the function returns nan"),
+    (lambda angle, speed: 1e9, "returns 1e.09 N m; at most 1e.06 N m"),
+]
+
+
+@pytest.mark.parametrize(("load", "said"), WRONG_LOADS)
+def test_wrong_loads_are_told_in_one_line(load, said):
+    with pytest.raises(InputError, match=said) as caught:
+        ct.simulate("single_petrol", speed_rpm=4000, load_torque_nm=load, cycles=1, **LIGHT)
+    assert "\n" not in str(caught.value) and str(caught.value).startswith("load_torque_nm")

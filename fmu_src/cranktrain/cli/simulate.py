@@ -86,11 +86,18 @@ def _of_assembly(options: argparse.Namespace, made: Assembly) -> Run:
         if getattr(options, name) != usual:
             raise InputError(f"{name} belongs to an engine, not to an assembly; leave it out, or pass the engine")
     known = {field.name: field.default for field in fields(Request) if hasattr(options, field.name)}
-    choices = {name: getattr(options, name) for name, usual in known.items() if getattr(options, name) != usual}
+    given = {name: getattr(options, name) for name in known}
+    # Arrays and functions stand for no default, and arrays are no truth value.
+    choices = {name: one for name, one in given.items() if not (one is known[name] or _equal(one, known[name]))}
     if not isinstance(choices.get("load", 1.0), float):
         del choices["load"]  # :func:`loaded` finds it
     request = Request(**choices)
     return simulate(loaded(options, made, request.gas(made.engine), request.speed), **choices)
+
+
+def _equal(given: Any, usual: Any) -> bool:
+    """Whether a choice is the usual one."""
+    return isinstance(given, str | int | float | Path) and bool(given == usual)
 
 
 def _found(options: argparse.Namespace, in_file: bool) -> tuple[Run, Settings, Path, list[str] | None]:

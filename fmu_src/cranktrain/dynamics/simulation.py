@@ -18,6 +18,7 @@ from cranktrain.core.run_entries import RunEntries
 from cranktrain.core.stepped_model import SteppedModel
 from cranktrain.dynamics import run_record
 from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cycles
+from cranktrain.dynamics.load_torque import LoadFollower, LoadTorque
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, build_model, dimensions, supply_temperature
 from cranktrain.dynamics.model.bodies import bends
@@ -53,9 +54,8 @@ from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION
 from cranktrain.dynamics.time.status import OK, REFUSALS, REMEDIES, SINGULAR, STALLED, STEP_RANGE
 from cranktrain.dynamics.time.step_control import MAX_HALVINGS, ports_at_state
-from cranktrain.dynamics.warm_films import (
-    check_level,
-)
+from cranktrain.dynamics.topology.own_law import own_failure
+from cranktrain.dynamics.warm_films import check_level
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import SLOWEST_RPM
@@ -64,6 +64,7 @@ from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.damper import power_warning, required_damper, with_damper_housing
 from cranktrain.loads.gas_pressure import Gas, GasTrace, gas_tables
+from cranktrain.loads.torsional_line import torsional_line
 
 __all__ = ["Parts", "Settings", "Simulation", "simulate"]
 
@@ -120,6 +121,8 @@ class Simulation(SteppedModel):
     outputs : values in that order (SI), valid after ``initialize`` and after each step, all of them unless
         ``on_demand`` is set before: then those alone that :meth:`read` has asked for
     counts : how many members the families of outputs have
+    load_law : load torque over angle and speed of the loaded end, which sets that input and its rate before each step;
+        None: the input is what is set
     power_samples : where the powers of each step are kept, if anywhere
     """
 
@@ -152,6 +155,8 @@ class Simulation(SteppedModel):
         self.pressures[:] = at.AMBIENT
         self.inputs[engine.n_cylinders + at.AXIAL_INPUT] = axial_force(self.settings, engine)
         self._load = engine.n_cylinders + at.LOAD_INPUT
+        self.load_law: LoadFollower | None = None
+        self._end_speed = torsional_line(engine, 1.0).end_speed
         self.on_demand, self._watched = False, set[int]()
         self.power_samples: PowerSamples | None = None
         if self.inputs.size > MAX_INPUTS:
@@ -185,8 +190,8 @@ class Simulation(SteppedModel):
         entries = self._entries_of(model, work, state, observed)
         status = entries.start(time)
         if status != OK:
-            cause, remedy = REMEDIES[status]
-            raise SolverError(f"no static equilibrium at {self.inputs[0] * _RPM:.0f} rev/min: {cause}; {remedy}")
+            where = f"no static equilibrium at {self.inputs[0] * _RPM:.0f} rev/min"
+            raise SolverError(f"{where}: {own_failure(model.links.entry[:, 1]) or '{}; {}'.format(*REMEDIES[status])}")
         self.model, self.work, self._state, self._entries = model, work, state, entries
         self._observed, self._families_of = observed, families_of(counts)
         self._observe()
@@ -383,12 +388,20 @@ class Simulation(SteppedModel):
             a step that fails after the last halving
         """
         state = self._current()
+        if self.load_law is not None:
+            self._follow_load(t_end)
         status = self._entered().advance(t_end)
         if status != OK:
             self._check_inputs()
             raise self._error(status, t_end, state)
         if self.power_samples is not None:
             self.power_samples.add(self.work.powers)
+
+    def _follow_load(self, t_end: float) -> None:
+        """Set the load torque and its rate for a step to ``t_end``."""
+        assert self.load_law is not None
+        torque, rate = self.load_law.over(self.model, self._current(), self._end_speed, t_end)
+        self.inputs[self._load], self.input_rates[self._load] = torque, rate
 
     def read(self, places: Sequence[int]) -> list[float]:
         """As ever; with ``on_demand`` the outputs' families are observed from now on."""
@@ -407,6 +420,8 @@ class Simulation(SteppedModel):
         self._current()
         advance, outputs, samples = self._entered().advance, self.outputs, self.power_samples
         for k in range(len(rows)):
+            if self.load_law is not None:
+                self._follow_load((first + k) * step)
             if advance((first + k) * step) != OK:
                 return k
             rows[k] = outputs
@@ -432,6 +447,7 @@ class Simulation(SteppedModel):
 
     def _failure(self, status: int, state: Array) -> str:
         cause, remedy = REMEDIES[status]
+        own = own_failure(self.model.links.entry[:, 1])
         ports_at_state(self.model, self.work, state)
         d = self.work.port[at.RELATIVE, : 2 * self.model.bearings.shape[0]]
         eps = np.hypot(d[::2], d[1::2]) / self.model.bearings[:, CLEARANCE]
@@ -442,7 +458,7 @@ class Simulation(SteppedModel):
         angle = math.degrees(state[SHAFT_ANGLE] % (4.0 * math.pi))
         return (
             f"step failed at t = {state[TIME]:.6g} s, crank angle {angle:.1f} deg, {state[SHAFT_SPEED] * _RPM:.0f} "
-            f"rev/min after {MAX_HALVINGS} halvings: {cause}{lost}; {remedy}"
+            f"rev/min after {MAX_HALVINGS} halvings: {own or f'{cause}{lost}; {remedy}'}"
         )
 
 
@@ -462,7 +478,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     parts: Parts | None = None,
     damper_balance: bool = False,
-    load_torque: float | None = None,
+    load_torque: float | LoadTorque | None = None,
     settle: float = TOLERANCE,
     say: Callable[[str], None] | None = None,
     sink: Sink | None = None,
@@ -475,8 +491,8 @@ def simulate(
     as its friction makes it (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` the damper as its losses
     make it: the run repeats, going on where it ended, until no temperature changes by more than ``SETTLED``, at most
     ``PASSES`` times; the last run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N
-    m), or by the torque that holds the speed; ``speed`` is where the run starts, and a cycle the time that it takes
-    there.
+    m, or one over its angle and speed), or by the torque that holds the speed; ``speed`` is where the run starts, and a
+    cycle the time that it takes there.
     ``progress`` is called with the share of a run done, in [0, 1], ``say`` with cycles and what is left. An interrupt
     ends the run early and keeps what it has. With a ``sink`` all samples go there, those of a failing run as well; the
     result holds the last cycles, and memory does not grow with their number.
@@ -508,6 +524,9 @@ def simulate(
     simulation = Simulation(engine, body, replace(settings, film_temperature="engine"), gas, parts)
     simulation.inputs[0] = speed
     if simulation.settings.boundary == "torque":
+        if isinstance(load_torque, LoadTorque):
+            simulation.load_law = LoadFollower(load_torque)
+            load_torque = load_torque.at(0.0, simulation._end_speed * speed)
         simulation.load_torque = simulation.steady_torque() if load_torque is None else load_torque
         cycles = FREE_CYCLES if cycles is None else cycles
     simulation.initialize()

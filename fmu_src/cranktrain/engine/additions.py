@@ -141,6 +141,7 @@ class ConnectionTable:
     thrust: laws.Thrust | None = None
     damper: laws.RingDamper | None = None
     axial_joint: laws.SlidingJoint | None = None
+    own: laws.Own | None = None
 
     @property
     def data(self) -> Any:

@@ -36,6 +36,24 @@ def changed_engine(engine: Engine, changes: Mapping[str, Any]) -> Engine:
     return engine_of(document, engine.name, None)
 
 
+def connected_engine(engine: Engine, name: str, law: Any, ends: Any, place: Any, values: Mapping[str, Any]) -> Engine:
+    """An engine with one more connection; see :meth:`cranktrain.engine.model.Engine.connected`."""
+    where = f"connection '{name}'"
+    if hasattr(law, "stated"):
+        law, own = "own", table_of_part(law.stated(values, where), where)
+    elif isinstance(law, str) and law in DATA:
+        own = {key: entry_of(DATA[law], key, value, f"{where}: {key}") for key, value in values.items()}
+    else:
+        text = f"{nearest(law, DATA)}" if isinstance(law, str) else "give a name, or a function with @ct.law"
+        raise InputError(f"{where}: no law {shown(law)}; {text}")
+    table = {"name": plain(name, "connection: name"), "law": law, "ends": plain(ends, f"{where}: ends"), **own}
+    if len(place):
+        table["place"] = entry_of(TABLES["connection"], "place", place, f"{where}: place")
+    document = document_of(engine)
+    document["connection"] = [*document.get("connection", []), table]
+    return engine_of(document, engine.name, None)
+
+
 def _change_table(document: dict[str, Any], table: str, value: Any) -> None:
     """A text, a whole table, or none."""
     if value is None:

@@ -319,12 +319,28 @@ class Gas:
     crankcase_pressure: q.TracePressure = 1.013e5
 
 
+@dataclass(frozen=True)
+class Own:
+    """A law that is a function of Python, see :mod:`cranktrain.dynamics.topology.own_law`.
+
+    Attributes
+    ----------
+    function : name of a law of the running process
+    parameters, values : names of its parameters, and their values in SI
+    """
+
+    function: str
+    parameters: tuple[str, ...] = ()
+    values: tuple[q.OwnValue, ...] = ()
+
+
 STEEL = 7850.0
 """Density of a damper's ring, kg/m³."""
 DATA: dict[str, type] = {
     "gear_mesh": GearMesh, "coupling": Coupling, "spring": Spring, "load": Load, "film": Film,
     "rigid_gear": RigidGear, "planetary": Planetary, "belt": Belt, "gas": Gas,
     "liner": Liner, "roller": Roller, "thrust": Thrust, "damper": RingDamper, "axial_joint": SlidingJoint,
+    "own": Own,
 }  # fmt: skip
 """Data of each law that a file may name."""
 WORDS = {2: "two", 3: "three", 4: "four"}

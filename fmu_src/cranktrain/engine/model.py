@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass, replace
 from importlib import import_module
 from types import UnionType
@@ -194,6 +194,28 @@ class Engine:
             one line, as for an engine file: unknown names, wrong types and units, values that do not fit together
         """
         changed = import_module("cranktrain.engine.changed").changed_engine(self, {**(changes or {}), **more})
+        assert isinstance(changed, Engine)
+        return changed
+
+    def connected(self, name: str, law: Any, ends: Sequence[str], place: Sequence[float] = (), **values: Any) -> Engine:
+        """The engine with one more connection, checked as its file is.
+
+            engine.connected("bush", hardening, ("crank.pulley", "ground"), stiffness="2e5 N/mm")
+
+        Parameters
+        ----------
+        name : of the connection
+        law : function with ``@ct.law``, or the name of a law such as ``spring``
+        ends : ``body.interface``, or ``ground``
+        place : of both ends, (3,) m; none: at their interfaces
+        values : of the law's keys or parameters; numbers are in SI, texts have their unit
+
+        Raises
+        ------
+        InputError
+            one line: unknown laws, keys, ends; values that are missing or of another kind
+        """
+        changed = import_module("cranktrain.engine.changed").connected_engine(self, name, law, ends, place, values)
         assert isinstance(changed, Engine)
         return changed
 

@@ -172,6 +172,7 @@ Area = Annotated[float, Quantity("area", 1e-4, 100.0)]
 Force = Annotated[float, Quantity("force", -1e5, 1e5, "kN")]
 Tension = Annotated[float, Quantity("force", 1e-3, 1e3, "kN")]
 Torque = Annotated[float, Quantity("torque", -1e8, 1e8)]
+OwnValue = Annotated[float, Quantity("1", -1e100, 1e100, hint="in SI units")]
 AxialForce = Annotated[float, Quantity("force", -1e3, 1e3, "kN", "positive away from the pulley")]
 
 NEWTONIAN, SHEAR_THINNING, COMPLEX_MODULUS = DAMPER_LAWS = ("newtonian", "shear-thinning", "complex-modulus")

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from cranktrain.core.errors import InputError
 from cranktrain.dynamics.topology.tables import added_outputs
 from cranktrain.engine.model import Engine
 from cranktrain.fmu import archive
@@ -49,7 +50,13 @@ def product(
     fixed: Mapping[str, Any] = MappingProxyType({}),
     suffix: str = "",
 ) -> Product:
-    """Contents of the FMU of an engine, see :func:`build`."""
+    """Contents of the FMU of an engine, see :func:`build`; ``InputError`` where it has laws of Python."""
+    for table in engine.connection:
+        if table.own is not None:
+            raise InputError(
+                f"connection '{table.name}': an FMU cannot carry the own law '{table.own.function}', a function of "
+                "this Python process; run the engine from Python, or take a law such as spring or coupling"
+            )
     return Product(
         model=model_name(engine, interface, suffix),
         title=engine.title,

@@ -188,20 +188,25 @@ class GasTrace:
         from cranktrain.loads.pressure_file import read_pressure  # needs SciPy, which the running model does not
 
         rows, source = read_pressure(path, unit, dead_centre_deg, SAMPLES, engine)
-        traces = [
-            cls(
-                motored=_motored(engine, fired),
-                fired=fired,
-                imep=mean_effective_pressure(engine, fired),
-                best_speed=engine.best_speed,
-                falloff=0.0,
-                source=source,
-            )
-            for fired in rows
-        ]
-        if len(traces) == 1:
-            return traces[0]
-        return replace(cls.mean(traces, [1.0 / len(traces)] * len(traces), source), own=tuple(traces))
+        return trace_of(engine, rows, source)
+
+
+def trace_of(engine: Engine, rows: Sequence[Array], source: str) -> GasTrace:
+    """Trace of given pressures: one row (SAMPLES,), Pa, over 720 degrees, or one for each cylinder."""
+    traces = [
+        GasTrace(
+            motored=_motored(engine, fired),
+            fired=fired,
+            imep=mean_effective_pressure(engine, fired),
+            best_speed=engine.best_speed,
+            falloff=0.0,
+            source=source,
+        )
+        for fired in rows
+    ]
+    if len(traces) == 1:
+        return traces[0]
+    return replace(GasTrace.mean(traces, [1.0 / len(traces)] * len(traces), source), own=tuple(traces))
 
 
 def spline_coefficients(samples: Array) -> Array:

@@ -19,6 +19,7 @@ import math
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,11 +86,34 @@ def read_pressure(
     gap at the peak; else of one that is hardly of this engine (:mod:`cranktrain.loads.trace_doubts`).
     """
     place, columns = split_columns(path)
-    name, period, phases = place.name, math.degrees(engine.cylinders.cycle), np.degrees(engine.firing_angles)
     if dead_centre_deg is not None and not math.isfinite(dead_centre_deg):
-        raise InputError(f"{name}: dead centre at {dead_centre_deg} deg is not an angle")
-    points = read_points(place, columns, len(phases))
-    stated = _stated(points, unit, name)
+        raise InputError(f"{place.name}: dead centre at {dead_centre_deg} deg is not an angle")
+    points = read_points(place, columns, engine.n_cylinders)
+    return folded_traces(points, _stated(points, unit, place.name), dead_centre_deg, n, engine, place.name)
+
+
+class Points(Protocol):
+    """Points of traces, each called a ``noun``; see :class:`~cranktrain.loads.pressure_points.PressurePoints`."""
+
+    noun: ClassVar[str]
+    peaks: Array
+    peak_angles: Array
+    low: float
+    count: int
+
+    @property
+    def negative(self) -> tuple[int, float] | None:
+        """Number of the first point with a pressure below zero, and this pressure."""
+
+    def parts(self) -> Iterator[tuple[Array, Array]]:
+        """Angles (n,) deg and pressures (n, k), part by part."""
+
+
+def folded_traces(
+    points: Points, stated: PressureUnit | None, dead_centre_deg: float | None, n: int, engine: Engine, name: str
+) -> tuple[list[Array], str]:
+    """Traces of points as :func:`read_pressure` gives them; errors and warnings begin with ``name``."""
+    period, phases = math.degrees(engine.cylinders.cycle), np.degrees(engine.firing_angles)
     _refuse_impossible(points, stated, name)
     first = _dead_centre(float(points.peak_angles[0]), name) if dead_centre_deg is None else dead_centre_deg
     centres, base = _centres(points.peak_angles, first, phases, period, name)
@@ -103,13 +127,15 @@ def read_pressure(
         rows.append(_smooth(x, y, noises[-1]))
         doubts = list(_doubts(x, y, noises[-1], rows[-1], (conflict[0] * found.scale, conflict[1]), period))
         for doubt in doubts or trace_doubts(engine, rows[-1]):
-            warnings.warn(f"{own}: {doubt}", stacklevel=3)
+            warnings.warn(f"{own}: {doubt}", stacklevel=4)
         if rows[-1].min() <= 0.0:
             raise InputError(f"{own}: smoothing gives a pressure below zero; the points scatter by {noises[-1]:.3g} Pa")
     source = (
         f"{name}: {cycles[-1][0].size * period / PERIOD:.0f} points in {found.how}, firing dead centre at {first:g} "
         f"deg of the file{base}, noise {1e-5 * max(noises):.2g} bar"
     )
+    if points.noun != "line":
+        source = source.replace("deg of the file", "deg of the array")
     return [np.ascontiguousarray(row[:: _FINE // n]) for row in rows], source
 
 
@@ -131,13 +157,13 @@ def _stated(points: PressurePoints, unit: str | None, name: str) -> PressureUnit
     return next((found._replace(how=f"{found.how} by the header") for found in stated), None)
 
 
-def _refuse_impossible(points: PressurePoints, unit: PressureUnit | None, name: str) -> None:
+def _refuse_impossible(points: Points, unit: PressureUnit | None, name: str) -> None:
     """Refuse too few points, and values that no cylinder has."""
     if points.negative is not None and (unit is None or unit.zero == 0.0):
         number, value = points.negative
         raise InputError(
-            f"{name}: line {number}: pressure {value:g} is negative; absolute pressure is wanted, or a gauge unit such "
-            "as barg"
+            f"{name}: {points.noun} {number}: pressure {value:g} is negative; absolute pressure is wanted, or a gauge "
+            "unit such as barg"
         )
     if points.count < FEWEST:
         raise InputError(f"{name}: {points.count} points are too few for a cycle; give at least {FEWEST}")
@@ -186,9 +212,7 @@ def _centres(peaks: Array, first: float, phases: Array, period: float, name: str
     )
 
 
-def _cycles(
-    points: PressurePoints, centres: Array, name: str, period: float
-) -> list[tuple[Array, Array, tuple[float, float]]]:
+def _cycles(points: Points, centres: Array, name: str, period: float) -> list[tuple[Array, Array, tuple[float, float]]]:
     """Points of each column folded into [0, 720), ordered, those within a quarter degree averaged.
 
     Of a two-stroke they are folded into 360 and repeated. Also the largest range of points that were averaged, as

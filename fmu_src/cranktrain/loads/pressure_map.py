@@ -110,11 +110,17 @@ class PressureMap:
             )
 
 
-def read_gas(path: str | Path, engine: Engine, unit: str | None = None, dead_centre_deg: float | None = None) -> Gas:
-    """Measured pressures from a file of a trace, an index file or a folder of traces.
+def read_gas(path: Any, engine: Engine, unit: str | None = None, dead_centre_deg: float | None = None) -> Gas:
+    """Measured pressures from a file of a trace, an index file or a folder of traces, or those of a script.
+
+    What is no path is an array or a function, see :mod:`cranktrain.loads.given_pressure`.
 
     Arguments as of :meth:`GasTrace.from_csv`. Raises ``InputError``: one line that names file and row.
     """
+    if not isinstance(path, str | Path):
+        from cranktrain.loads.given_pressure import given_gas
+
+        return given_gas(path, engine, unit, dead_centre_deg)
     place = user_path(path)
     rows = _folder(place) if place.is_dir() else _index(place)
     if rows is None:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,7 @@ class PressurePoints:
     count : number of points
     """
 
+    noun: ClassVar[str] = "line"
     path: Path
     head: TextHead
     columns: tuple[int, ...]

@@ -15,6 +15,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.dynamics import simulation
+from cranktrain.dynamics.load_torque import LoadTorque
 from cranktrain.dynamics.model.settings import FILM_TEMPERATURES, TEMPERATURES, Settings, axial_force
 from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.settled.samples import Sink
@@ -28,6 +29,7 @@ from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_l
 from cranktrain.loads.gas_pressure import Gas, GasTrace
 from cranktrain.loads.pressure_map import read_gas
 from cranktrain.loads.run_doubts import run_doubts
+from cranktrain.loads.torsional_line import torsional_line
 from cranktrain.results.run import Run
 from cranktrain.structure.assembly import Assembly, assemble, checked
 from cranktrain.structure.fem.own_mesh import MeshFile
@@ -69,15 +71,17 @@ class Request:
     crank, bearings, big_ends, block, pistons : fidelity levels; ``auto`` follows the engine and the other levels
     damper : with the engine's torsional damper on the pulley
     film_temperature, damper_temperature : ``engine`` by its speed, or ``heat-balance``; of films also ``adiabatic``
-    load_torque_nm : frees the dynamometer and loads it with this torque
+    load_torque_nm : frees the dynamometer and loads it with this torque, a number, or an array or a function of its
+        angle and speed (:mod:`cranktrain.dynamics.load_torque`)
     axial_force_n : steady axial force on the flywheel, positive away from the pulley; None as the engine's axial path
         has it
     integrator : None as the bearing level has it
     step_deg : internal step in degrees of crank angle
     tolerance : adaptive steps: fractions of ``step_deg`` as short as this error per step requires
     load : fraction of the full-load burn
-    pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, or folder or index file of traces over speed
-        (:mod:`cranktrain.loads.pressure_map`); their unit, the angle of firing dead centre
+    pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, folder or index file of traces over speed
+        (:mod:`cranktrain.loads.pressure_map`), or an array or a function (:mod:`cranktrain.loads.given_pressure`);
+        their unit, the angle of firing dead centre
     mesh, block_mesh : the user's own meshes of crankshaft and block
     mesh_unit : of their coordinates: m, mm or in
     """
@@ -93,13 +97,13 @@ class Request:
     damper: bool = False
     film_temperature: str = "engine"
     damper_temperature: str = "engine"
-    load_torque_nm: float | None = None
+    load_torque_nm: Any = None
     axial_force_n: float | None = None
     integrator: str | None = None
     step_deg: float | None = None
     tolerance: float | None = None
     load: float = 1.0
-    pressure: str | Path | None = None
+    pressure: Any = None
     pressure_unit: str | None = None
     pressure_tdc_deg: float | None = None
     mesh: str | Path | None = None
@@ -107,7 +111,9 @@ class Request:
     mesh_unit: str = "m"
 
     def __post_init__(self) -> None:
-        """Set the unit of the meshes; ``InputError`` for an unknown unit."""
+        """Set the unit of the meshes, read a load torque of a script; ``InputError`` for what these cannot be."""
+        if self.load_torque_nm is not None and not isinstance(self.load_torque_nm, int | float | LoadTorque):
+            object.__setattr__(self, "load_torque_nm", LoadTorque(self.load_torque_nm))
         for name in ("mesh", "block_mesh"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, MeshFile(getattr(self, name), self.mesh_unit))
@@ -142,7 +148,7 @@ class Request:
         """Refuse what no engine can run; ``InputError``."""
         for name, (low, high, what) in _BOUNDS.items():
             value = getattr(self, name)
-            if value is not None:
+            if value is not None and not isinstance(value, LoadTorque):
                 within(label(name), value, low, high, what)
         for name, valid in _LEVELS.items():
             level = getattr(self, name)
@@ -201,7 +207,10 @@ class Request:
     def tell_doubts(self, engine: Engine, gas: Gas | None) -> GasTrace:
         """Warn of a run that takes work, burns nothing or is driven by its load; the pressure trace of the run."""
         used = (gas or GasTrace.from_engine(engine)).at(self.speed, self.load)
-        for text in run_doubts(engine, used, self.speed, self.load, self.load_torque_nm):
+        load = self.load_torque_nm
+        if isinstance(load, LoadTorque):
+            load = load.mean(self.speed * torsional_line(engine, 1.0).end_speed)
+        for text in run_doubts(engine, used, self.speed, self.load, load):
             warnings.warn(f"{engine.name}: {text}", stacklevel=3)
         return used
 

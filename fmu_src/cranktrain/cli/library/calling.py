@@ -15,7 +15,15 @@ from typing import Any, ParamSpec, TypeVar
 
 from cranktrain.cli import main
 from cranktrain.cli.console import LINES
-from cranktrain.cli.library.keywords import OBJECTS, Keyword, in_keywords, keywords, option_names, parser_of
+from cranktrain.cli.library.keywords import (
+    OBJECTS,
+    Keyword,
+    in_keywords,
+    keywords,
+    option_names,
+    parser_of,
+    takes_given,
+)
 from cranktrain.core.errors import CranktrainError, InputError, nearest, shown
 from cranktrain.engine.model import Engine
 from cranktrain.results.in_hand.found import Found, Frequencies
@@ -104,9 +112,12 @@ def _one(keyword: Keyword, value: Any, stack: ExitStack) -> Any:
         return _file_of(value, stack)
     if (isinstance(value, Scene) and name == "scene") or (isinstance(value, Assembly) and "Assembly" in keyword.kind):
         return value
+    if takes_given(keyword.action) and not isinstance(value, str | Path | numbers.Real):
+        return value  # checked where it is read
     if kind is None:
         if not isinstance(value, str | Path):
-            raise _wrong(keyword, value, f"one of: {keyword.kind}" if name in OBJECTS else "a text")
+            wanted = "a path, an array or a function" if takes_given(keyword.action) else "a text"
+            raise _wrong(keyword, value, f"one of: {keyword.kind}" if name in OBJECTS else wanted)
         return str(value)
     annotation = getattr(kind, "annotation", getattr(kind, "__name__", "str"))
     if annotation in ("float", "int"):

@@ -17,6 +17,14 @@ NAMES = {"new": "new_engine", "run": "run_scene", "measured": "analyse_measured"
 """Functions that are not called as their verbs are: ``measured`` is a package of the library."""
 ALSO = {("simulate", "engine"): "Assembly"}
 """Further class that a keyword takes."""
+GIVEN = {"pressure": "Pressures", "load_torque_nm": "LoadValues"}
+"""Keywords that also take arrays and functions, see :mod:`cranktrain.loads.given_pressure` and
+:mod:`cranktrain.dynamics.load_torque`."""
+GIVEN_HELP = {
+    "pressure": "or an array over one cycle (Pa), (angle, pressure), a dict by cylinder, or a function of the crank "
+    "angle (rad) and the speed (rad/s)",
+    "load_torque_nm": "or an array over 720 degrees, or a function of the loaded end's angle (rad) and speed (rad/s)",
+}
 NOT_FOR_SCRIPTS = ("json", "help")
 OBJECTS = {"engine": "Engine", "scene": "Scene"}
 """Keywords that also take an object of the library."""
@@ -114,6 +122,8 @@ def _help(action: argparse.Action) -> str:
     """Help of an option on one line."""
     text = " ".join((action.help or str(action.metavar or action.dest)).replace("%%", "%").split())
     words = getattr(action, "words", ())
+    if takes_given(action):
+        text = f"{text}; {GIVEN_HELP[action.dest]}"
     # The annotation lists the words, and the verb's help says what each of them means.
     return re.sub(r" \([^()]*\)(?=;)", "", text) if words and text.startswith(words[0]) else text
 
@@ -138,7 +148,14 @@ def _kind(action: argparse.Action, default: Any, required: bool) -> str:
         kind = f"{kind} | Sequence[{kind}]"
     elif action.nargs == "?" and action.const is not None:
         kind = f"{kind} | bool"
+    if takes_given(action):
+        kind = f"{kind} | {GIVEN[action.dest]}"
     return f"{kind} | None" if default is None and not required else kind
+
+
+def takes_given(action: argparse.Action) -> bool:
+    """Whether an option's keyword also takes arrays and functions; that of measured channels does not."""
+    return action.dest in GIVEN and (action.type is None or action.type is float)
 
 
 def _is_word(action: argparse.Action) -> bool:

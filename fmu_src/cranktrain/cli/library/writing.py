@@ -25,7 +25,8 @@ RETURNS = {
 FOUND = ("Found", "cranktrain.results.in_hand.found")
 PLACES = {
     "Engine": "cranktrain.engine.model", "Scene": "cranktrain.studies.scene",
-    "Assembly": "cranktrain.structure.assembly",
+    "Assembly": "cranktrain.structure.assembly", "Pressures": "cranktrain.loads.given_pressure",
+    "LoadValues": "cranktrain.dynamics.load_torque",
 }  # fmt: skip
 
 

@@ -117,7 +117,7 @@ def _shapes(body: ReducedBody | None, names: list[str]) -> Array:
 
 APART = 1.0e-3
 """Distance (m) between the ends of a spring or a bearing above which one is told."""
-MEET = ("spring", "film", "roller", "thrust")
+MEET = ("spring", "film", "roller", "thrust", "own")
 """Laws whose ends lie at one place: what acts on one end acts on the other with no moment of a distance."""
 
 

@@ -66,7 +66,7 @@ def connection_arrays(
             size, first, numbers_of[piece.axes], piece.axes.sense, piece.pairs, *ports, *senses,
             *(numbers_of[frame] for frame in frames), piece.rubs, piece.closes, piece.cylinder - 1,
             piece.kernel is gas_law, piece.tilt,
-            piece.kernel is load_law,
+            piece.kernel is load_law or piece.carried,
         ])  # fmt: skip
         leans += _leans(connection, frames, port_of, numbers_of, len(rows) - 1)
         tables.append([size, *(newton + first + j for j in range(size)), *[0] * (4 - size)])

@@ -30,6 +30,7 @@ from cranktrain.dynamics.topology.damper import damper_law
 from cranktrain.dynamics.topology.gas import gas_law, gas_record
 from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
 from cranktrain.dynamics.topology.liner import liner_law, liner_record
+from cranktrain.dynamics.topology.own_law import own_pieces
 from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, SAME, Piece, between
 from cranktrain.dynamics.topology.spring import LoadRecord, SpringRecord, load_law, spring_law
 from cranktrain.dynamics.topology.terms import Direction, unit
@@ -42,6 +43,7 @@ from cranktrain.engine.connections import (
     GearMesh,
     Liner,
     Load,
+    Own,
     Planetary,
     RigidGear,
     RingDamper,
@@ -336,6 +338,7 @@ for _row in (
     ConnectionLaw("belt", "two strands on two pulleys, which pull only", Belt, _belt, belt_law, turns=True),
     ConnectionLaw("gas", "gas on a piston and its head", Gas, _gas, gas_law),
     ConnectionLaw("liner", "a piston's skirt in its liner, with friction", Liner, _liner, liner_law),
+    ConnectionLaw("own", "a function of Python", Own, own_pieces),
     ConnectionLaw("rigid_gear", "two gears without give", RigidGear, turns=True, relations=_rigid_gear),
     ConnectionLaw(
         "planetary", "sun, ring, carrier and planets without give", Planetary, turns=True, relations=_planetary

@@ -18,6 +18,7 @@ from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.arrays import added
 from cranktrain.dynamics.topology.frames import coefficients_at
+from cranktrain.dynamics.topology.own_law import own_failure
 from cranktrain.dynamics.topology.records import Base
 from cranktrain.dynamics.topology.relations import groups
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, Topology
@@ -86,7 +87,8 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
     for k, row in enumerate(links.rows):
         rows = measured[int(row[at.FIRST]) : int(row[at.FIRST] + row[at.SIZE])]
         out, (law, record, index) = np.zeros(SIZE), links.entry[k].tolist()
-        law_at(law, record, index, np.zeros(4), np.zeros(4), numbers, out)
+        if law_at(law, record, index, np.zeros(4), np.zeros(4), numbers, out) != 0:
+            raise InputError(own_failure(links.entry[k : k + 1, 1]) or "a law of a connection has no force at rest")
         tangent = out[BY_PLACE : BY_PLACE + 16].reshape(4, 4)[: len(rows), : len(rows)]
         stiffness -= rows.T @ tangent @ rows
     root = np.linalg.inv(np.linalg.cholesky(mass))

@@ -60,6 +60,7 @@ class Piece(NamedTuple):
     tilt : what a rotation of the first end moves the components by that measure tilt, m or 1; 0: none does
     told_oil, told_speed : whether the law takes the actions OIL, and WARM
     tells_rate : whether the law takes the action RATE
+    carried : whether its forces work on what the ends' frames carry along
     memory : how many values the law's record keeps in the state, ``memory(record)``; None: none
     """
 
@@ -80,6 +81,7 @@ class Piece(NamedTuple):
     told_speed: bool = False
     tells_rate: bool = False
     memory: Callable[[Any], int] | None = None
+    carried: bool = False
 
 
 def between(frame: Frame, along: Array, about: Array) -> tuple[Direction, Direction]:

@@ -33,6 +33,8 @@ from cranktrain.dynamics.topology.frames import frames_at
 
 CRANK, BLOCK, GROUND = "crank", "block", "ground"
 """Bodies that a topology has without being told: those of its engine, and what is at rest."""
+OWN = "own"
+"""Name of the law that is a function of Python."""
 AT_REST = "rest"
 """Name of the frame that does not turn."""
 
@@ -188,10 +190,13 @@ class End:
 
 @dataclass(frozen=True)
 class Connection:
-    """One law between its ends, see :mod:`cranktrain.dynamics.topology.laws`; ``data`` are the law's own (SI)."""
+    """One law between its ends, see :mod:`cranktrain.dynamics.topology.laws`; ``data`` are the law's own (SI).
+
+    ``law`` is a name, or a law of :func:`cranktrain.law`.
+    """
 
     name: str
-    law: str
+    law: Any
     ends: tuple[End, ...]
     data: Mapping[str, Any] = field(default_factory=dict)
 
@@ -199,6 +204,9 @@ class Connection:
         """Refuse values of another kind; ``InputError``."""
         given_name(self.name, "connection")
         where = f"connection '{self.name}'"
+        if hasattr(self.law, "stated"):
+            object.__setattr__(self, "data", self.law.stated(self.data, where))
+            object.__setattr__(self, "law", OWN)
         given_kind(self.law, str, f"{where}: law", "give the name of one")
         given_kind(self.ends, tuple, f"{where}: ends", "give a tuple of ct.End")
         for end in self.ends:

@@ -10,6 +10,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
+    from cranktrain.loads.given_pressure import Pressures
     from cranktrain.results.in_hand.found import Found
 
 
@@ -25,8 +26,9 @@ def bearing_loads(
     block: Literal["auto", "ground", "flexible"] = "auto", block_mesh: str | Path | None = None,
     pistons: Literal["auto", "rigid", "guided"] = "auto", damper: bool = False,
     load: float | Literal["balanced"] | None = None, inherit: bool = True, drive_line: str | Path | None = None,
-    pressure: str | Path | None = None, pressure_unit: str | None = None, pressure_tdc_deg: float | None = None,
-    axial_force_n: float | None = None, damper_temperature: Literal["engine", "heat-balance"] = "engine",
+    pressure: str | Path | Pressures | None = None, pressure_unit: str | None = None,
+    pressure_tdc_deg: float | None = None, axial_force_n: float | None = None,
+    damper_temperature: Literal["engine", "heat-balance"] = "engine",
     film_temperature: Literal["engine", "heat-balance", "adiabatic"] = "engine",
     integrator: Literal["backward-euler", "trapezoidal", "hht", "generalised-alpha", "bdf2", "tr-bdf2", "sdirk2",
         "sdirk3", "sdirk4", "esdirk3", "esdirk4", "esdirk5", "esdirk47", "esdirk57"] | None = None,
@@ -69,7 +71,9 @@ def bearing_loads(
     inherit : torsional crank with its structural damping alone, without damping inherited from the level above
     drive_line : discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft
     pressure : measured pressures: a .csv file of crank angle in degrees and pressure, one column or one for each
-        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file
+        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file; or an
+        array over one cycle (Pa), (angle, pressure), a dict by cylinder, or a function of the crank angle (rad) and the
+        speed (rad/s)
     pressure_unit : Pa, kPa, bar or MPa (default: from header or size of the peak)
     pressure_tdc_deg : angle of the firing dead centre in the pressure file (of cylinder 1)
     axial_force_n : steady axial force on the flywheel, positive away from the pulley (default: the engine file's)

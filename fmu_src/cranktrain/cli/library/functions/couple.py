@@ -10,6 +10,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
+    from cranktrain.loads.given_pressure import Pressures
     from cranktrain.results.in_hand.found import Found
 
 
@@ -19,7 +20,7 @@ def couple(
     engine: str | Path | Engine, *, speed_rpm: float, cycles: int = 10,
     scheme: Literal["jacobi", "gauss-seidel", "iterative"] = "gauss-seidel",
     reconstruction: Literal["own", "hold", "linear", "quadratic"] = "own", step_deg: float = 1.0,
-    error: float | None = None, drive_line: str | Path | None = None, pressure: str | Path | None = None,
+    error: float | None = None, drive_line: str | Path | None = None, pressure: str | Path | Pressures | None = None,
     pressure_unit: str | None = None, pressure_tdc_deg: float | None = None, cranktrain: str | Path | None = None,
     combustion: str | Path | None = None, valvetrain: str | Path | None = None, no_valvetrain: bool = False,
     values: Sequence[str] = (), export_ssp: str | Path | None = None, output: str | Path | None = None,
@@ -40,7 +41,9 @@ def couple(
     error : adapt the step to this error
     drive_line : discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft
     pressure : measured pressures: a .csv file of crank angle in degrees and pressure, one column or one for each
-        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file
+        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file; or an
+        array over one cycle (Pa), (angle, pressure), a dict by cylinder, or a function of the crank angle (rad) and the
+        speed (rad/s)
     pressure_unit : Pa, kPa, bar or MPa (default: from header or size of the peak)
     pressure_tdc_deg : angle of the firing dead centre in the pressure file (of cylinder 1)
     cranktrain : use this FMU instead of building one

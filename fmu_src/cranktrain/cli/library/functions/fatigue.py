@@ -10,6 +10,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
+    from cranktrain.loads.given_pressure import Pressures
     from cranktrain.results.in_hand.found import Found
 
 
@@ -22,9 +23,10 @@ def fatigue(
     bearings: Literal["auto", "held", "linear", "impedance", "table", "reynolds", "ehd", "ehd:fine", "roller"] = "auto",
     big_ends: Literal["rigid", "impedance", "table", "ehd", "ehd:fine"] = "rigid",
     block: Literal["auto", "ground", "flexible"] = "auto", block_mesh: str | Path | None = None, damper: bool = False,
-    load: float = 1.0, settle: float = 0.001, drive_line: str | Path | None = None, pressure: str | Path | None = None,
-    pressure_unit: str | None = None, pressure_tdc_deg: float | None = None, fillets: str | None = None,
-    output: str | Path | None = None, plots: str | Path | None = None,
+    load: float = 1.0, settle: float = 0.001, drive_line: str | Path | None = None,
+    pressure: str | Path | Pressures | None = None, pressure_unit: str | None = None,
+    pressure_tdc_deg: float | None = None, fillets: str | None = None, output: str | Path | None = None,
+    plots: str | Path | None = None,
 ) -> Found:  # fmt: skip
     """Safety factors of the crankshaft's fillets and oil bores over the cycle, and acceptability by rule IACS UR M53.
 
@@ -57,7 +59,9 @@ def fatigue(
     settle : run until the settling error of every output family is below this (default 0.001)
     drive_line : discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft
     pressure : measured pressures: a .csv file of crank angle in degrees and pressure, one column or one for each
-        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file
+        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file; or an
+        array over one cycle (Pa), (angle, pressure), a dict by cylinder, or a function of the crank angle (rad) and the
+        speed (rad/s)
     pressure_unit : Pa, kPa, bar or MPa (default: from header or size of the peak)
     pressure_tdc_deg : angle of the firing dead centre in the pressure file (of cylinder 1)
     fillets : stresses of fillets and oil bores by fine sub-models of these throws: all, or numbers such as 1,6; minutes

@@ -9,6 +9,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
+    from cranktrain.loads.given_pressure import Pressures
     from cranktrain.results.in_hand.found import Frequencies
 
 
@@ -19,8 +20,9 @@ def modal(
     damper: bool = False, crank: Literal["rigid", "torsional", "beam", "solid"] = "solid",
     block: Literal["ground", "flexible"] = "ground", block_mesh: str | Path | None = None,
     bearings: Literal["auto", "held", "linear", "impedance", "table", "reynolds", "ehd", "ehd:fine", "roller"] = "auto",
-    speed_rpm: float | None = None, drive_line: str | Path | None = None, pressure: str | Path | None = None,
-    pressure_unit: str | None = None, pressure_tdc_deg: float | None = None,
+    speed_rpm: float | None = None, drive_line: str | Path | None = None,
+    pressure: str | Path | Pressures | None = None, pressure_unit: str | None = None,
+    pressure_tdc_deg: float | None = None,
 ) -> Frequencies:  # fmt: skip
     """Free crankshaft and cranktrain frequencies beside the reference's, and critical speeds.
 
@@ -43,7 +45,9 @@ def modal(
     speed_rpm : speed for modes in motion, rev/min (default: combustion.best_speed)
     drive_line : discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft
     pressure : measured pressures: a .csv file of crank angle in degrees and pressure, one column or one for each
-        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file
+        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file; or an
+        array over one cycle (Pa), (angle, pressure), a dict by cylinder, or a function of the crank angle (rad) and the
+        speed (rad/s)
     pressure_unit : Pa, kPa, bar or MPa (default: from header or size of the peak)
     pressure_tdc_deg : angle of the firing dead centre in the pressure file (of cylinder 1)
     """

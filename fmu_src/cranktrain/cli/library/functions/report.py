@@ -10,6 +10,7 @@ from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
+    from cranktrain.loads.given_pressure import Pressures
     from cranktrain.results.in_hand.found import Found
 
 
@@ -18,9 +19,10 @@ if TYPE_CHECKING:
 def report(
     engine: str | Path | Engine, *, output: str | Path | None = None, run_up: str | Path | None = None,
     pictures: Sequence[str | Path] = (), make: str | Path | None = None, measured: str | Path | None = None,
-    drive_line: str | Path | None = None, pressure: str | Path | None = None, pressure_unit: str | None = None,
-    pressure_tdc_deg: float | None = None, speeds: Sequence[float] | None = None, load: float | None = None,
-    orders: str | Sequence[float] = (), log: bool = False, peak_to_peak: bool = False, quick: bool = False,
+    drive_line: str | Path | None = None, pressure: str | Path | Pressures | None = None,
+    pressure_unit: str | None = None, pressure_tdc_deg: float | None = None, speeds: Sequence[float] | None = None,
+    load: float | None = None, orders: str | Sequence[float] = (), log: bool = False, peak_to_peak: bool = False,
+    quick: bool = False,
 ) -> Found:  # fmt: skip
     """Report of an engine as one HTML file.
 
@@ -41,7 +43,9 @@ def report(
         as 'cranktrain measured' writes them, or curves over speed of a UFF file
     drive_line : discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft
     pressure : measured pressures: a .csv file of crank angle in degrees and pressure, one column or one for each
-        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file
+        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file; or an
+        array over one cycle (Pa), (angle, pressure), a dict by cylinder, or a function of the crank angle (rad) and the
+        speed (rad/s)
     pressure_unit : Pa, kPa, bar or MPa (default: from header or size of the peak)
     pressure_tdc_deg : angle of the firing dead centre in the pressure file (of cylinder 1)
     speeds : range of speeds, rev/min (default: that of oil.temperature_speeds, and a sixth beyond)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Literal
 from cranktrain.cli.library.calling import call, of_verb
 
 if TYPE_CHECKING:
+    from cranktrain.dynamics.load_torque import LoadValues
     from cranktrain.engine.model import Engine
+    from cranktrain.loads.given_pressure import Pressures
     from cranktrain.results.run import Run
     from cranktrain.structure.assembly import Assembly
 
@@ -24,12 +26,13 @@ def simulate(
     block: Literal["auto", "ground", "flexible"] = "auto", block_mesh: str | Path | None = None,
     pistons: Literal["auto", "rigid", "guided"] = "auto", damper: bool = False,
     load: float | Literal["balanced"] | None = None, inherit: bool = True, drive_line: str | Path | None = None,
-    pressure: str | Path | None = None, pressure_unit: str | None = None, pressure_tdc_deg: float | None = None,
-    axial_force_n: float | None = None, damper_temperature: Literal["engine", "heat-balance"] = "engine",
+    pressure: str | Path | Pressures | None = None, pressure_unit: str | None = None,
+    pressure_tdc_deg: float | None = None, axial_force_n: float | None = None,
+    damper_temperature: Literal["engine", "heat-balance"] = "engine",
     film_temperature: Literal["engine", "heat-balance", "adiabatic"] = "engine",
     integrator: Literal["backward-euler", "trapezoidal", "hht", "generalised-alpha", "bdf2", "tr-bdf2", "sdirk2",
         "sdirk3", "sdirk4", "esdirk3", "esdirk4", "esdirk5", "esdirk47", "esdirk57"] | None = None,
-    step_deg: float | None = None, tolerance: float | None = None, load_torque_nm: float | None = None,
+    step_deg: float | None = None, tolerance: float | None = None, load_torque_nm: float | LoadValues | None = None,
     plots: str | Path | None = None, steady: bool = False, output: str | Path | None = None,
 ) -> Run:  # fmt: skip
     """Run at constant speed until cycles repeat; write an HDF5 result and print a summary.
@@ -67,7 +70,9 @@ def simulate(
     inherit : torsional crank with its structural damping alone, without damping inherited from the level above
     drive_line : discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft
     pressure : measured pressures: a .csv file of crank angle in degrees and pressure, one column or one for each
-        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file
+        cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file; or an
+        array over one cycle (Pa), (angle, pressure), a dict by cylinder, or a function of the crank angle (rad) and the
+        speed (rad/s)
     pressure_unit : Pa, kPa, bar or MPa (default: from header or size of the peak)
     pressure_tdc_deg : angle of the firing dead centre in the pressure file (of cylinder 1)
     axial_force_n : steady axial force on the flywheel, positive away from the pulley (default: the engine file's)
@@ -80,7 +85,8 @@ def simulate(
     step_deg : internal step in degrees of crank angle; default 5, at level held 6, at level ehd 2, at level ehd:fine 2,
         at level roller 3
     tolerance : adaptive steps: step_deg is divided until the error of a step is below this, e.g. 1e-4
-    load_torque_nm : load the dynamometer with this torque instead of holding its speed; speed_rpm is the initial speed
+    load_torque_nm : load the dynamometer with this torque instead of holding its speed; speed_rpm is the initial speed;
+        or an array over 720 degrees, or a function of the loaded end's angle (rad) and speed (rad/s)
     plots : folder for pictures of journal orbits and least films
     steady : also the steady state in the frequency domain; needs crank torsional, bearings held, no damper
     output : result file (default: ENGINE_SPEEDrpm.h5)

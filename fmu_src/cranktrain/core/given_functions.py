@@ -1,0 +1,52 @@
+"""Functions and quantities that a script gives: called and converted, refused in one line where they do not serve."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, shown
+
+
+def without_unit(value: Any, unit: str, where: str) -> Any:
+    """A value in ``unit`` without it: quantities of pint and results of runs are converted; ``InputError``."""
+    if not hasattr(value, "to"):
+        return value
+    if hasattr(value, "magnitude"):
+        try:
+            return value.to(unit).magnitude
+        except Exception as error:  # pint's own, which the running model does not import
+            raise InputError(f"{where}: {str(error).splitlines()[0]}; give it in {unit}") from None
+    return np.asarray(value.to(unit)) if getattr(value, "unit", "") else np.asarray(value)
+
+
+def called(function: Callable[..., Any], arguments: tuple[float, ...], where: str, unit: str) -> float:
+    """A finite number that a function returns; ``InputError`` that starts with ``where``."""
+    try:
+        found = function(*arguments)
+    except Exception as error:  # whatever the user's function raises
+        raise InputError(f"{where} the function raises {type(error).__name__}: {shown(str(error))}") from None
+    found = without_unit(found, unit, where)
+    try:
+        number = float(found)
+    except (TypeError, ValueError):
+        raise InputError(f"{where} the function returns {shown(found)}; return one number, {unit}") from None
+    if not math.isfinite(number):
+        raise InputError(f"{where} the function returns {number}; return a finite number, {unit}")
+    return number
+
+
+def takes_two(function: Callable[..., Any]) -> bool:
+    """Whether a function takes the speed too: it needs two arguments, or calls its second one ``speed...``."""
+    try:
+        parameters = list(inspect.signature(function).parameters.values())
+    except (TypeError, ValueError):  # built-in functions may have no signature
+        return False
+    by_place = [one for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
+    if len(by_place) < 2:
+        return False
+    return by_place[1].default is inspect.Parameter.empty or by_place[1].name.startswith("speed")
