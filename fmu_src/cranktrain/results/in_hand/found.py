@@ -33,7 +33,7 @@ class Found(dict[str, Any]):
         """Lists of records that are in it, by their place: ``cranktrain.modes``.
 
         A list that each record of another has is one table, ``speeds.mains``: its rows begin with the numbers and
-        texts of the record to which they belong.
+        texts of the record to which they belong (``scenarios.name`` where both have a ``name``).
         """
         return dict(_tables(self, ""))
 
@@ -124,7 +124,12 @@ def _inner_tables(records: list[dict[str, Any]], place: str) -> Any:
     """Tables that all records have under one key, each put together to one."""
     for key in [key for key, value in records[0].items() if _are_records(value)]:
         if all(_are_records(one.get(key)) for one in records):
-            heads = [{k: v for k, v in one.items() if not isinstance(v, dict | list)} for one in records]
+            own = place.rpartition(".")[2]
+            taken = records[0][key][0]
+            heads = [
+                {f"{own}.{k}" if k in taken else k: v for k, v in one.items() if not isinstance(v, dict | list)}
+                for one in records
+            ]
             yield f"{place}.{key}", [head | row for head, one in zip(heads, records, strict=True) for row in one[key]]
 
 
