@@ -43,7 +43,9 @@ def of_parser(parser: argparse.ArgumentParser) -> str:
     for group in parser._action_groups:
         shown = [one for one in group._group_actions if one.help is not argparse.SUPPRESS and one.dest != "help"]
         if shown:
-            rows = [(shape._format_action_invocation(one), shape._expand_help(one) if one.help else "") for one in shown]
+            rows = [
+                (shape._format_action_invocation(one), shape._expand_help(one) if one.help else "") for one in shown
+            ]
             parts += [_prose(group.description or ""), _table(group.title or "", rows)]
     return "\n\n".join(part for part in [*parts, _prose(parser.epilog or "")] if part) + "\n"
 
