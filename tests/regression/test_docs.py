@@ -198,7 +198,7 @@ def test_examples_of_seconds_run(tmp_path, monkeypatch, recwarn):
 @pytest.mark.slow
 def test_examples_of_minutes_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = {"scene": None}
+    found = {}
     for text in [*python_of(EXAMPLES, "## In seconds", "## In minutes"), *python_of(EXAMPLES, "## In minutes")]:
         exec(text, found)
     assert {path.name for path in tmp_path.iterdir()} >= {"stress.h5", "mode.png", "calibrated.toml", "report.html"}
