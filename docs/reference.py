@@ -6,17 +6,13 @@ are never written by hand. Equations become MathML here, so that the site needs 
 
 from __future__ import annotations
 
-import argparse
 import html
-import os
 import re
-import subprocess
-import sys
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import command_help
 from latex2mathml.converter import convert
 from mkdocs.structure.files import File
 
@@ -35,7 +31,7 @@ LINK = re.compile(r"\]\((?!https?:|#)([^)]+)\)")
 def on_files(files: Any, config: Any) -> Any:
     """Add the generated pages."""
     pages = {
-        "reference/command_line.md": command_line(),
+        "reference/command_line.md": command_help.page(ROOT),
         "reference/library.md": library(),
         "reference/fmu_variables.md": fmu_variables(),
         "decisions/index.md": decisions(),
@@ -54,25 +50,6 @@ def on_page_content(text: str, **_: Any) -> str:
         return convert(html.unescape(found[2]), display="block" if found[1] == "div" else "inline")
 
     return EQUATION.sub(equation, text)
-
-
-def verbs() -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Every verb of ``cranktrain`` with its parser."""
-    from cranktrain.cli.main import _parser
-
-    for action in _parser()._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            yield from action.choices.items()
-
-
-def command_line() -> str:
-    """Help of every verb, and of the FMU's build."""
-    os.environ["COLUMNS"] = "110"
-    build = [sys.executable, str(ROOT / "build_fmu.py"), "--help"]
-    helps = {f"cranktrain {name}": parser.format_help() for name, parser in verbs()}
-    helps["python build_fmu.py"] = subprocess.run(build, check=True, capture_output=True, text=True).stdout
-    sections = [f"## {name}\n\n```text\n{text}```\n" for name, text in helps.items()]
-    return "# Command line\n\nMade from the program's own `--help`.\n\n" + "\n".join(sections)
 
 
 def library() -> str:

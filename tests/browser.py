@@ -14,14 +14,14 @@ FOUND = next((path for path in map(shutil.which, NAMES) if path), None)
 needs_browser = pytest.mark.skipif(FOUND is None, reason="no Chromium is installed")
 
 
-def shown(page: Path, width: int, height: int = 800) -> tuple[str, list[str], bytes]:
+def shown(page: Path, width: int, height: int = 800, budget_ms: int = 2000) -> tuple[str, list[str], bytes]:
     """Document after its scripts ran, lines of the console, and a picture (PNG) of a page in a window."""
     with tempfile.TemporaryDirectory() as folder:
         picture = Path(folder) / "page.png"
         command = [
             FOUND, "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
             "--hide-scrollbars", "--enable-logging=stderr", f"--user-data-dir={folder}/profile",
-            f"--window-size={width},{height}", "--virtual-time-budget=2000",
+            f"--window-size={width},{height}", f"--virtual-time-budget={budget_ms}",
             "--dump-dom", f"--screenshot={picture}",
         ]  # fmt: skip
         environment = {**os.environ, "HOME": folder}

@@ -205,3 +205,34 @@ def test_a_run_up_a_sweep_and_a_plot_in_ten_lines(tmp_path):
     run_up.plot(path=tmp_path / "run_up.png")
     # Above the resonance of the drive line a free rotor's motion falls as 1 / inertia, and the crank has its own too.
     assert largest[1] > largest[2] > largest[4] and 1.5 < largest[1] / largest[4] < 8.0
+
+
+def test_tables_within_records_are_one_table():
+    from cranktrain.results.in_hand.found import Found
+
+    mains = [[{"name": f"main[{k}]", "load_kn": 10.0 * speed + k} for k in (1, 2)] for speed in (1, 2)]
+    speeds = [{"name": f"run {s}", "rpm": 1000 * s, "power_w": {"all": 5.0}, "mains": mains[s - 1]} for s in (1, 2)]
+    found = Found.of({"speeds": speeds}, "bearing-loads")
+    assert list(found.tables) == ["speeds", "speeds.mains"]
+    assert found.to_dataframe().columns.tolist() == ["name", "rpm", "power_w.all"]
+    frame = found.to_dataframe("speeds.mains")
+    assert frame["rpm"].tolist() == [1000, 1000, 2000, 2000] and frame["load_kn"].tolist() == [11.0, 12.0, 21.0, 22.0]
+    assert frame["speeds.name"].tolist() == ["run 1", "run 1", "run 2", "run 2"]
+    assert frame["name"].tolist() == ["main[1]", "main[2]"] * 2
+
+
+def test_a_coupled_run_is_read_over_the_crank_that_it_has(tmp_path):
+    from cranktrain.store.hdf5 import write_result
+
+    time = np.linspace(0.0, 0.12, 1441)
+    angle = 4.0 * np.pi * time / 0.06
+    own = {"cranktrain/crank.angle": (angle, "rad"), "cranktrain/pulley.torsion": (0.1 * np.sin(0.5 * angle), "rad")}
+    attributes = {"engine": "single", "speed_rpm": 2000.0, "scheme": "jacobi"}
+    write_result(tmp_path / "a.h5", {"time": (time, "s"), **own}, attributes)
+    found = ct.load_run(tmp_path / "a.h5")
+    assert found.orders("cranktrain/pulley.torsion")[0.5] == pytest.approx(0.1, rel=1e-6)
+    assert found["cranktrain/pulley.torsion"].to("deg").max() == pytest.approx(np.degrees(0.1), rel=1e-6)
+    assert "single, 2000 rev/min, coupled by jacobi" in repr(found)
+    write_result(tmp_path / "b.h5", {"time": (time, "s"), "mass/place": (time, "m")}, attributes)
+    with pytest.raises(StoreError, match=r"no unit has recorded its crank\.angle"):
+        ct.load_run(tmp_path / "b.h5")

@@ -178,7 +178,7 @@ def _run_into(output: Path, make: Callable[[], System], speed: float, options: a
             raise
         found, ended = error.found, error
     keep_run(output, found, {
-        "engine": options.engine, "speed_rpm": options.speed_rpm, "scheme": options.scheme,
+        "engine": Path(options.engine).stem, "speed_rpm": options.speed_rpm, "scheme": options.scheme,
         "reconstruction": options.reconstruction, "step_deg": options.step_deg, "ended": found.ended,
     })  # fmt: skip
     if ended is None:
@@ -208,7 +208,10 @@ def _show(result: dict[str, Any], options: argparse.Namespace) -> None:
     rows = [
         ("pulley torsion, peak to peak", f"{torsion['peak_to_peak']:.4f} deg"),
         ("pulley axial motion, peak to peak", f"{axial['peak_to_peak']:.1f} um"),
-        ("indicated mean effective pressure", f"{1e-5 * result['imep_pa']:.2f} bar"),
+        (
+            "indicated mean effective pressure",
+            "–" if result["imep_pa"] is None else f"{1e-5 * result['imep_pa']:.2f} bar",
+        ),
         ("indicated torque, mean", f"{result['indicated_torque_nm']:.1f} N m"),
         ("torque of the shaft, mean", f"{result['shaft_torque_nm']:.1f} N m"),
         ("power residual of the coupling, RMS", f"{result['coupling_residual_w']:.3g} W"),

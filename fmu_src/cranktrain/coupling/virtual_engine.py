@@ -138,7 +138,8 @@ def gas_exchange(scheme: str, reconstruction: str) -> Exchange:
 
 
 def summary(run: Coupled, speed: float) -> dict[str, Any]:
-    """Summary of a coupled run at constant speed (rad/s), over its last cycle."""
+    """Summary of a coupled run at constant speed (rad/s), over its last cycle; no IMEP if the combustion has none."""
+    mean_pressure = f"{COMBUSTION}.indicated.pressure_mean"
     angle, cycle = speed * run.times, 4.0 * math.pi / speed
     last = run.times >= run.times[-1] - cycle * (1.0 + 1.0e-9)
     residuals = {name: float(np.sqrt(np.mean(values[last[1:]] ** 2))) for name, values in run.residuals.items()}
@@ -157,7 +158,7 @@ def summary(run: Coupled, speed: float) -> dict[str, Any]:
             "torsion_deg": vibration(angle, run.of(f"{CRANKTRAIN}.pulley.torsion"), 180.0 / math.pi),
             "axial_um": vibration(angle, run.of(f"{CRANKTRAIN}.pulley.axial"), 1e6),
         },
-        "imep_pa": float(run.of(f"{COMBUSTION}.indicated.pressure_mean")[-1]),
+        "imep_pa": float(run.of(mean_pressure)[-1]) if mean_pressure in run.names else None,
         "indicated_torque_nm": mean(f"{COMBUSTION}.indicated.torque"),
         "shaft_torque_nm": mean(f"{CRANKTRAIN}.shaft.torque"),
         "coupling_residual_w": residuals[GAS.name],

@@ -30,13 +30,18 @@ class Found(dict[str, Any]):
 
     @property
     def tables(self) -> dict[str, list[dict[str, Any]]]:
-        """Lists of records that are in it, by their place: ``cranktrain.modes``."""
+        """Lists of records that are in it, by their place: ``cranktrain.modes``.
+
+        A list that each record of another has is one table, ``speeds.mains``: its rows begin with the numbers and
+        texts of the record to which they belong (``scenarios.name`` where both have a ``name``).
+        """
         return dict(_tables(self, ""))
 
     def to_dataframe(self, table: str = "") -> Any:
         """A list of records as a pandas ``DataFrame``; the first one, or the one of a place in :attr:`tables`.
 
-        Raises ``InputError`` where there is none.
+        A column is named by its place in the record, ``friction_power_w.all``. Raises ``InputError`` where there is
+        no such table.
         """
         import pandas
 
@@ -45,7 +50,9 @@ class Found(dict[str, Any]):
             raise InputError(f"{self.verb}: nothing in it is a table; its keys are {', '.join(self)}")
         if table and table not in tables:
             raise InputError(f"{self.verb}: has no table '{table}'; {nearest(table, tables)}")
-        return pandas.DataFrame(tables[table or self._main(tables)])
+        wanted = table or self._main(tables)
+        within = {place.rpartition(".")[2] for place in tables if place.rpartition(".")[0] == wanted}
+        return pandas.json_normalize([{k: v for k, v in row.items() if k not in within} for row in tables[wanted]])
 
     def _main(self, tables: Mapping[str, Any]) -> str:
         """The table that is meant where none is named."""
@@ -102,10 +109,28 @@ class Frequencies(Found):
 def _tables(found: Mapping[str, Any], place: str) -> Any:
     for key, value in found.items():
         where = f"{place}.{key}" if place else str(key)
-        if isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
+        if _are_records(value):
             yield where, value
+            yield from _inner_tables(value, where)
         elif isinstance(value, dict):
             yield from _tables(value, where)
+
+
+def _are_records(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(one, dict) for one in value)
+
+
+def _inner_tables(records: list[dict[str, Any]], place: str) -> Any:
+    """Tables that all records have under one key, each put together to one."""
+    for key in [key for key, value in records[0].items() if _are_records(value)]:
+        if all(_are_records(one.get(key)) for one in records):
+            own = place.rpartition(".")[2]
+            taken = records[0][key][0]
+            heads = [
+                {f"{own}.{k}" if k in taken else k: v for k, v in one.items() if not isinstance(v, dict | list)}
+                for one in records
+            ]
+            yield f"{place}.{key}", [head | row for head, one in zip(heads, records, strict=True) for row in one[key]]
 
 
 def _short(value: Any) -> str:

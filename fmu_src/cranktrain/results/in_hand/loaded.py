@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.types import Array
 from cranktrain.core.user_file import user_path
 from cranktrain.results.files import StoredRun
 from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
 from cranktrain.results.in_hand.time_series import TimeSeries
 from cranktrain.results.run_up.run_up import RunUp
-from cranktrain.store.hdf5 import is_run_up
+from cranktrain.store.hdf5 import is_run_up, read_result
 
 
 class LoadedRun(TimeSeries, StoredRun):
@@ -19,8 +22,19 @@ class LoadedRun(TimeSeries, StoredRun):
     __repr__ = TimeSeries.__repr__
 
 
+class LoadedCoupling(LoadedRun):
+    """A run of coupled units, whose outputs are ``unit/output``, over the communication points."""
+
+    @property
+    def title(self) -> str:
+        """Engine, speed and scheme in one line."""
+        own = self.attributes
+        speed = f", {own['speed_rpm']:.5g} rev/min" if "speed_rpm" in own else ""
+        return f"{own.get('engine', 'units')}{speed}, coupled by {own.get('scheme')}"
+
+
 def load_run(path: str | Path) -> LoadedRun | OrdersOverSpeed:
-    """Read a result file of ``simulate``, or of ``runup``.
+    """Read a result file of ``simulate``, ``runup`` or ``couple``.
 
     Raises
     ------
@@ -34,5 +48,17 @@ def load_run(path: str | Path) -> LoadedRun | OrdersOverSpeed:
     target = user_path(path)
     if is_run_up(target):
         return OrdersOverSpeed.of(RunUp.load(target))
+    data, attributes = read_result(target)
+    if "angle" not in data and "scheme" in attributes:
+        return _coupling(target, data, attributes)
     stored = StoredRun.load(target)
     return LoadedRun(stored.time, stored.angle, stored.outputs, stored.attributes)
+
+
+def _coupling(path: Path, data: Mapping[str, tuple[Array, str]], attributes: Mapping[str, Any]) -> LoadedCoupling:
+    """A run of coupled units; ``StoreError`` where none of them has a crank."""
+    outputs = {name: values for name, (values, _) in data.items()}
+    angle = next((values for name, values in outputs.items() if name.endswith("/crank.angle")), None)
+    if angle is None or angle.size < 2:
+        raise StoreError(f"{path}: no unit has recorded its crank.angle, over which outputs are evaluated")
+    return LoadedCoupling(outputs.pop("time"), angle, outputs, attributes)

@@ -63,6 +63,14 @@ class Plan:
     total_error: float | None = None
     against: str = ""
 
+    def __repr__(self) -> str:
+        case, scene = self.case, self.scene
+        return (
+            f"<Plan for {scene.engine.name}: crank {case.crank}, bearings {case.bearings}, {self.modes} modes\n"
+            f" predicted error {self.predicted_error:.2g}, real-time factor {self.real_time_factor:.2g}\n"
+            " reasons, case, errors, as_dict()>"
+        )
+
     @property
     def predicted_error(self) -> float:
         """Largest total error over the outputs."""

@@ -1,0 +1,102 @@
+"""Help of the command line as a page: the parsers' own texts, laid out so that nothing is cut off at any width."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from itertools import groupby
+from pathlib import Path
+
+ALIGNED = re.compile(r"^\s|\S {2,}\S")
+"""A line that is arranged by hand."""
+WIDTH = 80
+OPTION = re.compile(r"^ {2}(\S.*?)(?: {2,}(.*))?$")
+
+
+def page(root: Path) -> str:
+    """Sections of all verbs, and of the FMU's build."""
+    sections = [f"## cranktrain {name}\n\n{of_parser(parser)}" for name, parser in verbs()]
+    head = "# Command line\n\nEach section is the verb's own `--help`. `cranktrain --help` lists the verbs:\n\n"
+    names = "".join(
+        f"| [{name}](#cranktrain-{name}) | {_cell(_first(parser))} |\n" for name, parser in verbs()
+    )  # fmt: skip
+    return f"{head}| verb | |\n| --- | --- |\n{names}\n" + "\n".join([*sections, _build(root)])
+
+
+def verbs() -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """Every verb of ``cranktrain`` with its parser."""
+    from cranktrain.cli.main import _parser
+
+    for action in _parser()._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            yield from action.choices.items()
+
+
+def of_parser(parser: argparse.ArgumentParser) -> str:
+    """Description, usage and options of a parser."""
+    shape = argparse.HelpFormatter(parser.prog, width=WIDTH)
+    shape.add_usage(parser.usage, parser._actions, parser._mutually_exclusive_groups, prefix="")
+    parts = [_prose(parser.description or ""), f"```text\n{shape.format_help().strip()}\n```"]
+    for group in parser._action_groups:
+        shown = [one for one in group._group_actions if one.help is not argparse.SUPPRESS and one.dest != "help"]
+        if shown:
+            rows = [
+                (shape._format_action_invocation(one), shape._expand_help(one) if one.help else "") for one in shown
+            ]
+            parts += [_prose(group.description or ""), _table(group.title or "", rows)]
+    return "\n\n".join(part for part in [*parts, _prose(parser.epilog or "")] if part) + "\n"
+
+
+def _first(parser: argparse.ArgumentParser) -> str:
+    return (parser.description or "").strip().partition("\n")[0]
+
+
+def _prose(text: str) -> str:
+    """Paragraphs; runs of lines that are arranged by hand stay as they are."""
+    found = []
+    for part in re.split(r"\n\s*\n", text.strip("\n")):
+        for arranged, run in groupby(part.splitlines(), lambda line: bool(ALIGNED.search(line))):
+            lines = list(run)
+            found.append("```text\n{}\n```".format("\n".join(lines)) if arranged else _escaped(" ".join(lines)))
+    return "\n\n".join(one for one in found if one.strip())
+
+
+def _table(title: str, rows: list[tuple[str, str]]) -> str:
+    """Table of options and their help."""
+    lines = "".join(f"| {_code(option)} | {_cell(about)} |\n" for option, about in rows)
+    return f"| {title} | |\n| --- | --- |\n{lines}".rstrip()
+
+
+def _code(option: str) -> str:
+    return f"`{option}`".replace("|", r"\|")
+
+
+def _cell(text: str) -> str:
+    return _escaped(" ".join(text.split())).replace("|", r"\|")
+
+
+def _escaped(text: str) -> str:
+    """A plain text in Markdown."""
+    return re.sub(r"([\\`*_\[\]<>])", r"\\\1", text).replace(r"\<", "&lt;").replace(r"\>", "&gt;")
+
+
+def _build(root: Path) -> str:
+    """The FMU's build, which is a script of its own, from what it prints."""
+    command = [sys.executable, str(root / "build_fmu.py"), "--help"]
+    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    usage, about, *groups = re.split(r"\n\n", text.strip())
+    parts = ["## python build_fmu.py", _prose(about), f"```text\n{usage.removeprefix('usage: ')}\n```"]
+    for group in groups:
+        title, *lines = group.splitlines()
+        rows: list[tuple[str, str]] = []
+        for line in lines:
+            option = OPTION.match(line)
+            if option:
+                rows.append((option[1], option[2] or ""))
+            elif rows:
+                rows[-1] = (rows[-1][0], f"{rows[-1][1]} {line.strip()}")
+        parts.append(_table(title.rstrip(":"), [row for row in rows if not row[0].startswith("-h")]))
+    return "\n\n".join(parts) + "\n"
