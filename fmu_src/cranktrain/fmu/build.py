@@ -16,6 +16,7 @@ from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS, PLAIN
 from cranktrain.fmu.archive import model_description
+from cranktrain.fmu.carried import ALL, USUAL, carried_levels, left_out_text
 from cranktrain.fmu.engine_fmu import build, check_target, engine_interface, family_counts, full_interface
 from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
@@ -35,6 +36,7 @@ def build_fmu(
     source: str | Path | Engine | Scene,
     folder: str | Path = "dist",
     *,
+    levels: str | Sequence[str] | None = None,
     film_table: bool = True,
     block: bool = True,
     body: str | Path | None = None,
@@ -46,8 +48,11 @@ def build_fmu(
     Parameters
     ----------
     source : name of a shipped engine or module, path of an engine file, a scene or a module file, an engine, or a scene
-    film_table : with the film tables of bearing and big-end level ``table``
-    block : with the block of block level ``flexible``
+    levels : levels of an engine that the FMU carries: ``usual``, all but those whose data take minutes and that its
+        start values do not need; ``all``; or ``table``, ``flexible`` beside the usual ones, see
+        :mod:`cranktrain.fmu.carried`. Not given: usual, or all where ``film_table`` or ``block`` leaves one out
+    film_table : False: without the film tables of bearing and big-end level ``table``
+    block : False: without the block of block level ``flexible``
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
     platforms : of a native FMU, which needs no Python (``linux64``, ``win64``), without any this machine's; empty: the
         Python FMU
@@ -62,22 +67,31 @@ def build_fmu(
     platforms = usual_platforms(say) if platforms is None else [checked_platform(name).folder for name in platforms]
     module = module_path(source) if isinstance(source, str | Path) else None
     if module is not None:
-        if body is not None or not (film_table and block):
-            raise InputError("film table, block and body belong to an engine's FMU, not to a module's")
+        if body is not None or levels is not None or not (film_table and block):
+            raise InputError("levels, film table, block and body belong to an engine's FMU, not to a module's")
         return build_module(module, folder, say, platforms)
     if isinstance(source, str | Path) and is_scene(source):
         source = load_scene(source)
     if isinstance(source, Scene):
         if body is not None:
             raise InputError("an own body can be built into an engine's FMU, not into a scene's; name the engine")
-        if not (film_table and block):
-            raise InputError("film table and block can be left out of an engine's FMU, not of a scene's")
+        if levels is not None or not (film_table and block):
+            raise InputError(
+                "levels, film table and block are chosen for an engine's FMU; a scene's plan chooses its own"
+            )
         check_target(Path(folder), source.engine)
         return build_scene(source, folder, say, platforms)
     engine = load_engine(source)
     check_target(Path(folder), engine)
     check_mesh(body, "journal surfaces")
-    model = whole_model(engine, film_table=film_table, block=block, body=body, say=say)
+    if levels is None:
+        levels = USUAL if film_table and block else ALL
+    carried = carried_levels(engine, levels)
+    carried -= {level for level, kept in (("table", film_table), ("flexible", block)) if not kept}
+    if film_table and block and (text := left_out_text(engine, carried)):
+        say(f"{engine.name}: {text}")
+    parts = {"film_table": "table" in carried, "flexible": "flexible" in carried, "block": block}
+    model = whole_model(engine, **parts, body=body, say=say)
     return build(model, folder, say, platforms=platforms)
 
 
@@ -112,11 +126,15 @@ def whole_model(
     engine: Engine,
     *,
     film_table: bool = True,
+    flexible: bool = True,
     block: bool = True,
     body: str | Path | None = None,
     say: Progress = lambda text: None,
 ) -> FlatModel:
-    """An engine with the data of all its levels, from the cache or made now; see :func:`build_fmu`."""
+    """An engine with the data of all its levels, from the cache or made now; see :func:`build_fmu`.
+
+    Without ``flexible`` the data of that block level are left out, without ``block`` the engine has none.
+    """
     if not block:
         engine = replace(engine, block=None)
 
@@ -127,17 +145,17 @@ def whole_model(
     data["cranks"] = crank_levels(engine, body, say)
     if engine.damper is not None:
         data["damped"] = crank_levels(with_damper_housing(engine), body, say)
-    flexible = engine.block is not None and engine.mounts is not None
+    flexible = flexible and engine.block is not None and engine.mounts is not None
     if flexible:
         say(f"{engine.name}: block")
-        data["block"] = assembly.running_block(engine, tilting=True, say=say)
+        data["block"] = assembly.running_block(engine, tilting=True, say=say, bore=not engine.rollers_only and _bores())
     data["film_tables"] = assembly.film_tables_of(engine, say)
     if engine.big_end_bearing is not None and engine.rods_float:
         say(f"{engine.name}: elastic eyes of the rods")
         data["big_end_bore"] = assembly.big_end_bore(engine, say)
     if engine.rollers_only:
         return FlatModel(engine, **data)
-    if any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms):
+    if _bores():
         say(f"{engine.name}: elastic bores")
         data["bore"] = assembly.elastic_bore(engine, flexible=False, say=say)
         if flexible:
@@ -148,6 +166,11 @@ def whole_model(
         if engine.big_end_bearing is not None:
             data["big_end_table"] = assembly.big_end_table(engine, say)
     return FlatModel(engine, **data)
+
+
+def _bores() -> bool:
+    """Whether a level of plain bearings needs elastic bores."""
+    return any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms)
 
 
 def is_scene(name: str | Path) -> bool:

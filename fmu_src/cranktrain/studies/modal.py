@@ -21,7 +21,7 @@ from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.block.shape import block_plan
 from cranktrain.structure.crank.level import bare_crank
 from cranktrain.structure.crank.modal import modal_report
-from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
+from cranktrain.structure.crank.reduction import complete_crankshaft, kept_crankshaft, reduced_crankshaft
 from cranktrain.structure.fem.own_mesh import MeshFile
 from cranktrain.studies.added_modes import additions_report
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, motion_report, springs_report
@@ -55,7 +55,8 @@ def modal(
     Parameters
     ----------
     engine : name of a shipped engine, path of an engine file, or an engine
-    crank : at a level other than ``solid`` only its frequencies are compared with those of the solid crank
+    crank : at a level other than ``solid`` only its frequencies, compared with those of the solid crank where that is
+        in the cache, given by ``mesh``, or needed to make the level; none is meshed for the comparison
     block : ``flexible`` also gives the block's own modes
     damper : also the cranktrain with the engine's torsional damper, as it damps
     mesh, block_mesh : the user's own meshes
@@ -83,13 +84,17 @@ def modal(
     start = time.perf_counter()
     levels = Settings(bearings=bearings, block=block, damper="fitted" if damper else "none")
     settings = checked(found, levels, mesh, block_mesh if flexible else None) if solid else None
-    body = reduced_crankshaft(found, mesh, progress=say)
+    needed = crank_level(crank).needs_solid(found)
+    # A level from dimensions stands beside the solid crank where that is at hand; none is meshed for it.
+    body = reduced_crankshaft(found, mesh, progress=say) if needed or mesh is not None else kept_crankshaft(found)
     made = time.perf_counter()
-    own = body if solid else bare_crank(found, crank, body if crank_level(crank).needs_solid(found) else None)
-    line = line_report(found, complete_crankshaft(found, own))
     if not solid:
+        own = bare_crank(found, crank, body if needed else None)
+        line = line_report(found, complete_crankshaft(found, own))
         report: dict[str, Any] = level_frequencies(found, crank, body)
     else:
+        assert body is not None
+        line = line_report(found, complete_crankshaft(found, body))
         report = dict(modal_report(found, body))
         if damper:
             report["damper"] = damper_report(found, body)
@@ -107,7 +112,7 @@ def modal(
     seconds = {"reduction": made - start, "modal": time.perf_counter() - made}
     if given != found:
         report["left_out"] = [body.name for body in given.body] + [one.name for one in given.connection]
-        if solid:
+        if solid and body is not None:
             report["with_additions"] = additions_report(given, body)
     report["drive_line"] = line
     return {**report, "seconds": {**report.get("seconds", {}), **seconds}}
