@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import this_platform
@@ -26,6 +26,7 @@ from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.modules.register import module_path
+from cranktrain.store.waits import waits
 from cranktrain.structure import assembly
 from cranktrain.structure.additions import read_added
 from cranktrain.structure.assembly import check_mesh
@@ -41,7 +42,7 @@ def build_fmu(
     block: bool = True,
     body: str | Path | None = None,
     platforms: Sequence[str] | None = None,
-    say: Progress = lambda text: None,
+    say: Progress | None = None,
 ) -> Path:
     """Build the FMU of an engine, a scene or a module beside the cranktrain; returns its path.
 
@@ -56,42 +57,67 @@ def build_fmu(
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
     platforms : of a native FMU, which needs no Python (``linux64``, ``win64``), without any this machine's; empty: the
         Python FMU
-    say : gets each stage of long work
+    say : gets each stage of long work; not given: what takes more than a second is told on stderr
 
     Raises
     ------
     InputError
         for input that cannot be read or built
     """
+    with waits() as told:
+        parts = _Parts(levels, film_table, block, body)
+        return _built(source, Path(folder), parts, platforms, say or told.tell)
+
+
+class _Parts(NamedTuple):
+    """Keywords of :func:`build_fmu` that an engine's FMU alone has."""
+
+    levels: str | Sequence[str] | None
+    film_table: bool
+    block: bool
+    body: str | Path | None
+
+    @property
+    def chosen(self) -> bool:
+        """Whether any was given."""
+        return self.levels is not None or self.body is not None or not (self.film_table and self.block)
+
+    def carried(self, engine: Engine, say: Progress) -> dict[str, bool]:
+        """Keywords of :func:`whole_model`; says which levels are left out that were not refused."""
+        whole = self.film_table and self.block
+        carried = carried_levels(engine, self.levels or (USUAL if whole else ALL))
+        carried -= {level for level, kept in (("table", self.film_table), ("flexible", self.block)) if not kept}
+        if whole and (text := left_out_text(engine, carried)):
+            say(f"{engine.name}: {text}")
+        return {"film_table": "table" in carried, "flexible": "flexible" in carried, "block": self.block}
+
+
+def _built(
+    source: str | Path | Engine | Scene, folder: Path, parts: _Parts, platforms: Sequence[str] | None, say: Progress
+) -> Path:
+    """The FMU of :func:`build_fmu`."""
     full_interface()
     platforms = usual_platforms(say) if platforms is None else [checked_platform(name).folder for name in platforms]
     module = module_path(source) if isinstance(source, str | Path) else None
     if module is not None:
-        if body is not None or levels is not None or not (film_table and block):
+        if parts.chosen:
             raise InputError("levels, film table, block and body belong to an engine's FMU, not to a module's")
         return build_module(module, folder, say, platforms)
     if isinstance(source, str | Path) and is_scene(source):
         source = load_scene(source)
     if isinstance(source, Scene):
-        if body is not None:
+        if parts.body is not None:
             raise InputError("an own body can be built into an engine's FMU, not into a scene's; name the engine")
-        if levels is not None or not (film_table and block):
+        if parts.chosen:
             raise InputError(
                 "levels, film table and block are chosen for an engine's FMU; a scene's plan chooses its own"
             )
-        check_target(Path(folder), source.engine)
+        check_target(folder, source.engine)
         return build_scene(source, folder, say, platforms)
     engine = load_engine(source)
-    check_target(Path(folder), engine)
-    check_mesh(body, "journal surfaces")
-    if levels is None:
-        levels = USUAL if film_table and block else ALL
-    carried = carried_levels(engine, levels)
-    carried -= {level for level, kept in (("table", film_table), ("flexible", block)) if not kept}
-    if film_table and block and (text := left_out_text(engine, carried)):
-        say(f"{engine.name}: {text}")
-    parts = {"film_table": "table" in carried, "flexible": "flexible" in carried, "block": block}
-    model = whole_model(engine, **parts, body=body, say=say)
+    check_target(folder, engine)
+    check_mesh(parts.body, "journal surfaces")
+    model = whole_model(engine, **parts.carried(engine, say), body=parts.body, say=say)
     return build(model, folder, say, platforms=platforms)
 
 

@@ -191,15 +191,20 @@ def _inherited(engine: Engine, body: ReducedBody, above: str, say: Progress) -> 
     is missing that the level above needs.
     """
     from cranktrain.store.kept import Kept, digest
-    from cranktrain.structure.in_motion.inherited_damping import Decay, measured_decay, settings_above, with_damping
+    from cranktrain.structure.in_motion.inherited_damping import (
+        Decay,
+        felt,
+        measured_decay,
+        settings_above,
+        with_damping,
+    )
 
-    kept, key = Kept("inherited"), digest(__file__, engine, above)
+    driven = felt(engine)
+    kept, key = Kept("inherited"), digest(__file__, driven, above)
     entry = kept.entry(key)
     if entry is None:
         say(f"damping of crank level '{above}'")
         try:
-            # Any drive line does: the mode is the crank's. One that ends freely has no given speed.
-            driven = replace(engine, drive_line_chain=None)
             made = assemble(driven, settings_above(above))
             found = measured_decay(Simulation(driven, made.body, made.settings, parts=made.parts))
         except SolverError as error:
