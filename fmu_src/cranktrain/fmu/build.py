@@ -26,7 +26,7 @@ from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.modules.register import module_path
-from cranktrain.store.waits import waits
+from cranktrain.store.waits import print_line, waits
 from cranktrain.structure import assembly
 from cranktrain.structure.additions import read_added
 from cranktrain.structure.assembly import check_mesh
@@ -66,7 +66,7 @@ def build_fmu(
     """
     with waits() as told:
         parts = _Parts(levels, film_table, block, body)
-        return _built(source, Path(folder), parts, platforms, say or told.tell)
+        return _built(source, Path(folder), parts, platforms, (say or told.tell, say or print_line))
 
 
 class _Parts(NamedTuple):
@@ -93,9 +93,14 @@ class _Parts(NamedTuple):
 
 
 def _built(
-    source: str | Path | Engine | Scene, folder: Path, parts: _Parts, platforms: Sequence[str] | None, say: Progress
+    source: str | Path | Engine | Scene,
+    folder: Path,
+    parts: _Parts,
+    platforms: Sequence[str] | None,
+    lines: tuple[Progress, Progress],
 ) -> Path:
-    """The FMU of :func:`build_fmu`."""
+    """The FMU of :func:`build_fmu`; ``lines`` take stages, and what is said in any case."""
+    say, note = lines
     full_interface()
     platforms = usual_platforms(say) if platforms is None else [checked_platform(name).folder for name in platforms]
     module = module_path(source) if isinstance(source, str | Path) else None
@@ -109,15 +114,13 @@ def _built(
         if parts.body is not None:
             raise InputError("an own body can be built into an engine's FMU, not into a scene's; name the engine")
         if parts.chosen:
-            raise InputError(
-                "levels, film table and block are chosen for an engine's FMU; a scene's plan chooses its own"
-            )
+            raise InputError("levels, film table and block are chosen for an engine's FMU, not for a scene's")
         check_target(folder, source.engine)
         return build_scene(source, folder, say, platforms)
     engine = load_engine(source)
     check_target(folder, engine)
     check_mesh(parts.body, "journal surfaces")
-    model = whole_model(engine, **parts.carried(engine, say), body=parts.body, say=say)
+    model = whole_model(engine, **parts.carried(engine, note), body=parts.body, say=say)
     return build(model, folder, say, platforms=platforms)
 
 
