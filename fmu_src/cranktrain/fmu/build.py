@@ -16,6 +16,7 @@ from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS, PLAIN
 from cranktrain.fmu.archive import model_description
+from cranktrain.fmu.beside import made_beside, make_block, make_bores
 from cranktrain.fmu.carried import ALL, USUAL, carried_levels, left_out_text
 from cranktrain.fmu.engine_fmu import build, check_target, engine_interface, family_counts, full_interface
 from cranktrain.fmu.engine_fmu import model_description as engine_description
@@ -170,11 +171,14 @@ def whole_model(
     data: dict[str, Any] = {"added": read_added(engine)}
     # Where a file was when the FMU was built is nobody's business.
     engine = replace(engine, body=tuple(replace(one, file=Path(one.file).name) for one in engine.body))
-    say(f"{engine.name}: crankshaft")
-    data["cranks"] = crank_levels(engine, body, say)
-    if engine.damper is not None:
-        data["damped"] = crank_levels(with_damper_housing(engine), body, say)
     flexible = flexible and engine.block is not None and engine.mounts is not None
+    make, what = (make_block, "block") if flexible else (make_bores, "elastic bores")
+    with made_beside(make, engine, what, say) as wait:
+        say(f"{engine.name}: crankshaft")
+        data["cranks"] = crank_levels(engine, body, say)
+        if engine.damper is not None:
+            data["damped"] = crank_levels(with_damper_housing(engine), body, say)
+        wait()
     if flexible:
         say(f"{engine.name}: block")
         data["block"] = assembly.running_block(engine, tilting=True, say=say, bore=not engine.rollers_only and _bores())
