@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, crank_level
@@ -84,9 +85,7 @@ def modal(
     start = time.perf_counter()
     levels = Settings(bearings=bearings, block=block, damper="fitted" if damper else "none")
     settings = checked(found, levels, mesh, block_mesh if flexible else None) if solid else None
-    needed = crank_level(crank).needs_solid(found)
-    # A level from dimensions stands beside the solid crank where that is at hand; none is meshed for it.
-    body = reduced_crankshaft(found, mesh, progress=say) if needed or mesh is not None else kept_crankshaft(found)
+    needed, body = _solid_crank(found, crank, mesh, say)
     made = time.perf_counter()
     if not solid:
         own = bare_crank(found, crank, body if needed else None)
@@ -116,3 +115,16 @@ def modal(
             report["with_additions"] = additions_report(given, body)
     report["drive_line"] = line
     return {**report, "seconds": {**report.get("seconds", {}), **seconds}}
+
+
+def _solid_crank(
+    engine: Engine, level: str, mesh: MeshFile | None, say: Callable[[str], None]
+) -> tuple[bool, ReducedBody | None]:
+    """Whether a level is made from the solid crank, and that body; None where it is neither needed nor at hand.
+
+    A level from dimensions is compared with a solid crank that is at hand. None is meshed for this.
+    """
+    needed = crank_level(level).needs_solid(engine)
+    if needed or mesh is not None:
+        return needed, reduced_crankshaft(engine, mesh, progress=say)
+    return needed, kept_crankshaft(engine)
