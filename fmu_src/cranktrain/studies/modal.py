@@ -87,18 +87,16 @@ def modal(
     settings = checked(found, levels, mesh, block_mesh if flexible else None) if solid else None
     needed, body = _solid_crank(found, crank, mesh, say)
     made = time.perf_counter()
+    own = bare_crank(found, crank, body if needed else None)
+    line = line_report(found, complete_crankshaft(found, own))
     if not solid:
-        own = bare_crank(found, crank, body if needed else None)
-        line = line_report(found, complete_crankshaft(found, own))
         report: dict[str, Any] = level_frequencies(found, crank, body)
     else:
-        assert body is not None
-        line = line_report(found, complete_crankshaft(found, body))
-        report = dict(modal_report(found, body))
+        report = dict(modal_report(found, own))
         if damper:
-            report["damper"] = damper_report(found, body)
+            report["damper"] = damper_report(found, own)
         if flexible:
-            report["block"] = block_report(found, body, reduced_block(found, block_mesh, progress=say))
+            report["block"] = block_report(found, own, reduced_block(found, block_mesh, progress=say))
         if settings is not None:
             say("a cycle in motion")
             own_block = block_mesh if flexible else None
@@ -111,8 +109,8 @@ def modal(
     seconds = {"reduction": made - start, "modal": time.perf_counter() - made}
     if given != found:
         report["left_out"] = [body.name for body in given.body] + [one.name for one in given.connection]
-        if solid and body is not None:
-            report["with_additions"] = additions_report(given, body)
+        if solid:
+            report["with_additions"] = additions_report(given, own)
     report["drive_line"] = line
     return {**report, "seconds": {**report.get("seconds", {}), **seconds}}
 
