@@ -99,10 +99,9 @@ def modal(
             report["block"] = block_report(found, own, reduced_block(found, block_mesh, progress=say))
         if settings is not None:
             say("a cycle in motion")
-            own_block = block_mesh if flexible else None
             # A line that ends freely has no given speed; the connecting shaft stands for it in motion.
             driven = replace(found, drive_line_chain=None) if line["far_end"] == "free" else found
-            running = assemble(driven, settings, say=say, crank_mesh=mesh, block_mesh=own_block)
+            running = assemble(driven, settings, say=say, crank_mesh=mesh, block_mesh=block_mesh if flexible else None)
             report["in_motion"] = motion_report(running, speed, gas)
             if found.main_bearing is not None:
                 report["stand_in_springs"] = springs_report(assemble(found, SPRING_LEVELS, say=say, crank_mesh=mesh))
