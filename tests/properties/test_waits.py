@@ -9,10 +9,12 @@ import pytest
 from small_block import single
 
 import cranktrain as ct
-from cranktrain.core.errors import InputError
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.errors import InputError, SolverError
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import NOTHING_PUBLISHED
+from cranktrain.fmu.beside import made_beside, make_block, make_bores
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.carried import carried_levels
 from cranktrain.fmu.flat import FlatModel
@@ -308,3 +310,40 @@ def test_functions_of_the_library_tell_long_steps(empty_cache, monkeypatch, caps
     else:
         ct.assemble("single_petrol", ct.Settings(crank="beam"))
     assert "single_petrol: " in capsys.readouterr().err
+
+
+# ---------------------------------------------------------------- beside
+
+
+def leave_a_file(engine):
+    (cache_folder() / f"{engine.name}.txt").write_text("made")
+
+
+def fail(engine):
+    raise SolverError(engine.name)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_part_made_beside_is_in_the_cache_and_its_errors_are_left_to_the_build(empty_cache, monkeypatch, count):
+    """With one processor the build makes it itself: nothing is made beside."""
+    monkeypatch.setattr("cranktrain.fmu.beside.processors", lambda: count)
+    engine, said = load_engine("single_petrol"), []
+    with made_beside(leave_a_file, engine, "file", said.append) as wait:
+        wait()
+    assert (empty_cache / "single_petrol.txt").exists() == (count > 1)
+    with made_beside(fail, engine, "failure", said.append) as wait:
+        wait()
+    with pytest.raises(InputError), made_beside(leave_a_file, engine, "file", said.append):
+        raise InputError("the crankshaft")
+
+
+def test_the_process_beside_makes_what_the_build_then_asks_for(empty_cache, monkeypatch):
+    """Each part is one that the build reads from the cache by the same call."""
+    made = []
+    for name in ("running_block", "elastic_bore", "big_end_bore"):
+        monkeypatch.setattr(assembly, name, lambda engine, *, _name=name, **given: made.append((_name, given)))
+    make_bores(load_engine("diesel_i6"))
+    assert made == [("big_end_bore", {}), ("elastic_bore", {"flexible": False})]
+    made.clear()
+    make_block(load_engine("diesel_v8"))
+    assert made == [("running_block", {"tilting": True, "bore": False})]  # rollers need no bore
