@@ -22,6 +22,7 @@ from cranktrain.core.machine_code import this_platform  # noqa: E402
 from cranktrain.engine.file import load_engine  # noqa: E402
 from cranktrain.fmu.archive import DESCRIPTION, XML, write_reference, write_whole  # noqa: E402
 from cranktrain.fmu.build import build_fmu, is_scene  # noqa: E402
+from cranktrain.fmu.carried import ALL, USUAL  # noqa: E402
 from cranktrain.fmu.engine_fmu import full_interface, model_description  # noqa: E402
 from cranktrain.fmu.module_fmu import module_interface  # noqa: E402
 from cranktrain.modules.register import module_files, module_of, module_path  # noqa: E402
@@ -39,12 +40,18 @@ def main(arguments: list[str] | None = None) -> int:
     add("-o", "--output", default="dist", metavar="FOLDER", help="where the FMU goes (default: dist)")
     add("--description", action="store_true", help=f"rewrite {DESCRIPTION.name}/modelDescription.xml, build nothing")
     add(
+        "--levels", metavar="LIST",
+        help=f"levels that the FMU carries. {USUAL} (default): all but bearing.level and big_end.level table and "
+        f"block.level flexible, whose data take minutes at the first build, unless the engine starts at one; {ALL}; or "
+        "table, flexible beside the usual ones, comma between them",
+    )  # fmt: skip
+    add(
         "--no-film-table", dest="film_table", action="store_false",
-        help="leave out the film tables: a smaller FMU, made sooner, without level table",
+        help="all levels but table: without the film tables",
     )  # fmt: skip
     add(
         "--no-block", dest="block", action="store_false",
-        help="leave out the block: an FMU made minutes sooner, without block.level = flexible",
+        help="all levels but block.level flexible",
     )  # fmt: skip
     add(
         "--body", metavar="FILE",
@@ -68,11 +75,13 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     try:
         module = module_path(chosen.engine)
-        of_engines = chosen.description or not (chosen.film_table and chosen.block) or chosen.body
+        of_engines = (
+            chosen.description or not (chosen.film_table and chosen.block) or chosen.body or chosen.levels is not None
+        )
         if of_engines and (module is not None or is_scene(chosen.engine)):
             what = "scene" if module is None else "module"
             raise InputError(
-                f"--description, --no-film-table, --no-block and --body belong to an engine, not to a {what}"
+                f"--description, --levels, --no-film-table, --no-block and --body belong to an engine, not to a {what}"
             )
         if chosen.python and chosen.platforms is not None:
             raise InputError("--platform belongs to a native FMU; leave --python out, or --platform")
@@ -83,6 +92,7 @@ def main(arguments: list[str] | None = None) -> int:
             write_whole(path, model_description(load_engine(chosen.engine)), XML)
         else:
             parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body}
+            parts["levels"] = chosen.levels
             platforms = () if chosen.python else chosen.platforms
             path = build_fmu(chosen.engine, chosen.output, **parts, platforms=platforms, say=_say)
             if chosen.reference:

@@ -64,7 +64,8 @@ def main(engine: str = "diesel_i6", *levels: str) -> int:
     values: dict[str, Any] = dict(level.split("=", 1) for level in levels)
     films = values.get("bearing.level") == "table"
     with tempfile.TemporaryDirectory() as place:
-        parts = {"film_table": films, "block": values.get("block.level") == "flexible"}
+        slow = {"table": films, "flexible": values.get("block.level") == "flexible"}
+        parts = {"levels": [level for level, wanted in slow.items() if wanted] or "usual"}
         path = build_fmu(engine, Path(place), platforms=("linux64",), **parts)
         folder = extract(str(path))
         fine = run(folder, 2.0 * CYCLE, values | FINE)[1]

@@ -61,7 +61,7 @@ def main(*names: str) -> int:
     with tempfile.TemporaryDirectory() as folder:
         for name in names or (*ENGINES, *module_files()):
             print(f"native build: {name}", file=sys.stderr, flush=True)
-            result[name] = built(name, Path(folder, "whole"))
+            result[name] = built(name, Path(folder, "whole"), *(("--levels", "all") if name in ENGINES else ()))
             if name in ENGINES and load_engine(name).main_roller is None:
                 result[f"{name} --no-film-table"] = built(name, Path(folder, "small"), "--no-film-table")
     print(json.dumps(result, indent=1))

@@ -45,6 +45,8 @@ def test_levels_from_dimensions_run_on_films(level, tmp_path, capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize("level", ["rigid", "torsional", "beam"])
 def test_modal_puts_a_level_beside_the_solid(level, capsys):
+    assert main(["reduce", "diesel_i6", "--json"]) == 0
+    capsys.readouterr()
     assert main(["modal", "diesel_i6", "--crank", level, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     first = report["cranktrain"]["first_torsional"]

@@ -121,7 +121,7 @@ def _found(options: argparse.Namespace) -> tuple[Campbell, list[float]]:
     with stages(f"{engine.name}: Campbell diagram") as tell:
         # Frequencies are those of the undamped crank, so no damping is inherited from the level above.
         body = running_crank(fitted, options.crank, say=tell, mesh=options.mesh, inherit=False)
-        found = Campbell(*campbell(fitted, body, speeds, options.crank, options.highest_hz, options.damper))
+        found = Campbell(*campbell(fitted, body, speeds, options.crank, options.highest_hz, options.damper, tell))
     firing = engine.firings
     orders = options.orders or sorted({0.5 * round(2.0 * one) for one in (0.5 * firing, firing, 2.0 * firing)} - {0.0})
     if options.output is not None:

@@ -15,10 +15,11 @@ from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Te
 from rich.table import Table as RichTable
 
 from cranktrain.core.errors import InputError, nearest, within
+from cranktrain.store.waits import waits
 
 TypeOf = TypeVar("TypeOf", bound=Callable[[str], Any])
 LINES: ContextVar[bool] = ContextVar("LINES", default=True)
-"""Whether stages and shares are lines on stderr where it is no terminal; not so in calls of the library."""
+"""Whether each stage is a line on stderr where that is no terminal; in calls of the library only long ones are."""
 _LEFT = ("shape", "to which number", "value", "unit or norm", "verdict", "quantity", "expected")
 
 
@@ -125,15 +126,28 @@ def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) 
 @contextmanager
 def stages(title: str) -> Iterator[Callable[[str], None]]:
     """Show the stage at work on stderr; lines where stderr is no terminal."""
-    with _drawn((title,), SpinnerColumn()) as update:
-        yield lambda stage: update(title, stage=stage) if update else _line(f"{title}: {stage}")
+    with _drawn((title,), SpinnerColumn()) as update, waits(title) as told:
+
+        def tell(stage: str) -> None:
+            if update:
+                update(title, stage=stage)
+            elif LINES.get():
+                say(f"{title}: {stage}")
+            else:
+                told.tell(stage)
+
+        yield tell
 
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[[float], None] | None]:
-    """Show a bar on stderr that follows a share in [0, 1]; nothing where stderr is no terminal."""
-    with _drawn((title,), BarColumn()) as update:
-        yield (lambda share: update(title, completed=share)) if update else None
+    """Show a bar on stderr that follows a share in [0, 1]; a line now and then where stderr is no terminal."""
+    with _drawn((title,), BarColumn()) as update, waits(title) as told:
+        if update:
+            yield lambda share: update(title, completed=share)
+        else:
+            told.tell("")
+            yield told.follow
 
 
 @contextmanager
@@ -145,15 +159,24 @@ def labelled_bar(title: str) -> Iterator[tuple[Callable[[str], None], Callable[[
     share = 0.0
 
     def tell(text: str) -> None:
-        update(title, stage=text[:70]) if update else _line(f"{title}: {100.0 * share:3.0f} %  {text}")
+        if update:
+            update(title, stage=text[:70])
+        elif LINES.get():
+            say(f"{title}: {100.0 * share:3.0f} %  {text}")
+        else:
+            told.tell(text)
 
     def follow(value: float) -> None:
         nonlocal share
         share = value
         if update:
             update(title, completed=value)
+        elif not LINES.get():
+            told.follow(value)
 
-    with _drawn((title,), BarColumn()) as update:
+    with _drawn((title,), BarColumn()) as update, waits(title) as told:
+        if not update and not LINES.get():
+            told.tell("")
         yield tell, follow
 
 
@@ -167,17 +190,11 @@ def bars(title: str, names: Sequence[str]) -> Iterator[Callable[[str, str, float
     def tell(name: str, stage: str, share: float) -> None:
         if update:
             update(name, stage=stage, completed=share)
-        elif share >= 1.0:
-            _line(f"{title}: {name} ({stage})")
+        elif share >= 1.0 and LINES.get():
+            say(f"{title}: {name} ({stage})")
 
     with _drawn(names, BarColumn()) as update:
         yield tell
-
-
-def _line(text: str) -> None:
-    """A line of progress."""
-    if LINES.get():
-        say(text)
 
 
 @contextmanager

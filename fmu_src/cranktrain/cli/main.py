@@ -25,6 +25,7 @@ from cranktrain.cli.console import Interrupted, jsonable, of_words, say
 from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
+from cranktrain.store.waits import told_compiling
 from cranktrain.structure.fem.own_mesh import UNITS
 
 ENGINE_VERBS = ("modal", "campbell", "reduce", "simulate", "runup", "stress", "fatigue", "bearing-loads", "picture")
@@ -86,7 +87,8 @@ def _run(arguments: Sequence[str]) -> int:
     options = with_homes(_parser(*arguments[:1]).parse_args(arguments))
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {one_line(str(message))}")
-        result = options.verb(options)
+        with told_compiling():
+            result = options.verb(options)
     if options.json:
         print(json.dumps(jsonable(result), indent=2, allow_nan=False))
     sys.stdout.flush()

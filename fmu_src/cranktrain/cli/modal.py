@@ -40,7 +40,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--damper", action="store_true", help="also damped modes of the cranktrain with the engine's torsional damper")
     level = add(
         "--crank", default="solid", metavar="LEVEL",
-        help=f"{described(CRANKS.values())}; default solid; frequencies of other levels are compared with solid",
+        help=f"{described(CRANKS.values())}; default solid; frequencies of other levels are compared with solid where "
+        "that is made already",
     )  # fmt: skip
     of_words(level, CRANKS)
     add_block_options(parser, running=False)
@@ -91,6 +92,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if "level" in report:
         for table in (*level_tables(engine, report), line_table(report["drive_line"])):
             show(table)
+        if not report["compared_with_solid"]:
+            print(
+                f"Not compared with the solid crank, which is not made yet; cranktrain reduce {engine.name} makes it."
+            )
         return report
     motion, block = report["in_motion"], report.get("block")
     for table in [*frequency_tables(engine, report), *(block_tables(block) if block is not None else ())]:

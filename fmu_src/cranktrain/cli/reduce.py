@@ -60,7 +60,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def _show(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
     """Print what the crankshaft is worth."""
     quality = body.quality
-    print(f"{body.name}: {body.mass:.1f} kg, {quality['dofs_full']:.0f} degrees of freedom, {body.n_modes} modes")
+    dofs = f"{quality['dofs_full']:.0f} degrees of freedom"
+    print(f"{engine.name} crankshaft: {body.mass:.1f} kg, {dofs}, {body.n_modes} modes")
     _show_errors(body, result)
     if "slice_mass_error" in quality:
         print(f"error of modal mass in the terms of rotation, to 1000 Hz: {100.0 * quality['slice_mass_error']:.2g} %")
@@ -105,7 +106,7 @@ def _block_quality(engine: Engine, options: argparse.Namespace) -> dict[str, Any
         result["output"] = str(export_body(options.block_output, body))
     if not options.json:
         print(
-            f"{body.name}: {body.mass:.1f} kg, {body.quality['dofs_full']:.0f} degrees of freedom, "
+            f"{engine.name} block: {body.mass:.1f} kg, {body.quality['dofs_full']:.0f} degrees of freedom, "
             f"{body.n_modes} modes, {running.n_modes} in the running model"
         )
         _show_errors(body, result)

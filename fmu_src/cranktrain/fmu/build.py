@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import this_platform
@@ -16,6 +16,8 @@ from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS, PLAIN
 from cranktrain.fmu.archive import model_description
+from cranktrain.fmu.beside import made_beside, make_block, make_bores
+from cranktrain.fmu.carried import ALL, USUAL, carried_levels, left_out_text
 from cranktrain.fmu.engine_fmu import build, check_target, engine_interface, family_counts, full_interface
 from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
@@ -25,6 +27,7 @@ from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.modules.register import module_path
+from cranktrain.store.waits import print_line, waits
 from cranktrain.structure import assembly
 from cranktrain.structure.additions import read_added
 from cranktrain.structure.assembly import check_mesh
@@ -35,49 +38,90 @@ def build_fmu(
     source: str | Path | Engine | Scene,
     folder: str | Path = "dist",
     *,
+    levels: str | Sequence[str] | None = None,
     film_table: bool = True,
     block: bool = True,
     body: str | Path | None = None,
     platforms: Sequence[str] | None = None,
-    say: Progress = lambda text: None,
+    say: Progress | None = None,
 ) -> Path:
     """Build the FMU of an engine, a scene or a module beside the cranktrain; returns its path.
 
     Parameters
     ----------
     source : name of a shipped engine or module, path of an engine file, a scene or a module file, an engine, or a scene
-    film_table : with the film tables of bearing and big-end level ``table``
-    block : with the block of block level ``flexible``
+    levels : levels of an engine that the FMU carries: ``usual``, all but those whose data take minutes and that its
+        start values do not need; ``all``; or ``table``, ``flexible`` beside the usual ones, see
+        :mod:`cranktrain.fmu.carried`. Not given: usual, or all where ``film_table`` or ``block`` leaves one out
+    film_table : False: without the film tables of bearing and big-end level ``table``
+    block : False: without the block of block level ``flexible``
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
     platforms : of a native FMU, which needs no Python (``linux64``, ``win64``), without any this machine's; empty: the
         Python FMU
-    say : gets each stage of long work
+    say : gets each stage of long work; not given: what takes more than a second is told on stderr
 
     Raises
     ------
     InputError
         for input that cannot be read or built
     """
+    with waits() as told:
+        parts = _Parts(levels, film_table, block, body)
+        return _built(source, Path(folder), parts, platforms, (say or told.tell, say or print_line))
+
+
+class _Parts(NamedTuple):
+    """Keywords of :func:`build_fmu` that an engine's FMU alone has."""
+
+    levels: str | Sequence[str] | None
+    film_table: bool
+    block: bool
+    body: str | Path | None
+
+    @property
+    def chosen(self) -> bool:
+        """Whether any was given."""
+        return self.levels is not None or self.body is not None or not (self.film_table and self.block)
+
+    def carried(self, engine: Engine, say: Progress) -> dict[str, bool]:
+        """Keywords of :func:`whole_model`; says which levels are left out that were not refused."""
+        whole = self.film_table and self.block
+        carried = carried_levels(engine, self.levels or (USUAL if whole else ALL))
+        carried -= {level for level, kept in (("table", self.film_table), ("flexible", self.block)) if not kept}
+        if whole and (text := left_out_text(engine, carried)):
+            say(f"{engine.name}: {text}")
+        return {"film_table": "table" in carried, "flexible": "flexible" in carried, "block": self.block}
+
+
+def _built(
+    source: str | Path | Engine | Scene,
+    folder: Path,
+    parts: _Parts,
+    platforms: Sequence[str] | None,
+    lines: tuple[Progress, Progress],
+) -> Path:
+    """The FMU of :func:`build_fmu`; ``lines`` take stages, and what is said in any case."""
+    say, note = lines
     full_interface()
     platforms = usual_platforms(say) if platforms is None else [checked_platform(name).folder for name in platforms]
     module = module_path(source) if isinstance(source, str | Path) else None
     if module is not None:
-        if body is not None or not (film_table and block):
-            raise InputError("film table, block and body belong to an engine's FMU, not to a module's")
+        if parts.chosen:
+            raise InputError("levels, film table, block and body belong to an engine's FMU, not to a module's")
         return build_module(module, folder, say, platforms)
     if isinstance(source, str | Path) and is_scene(source):
         source = load_scene(source)
     if isinstance(source, Scene):
-        if body is not None:
+        if parts.body is not None:
             raise InputError("an own body can be built into an engine's FMU, not into a scene's; name the engine")
-        if not (film_table and block):
-            raise InputError("film table and block can be left out of an engine's FMU, not of a scene's")
-        check_target(Path(folder), source.engine)
+        if parts.chosen:
+            raise InputError("levels, film table and block are chosen for an engine's FMU, not for a scene's")
+        check_target(folder, source.engine)
         return build_scene(source, folder, say, platforms)
     engine = load_engine(source)
-    check_target(Path(folder), engine)
-    check_mesh(body, "journal surfaces")
-    model = whole_model(engine, film_table=film_table, block=block, body=body, say=say)
+    check_target(folder, engine)
+    check_mesh(parts.body, "journal surfaces")
+    model = whole_model(engine, **parts.carried(engine, note), body=parts.body, say=say)
     return build(model, folder, say, platforms=platforms)
 
 
@@ -112,32 +156,39 @@ def whole_model(
     engine: Engine,
     *,
     film_table: bool = True,
+    flexible: bool = True,
     block: bool = True,
     body: str | Path | None = None,
     say: Progress = lambda text: None,
 ) -> FlatModel:
-    """An engine with the data of all its levels, from the cache or made now; see :func:`build_fmu`."""
+    """An engine with the data of all its levels, from the cache or made now; see :func:`build_fmu`.
+
+    Without ``flexible`` the data of that block level are left out, without ``block`` the engine has none.
+    """
     if not block:
         engine = replace(engine, block=None)
 
     data: dict[str, Any] = {"added": read_added(engine)}
     # Where a file was when the FMU was built is nobody's business.
     engine = replace(engine, body=tuple(replace(one, file=Path(one.file).name) for one in engine.body))
-    say(f"{engine.name}: crankshaft")
-    data["cranks"] = crank_levels(engine, body, say)
-    if engine.damper is not None:
-        data["damped"] = crank_levels(with_damper_housing(engine), body, say)
-    flexible = engine.block is not None and engine.mounts is not None
+    flexible = flexible and engine.block is not None and engine.mounts is not None
+    make, what = (make_block, "block") if flexible else (make_bores, "elastic bores")
+    with made_beside(make, engine, what, say) as wait:
+        say(f"{engine.name}: crankshaft")
+        data["cranks"] = crank_levels(engine, body, say)
+        if engine.damper is not None:
+            data["damped"] = crank_levels(with_damper_housing(engine), body, say)
+        wait()
     if flexible:
         say(f"{engine.name}: block")
-        data["block"] = assembly.running_block(engine, tilting=True, say=say)
+        data["block"] = assembly.running_block(engine, tilting=True, say=say, bore=not engine.rollers_only and _bores())
     data["film_tables"] = assembly.film_tables_of(engine, say)
     if engine.big_end_bearing is not None and engine.rods_float:
         say(f"{engine.name}: elastic eyes of the rods")
         data["big_end_bore"] = assembly.big_end_bore(engine, say)
     if engine.rollers_only:
         return FlatModel(engine, **data)
-    if any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms):
+    if _bores():
         say(f"{engine.name}: elastic bores")
         data["bore"] = assembly.elastic_bore(engine, flexible=False, say=say)
         if flexible:
@@ -148,6 +199,11 @@ def whole_model(
         if engine.big_end_bearing is not None:
             data["big_end_table"] = assembly.big_end_table(engine, say)
     return FlatModel(engine, **data)
+
+
+def _bores() -> bool:
+    """Whether a level of plain bearings needs elastic bores."""
+    return any("bore" in law.forms[PLAIN].parts for law in LAWS.values() if PLAIN in law.forms)
 
 
 def is_scene(name: str | Path) -> bool:

@@ -93,5 +93,5 @@ def announced_compilation(instance: str) -> AbstractContextManager[None]:
 def _refuse(settings: Settings, names: Mapping[str, str], setting: str, what: str) -> None:
     raise InputError(
         f"'{names.get(setting, setting)}' is '{getattr(settings, setting)}', but the FMU was built without {what}; "
-        "build it with build_fmu.py and leave nothing out, or choose another level"
+        "build it with build_fmu.py --levels all, or choose another level"
     )

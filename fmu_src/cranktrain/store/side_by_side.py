@@ -18,6 +18,9 @@ from threadpoolctl import threadpool_limits
 LOOK_EVERY = 0.5
 """Seconds between two checks of the workers' reports, and of a worker whether its parent still lives."""
 
+BEFORE_PROCESSES: list[Callable[[], None]] = []
+"""Called before processes are started: those that keep a thread end it."""
+
 _reports: Any = None
 """In a worker process: where its progress goes."""
 
@@ -82,6 +85,8 @@ def worker_pool(count: int, begin: Callable[..., None], arguments: tuple[Any, ..
 
 def process_context() -> Any:
     """Start method of processes: a fork needs nothing from the caller's script, but a process without threads."""
+    for notice in list(BEFORE_PROCESSES):
+        notice()
     alone = "fork" in multiprocessing.get_all_start_methods() and threading.active_count() == 1
     return multiprocessing.get_context("fork" if alone else "spawn")
 

@@ -191,15 +191,20 @@ def _inherited(engine: Engine, body: ReducedBody, above: str, say: Progress) -> 
     is missing that the level above needs.
     """
     from cranktrain.store.kept import Kept, digest
-    from cranktrain.structure.in_motion.inherited_damping import Decay, measured_decay, settings_above, with_damping
+    from cranktrain.structure.in_motion.inherited_damping import (
+        Decay,
+        felt,
+        measured_decay,
+        settings_above,
+        with_damping,
+    )
 
-    kept, key = Kept("inherited"), digest(__file__, engine, above)
+    driven = felt(engine)
+    kept, key = Kept("inherited"), digest(__file__, driven, above)
     entry = kept.entry(key)
     if entry is None:
         say(f"damping of crank level '{above}'")
         try:
-            # Any drive line does: the mode is the crank's. One that ends freely has no given speed.
-            driven = replace(engine, drive_line_chain=None)
             made = assemble(driven, settings_above(above))
             found = measured_decay(Simulation(driven, made.body, made.settings, parts=made.parts))
         except SolverError as error:
@@ -213,11 +218,10 @@ def _inherited(engine: Engine, body: ReducedBody, above: str, say: Progress) -> 
 def _parts(engine: Engine, settings: Settings, say: Progress, resolution: str, block_mesh: str | Path | None) -> Parts:
     """Block, elastic bores and film tables of a run."""
     block = bore = table = floating = None
-    flexible = settings.block == "flexible"
+    flexible, wanted = settings.block == "flexible", needed_parts(engine, settings)
     if flexible:
         tilting = bearing_law(settings.bearings).tilt or engine.main_roller is not None
-        block = running_block(engine, tilting, say, block_mesh)
-    wanted = needed_parts(engine, settings)
+        block = running_block(engine, tilting, say, block_mesh, bore="bore" in wanted)
     if "bore" in wanted:
         bore = elastic_bore(engine, flexible, say, block_mesh)
     if "table" in wanted:
@@ -230,14 +234,22 @@ def _parts(engine: Engine, settings: Settings, say: Progress, resolution: str, b
 
 
 def running_block(
-    engine: Engine, tilting: bool, say: Progress = lambda stage: None, mesh: str | Path | None = None
+    engine: Engine,
+    tilting: bool,
+    say: Progress = lambda stage: None,
+    mesh: str | Path | None = None,
+    bore: bool = False,
 ) -> ReducedBody:
-    """Block of the running model; ``tilting``: under bearings that also load it by moments."""
+    """Block of the running model; ``tilting``: under bearings that also load it by moments.
+
+    ``bore``: where the block is reduced now, the elastic shapes of its bore are kept too, see :func:`elastic_bore`.
+    """
 
     def make() -> ReducedBody:
+        from cranktrain.structure.block.bore import bore_beside
         from cranktrain.structure.block.reduction import block_loads, reduced_block, running_block
 
-        bare = reduced_block(engine, mesh, progress=say)
+        bare = reduced_block(engine, mesh, progress=say, beside=bore_beside(engine, mesh) if bore else None)
         return running_block(engine, bare, block_loads(engine, tilting=tilting))
 
     return make() if mesh is not None else _once(("block", engine, tilting), make)

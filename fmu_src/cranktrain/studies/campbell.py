@@ -31,6 +31,7 @@ from scipy.optimize import linear_sum_assignment
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.types import Progress
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Damper
 from cranktrain.loads.damper import STIFFNESS, damper_parameters, damper_temperature, damping_coefficient
@@ -64,6 +65,7 @@ def campbell(
     level: str = "torsional",
     highest_hz: float | None = None,
     damper: bool = False,
+    say: Progress = lambda stage: None,
 ) -> ModesOverSpeed:
     """Modes over the speed.
 
@@ -74,6 +76,7 @@ def campbell(
     level : crank level of the body: ``torsional`` keeps its journals on their axis
     highest_hz : modes up to this frequency at the first speed; 1000 Hz, or the first torsional one, where it is None
     damper : with the ring of the engine's damper, whose housing the body has
+    say : told each stage
 
     Raises
     ------
@@ -88,7 +91,9 @@ def campbell(
     ring = engine.damper if damper else None
     line = torsional_line(engine, float(body.inertia[2, 2]))
     attached = line if engine.drive_line_chain is not None else None
+    say(f"rods at {speeds.size} speeds")
     cranks = [PeriodicCrank(engine, body, speed, gas, 1.0, HIGHEST_ORDER, mains) for speed in speeds.tolist()]
+    say(f"modes at {speeds.size} speeds")
     found = [_modes(crank, body, attached, ring, speed) for crank, speed in zip(cranks, speeds.tolist(), strict=True)]
     rotors = np.sqrt(line.inertia)
     n, size = body.n_modes, body.n_modes + line.inertia.size

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, crank_level
@@ -21,7 +22,7 @@ from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.block.shape import block_plan
 from cranktrain.structure.crank.level import bare_crank
 from cranktrain.structure.crank.modal import modal_report
-from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
+from cranktrain.structure.crank.reduction import complete_crankshaft, kept_crankshaft, reduced_crankshaft
 from cranktrain.structure.fem.own_mesh import MeshFile
 from cranktrain.studies.added_modes import additions_report
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, motion_report, springs_report
@@ -55,7 +56,8 @@ def modal(
     Parameters
     ----------
     engine : name of a shipped engine, path of an engine file, or an engine
-    crank : at a level other than ``solid`` only its frequencies are compared with those of the solid crank
+    crank : at a level other than ``solid`` only its frequencies, compared with those of the solid crank where that is
+        in the cache, given by ``mesh``, or needed to make the level; none is meshed for the comparison
     block : ``flexible`` also gives the block's own modes
     damper : also the cranktrain with the engine's torsional damper, as it damps
     mesh, block_mesh : the user's own meshes
@@ -83,24 +85,23 @@ def modal(
     start = time.perf_counter()
     levels = Settings(bearings=bearings, block=block, damper="fitted" if damper else "none")
     settings = checked(found, levels, mesh, block_mesh if flexible else None) if solid else None
-    body = reduced_crankshaft(found, mesh, progress=say)
+    needed, body = _solid_crank(found, crank, mesh, say)
     made = time.perf_counter()
-    own = body if solid else bare_crank(found, crank, body if crank_level(crank).needs_solid(found) else None)
+    own = bare_crank(found, crank, body if needed else None)
     line = line_report(found, complete_crankshaft(found, own))
     if not solid:
         report: dict[str, Any] = level_frequencies(found, crank, body)
     else:
-        report = dict(modal_report(found, body))
+        report = dict(modal_report(found, own))
         if damper:
-            report["damper"] = damper_report(found, body)
+            report["damper"] = damper_report(found, own)
         if flexible:
-            report["block"] = block_report(found, body, reduced_block(found, block_mesh, progress=say))
+            report["block"] = block_report(found, own, reduced_block(found, block_mesh, progress=say))
         if settings is not None:
             say("a cycle in motion")
-            own_block = block_mesh if flexible else None
             # A line that ends freely has no given speed; the connecting shaft stands for it in motion.
             driven = replace(found, drive_line_chain=None) if line["far_end"] == "free" else found
-            running = assemble(driven, settings, say=say, crank_mesh=mesh, block_mesh=own_block)
+            running = assemble(driven, settings, say=say, crank_mesh=mesh, block_mesh=block_mesh if flexible else None)
             report["in_motion"] = motion_report(running, speed, gas)
             if found.main_bearing is not None:
                 report["stand_in_springs"] = springs_report(assemble(found, SPRING_LEVELS, say=say, crank_mesh=mesh))
@@ -108,6 +109,19 @@ def modal(
     if given != found:
         report["left_out"] = [body.name for body in given.body] + [one.name for one in given.connection]
         if solid:
-            report["with_additions"] = additions_report(given, body)
+            report["with_additions"] = additions_report(given, own)
     report["drive_line"] = line
     return {**report, "seconds": {**report.get("seconds", {}), **seconds}}
+
+
+def _solid_crank(
+    engine: Engine, level: str, mesh: MeshFile | None, say: Callable[[str], None]
+) -> tuple[bool, ReducedBody | None]:
+    """Whether a level is made from the solid crank, and that body; None where it is neither needed nor at hand.
+
+    A level from dimensions is compared with a solid crank that is at hand. None is meshed for this.
+    """
+    needed = crank_level(level).needs_solid(engine)
+    if needed or mesh is not None:
+        return needed, reduced_crankshaft(engine, mesh, progress=say)
+    return needed, kept_crankshaft(engine)

@@ -27,6 +27,7 @@ from cranktrain.cli.library.keywords import (
 from cranktrain.core.errors import CranktrainError, InputError, nearest, shown
 from cranktrain.engine.model import Engine
 from cranktrain.results.in_hand.found import Found, Frequencies
+from cranktrain.store.waits import told_compiling
 from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.scene import Scene
 
@@ -53,7 +54,10 @@ def of_verb(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def call(verb: str, given: Mapping[str, Any]) -> Any:
-    """What a verb finds with these values of its keywords, silently but for warnings; errors name keywords."""
+    """What a verb finds with these values of its keywords; errors name keywords.
+
+    Silent but for warnings, and a line on stderr for each step that takes more than a second.
+    """
     known = keywords(verb)
     with ExitStack() as stack:
         options = argparse.Namespace(json=True)
@@ -63,6 +67,7 @@ def call(verb: str, given: Mapping[str, Any]) -> Any:
         said = LINES.set(False)
         try:
             module = importlib.import_module(main.module_name(verb))
+            stack.enter_context(told_compiling())
             found = getattr(module, "answer", module.run)(main.with_homes(options))
         except CranktrainError as error:
             raise type(error)(in_keywords(str(error), option_names(verb))) from None

@@ -9,6 +9,7 @@ from cranktrain.core.types import Progress
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import engine_names, load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.store.waits import told_compiling, waits
 from cranktrain.structure import assembly
 
 
@@ -22,7 +23,7 @@ def assemble(
     engine: str | Path | Engine,
     settings: Settings,
     *,
-    say: Progress = lambda stage: None,
+    say: Progress | None = None,
     crank_mesh: str | Path | None = None,
     block_mesh: str | Path | None = None,
     table_resolution: str = "default",
@@ -31,11 +32,14 @@ def assemble(
 ) -> assembly.Assembly:
     """Check an engine as its file is checked, and make the parts of runs with these settings.
 
-    Keywords and errors are those of :func:`cranktrain.structure.assembly.assemble`.
+    Keywords and errors are those of :func:`cranktrain.structure.assembly.assemble`. Where no ``say`` is given, a step
+    that takes more than a second is told on stderr.
     """
     if not isinstance(settings, Settings):
         raise InputError(f"assemble: settings are {shown(settings)}; give ct.Settings(crank=...)")
-    return assembly.assemble(
-        load_engine(engine), settings, say=say, crank_mesh=crank_mesh, block_mesh=block_mesh,
-        table_resolution=table_resolution, cutoff_hz=cutoff_hz, inherit=inherit,
-    )  # fmt: skip
+    found = load_engine(engine)
+    with waits(found.name) as told, told_compiling():
+        return assembly.assemble(
+            found, settings, say=say or told.tell, crank_mesh=crank_mesh, block_mesh=block_mesh,
+            table_resolution=table_resolution, cutoff_hz=cutoff_hz, inherit=inherit,
+        )  # fmt: skip

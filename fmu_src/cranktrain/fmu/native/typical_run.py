@@ -11,6 +11,7 @@ from cranktrain.dynamics.run_record import Run, make_run
 from cranktrain.dynamics.settled.motion import motion_of
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.start.mean_motion import carried
+from cranktrain.dynamics.tangents import tangents_at_state
 from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.step_control import ports_at_state
 from cranktrain.engine.file import load_engine
@@ -20,6 +21,7 @@ from cranktrain.film.contact.gap import least_gap
 from cranktrain.film.lanes.grid import fill_gaps
 from cranktrain.film.table.interpolation import stretched
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure
+from cranktrain.structure.in_motion.periodic_forces import rod_forces
 
 ENGINE = "diesel_i6"
 
@@ -46,6 +48,9 @@ def typical_calls(run: Run) -> None:
     carried(run.model, np.zeros(run.model.block_ports.shape[1]))
     motion_of(run.state, run.model.omega2.size)
     ports_at_state(run.model, run.work, run.state)
+    tangents_at_state(run.model, run.work)
+    # Rods about a rigid rotation: steady states in the frequency domain, Campbell diagrams, modes in motion.
+    rod_forces(engine, stand_in(engine), 200.0, np.zeros(2), GasTrace.from_engine(engine), 1.0)
     end_step_here(run.model, run.work, run.state)
 
 

@@ -12,7 +12,9 @@ usual proportions (:mod:`cranktrain.structure.block.saddle`) has another geometr
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -52,26 +54,56 @@ def block_bore_compliance(
         on engines that have them in the middle
     mesh_file : user's own block
     """
-    film, mains = engine.plain_mains, engine.crankshaft.main_positions
-    row = (len(mains) // 2 if main is None else main) - 1
-    if not 0 <= row < len(mains):
-        raise InputError(f"block: bore {main} is not one of 1..{len(mains)}")
-    inputs = [RECIPE, WAVES, DEGREE, FACET_ORDER, row, film.diameter, film.width, input_digest(engine, mesh_file)]
+    film, row = engine.plain_mains, _row(engine, main)
     say = progress or (lambda stage: None)
 
     def computed() -> Array:
         model = block_model(engine, mesh_file, say)
         say("factorising the stiffness")
         with one_thread():
-            free = Flexibility.of(model.stiffness, model.mass, rigid_motions(model))
-            say(f"elastic shapes of bore {row + 1}")
-            loads = bore_loads(model, f"bore[{row + 1}]", mains[row], film.diameter, film.width)
-            compliance = loads.T @ free.solve(loads)
-        shape = (2 * WAVES + 1, DEGREE + 1)
-        return np.asarray((0.5 * (compliance + compliance.T)).reshape(*shape, *shape))
+            return _patternwise(
+                engine, row, model, Flexibility.of(model.stiffness, model.mass, rigid_motions(model)), say
+            )
 
-    patternwise = kept_compliance(f"{engine.name}-bore", inputs, computed)
+    patternwise = kept_compliance("bore", _inputs(engine, row, mesh_file), computed)
     return reduced_compliance(patternwise, np.pi * film.diameter * film.width, count)
+
+
+def bore_beside(
+    engine: Engine, mesh_file: str | Path | None = None
+) -> Callable[[FEModel, Flexibility, Progress], None]:
+    """What the reduction of the block calls to keep the usual bore too: its finite elements need no second factors."""
+
+    def keep(model: FEModel, free: Flexibility, say: Progress) -> None:
+        row = _row(engine, None)
+        kept_compliance("bore", _inputs(engine, row, mesh_file), lambda: _patternwise(engine, row, model, free, say))
+
+    return keep
+
+
+def _row(engine: Engine, main: int | None) -> int:
+    """Row of a main bearing, from 0; ``InputError`` for one that the engine has not."""
+    mains = len(engine.crankshaft.main_positions)
+    row = (mains // 2 if main is None else main) - 1
+    if not 0 <= row < mains:
+        raise InputError(f"block: bore {main} is not one of 1..{mains}")
+    return row
+
+
+def _inputs(engine: Engine, row: int, mesh_file: str | Path | None) -> list[Any]:
+    """All that the compliance of a bore depends on."""
+    film = engine.plain_mains
+    return [RECIPE, WAVES, DEGREE, FACET_ORDER, row, film.diameter, film.width, input_digest(engine, mesh_file)]
+
+
+def _patternwise(engine: Engine, row: int, model: FEModel, free: Flexibility, say: Progress) -> Array:
+    """Compliance (waves, degrees, waves, degrees) of a bore on patterns of pressure, m/Pa of the film's area."""
+    film, middle = engine.plain_mains, engine.crankshaft.main_positions[row]
+    say(f"elastic shapes of bore {row + 1}")
+    loads = bore_loads(model, f"bore[{row + 1}]", middle, film.diameter, film.width)
+    compliance = loads.T @ free.solve(loads)
+    shape = (2 * WAVES + 1, DEGREE + 1)
+    return np.asarray((0.5 * (compliance + compliance.T)).reshape(*shape, *shape))
 
 
 def bore_loads(model: FEModel, name: str, middle: float, film_diameter: float, film_width: float) -> Array:

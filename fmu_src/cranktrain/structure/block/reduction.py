@@ -8,14 +8,13 @@ liners and gas on the heads. The block is a stationary body: its rotation invari
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 from skfem import MeshTet2
 
-from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody, attach, truncate
 from cranktrain.engine.model import Engine
@@ -28,11 +27,12 @@ from cranktrain.structure.block.mesh import (
     read_block_mesh,
 )
 from cranktrain.structure.block.shape import BlockPlan, block_plan
+from cranktrain.structure.fem.craig_bampton import Flexibility
 from cranktrain.structure.fem.elasticity import FEModel
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.own_body import is_body, read_body
 from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
-from cranktrain.structure.fem.reduction import Progress, ReductionTask, content_digest, reduced_structure
+from cranktrain.structure.fem.reduction import Progress, ReductionTask, content_digest, kept_path, reduced_structure
 
 # Raised when the code would make another body from the same inputs.
 RECIPE = 1
@@ -41,7 +41,11 @@ AFTERWARDS = ("head_mass", "head_height", "damping_ratio", "running_cutoff_hz")
 
 
 def reduced_block(
-    engine: Engine, mesh_file: str | Path | None = None, progress: Progress | None = None, rebuild: bool = False
+    engine: Engine,
+    mesh_file: str | Path | None = None,
+    progress: Progress | None = None,
+    rebuild: bool = False,
+    beside: Callable[[FEModel, Flexibility, Progress], None] | None = None,
 ) -> ReducedBody:
     """Bare block of an engine, with its cover, in all Craig–Bampton modes; computed once, then read from the cache.
 
@@ -55,10 +59,11 @@ def reduced_block(
         :func:`cranktrain.structure.block.mesh.read_block_mesh`; or a body that is reduced already
     progress : told each stage before it starts
     rebuild : compute even where a stored body exists
+    beside : takes further results from the finite elements and their factors, where the body is computed
     """
     if mesh_file is not None and is_body(mesh_file):
         return own_block(engine, mesh_file)
-    return reduced_structure(reduction_task(engine, mesh_file), progress, rebuild)
+    return reduced_structure(replace(reduction_task(engine, mesh_file), beside=beside), progress, rebuild)
 
 
 def own_block(engine: Engine, path: str | Path) -> ReducedBody:
@@ -86,7 +91,7 @@ def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> Reduc
     """Reduction of the bare block; ``InputError`` as :func:`reduced_block`."""
     plan = block_plan(engine)
     return ReductionTask(
-        name=f"{engine.name} block",
+        name="block",
         path=stored_path(engine, mesh_file),
         digest=input_digest(engine, mesh_file),
         mesh=lambda: _mesh(plan, mesh_file),
@@ -105,7 +110,7 @@ def _mesh(plan: BlockPlan, mesh_file: str | Path | None) -> MeshTet2:
 
 def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:
     """Where the reduced block is kept in the user's cache."""
-    return cache_folder() / f"{engine.name}-block-{input_digest(engine, mesh_file)[:16]}.h5"
+    return kept_path("block", input_digest(engine, mesh_file))
 
 
 def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshTet2
 
-from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, attach, truncate
 from cranktrain.core.types import Array
@@ -31,7 +30,14 @@ from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces,
 from cranktrain.structure.fem.mesh import crankshaft_mesh, surface_area
 from cranktrain.structure.fem.own_body import is_body, read_body, with_interface
 from cranktrain.structure.fem.own_mesh import check_places, mesh_unit
-from cranktrain.structure.fem.reduction import Comparison, Progress, ReductionTask, content_digest, reduced_structure
+from cranktrain.structure.fem.reduction import (
+    Comparison,
+    Progress,
+    ReductionTask,
+    content_digest,
+    kept_path,
+    reduced_structure,
+)
 
 # Raised when the code would make another body from the same inputs.
 RECIPE = 1
@@ -58,6 +64,12 @@ def reduced_crankshaft(
     if mesh_file is not None and is_body(mesh_file):
         return own_crankshaft(engine, mesh_file)
     return reduced_structure(reduction_task(engine, mesh_file), progress, rebuild)
+
+
+def kept_crankshaft(engine: Engine) -> ReducedBody | None:
+    """Bare solid crankshaft if the cache has it, else None; ``StoreError``: a stored file that is corrupt."""
+    path = stored_path(engine)
+    return load_body(path, input_digest(engine)) if path.exists() else None
 
 
 def own_crankshaft(engine: Engine, path: str | Path) -> ReducedBody:
@@ -89,7 +101,7 @@ def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> Reduc
         return {"tied_raises_first": raised}, {"tied_hz": tied, **sections(model, reduced.body)}
 
     return ReductionTask(
-        name=f"{engine.name} crankshaft",
+        name="crankshaft",
         path=stored_path(engine, mesh_file),
         digest=input_digest(engine, mesh_file),
         mesh=lambda: _mesh(engine, mesh_file),
@@ -104,7 +116,7 @@ def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> Reduc
 
 def stored_path(engine: Engine, mesh_file: str | Path | None = None) -> Path:
     """Where the reduced crankshaft is kept in the user's cache."""
-    return cache_folder() / f"{engine.name}-{input_digest(engine, mesh_file)[:16]}.h5"
+    return kept_path("crankshaft", input_digest(engine, mesh_file))
 
 
 def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:

@@ -18,6 +18,7 @@ from scipy import sparse
 from scipy.linalg import null_space
 from skfem import Basis, ElementTetP2, MeshTet2
 
+from cranktrain.core.cache import cache_folder
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.types import Array, Progress
 from cranktrain.engine.parts import Material
@@ -48,6 +49,7 @@ class ReductionTask:
     mesh_file : the user's own one, where it is read
     interfaces : averaged interfaces of the model
     compared : further quality figures and records of the reduced body, or None
+    beside : takes further results from the finite elements and their factors while they are there, or None
     """
 
     name: str
@@ -60,6 +62,7 @@ class ReductionTask:
     fixed_modes: int
     consistent_mass: bool
     compared: Callable[[FEModel, Reduced, InterfaceSet, Progress], Comparison] | None = None
+    beside: Callable[[FEModel, Flexibility, Progress], None] | None = None
 
     def model(self, say: Progress) -> FEModel:
         """Finite elements of the body."""
@@ -82,6 +85,8 @@ def reduced_structure(task: ReductionTask, progress: Progress | None = None, reb
             figures, arrays = task.compared(model, reduced, interfaces, say)
             quality, records = reduced.body.quality | figures, reduced.body.records | arrays
             reduced = replace(reduced, body=replace(reduced.body, quality=quality, records=records))
+        if task.beside is not None:
+            task.beside(model, reduced.flexibility, say)
     save_body(task.path, reduced.body, _surface(model, reduced.modes[:, :PICTURED_MODES]))
     return reduced.body
 
@@ -102,6 +107,16 @@ def _included(path: Path) -> list[Path]:
     decks = {"abaqus": abaqus_deck, "nastran": nastran_deck}
     found = decks.get(FORMATS.get(path.suffix.lower(), ""))
     return [] if found is None else found.included_files(path)
+
+
+def kept_path(kind: str, digest: str) -> Path:
+    """Where a body with this digest of its inputs is kept in the user's cache: named by what shapes it alone.
+
+    Files of earlier versions began with the engine's name. One with this digest is read where it is.
+    """
+    folder, ending = cache_folder(), f"-{digest[:16]}.h5"
+    place = folder / f"{kind}{ending}"
+    return place if place.exists() else min(folder.glob(f"*{ending}"), default=place)
 
 
 def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:

@@ -36,6 +36,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import NOTHING_PUBLISHED
 from cranktrain.structure.crank.modal import (
     at_largest,
     cranktrain_matrices,
@@ -106,6 +107,32 @@ def resonance_speed(engine: Engine, torsional_hz: float | None) -> float:
         return engine.oil.temperature_speeds[-1]
     speed = 2.0 * math.pi * torsional_hz / firing
     return speed / math.ceil(speed / highest)
+
+
+def felt(engine: Engine) -> Engine:
+    """The engine without what the damping of the level above does not depend on: that is measured on this engine.
+
+    Names, published values, limits and strength shape no motion. The level above runs on ground at the speed and load
+    of :func:`measured_decay`, without damper (whose housing is part of the pulley), and with rigid pistons on their
+    axes. Any drive line does: the mode is the crank's, and one that ends freely has no given speed. Bodies that the
+    engine file adds may lie on the block or its mounts, which they keep.
+    """
+    apart = replace(
+        engine,
+        name="engine",
+        title="",
+        published=NOTHING_PUBLISHED,
+        reduction=replace(engine.reduction, torsional_source="ker-wilson"),
+        bearing_limits=None,
+        limits=None,
+        crank_strength=None,
+        damper=None,
+        load=None,
+        drive_line_chain=None,
+    )
+    if engine.body or engine.connection:
+        return apart
+    return replace(apart, block=None, mounts=None, piston_guidance=None)
 
 
 def settings_above(crank: str) -> Settings:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from cranktrain.core.reduced_body import ReducedBody
@@ -29,37 +30,49 @@ from cranktrain.structure.crank.modal import (
 )
 from cranktrain.structure.crank.reduction import complete_crankshaft
 
+_Modes = tuple[Array, Array, Array]
+"""Frequencies (k,) Hz, shares (k, 3) and shapes (m, 6, k) of elastic modes."""
 
-def level_frequencies(engine: Engine, level: str, solid: ReducedBody) -> dict[str, Any]:
+
+def level_frequencies(engine: Engine, level: str, solid: ReducedBody | None) -> dict[str, Any]:
     """Modes of the free complete crankshaft and of the assembled cranktrain, at a level and solid; JSON-able.
 
-    Returns ``level`` and, for ``crankshaft_free`` and ``cranktrain``, the ``modes`` of the solid to 1000 Hz or its
-    named ones (``solid_hz``, ``shape``, and ``hz``, ``deviation_percent``, ``mac`` where the level has it), and
-    ``first_torsional`` and ``second_torsional`` likewise, None where no mode has the name. ``solid`` is the bare solid
-    body.
+    Returns ``level``, whether it was ``compared_with_solid`` and, for ``crankshaft_free`` and ``cranktrain``, the
+    ``modes`` of the solid to 1000 Hz or its named ones (``solid_hz``, ``shape``, and ``hz``, ``deviation_percent``,
+    ``mac`` where the level has it), and ``first_torsional`` and ``second_torsional`` likewise, None where no mode has
+    the name. ``solid`` is the bare solid body. Without it the modes are those of the level alone (``hz``, ``shape``).
     """
     row = crank_level(level)
     own = bare_crank(engine, level, solid if row.needs_solid(engine) else None)
-    bodies = [complete_crankshaft(engine, body) for body in (solid, own)]
-    radius = engine.crankshaft.throw
-    result: dict[str, Any] = {"level": level}
+    bodies = [complete_crankshaft(engine, body) for body in (solid, own) if body is not None]
+    result: dict[str, Any] = {"level": level, "compared_with_solid": solid is not None}
     for name, rods in (("crankshaft_free", False), ("cranktrain", True)):
         found = [_modes(engine, body, rods) for body in bodies]
-        (solid_hz, shares, shapes), (hz, _, moved) = found
-        twists = not row.bends
-        alike = _alike(shapes, moved, radius, twists)
-        listed = []
-        highest = listed_to(torsional_frequencies(solid_hz, shares, engine.reduction.running_cutoff_hz))
-        for k in np.flatnonzero(solid_hz <= highest):
-            one = {"solid_hz": float(solid_hz[k]), "shape": KINDS[int(np.argmax(shares[k]))]}
-            same = int(np.argmax(alike[k])) if alike.shape[1] else -1
-            torsional = one["shape"] == "torsional"
-            mutual = same >= 0 and alike[k, same] >= SAME_SHAPE and int(np.argmax(alike[:, same])) == k
-            if mutual and (torsional or not twists):
-                one |= _beside(solid_hz[k], hz[same]) | {"mac": float(alike[k, same])}
-            listed.append(one)
+        hz, shares, _ = found[0]
+        highest = listed_to(torsional_frequencies(hz, shares, engine.reduction.running_cutoff_hz))
+        rows = np.flatnonzero(hz <= highest)
+        if solid is None:
+            listed = [{"hz": float(hz[k]), "shape": KINDS[int(np.argmax(shares[k]))]} for k in rows]
+        else:
+            listed = _compared(found, rows, engine.crankshaft.throw, twists=not row.bends)
         result[name] = {"modes": listed, **_torsional(engine, found)}
     return result
+
+
+def _compared(found: list[_Modes], rows: NDArray[np.intp], radius: float, twists: bool) -> list[dict[str, Any]]:
+    """These modes of the solid, each with the one of the level that has its shape; ``found`` is of both."""
+    (solid_hz, shares, shapes), (hz, _, moved) = found
+    alike = _alike(shapes, moved, radius, twists)
+    listed = []
+    for k in rows:
+        one = {"solid_hz": float(solid_hz[k]), "shape": KINDS[int(np.argmax(shares[k]))]}
+        same = int(np.argmax(alike[k])) if alike.shape[1] else -1
+        torsional = one["shape"] == "torsional"
+        mutual = same >= 0 and alike[k, same] >= SAME_SHAPE and int(np.argmax(alike[:, same])) == k
+        if mutual and (torsional or not twists):
+            one |= _beside(solid_hz[k], hz[same]) | {"mac": float(alike[k, same])}
+        listed.append(one)
+    return listed
 
 
 def level_tables(engine: Engine, report: dict[str, Any]) -> list[Table]:
@@ -69,6 +82,15 @@ def level_tables(engine: Engine, report: dict[str, Any]) -> list[Table]:
         "crankshaft_free": f"{engine.name}, free crankshaft, no rods",
         "cranktrain": f"{engine.name}, cranktrain at rest",
     }
+    if not report["compared_with_solid"]:
+        return [
+            Table(
+                title,
+                (f"{level} / Hz", "shape"),
+                tuple((f"{row['hz']:.1f}", row["shape"]) for row in report[name]["modes"]),
+            )
+            for name, title in titles.items()
+        ]
     return [
         Table(
             title,
@@ -88,7 +110,7 @@ def level_tables(engine: Engine, report: dict[str, Any]) -> list[Table]:
     ]
 
 
-def _modes(engine: Engine, crankshaft: ReducedBody, rods: bool) -> tuple[Array, Array, Array]:
+def _modes(engine: Engine, crankshaft: ReducedBody, rods: bool) -> _Modes:
     """Frequencies (k,) Hz, shares (k, 3) and shapes (m, 6, k) of the elastic modes."""
     if not rods:
         hz, shares = free_modes(engine, crankshaft)
@@ -111,12 +133,18 @@ def _beside(solid: float, own: float) -> dict[str, float]:
     return {"hz": float(own), "deviation_percent": 100.0 * float(own / solid - 1.0)}
 
 
-def _torsional(engine: Engine, found: list[tuple[Array, Array, Array]]) -> dict[str, dict[str, float] | None]:
-    """First and second torsional frequency of the solid and of the level where it has one; None where none has."""
+def _torsional(engine: Engine, found: list[_Modes]) -> dict[str, dict[str, float] | None]:
+    """First and second torsional frequency of the solid and of the level where it has one; None where none has.
+
+    ``found`` is of the solid and the level, or of the level alone.
+    """
     highest = engine.reduction.running_cutoff_hz
-    solid, own = (torsional_frequencies(hz, shares, highest) for hz, shares, _ in found)
+    *solid, own = (torsional_frequencies(hz, shares, highest) for hz, shares, _ in found)
+    names = ("first_torsional", "second_torsional")
+    if not solid:
+        return {name: None if hz is None else {"hz": hz} for name, hz in zip(names, own, strict=True)}
     result: dict[str, dict[str, float] | None] = {}
-    for name, full, level in zip(("first_torsional", "second_torsional"), solid, own, strict=True):
+    for name, full, level in zip(names, solid[0], own, strict=True):
         both = {} if full is None or level is None else _beside(full, level)
         result[name] = both | ({} if full is None else {"solid_hz": full}) or None
     return result

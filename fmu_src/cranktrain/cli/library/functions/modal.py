@@ -37,7 +37,8 @@ def modal(
         superelement of another program (.toml)
     mesh_unit : unit of own meshes: m, mm, in (default m)
     damper : also damped modes of the cranktrain with the engine's torsional damper
-    crank : rigid; torsional; beam; solid; default solid; frequencies of other levels are compared with solid
+    crank : rigid; torsional; beam; solid; default solid; frequencies of other levels are compared with solid where that
+        is made already
     block : ground; flexible; default ground
     block_mesh : own block (.msh, .inp, .unv, .bdf) with named surfaces; needs block flexible; or own reduced block in
         place of a mesh: .h5, .npz or folder of reduce --block-output, or a superelement of another program (.toml)

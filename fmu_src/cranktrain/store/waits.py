@@ -1,0 +1,135 @@
+"""Lines on stderr that say what takes long: nothing for what ends within a second, a line for every longer step."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.kernel import BEFORE_COMPILING, compiler
+from cranktrain.store.side_by_side import BEFORE_PROCESSES
+
+LATE, AGAIN = 1.0, 10.0
+"""Seconds after which a step is told, and between two lines of one step that follows a share."""
+
+
+def print_line(text: str) -> None:
+    """Print a line on stderr."""
+    print(text, file=sys.stderr, flush=True)
+
+
+class Waits:
+    """Tells a step by a line once it has taken :data:`LATE`; the next step, or the end, takes its place.
+
+    Parameters
+    ----------
+    title : stands before each step
+    line : takes each line
+    """
+
+    def __init__(self, title: str = "", line: Callable[[str], None] = print_line) -> None:
+        self._title, self._line = title, line
+        self._timer: threading.Timer | None = None
+        self._pending = ""
+        self._told = time.monotonic()
+        self._lock = threading.Lock()
+
+    def tell(self, stage: str) -> None:
+        """A step begins."""
+        self.end()
+        with self._lock:
+            self._pending = f"{self._title}: {stage}" if self._title and stage else self._title or stage
+            self._told = time.monotonic()
+            self._timer = threading.Timer(LATE, self._say)
+            self._timer.daemon = True
+            self._timer.start()
+
+    def follow(self, share: float) -> None:
+        """The step has come so far, a share in [0, 1]; a line now and then."""
+        if share < 1.0 and time.monotonic() - self._told > AGAIN:
+            self._told = time.monotonic()
+            self._line(f"{self._title}: {100.0 * share:.0f} %")
+
+    def now(self) -> None:
+        """Say at once what is pending: what follows takes long, and bears no thread beside it."""
+        if self._timer is not None:
+            self._stop()
+            self._say()
+
+    def end(self) -> None:
+        """The step has ended; it is not told if it was short."""
+        self._stop()
+        self._pending = ""
+
+    def _stop(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer.join()
+            self._timer = None
+
+    def _say(self) -> None:
+        with self._lock:
+            text, self._pending = self._pending, ""
+            if text:
+                self._line(text)
+
+
+@contextmanager
+def waits(title: str = "", line: Callable[[str], None] = print_line) -> Iterator[Waits]:
+    """Tell the steps of a block, and of processes that it starts, see :class:`Waits`."""
+    made = Waits(title, line)
+    BEFORE_PROCESSES.append(made.now)
+    try:
+        yield made
+    finally:
+        BEFORE_PROCESSES.remove(made.now)
+        made.end()
+
+
+class _Compiled:
+    """Tells once that kernels compile, when that has taken :data:`LATE` in all; a listener of numba's events."""
+
+    def __init__(self, told: Waits) -> None:
+        self._told, self._depth, self._began, self._spent = told, 0, 0.0, 0.0
+
+    def notify(self, event: Any) -> None:
+        """A kernel begins to compile, or ends; kernels that it calls compile within."""
+        self._depth += 1 if event.is_start else -1
+        if event.is_start and self._depth == 1:
+            self._began = time.monotonic()
+            if self._spent < LATE:
+                self._told.tell(TEXT.format(folder=cache_folder() / "kernels"))
+        elif event.is_end and self._depth == 0:
+            self._spent += time.monotonic() - self._began
+            if self._spent > LATE:
+                self._told.now()
+            self._told.end()
+
+
+TEXT = "compiling kernels, which the machine code of this package does not hold; kept in {folder}"
+
+
+@contextmanager
+def told_compiling(line: Callable[[str], None] = print_line) -> Iterator[None]:
+    """Tell by a line that kernels compile, if they take more than a second."""
+    with waits(line=line) as told, ExitStack() as listening:
+
+        def listen() -> None:
+            from numba.core import event
+
+            event.Listener.register(_Compiled)
+            listening.enter_context(event.install_listener("numba:compile", _Compiled(told)))
+
+        if compiler.cache_info().currsize:
+            listen()
+            yield
+            return
+        BEFORE_COMPILING.append(listen)
+        try:
+            yield
+        finally:
+            BEFORE_COMPILING.remove(listen)
