@@ -28,7 +28,7 @@ def run(name, monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "docs")
     monkeypatch.setenv("PYTHONPATH", f"{ROOT / 'fmu_src'}")
     executed = sys.modules.get("notebook_pages") or __import__("notebook_pages")
-    book = executed.executed(NOTEBOOKS[name])
+    book = executed.kept(NOTEBOOKS[name])
     outputs = [one for cell in book.cells if cell.cell_type == "code" for one in cell.outputs]
     text = "\n".join(one.get("text") or one.get("data", {}).get("text/plain", "") for one in outputs)
     text = COLOUR.sub("", text)
