@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.dynamics.model.settings import step_each_row
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.crank_strength import CrankStrength
 from cranktrain.engine.model import Engine
@@ -221,7 +220,7 @@ def fatigue(
         def said(text: str, speed: float = run.speed_rpm) -> None:
             say(f"{speed:g} rev/min: {text}")
 
-        simulation = Simulation(engine, made.body, step_each_row(made.settings), gas, made.parts)
+        simulation = Simulation(engine, made.body, made.settings, gas, made.parts)
         simulation.inputs[0] = run.speed
         try:
             cycle = recorded_cycle(simulation, fitted_engine(engine, made.settings), run.settle, told, said)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cranktrain.core.errors import InputError
-from cranktrain.dynamics.model.settings import Settings, step_each_row
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas
@@ -47,7 +47,7 @@ def stressed_run(
     request.tell_doubts(engine, gas)
     surface = stress_modes(engine, request.mesh, say, shaped)
     made = assemble(engine, settings, say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
-    simulation = Simulation(engine, made.body, step_each_row(made.settings), gas, made.parts)
+    simulation = Simulation(engine, made.body, made.settings, gas, made.parts)
     simulation.inputs[0] = request.speed
     say("cycles until they repeat")
     cycle = recorded_cycle(simulation, fitted_engine(engine, made.settings), request.settle)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.cycle_run import communication_step, run_cycles
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.settings import step_each_row
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, VELOCITY, offset
 from cranktrain.dynamics.settled.judging import TOLERANCE, Settling
 from cranktrain.dynamics.simulation import Simulation
@@ -94,7 +95,7 @@ def recorded_cycle(
 
     Parameters
     ----------
-    simulation : at constant speed, which its ``inputs`` hold
+    simulation : at constant speed, which its ``inputs`` hold; it steps to every row from now on
     engine : with what the run fixes to its crank, see :func:`cranktrain.dynamics.simulation.fitted_engine`
     settle : largest settling error of any family of outputs
 
@@ -103,6 +104,7 @@ def recorded_cycle(
     InputError, SolverError
         as of :func:`cranktrain.dynamics.simulation.simulate`
     """
+    simulation.settings = step_each_row(simulation.settings)
     simulation.initialize()
     found = run_cycles(simulation, None, settle, progress, say)
     step = communication_step(float(simulation.inputs[0]), simulation.settings.step)
