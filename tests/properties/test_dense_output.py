@@ -272,7 +272,7 @@ def test_a_ramp_is_passed_over(rates):
 
 def test_pressures_that_are_given_for_the_first_time_end_the_trace_at_once():
     """Source ``auto``: the built-in trace until a partner drives the pressures, whatever step is under way."""
-    fine, plain = started(), started(dense_output="off")
+    fine, plain = started(integrator="esdirk4"), started(integrator="esdirk4", dense_output="off")
     for k in range(1, 9):
         for one in (fine, plain):
             if k > 5:

@@ -18,7 +18,7 @@ def watched(simulation, name):
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_a_shaft_that_stands_sinks_by_squeeze_and_lands_on_its_asperities(level):
-    simulation = rotor(20.0, 5000.0, speed=0.0, bearings=level, newton_tolerance=1e-7)
+    simulation = rotor(20.0, 5000.0, speed=0.0, bearings=level, newton_tolerance=1e-8)
     place, time, step = [watched(simulation, "eccentricity")], 0.0, 1e-3
     for _ in range(180):
         time += step
