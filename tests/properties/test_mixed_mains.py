@@ -51,7 +51,7 @@ def mixed(engine, *mains, **changed):
 @cache
 def cycle(engine, rpm=1500.0, **levels):
     """Last cycle of a run until it repeats."""
-    made = assemble(engine, Settings(**levels))
+    made = assemble(engine, Settings(**{"step": math.radians(2.5), "integrator": "esdirk4"} | levels))
     simulation = Simulation(engine, made.body, made.settings, parts=made.parts)
     simulation.inputs[0] = rpm * RPM
     simulation.initialize()

@@ -83,7 +83,15 @@ def test_a_linear_own_law_is_the_built_in_spring(kind):
 
 def steady(engine, rpm, **more):
     return ct.simulate(
-        engine, speed_rpm=rpm, crank="torsional", bearings="held", inherit=False, load=1.0, settle=1e-6, **more
+        engine,
+        speed_rpm=rpm,
+        crank="torsional",
+        bearings="held",
+        inherit=False,
+        load=1.0,
+        settle=1e-6,
+        integrator="esdirk4",
+        **more,
     )
 
 

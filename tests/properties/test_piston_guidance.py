@@ -98,14 +98,16 @@ def test_a_piston_at_rest_stands_where_its_springs_put_it(offset):
 
 
 def test_stiff_springs_are_rigid_pistons():
-    rigid = simulate(SIX, rigid_crank(SIX), Settings(crank="rigid", pistons="rigid"), SPEED, 2).outputs
+    step = math.radians(2.5)
+    rigid = simulate(SIX, rigid_crank(SIX), Settings(crank="rigid", pistons="rigid", step=step), SPEED, 2).outputs
     errors = []
     for factor in (10.0, 100.0):
         engine = guided(
             **{f"{end}_stiffness": factor * getattr(GUIDED, f"{end}_stiffness") for end in ("upper", "lower")},
             **{f"{end}_damping": math.sqrt(factor) * getattr(GUIDED, f"{end}_damping") for end in ("upper", "lower")},
         )
-        soft = simulate(engine, rigid_crank(engine), Settings(crank="rigid", pistons="guided"), SPEED, 2).outputs
+        chosen = Settings(crank="rigid", pistons="guided", step=step)
+        soft = simulate(engine, rigid_crank(engine), chosen, SPEED, 2).outputs
         errors.append([
             np.sqrt(np.mean((soft[name] - rigid[name]) ** 2)) / np.std(rigid[name])
             for name in ("pulley.torsion", "shaft.torque", "bearing[3].force.y", "piston[2].side_force")

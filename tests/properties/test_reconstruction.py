@@ -221,7 +221,7 @@ def test_short_steps_among_long_ones_change_nothing_that_matters(source):
     """Steps of 2e-9 s to 1e-5 s between usual ones: forces as without them."""
     runs = []
     for shorts in ((), (2e-9, 1e-8, 1e-7, 1e-6, 1e-5)):
-        simulation = started(gas_source=source)
+        simulation = started(gas_source=source, step=np.radians(2.5))
         place = simulation.output_names.index("bearing[3].force.y")
         rows = []
         for k in range(120):

@@ -57,9 +57,9 @@ def test_a_run_ends_at_the_cycle_of_a_long_one(rpm):
 @pytest.mark.parametrize("cycles", [None, 4, 6, 9])
 def test_what_is_left_is_told_from_above(cycles):
     """At most four times the truth, and not below it; of families that a tenth of the worst is left of, not much."""
-    engine, body = whole_six()
-    long, judge = last_cycles(simulate(engine, body, Settings(), 1600 * RPM, 40))
-    run = simulate(engine, body, Settings(), 1600 * RPM, cycles)
+    (engine, body), settings = whole_six(), Settings(step=math.radians(2.5))
+    long, judge = last_cycles(simulate(engine, body, settings, 1600 * RPM, 40))
+    run = simulate(engine, body, settings, 1600 * RPM, cycles)
     truth = judge.left(long[-1], last_cycles(run)[0][-1])
     assert 1.0 < run.settling.worst[1] / max(truth.values()) < 4.0
     for family, left in truth.items():

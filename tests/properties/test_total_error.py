@@ -225,8 +225,10 @@ def test_the_default_stands_against_all_families_together(others, said):
 def test_a_study_splits_what_it_measures(few, tmp_path):
     found = total_study([few], store=Kept(tmp_path / "kept"))
     points = {p.label: p for p in found.points}
-    assert set(points) == {f"{crank}/linear/ground {step}°" for crank in ("rigid", "beam") for step in ("2.5", "6")}
-    assert [p.label for p in found.points if p.default] == ["beam/linear/ground 2.5°"]
+    assert set(points) == {
+        f"{crank}/linear/ground {step}°" for crank in ("rigid", "beam") for step in ("2.5", "5", "6")
+    }
+    assert [p.label for p in found.points if p.default] == ["beam/linear/ground 5°"]
     for label, p in points.items():
         assert p.status == "ok" and p.cost > 0.0 and p.cycles >= 2
         assert p.errors["film"] is None and p.errors["cover"] is None

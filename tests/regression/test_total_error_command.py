@@ -47,7 +47,7 @@ def test_json_is_what_ships_and_tables_say_what_to_take(scene, capsys, tmp_path)
     result = json.loads(printed)
     assert result["command"] == "cranktrain tradeoff --total"
     digest, figures = shipped.read(printed)
-    assert digest == shipped.engine_digest(scene.engine) and len(figures.points) == 4
+    assert digest == shipped.engine_digest(scene.engine) and len(figures.points) == 6
     assert json.loads((tmp_path / "out" / "total.json").read_text("utf-8"))["points"] == result["points"]
     assert main(arguments) == 0
     shown = capsys.readouterr()
@@ -72,7 +72,7 @@ def test_an_interrupt_keeps_what_was_measured(scene, capsys, tmp_path, monkeypat
     calls.clear()
     monkeypatch.setattr(measure, "_run", lambda job, say: calls.append(job) or honest(job, say))
     assert main(arguments) == 0
-    assert kept == 2 and len(calls) == 6 - kept  # the best model's own fine run is what all are compared with
+    assert kept == 2 and len(calls) == 8 - kept  # the best model's own fine run is what all are compared with
 
 
 def test_a_plan_takes_its_levels_from_shipped_figures(capsys, tmp_path, monkeypatch):
@@ -104,7 +104,7 @@ def test_a_plan_takes_its_levels_from_shipped_figures(capsys, tmp_path, monkeypa
     assert (plan["crank"], plan["bearings"], plan["block"]) == ("torsional", "held", "ground")
     assert 0.225 <= plan["predicted_total_error"] <= 0.3 and plan["within_accuracy"]
     assert plan["total_error_against"].startswith("against solid/ehd/flexible, measured at 2000 rev/min")
-    assert any("torsional/held/ground 2.5° is 25 % in all" in reason for reason in plan["reasons"])
+    assert any("torsional/held/ground esdirk4 2.5° is 25 % in all" in reason for reason in plan["reasons"])
     plan = planned(0.12)
     assert (plan["crank"], plan["bearings"]) == ("beam", "impedance")
     # What no measured choice reaches is looked for on the ladder, and said.
@@ -112,4 +112,4 @@ def test_a_plan_takes_its_levels_from_shipped_figures(capsys, tmp_path, monkeypa
     assert plan["predicted_total_error"] is None and plan["total_error_against"] is None
     assert any("no measured choice serves 4 %" in reason for reason in plan["reasons"])
     assert main(["plan", str(path)]) == 0
-    assert "closest solid/impedance/ground 2.5°, 5 %" in capsys.readouterr().out.replace("\n", " ")
+    assert "closest solid/impedance/ground esdirk4 2.5°, 5 %" in capsys.readouterr().out.replace("\n", " ")

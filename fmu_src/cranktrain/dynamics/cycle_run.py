@@ -14,7 +14,7 @@ import numpy as np
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import dimensions, supply_temperature
-from cranktrain.dynamics.model.settings import ROW
+from cranktrain.dynamics.model.settings import ROW, ruling_law, usual_step
 from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.outputs.register import Counts, judged_families, output_needs
 from cranktrain.dynamics.settled.collar import Learned
@@ -122,12 +122,13 @@ def communication_step(speed: float, step: float) -> float:
 def row_step(simulation: Run) -> float:
     """Time between two rows of a simulation over cycles, s: a step, or as large a part of it as ``ROW`` allows.
 
-    A step is divided where the simulation passes over communication points, and a cycle is a whole number of steps.
+    A step is divided where it is the usual one of the levels, and the simulation passes over communication points.
     """
     speed, settings = float(simulation.inputs[0]), simulation.settings
     step = communication_step(speed, settings.step)
-    even = abs(step * speed - settings.step) <= 1.0e-9 * settings.step
-    if not (even and settings.dense_output == "on" and dimensions(simulation.model).passes):
+    usual = usual_step(ruling_law(settings.bearings, settings.big_ends, simulation.engine), simulation.engine)
+    chosen = abs(settings.step - usual) > 1.0e-9 * usual
+    if chosen or settings.dense_output == "off" or not dimensions(simulation.model).passes:
         return step
     return step / math.ceil(settings.step / ROW - 1.0e-9)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
@@ -42,6 +40,7 @@ from cranktrain.dynamics.model.settings import (
     resolved,
     ruling_law,
     usual_film_change,
+    usual_step,
 )
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.model import Engine
@@ -84,7 +83,7 @@ def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
         LEVEL_FILM_CHANGE: usual_film_change(law, engine),
         LEVEL_METHOD: float(rows.index(law.integrator)),
         LEVEL_HELD_METHOD: float(rows.index(FOR_HELD_INPUTS.get(law.integrator, law.integrator))),
-        LEVEL_STEP: math.radians(law.step_deg),
+        LEVEL_STEP: usual_step(law, engine),
     }
 
 

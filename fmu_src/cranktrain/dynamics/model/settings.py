@@ -32,6 +32,8 @@ their like of which all stages are implicit."""
 ROW, RECORDED = math.radians(3.0), math.radians(2.5)
 """Longest turn between two rows of a run over cycles, from which largest values, orders and orbits are read; the same
 where stresses and tangents are found at each row, and no row may lie within a step."""
+ADDED = math.radians(2.5)
+"""Longest usual step beside added connections: balancers' teeth at twice the crank's speed ring at 5 degrees."""
 TEMPERATURES = ("engine", "heat-balance")
 """Where the damper has its temperature from: the engine's table over speed, or its own heat balance."""
 FILM_TEMPERATURES = (*TEMPERATURES, "adiabatic")
@@ -115,7 +117,7 @@ def resolved(settings: Settings, engine: Engine) -> Settings:
         "block": block,
         "pistons": pistons,
         "integrator": integrator,
-        "step": settings.step or math.radians(law.step_deg),
+        "step": settings.step or usual_step(law, engine),
         "newton_tolerance": settings.newton_tolerance or usual,
         "film_change": settings.film_change or usual_film_change(law, engine),
     }
@@ -140,6 +142,11 @@ def ruling_law(bearings: str, big_ends: str, engine: Engine) -> Law:
         laws += [bearing_law(table.film.level)] if table.film is not None else []
         laws += [bearing_law("roller")] if table.roller is not None else []
     return min(laws, key=lambda law: law.step_deg)
+
+
+def usual_step(law: Law, engine: Engine) -> float:
+    """Step (rad) of a run under a ruling law that chooses none."""
+    return min(math.radians(law.step_deg), ADDED if engine.connection else math.inf)
 
 
 def usual_film_change(law: Law, engine: Engine) -> float:
