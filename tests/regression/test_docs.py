@@ -204,6 +204,7 @@ def python_of(name, heading="", until=""):
     return re.findall(r"```python\n(.*?)```", text.partition(until)[0] if until else text, re.DOTALL)
 
 
+@pytest.mark.slow
 def test_examples_of_seconds_run(tmp_path, monkeypatch, recwarn):
     pytest.importorskip("xarray")
     monkeypatch.chdir(tmp_path)

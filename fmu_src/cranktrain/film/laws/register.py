@@ -184,6 +184,7 @@ for _law in (
             ROLLER: Form(f"{_HERE}.roller:roller_law", f"{_HERE}.roller:linear_seats", tilt=True),
         },
         clearance=False,
+        tolerance=1.0e-6,
     ),
     Law(
         "impedance",
@@ -223,6 +224,7 @@ for _law in (
         usual_for=(ROLLER,),
         block="flexible",
         step_deg=3.0,
+        tolerance=1.0e-6,
     ),
 ):
     register_law(_law)
