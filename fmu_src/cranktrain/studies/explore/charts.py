@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+import panel as pn
 from bokeh.models import ColumnDataSource, Legend, LegendItem, Span
 from bokeh.models.renderers import GlyphRenderer
 from bokeh.plotting import figure
@@ -31,10 +32,17 @@ def _plot(title: str, up: str) -> Any:
         title=title, height=HEIGHT, sizing_mode="stretch_width", tools="pan,box_zoom,wheel_zoom,reset,save",
         x_axis_label="speed, rev/min", y_axis_label=up, toolbar_location="above", min_width=300,
     )  # fmt: skip
-    plot.toolbar.logo = None
+    plot.toolbar.logo, plot.toolbar.autohide = None, True
     plot.title.text_font_size = "13px"
     plot.y_range.only_visible = True
     return plot
+
+
+def side_by_side(plots: list[Any]) -> Any:
+    """Charts in two columns, or in one where there is no room for two."""
+    columns = ":host { display: grid; grid-template-columns: repeat(auto-fit, minmax(420px, 1fr)); }"
+    boxes = [pn.pane.Bokeh(plot, sizing_mode="stretch_width") for plot in plots]
+    return pn.Column(*boxes, sizing_mode="stretch_width", stylesheets=[columns])
 
 
 class OrdersChart:
@@ -111,7 +119,7 @@ class LineChart:
     """One curve over the speed, now and before, with an optional limit."""
 
     def __init__(self, title: str, up: str, limit: bool = False) -> None:
-        self.plot = _plot(title, up)
+        self.plot, self._title = _plot(title, up), title
         self._now, self._before = (ColumnDataSource({"rpm": [], "y": []}) for _ in range(2))
         line = self.plot.line("rpm", "y", source=self._now, color=COLOURS[0], line_width=2)
         dashed = self.plot.line("rpm", "y", source=self._before, color=COLOURS[0], **_BEFORE)
@@ -120,8 +128,6 @@ class LineChart:
         self._limit = Span(dimension="width", line_color=COLOURS[1], line_dash="dotted", line_width=2)
         if limit:
             self.plot.add_layout(self._limit)
-            bar = self.plot.line([], [], color=COLOURS[1], line_dash="dotted", line_width=2)
-            self.plot.legend[0].items.append(LegendItem(label="limit", renderers=[bar]))
 
     def show(self, rpm: Array, now: Array, before: tuple[Array, Array] | None, limit: float = 0.0) -> None:
         """Values over speeds, in the chart's units."""
@@ -129,6 +135,8 @@ class LineChart:
         x, y = (np.zeros(0), np.zeros(0)) if before is None else before
         self._before.data = {"rpm": x, "y": y}
         self._limit.location = limit if limit > 0.0 else None
+        if limit > 0.0:
+            self.plot.title.text = f"{self._title}, limit {limit:.0f} W"
 
 
 class CampbellChart:
@@ -160,7 +168,7 @@ class CampbellChart:
             shown = [one for one in hz.tolist() if one <= top]
             source.data = {"xs": [ends] * len(shown), "ys": [[one, one] for one in shown]}
         self._rays.data = {"xs": [ends] * len(orders), "ys": [[o * x / 60.0 for x in ends] for o in orders]}
-        at = [min(ends[1], 60.0 * top / order) for order in orders]
+        at = [min(ends[1], 57.0 * top / order) for order in orders]
         self._ends.data = {"x": at, "y": [o * x / 60.0 for o, x in zip(orders, at, strict=True)],
                            "text": [f"{order:g}" for order in orders]}  # fmt: skip
         self._circles.data = self._sizes(now, orders)

@@ -10,7 +10,7 @@ import panel as pn
 
 from cranktrain.core.types import Array
 from cranktrain.results.run_up.run_up import RunUp
-from cranktrain.studies.explore.charts import DEG, RPM, OrdersChart, orders_of
+from cranktrain.studies.explore.charts import DEG, RPM, OrdersChart, orders_of, side_by_side
 from cranktrain.studies.explore.live import ORDERS, Curves
 
 
@@ -26,11 +26,9 @@ class Beside:
         self._charts[1].plot.x_range, self._charts[1].plot.y_range = (
             self._charts[0].plot.x_range, self._charts[0].plot.y_range,
         )  # fmt: skip
-        styles = {"flex": "1 1 430px", "min-width": "330px"}
-        boxes = [pn.pane.Bokeh(chart.plot, sizing_mode="stretch_width", styles=styles) for chart in self._charts]
         self._table = pn.pane.HTML("", sizing_mode="stretch_width")
         heading = pn.pane.HTML("<b>Compared: pulley torsion by order</b>", sizing_mode="stretch_width")
-        self.parts = [heading, pn.FlexBox(*boxes, sizing_mode="stretch_width"), self._table]
+        self.parts = [heading, side_by_side([chart.plot for chart in self._charts]), self._table]
 
     def show(self, now: Curves, orders: list[float]) -> None:
         """Both sides for these orders."""

@@ -24,7 +24,7 @@ from cranktrain.studies.explore.charts import DEG, RPM, SHOWN
 from cranktrain.studies.explore.engine_file import Source, changes, write_engine
 from cranktrain.studies.explore.full import Background, FullRun, spread
 from cranktrain.studies.explore.history import History
-from cranktrain.studies.explore.knobs import LOAD, Chosen, Knob, chosen_engine, firing_orders
+from cranktrain.studies.explore.knobs import DIGITS, LOAD, Chosen, Knob, chosen_engine, firing_orders
 from cranktrain.studies.explore.live import ORDERS, Curves, LiveTorsion
 
 POLL_MS, SETTLE_MS = 300, 15
@@ -32,6 +32,8 @@ POLL_MS, SETTLE_MS = 300, 15
 REST = 0.4
 """Seconds without a turn after which a knob rests."""
 KNOBS_WIDTH = 300
+SAME = 1.0e-6
+"""Relative difference below which a slider stands at the engine's own value."""
 
 
 @dataclass
@@ -83,6 +85,7 @@ class Page:
         self._choose_orders()
         self._draw()
         self.view = self._layout()
+        self._ask_balance()
         explored.closing.append(self.close)
 
     def engine(self) -> Engine:
@@ -100,7 +103,7 @@ class Page:
         for knob in self._live.knobs:
             slider = _slider(knob)
             slider.param.watch(lambda event, own=knob: self._turn(own, event.new), "value")
-            slider.param.watch(lambda event: self._rest(), "value_throttled")
+            slider.param.watch(lambda event: self._released(), "value_throttled")
             self._sliders[knob.key] = slider
         orders = firing_orders(self._live.engine)
         self._firing = pn.widgets.Select(
@@ -109,7 +112,7 @@ class Page:
         )  # fmt: skip
         self._firing.param.watch(lambda event: self._fire(event.new), "value")
         self._undo, self._redo, self._reset = (
-            pn.widgets.Button(name=name, width=85, disabled=True) for name in ("Undo", "Redo", "Reset")
+            pn.widgets.Button(name=name, width=75, disabled=True) for name in ("Undo", "Redo", "Reset")
         )
         self._undo.on_click(lambda event: self._go_to(self._history.undo()))
         self._redo.on_click(lambda event: self._go_to(self._history.redo()))
@@ -163,9 +166,7 @@ class Page:
         plots = [self._orders_chart.plot, self._twist.plot, self._campbell.plot]
         if engine.damper is not None:
             plots.append(self._heat.plot)
-        styles = {"flex": "1 1 430px", "min-width": "330px"}
-        boxes = [pn.pane.Bokeh(plot, sizing_mode="stretch_width", styles=styles) for plot in plots]
-        charts_box = pn.FlexBox(*boxes, sizing_mode="stretch_width")
+        charts_box = charts.side_by_side(plots)
         right = pn.Column(self._orders, charts_box, *self._compared(), sizing_mode="stretch_width", min_width=350)
         return pn.Row(left, right, sizing_mode="stretch_width")
 
@@ -185,13 +186,15 @@ class Page:
         """A knob has moved."""
         if self._quiet:
             return
-        value = knob.own if abs(shown - knob.shown(knob.own)) <= 1e-9 * abs(shown) else knob.si(shown)
+        own = knob.shown(knob.own)
+        value = knob.own if abs(shown - own) <= SAME * own else knob.si(float(f"{shown:.{DIGITS}g}"))
         self._history.turn(knob.key, min(max(value, knob.low), knob.high), knob.own)
         self._soon()
 
     def _fire(self, order: tuple[int, ...]) -> None:
         if not self._quiet:
             self._history.fire(() if order == self._live.engine.cylinders.firing_order else order)
+            self._history.rest()
             self._soon()
 
     def _soon(self) -> None:
@@ -213,23 +216,30 @@ class Page:
         except CranktrainError as error:
             self._say(self._said, str(error), wrong=True)
             return
-        self._say(self._said, "")
         self._balance = None
-        self._draw()
-        spent = 1e3 * (time.perf_counter() - began)
-        self._say(self._status, f"linear run-up of {self._now.speeds.size} speeds × {len(ORDERS)} orders: {spent:.0f} ms")
+        with pn.io.hold():
+            self._say(self._said, "")
+            self._draw()
+            spent = 1e3 * (time.perf_counter() - began)
+            self._say(self._status, f"linear run-up of {self._now.speeds.size} speeds × {len(ORDERS)} orders: {spent:.0f} ms")
+
+    def _released(self) -> None:
+        """A knob was let go: an entry of the history."""
+        if not self._quiet:
+            self._history.rest()
+            self._tell_choice()
 
     def _rest(self) -> None:
-        """The knob rests: an entry of the history, all speeds, and harmonic balance."""
-        if self._quiet or self._waiting or self._resting:
-            return
+        """The knob rests: all speeds, and harmonic balance."""
         self._resting = True
-        self._history.rest()
         if self._now.speeds.size < self._live.speeds.size:
             self._answer(moving=False)
+        self._ask_balance()
+        self._tell_choice()
+
+    def _ask_balance(self) -> None:
         if self._explored.balance is not None:
             self._explored.balance.ask(self._history.now)
-        self._tell_choice()
 
     def _go_to(self, chosen: Chosen) -> None:
         """Show a choice of the history."""
@@ -239,8 +249,7 @@ class Page:
         self._firing.value = chosen.firing or self._live.engine.cylinders.firing_order
         self._quiet = False
         self._answer(moving=False)
-        if self._explored.balance is not None:
-            self._explored.balance.ask(chosen)
+        self._ask_balance()
         self._tell_choice()
 
     def _start_anew(self) -> None:
@@ -277,7 +286,7 @@ class Page:
 
     def look(self) -> None:
         """Take in what background work has found; called again and again while the page is open."""
-        if not self._resting and time.monotonic() - self._turned > REST:
+        if not (self._resting or self._waiting) and time.monotonic() - self._turned > REST:
             self._rest()
         balance = self._explored.balance
         if balance is not None and (found := balance.found()) is not None:
@@ -373,11 +382,13 @@ def _heading(text: str) -> Any:
 def _slider(knob: Knob) -> Any:
     """Slider of a knob in its unit, with a field for numbers."""
     low, high, own = (knob.shown(value) for value in (knob.low, knob.high, knob.own))
-    place = int(np.floor(np.log10(max(own, 1e-12)))) if knob.key != LOAD else 2
-    digits = max(0, 3 - place) if knob.key != LOAD else 0
+    place = int(np.floor(np.log10(max(own, 1e-12)))) - 2
+    step, digits = (1.0, 0) if knob.key == LOAD else (10.0**place, max(0, 1 - place))
+    # A slider stops at whole steps from its start, so the engine's own value must be one of them.
+    start, end = (own + step * np.trunc((edge - own) / step) for edge in (low, high))
     unit = f", {knob.unit}" if knob.unit else ""
     return pn.widgets.EditableFloatSlider(
-        name=f"{knob.title}{unit}", value=own, start=low, end=high, step=10.0 ** (place - 2), fixed_start=low,
-        fixed_end=high, format=f"0.{'0' * digits}" if digits else "0", width=KNOBS_WIDTH - 30,
+        name=f"{knob.title}{unit}", value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,
+        format=f"0.{'0' * digits}" if digits else "0", width=KNOBS_WIDTH - 30,
     )  # fmt: skip
 
