@@ -11,7 +11,9 @@ from pathlib import Path
 from browser import FOUND
 
 FIND = """
-function* within(root) { for (const e of root.querySelectorAll('*')) { yield e; if (e.shadowRoot) yield* within(e.shadowRoot) } }
+function* within(root) {
+  for (const e of root.querySelectorAll('*')) { yield e; if (e.shadowRoot) yield* within(e.shadowRoot) }
+}
 function find(selector, text) {
   for (const e of within(document))
     if (e.matches(selector) && (!text || e.textContent.trim() === text)) return e
@@ -67,7 +69,9 @@ class LivePage:
         self._number += 1
         self._waiting[self._number] = future = asyncio.get_running_loop().create_future()
         session = {"sessionId": self._session} if self._session else {}
-        await self._socket.write_message(json.dumps({"id": self._number, "method": method, "params": arguments, **session}))
+        await self._socket.write_message(
+            json.dumps({"id": self._number, "method": method, "params": arguments, **session})
+        )
         return await asyncio.wait_for(future, 60)
 
     async def _read(self):
@@ -94,11 +98,15 @@ class LivePage:
 
     async def resize(self, width, height):
         """Another window."""
-        await self._send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        await self._send(
+            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
+        )
 
     async def run(self, script):
         """Value of an expression, with ``find`` and ``said`` for elements in shadow roots too."""
-        found = await self._send("Runtime.evaluate", expression=f"{FIND}; {script}", returnByValue=True, awaitPromise=True)
+        found = await self._send(
+            "Runtime.evaluate", expression=f"{FIND}; {script}", returnByValue=True, awaitPromise=True
+        )
         if "exceptionDetails" in found:
             raise AssertionError(found["exceptionDetails"]["exception"].get("description"))
         return found["result"].get("value")
@@ -107,17 +115,19 @@ class LivePage:
         """Wait until an expression is true."""
         end = time.monotonic() + seconds
         while not (found := await self.run(script)):
-            assert time.monotonic() < end, f"not within {seconds} s: {script}; the page says: {await self.run('said()')}"
+            assert time.monotonic() < end, (
+                f"not within {seconds} s: {script}; the page says: {await self.run('said()')}"
+            )
             await asyncio.sleep(0.1)
         return found
 
     async def place(self, selector, text=""):
-        """Middle, width and height of an element, scrolled into sight."""
+        """Middle of an element, scrolled into sight."""
         name = json.dumps(text)
         await self.until(f"!!find({json.dumps(selector)}, {name})")
         return await self.run(
             f"(() => {{ const e = find({json.dumps(selector)}, {name}); e.scrollIntoView({{block: 'center'}});"
-            "const r = e.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2, r.width, r.height] })()"
+            "const r = e.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2] })()"
         )
 
     async def mouse(self, kind, x, y):
@@ -128,7 +138,7 @@ class LivePage:
 
     async def click(self, selector, text=""):
         """Click on an element."""
-        x, y, *_ = await self.place(selector, text)
+        x, y = await self.place(selector, text)
         for kind in ("mousePressed", "mouseReleased"):
             await self.mouse(kind, x, y)
 

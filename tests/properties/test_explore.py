@@ -61,7 +61,9 @@ def test_every_knob_turns_within_what_an_engine_file_takes(name):
         assert again[knob.key] == pytest.approx(value, rel=1e-12)
 
 
-@pytest.mark.parametrize(("name", "count"), [("single_petrol", 1), ("four_petrol", 2), ("diesel_i6", 4), ("three_petrol", 1)])
+@pytest.mark.parametrize(
+    ("name", "count"), [("single_petrol", 1), ("four_petrol", 2), ("diesel_i6", 4), ("three_petrol", 1)]
+)
 def test_firing_orders_keep_the_intervals(name, count):
     """An in-line four has two even orders from cylinder 1 on, a six of three pairs four; a single fires as it does."""
     engine = load_engine(name)
@@ -84,7 +86,9 @@ def test_live_answers_are_those_of_a_linear_run_up():
 
     loaded = Chosen({LOAD: 0.6})
     assert np.allclose(live.answer(loaded).orders, asked(loaded), rtol=1e-9, atol=1e-12)
-    turned = Chosen({"flywheel.polar_inertia": 0.15, "crankshaft.pin_diameter": 0.06, LOAD: 0.6}, firing_orders(engine)[3])
+    turned = Chosen(
+        {"flywheel.polar_inertia": 0.15, "crankshaft.pin_diameter": 0.06, LOAD: 0.6}, firing_orders(engine)[3]
+    )
     found, wanted = live.answer(turned).orders, asked(turned)
     # Damping in motion is measured once, at the engine's own values; here it is a sixth more than that of the change.
     apart = np.abs(found - wanted).sum()
@@ -92,14 +96,14 @@ def test_live_answers_are_those_of_a_linear_run_up():
     assert np.abs(found - live.answer(loaded).orders).sum() > 10.0 * apart
 
 
-def test_more_inertia_lowers_frequencies_and_no_load_leaves_inertia_alone():
-    """Doubled pulley inertia lowers the first frequency; without burn the orders are those of gas springs and inertia."""
+def test_more_inertia_lowers_frequencies_and_no_burn_leaves_compression():
+    """Doubled pulley inertia lowers all frequencies; without burn the half order is that of compression."""
     live = LiveTorsion(load_engine("single_petrol"))
     own = live.answer(Chosen())
     heavy = live.answer(Chosen({"pulley.polar_inertia": 2.0 * live.engine.pulley.polar_inertia}))
     assert np.all(heavy.hz < own.hz)
     idle = live.answer(Chosen({LOAD: 0.0}))
-    assert idle.order(0.5).max() < 0.02 * own.order(0.5).max(), "motored cycles repeat every revolution"
+    assert 0.0 < idle.order(0.5).max() < 0.5 * own.order(0.5).max(), "compression alone, once in two revolutions"
 
 
 def test_added_bodies_are_left_out_and_said_to_be():

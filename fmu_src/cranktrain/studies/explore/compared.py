@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-from typing import Any
 
 import numpy as np
 import panel as pn
@@ -19,7 +18,9 @@ class Beside:
 
     def __init__(self, title: str, other_title: str, other: Curves | RunUp) -> None:
         self._titles = title, other_title
-        speeds, amplitudes = (other.speeds, orders_of(other)) if isinstance(other, RunUp) else (other.speeds, other.orders)
+        speeds, amplitudes = (
+            (other.speeds, orders_of(other)) if isinstance(other, RunUp) else (other.speeds, other.orders)
+        )
         none = np.zeros(0)
         self._other = Curves(speeds, amplitudes, none, none, none, 0.0, none, 0.0)
         self._charts = OrdersChart(title), OrdersChart(other_title)
@@ -55,6 +56,7 @@ def _table(titles: tuple[str, str], head: tuple[str, ...], rows: list[tuple[str,
     over = f"<tr><th></th><th colspan=2>{html.escape(titles[0])}</th><th colspan=2>{html.escape(titles[1])}</th></tr>"
     cells = "".join(f"<th style='padding:0 8px'>{one}</th>" for one in head)
     body = "".join(
-        "<tr>" + "".join(f"<td style='text-align:right;padding:0 8px'>{one}</td>" for one in row) + "</tr>" for row in rows
+        "<tr>" + "".join(f"<td style='text-align:right;padding:0 8px'>{one}</td>" for one in row) + "</tr>"
+        for row in rows
     )
     return f"<table>{over}<tr>{cells}</tr>{body}</table>"

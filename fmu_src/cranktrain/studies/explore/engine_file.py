@@ -82,7 +82,9 @@ def write_engine(source: Source, engine: Engine, knobs: Sequence[Knob], chosen: 
         raise InputError(f"{path}: an engine file ends in .toml; give such a name")
     check_place(path)
     text = engine_text(source, engine, knobs, chosen)
-    whole = engine if isinstance(source, Engine) else engine_of(_document(source), path.name, engine_path(source).parent)
+    whole = (
+        engine if isinstance(source, Engine) else engine_of(_document(source), path.name, engine_path(source).parent)
+    )
     wanted = chosen_engine(whole, knobs, chosen)
     found = engine_of(tomllib.loads(text), path.name, path.absolute().parent)
     for change in changes(engine, knobs, chosen):
@@ -104,7 +106,10 @@ def _document(source: str | Path) -> dict[str, Any]:
 def _head(name: str, digest: str, found: Sequence[Change]) -> str:
     """Comment that names the source and lists the changes."""
     of = f" (SHA-256 {digest}…)" if digest else ""
-    lines = [f"# Written by cranktrain explore {__version__} on {date.today().isoformat()} from {name}{of}.", "# Changed:"]
+    lines = [
+        f"# Written by cranktrain explore {__version__} on {date.today().isoformat()} from {name}{of}.",
+        "# Changed:",
+    ]
     return "\n".join([*lines, *(f"#   {change}" for change in found)]) + "\n\n"
 
 

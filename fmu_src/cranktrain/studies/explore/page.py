@@ -144,7 +144,10 @@ class Page:
         self._path = pn.widgets.TextInput(name="new engine file", value=self._usual_path(), width=KNOBS_WIDTH - 30)
         self._write = pn.widgets.Button(name="Write engine file", width=180)
         self._write.on_click(lambda event: self._write_file())
-        self._changes, self._written = pn.pane.HTML("", width=KNOBS_WIDTH - 20), pn.pane.HTML("", width=KNOBS_WIDTH - 20)
+        self._changes, self._written = (
+            pn.pane.HTML("", width=KNOBS_WIDTH - 20),
+            pn.pane.HTML("", width=KNOBS_WIDTH - 20),
+        )
 
     def _layout(self) -> Any:
         """Knobs beside charts; the charts stand in one column where there is no room for two."""
@@ -221,7 +224,9 @@ class Page:
             self._say(self._said, "")
             self._draw()
             spent = 1e3 * (time.perf_counter() - began)
-            self._say(self._status, f"linear run-up of {self._now.speeds.size} speeds × {len(ORDERS)} orders: {spent:.0f} ms")
+            self._say(
+                self._status, f"linear run-up of {self._now.speeds.size} speeds × {len(ORDERS)} orders: {spent:.0f} ms"
+            )
 
     def _released(self) -> None:
         """A knob was let go: an entry of the history."""
@@ -391,4 +396,3 @@ def _slider(knob: Knob) -> Any:
         name=f"{knob.title}{unit}", value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,
         format=f"0.{'0' * digits}" if digits else "0", width=KNOBS_WIDTH - 30,
     )  # fmt: skip
-
