@@ -20,7 +20,7 @@ RPM, DEG = math.pi / 30.0, 180.0 / math.pi
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#444444", "#8c6bb1")
 SHOWN = len(COLOURS)
 """Largest number of orders in the chart."""
-HEIGHT = 300
+HEIGHT = 380
 _BEFORE: dict[str, Any] = {"line_dash": "dashed", "line_alpha": 0.5, "line_width": 1.5}
 _SMALLEST = 0.02
 """Amplitude, over the largest, from which the Campbell diagram shows a circle."""

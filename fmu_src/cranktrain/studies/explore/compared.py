@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 
 import numpy as np
 import panel as pn
@@ -52,7 +53,7 @@ def _peak(curves: Curves, order: float) -> tuple[float, float]:
     return (DEG * float(found[at]) if found[at] >= 0.0 else float("nan")), float(curves.speeds[at] / RPM)
 
 
-def _table(titles: tuple[str, str], head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+def _table(titles: tuple[str, str], head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     over = f"<tr><th></th><th colspan=2>{html.escape(titles[0])}</th><th colspan=2>{html.escape(titles[1])}</th></tr>"
     cells = "".join(f"<th style='padding:0 8px'>{one}</th>" for one in head)
     body = "".join(

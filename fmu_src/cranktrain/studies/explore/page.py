@@ -69,7 +69,7 @@ class Page:
 
     def __init__(self, explored: Explored) -> None:
         self._explored, self._live = explored, explored.live
-        self._history, self._full = History(), None
+        self._history = History()
         self._full: Background | None = None
         self._full_found: RunUp | None = None
         self._balance: RunUp | None = None
@@ -344,7 +344,7 @@ class Page:
         """Write the engine file of the present choice."""
         try:
             source, live = self._explored.source, self._live
-            path = write_engine(source, live.whole, live.knobs, self._history.now, self._path.value)
+            path = write_engine(source, live.whole, live.knobs, self._history.now, self._path.value or "")
         except (CranktrainError, OSError) as error:
             self._say(self._written, str(error), wrong=True)
             return

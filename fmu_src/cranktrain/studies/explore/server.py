@@ -40,7 +40,7 @@ class Token(AuthProvider):
         super().__init__()
 
     @property
-    def get_user(self) -> Callable[[Any], str]:
+    def get_user(self) -> Any:
         """Function that admits a request, or raises ``HTTPError`` 403."""
         return self._admit
 
