@@ -203,6 +203,18 @@ def test_measured_orders_and_another_engine_are_shown_beside():
     asyncio.run(asked())
 
 
+def test_the_page_of_a_notebook_shows_itself():
+    """The example of the documentation: the page is an object that a notebook shows."""
+    import re
+    from pathlib import Path
+
+    text = (Path(__file__).parents[2] / "docs" / "how-to" / "explore.md").read_text("utf-8")
+    found = {}
+    exec(re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0], found)
+    assert found["page"].engine == load_engine("single_petrol")
+    assert found["page"]._repr_mimebundle_()
+
+
 def differing(first, second):
     """Fraction of pixels in which two pictures differ."""
     from matplotlib.image import imread

@@ -394,5 +394,5 @@ def _slider(knob: Knob) -> Any:
     unit = f", {knob.unit}" if knob.unit else ""
     return pn.widgets.EditableFloatSlider(
         name=f"{knob.title}{unit}", value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,
-        format=f"0.{'0' * digits}" if digits else "0", width=KNOBS_WIDTH - 30,
+        format=f"0.{'0' * digits}" if digits else "0", width=KNOBS_WIDTH - 30, tooltips=False,
     )  # fmt: skip
