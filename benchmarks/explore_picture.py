@@ -15,11 +15,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.explore.balance import Balance
 from cranktrain.studies.explore.knobs import Chosen
 from cranktrain.studies.explore.live import LiveTorsion
-from cranktrain.studies.explore.page import Explored
-from cranktrain.studies.explore.server import serve
 
 TURNS = 40
 HANDLES = """[...within(document)].filter(e => e.matches('.noUi-handle')).map(e => {
@@ -41,10 +38,15 @@ def turns(live: LiveTorsion) -> str:
     )
 
 
-async def picture(explored: Explored, path: Path, width: int, height: int) -> None:
-    """Turn the damper's ring, and keep the window as PNG."""
+async def picture(live: LiveTorsion, path: Path, width: int, height: int) -> None:
+    """Turn the second knob, and keep the window as PNG."""
     from live_browser import LivePage
 
+    from cranktrain.studies.explore.balance import Balance
+    from cranktrain.studies.explore.page import Explored
+    from cranktrain.studies.explore.server import serve
+
+    explored = Explored(live.engine.name, live, balance=Balance(live))
     address: list[str] = []
     server = serve(explored, 0, address.append, wait=False)
     try:
@@ -77,9 +79,7 @@ def main() -> None:
     for live in lives:
         print(turns(live))
     if options.picture is not None:
-        live = lives[0]
-        explored = Explored(live.engine.name, live, balance=Balance(live))
-        asyncio.run(picture(explored, options.picture, options.width, 1000))
+        asyncio.run(picture(lives[0], options.picture, options.width, 1000))
         print(options.picture)
 
 

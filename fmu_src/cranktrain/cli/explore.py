@@ -55,7 +55,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     def started(found: str) -> None:
         nonlocal address
         address = found
-        if not options.json:
+        if options.json:
+            say(found)
+        else:
             print(f"{found}\nCtrl-C ends it.", flush=True)
         if options.browser:
             import webbrowser

@@ -22,7 +22,7 @@ class Explorer:
     """
 
     def __init__(self, page: Any, close: Any) -> None:
-        self._page, self.view, self.close = page, page.view, close
+        self._page, self.view, self.close, self._looking = page, page.view, close, False
 
     @property
     def engine(self) -> Engine:
@@ -31,6 +31,13 @@ class Explorer:
         return found
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Any:
+        import panel as pn
+
+        from cranktrain.studies.explore.page import POLL_MS
+
+        if not self._looking:
+            pn.state.add_periodic_callback(self._page.look, POLL_MS)
+            self._looking = True
         return self.view._repr_mimebundle_(include, exclude)
 
     def __repr__(self) -> str:
@@ -76,9 +83,7 @@ def explore(
         LINES.reset(said)
     import panel as pn
 
-    from cranktrain.studies.explore.page import POLL_MS, Page
+    from cranktrain.studies.explore.page import Page
 
     pn.extension(inline=True)
-    page = Page(explored)
-    pn.state.add_periodic_callback(page.look, POLL_MS, start=False)
-    return Explorer(page, explored.close)
+    return Explorer(Page(explored), explored.close)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 from concurrent.futures import Future, ProcessPoolExecutor
 from typing import Any
 
@@ -63,6 +64,7 @@ class Balance:
 
 
 def _start(engine: Engine, low: float, high: float) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the page ends it
     _model.append(LiveTorsion(engine, low, high))
 
 

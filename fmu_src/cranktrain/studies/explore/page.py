@@ -74,6 +74,7 @@ class Page:
         self._full_found: RunUp | None = None
         self._balance: RunUp | None = None
         self._quiet = self._waiting = False
+        self._boxes: list[Any] = []
         self._turned, self._resting = time.monotonic(), True
         self._kept = self._now = self._live.answer(Chosen())
         self._kept_of = Chosen()
@@ -170,6 +171,7 @@ class Page:
         if engine.damper is not None:
             plots.append(self._heat.plot)
         charts_box = charts.side_by_side(plots)
+        self._boxes = list(charts_box.objects)
         right = pn.Column(self._orders, charts_box, *self._compared(), sizing_mode="stretch_width", min_width=350)
         return pn.Row(left, right, sizing_mode="stretch_width")
 
@@ -287,6 +289,14 @@ class Page:
         if self._explored.other is not None and hasattr(self, "_beside"):
             self._beside.show(now, orders)
 
+        self._push()
+
+    def _push(self) -> None:
+        """Tell a notebook that charts have new data; a server's pages see them by themselves."""
+        document = pn.state.curdoc
+        if document is None or not document.session_context:
+            pn.io.push_notebook(*self._boxes)
+
     # Background work.
 
     def look(self) -> None:
@@ -298,11 +308,15 @@ class Page:
             chosen, run = found
             if chosen == self._history.now:
                 self._balance = run if isinstance(run, RunUp) else None
-                self._orders_chart.show_runs(self._balance, self._full_found)
+                self._show_runs()
                 if isinstance(run, str):
                     self._say(self._said, run, wrong=True)
         if self._full is not None and self._full.running:
             self._look_at_full()
+
+    def _show_runs(self) -> None:
+        self._orders_chart.show_runs(self._balance, self._full_found)
+        self._push()
 
     def _begin_full(self) -> None:
         """Start the full model of the present choice."""
@@ -326,7 +340,7 @@ class Page:
         assert full is not None
         if full.look():
             self._full_found = full.found() or self._full_found
-            self._orders_chart.show_runs(self._balance, self._full_found)
+            self._show_runs()
         self._progress.value = int(100.0 * full.share)
         text = full.error or f"{full.stage}, {full.seconds:.0f} s"
         self._say(self._full_said, text, wrong=bool(full.error))
@@ -336,6 +350,7 @@ class Page:
         if self._full is not None:
             self._full.stop()
             self._full_found = self._full.found() or self._full_found
+            self._show_runs()
             self._look_at_full()
             count = 0 if self._full_found is None else self._full_found.speeds.size
             self._say(self._full_said, f"stopped; {count} finished speeds are kept in the chart")
