@@ -1,13 +1,14 @@
 """Picture of the page of ``cranktrain explore``: ``python -m benchmarks.explore_picture docs/explore.png``.
 
 A heavier damper ring on the six is turned by the mouse in headless Chromium; the engine before stays dashed. Needs the
-extra ``explore`` and Chromium. The same command prints what the server took for each of 40 turns of the knob.
+extra ``explore`` and Chromium. The same command prints, as JSON, what answers took in 40 turns of the knob.
 """
 
 from __future__ import annotations
 
 import argparse
 import asyncio
+import json
 import sys
 import time
 from pathlib import Path
@@ -23,7 +24,7 @@ HANDLES = """[...within(document)].filter(e => e.matches('.noUi-handle')).map(e 
   const r = e.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2] })"""
 
 
-def turns(live: LiveTorsion) -> str:
+def turns(live: LiveTorsion) -> dict[str, object]:
     """Wall and processor time of answers while the second knob turns."""
     knob, spent = live.knobs[1], []
     for k in range(TURNS):
@@ -32,10 +33,10 @@ def turns(live: LiveTorsion) -> str:
         spent.append((time.perf_counter() - began[0], time.thread_time() - began[1], found.speeds.size))
     wall, cpu, speeds = (sorted(column) for column in zip(*spent, strict=True))
     middle, worst = TURNS // 2, round(0.95 * TURNS)
-    return (
-        f"{live.engine.name}, {knob.key}: {1e3 * wall[middle]:.0f} ms (95 %: {1e3 * wall[worst]:.0f} ms), of the "
-        f"processor {1e3 * cpu[middle]:.0f} ms, {speeds[0]} to {speeds[-1]} speeds"
-    )
+    return {
+        "engine": live.engine.name, "knob": knob.key, "wall_ms": 1e3 * wall[middle], "wall_95_ms": 1e3 * wall[worst],
+        "processor_ms": 1e3 * cpu[middle], "fewest_speeds": speeds[0], "most_speeds": speeds[-1],
+    }  # fmt: skip
 
 
 async def picture(live: LiveTorsion, path: Path, width: int, height: int) -> None:
@@ -76,11 +77,9 @@ def main() -> None:
     parser.add_argument("--width", type=int, default=1300)
     options = parser.parse_args()
     lives = [LiveTorsion(load_engine(name)) for name in options.engines.split(",")]
-    for live in lives:
-        print(turns(live))
+    print(json.dumps([turns(live) for live in lives], indent=2))
     if options.picture is not None:
         asyncio.run(picture(lives[0], options.picture, options.width, 1000))
-        print(options.picture)
 
 
 if __name__ == "__main__":
