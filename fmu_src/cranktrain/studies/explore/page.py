@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import panel as pn
 
 from cranktrain.core.errors import CranktrainError, InputError
@@ -21,17 +20,17 @@ from cranktrain.results.run_up.run_up import TORSION, RunUp
 from cranktrain.studies.explore import charts
 from cranktrain.studies.explore.balance import Balance
 from cranktrain.studies.explore.charts import DEG, RPM, SHOWN
+from cranktrain.studies.explore.controls import KNOBS_WIDTH, heading, slider_of
 from cranktrain.studies.explore.engine_file import Source, changes, write_engine
 from cranktrain.studies.explore.full import Background, FullRun, spread
 from cranktrain.studies.explore.history import History
-from cranktrain.studies.explore.knobs import DIGITS, LOAD, Chosen, Knob, chosen_engine, firing_orders
+from cranktrain.studies.explore.knobs import DIGITS, Chosen, Knob, chosen_engine, firing_orders
 from cranktrain.studies.explore.live import ORDERS, Curves, LiveTorsion
 
 POLL_MS, SETTLE_MS = 300, 15
 """Period in which background work is looked at, and the time for which turns of a knob are gathered."""
 REST = 0.4
 """Seconds without a turn after which a knob rests."""
-KNOBS_WIDTH = 300
 SAME = 1.0e-6
 """Relative difference below which a slider stands at the engine's own value."""
 
@@ -102,7 +101,7 @@ class Page:
         """A slider for each knob, a list of firing orders, and buttons for all of them."""
         self._sliders: dict[str, Any] = {}
         for knob in self._live.knobs:
-            slider = _slider(knob)
+            slider = slider_of(knob)
             slider.param.watch(lambda event, own=knob: self._turn(own, event.new), "value")
             slider.param.watch(lambda event: self._released(), "value_throttled")
             self._sliders[knob.key] = slider
@@ -157,14 +156,15 @@ class Page:
         for knob in self._live.knobs:
             groups.setdefault(knob.group, []).append(self._sliders[knob.key])
         groups["Engine"].append(self._firing)
-        knobs = [part for name, sliders in groups.items() for part in (_heading(name), *sliders)]
+        knobs = [part for name, sliders in groups.items() for part in (heading(name), *sliders)]
         left = pn.Column(
             pn.pane.HTML(f"<h2 style='margin:0'>{html.escape(engine.title)}</h2>", width=KNOBS_WIDTH - 20),
+            *(pn.pane.HTML(html.escape(note), width=KNOBS_WIDTH - 20) for note in self._live.notes),
             self._status, self._said, pn.Row(self._undo, self._redo, self._reset), *knobs,
-            _heading("Before and after"), self._before, self._keep,
-            _heading("Full model"), pn.Row(self._crank, self._bearings), self._count,
+            heading("Before and after"), self._before, self._keep,
+            heading("Full model"), pn.Row(self._crank, self._bearings), self._count,
             pn.Row(self._run, self._stop), self._progress, self._full_said,
-            _heading("Engine file"), self._changes, self._path, self._write, self._written,
+            heading("Engine file"), self._changes, self._path, self._write, self._written,
             width=KNOBS_WIDTH, styles={"border-right": "1px solid #ddd"},
         )  # fmt: skip
         plots = [self._orders_chart.plot, self._twist.plot, self._campbell.plot]
@@ -393,21 +393,3 @@ class Page:
         name = f"{self._live.whole.name}_explored"
         number = next(k for k in range(1, 10_000) if not Path(f"{name}{'' if k == 1 else k}.toml").exists())
         return f"{name}{'' if number == 1 else number}.toml"
-
-
-def _heading(text: str) -> Any:
-    return pn.pane.HTML(f"<b style='border-bottom:1px solid #ccc;display:block'>{text}</b>", width=KNOBS_WIDTH - 20)
-
-
-def _slider(knob: Knob) -> Any:
-    """Slider of a knob in its unit, with a field for numbers."""
-    low, high, own = (knob.shown(value) for value in (knob.low, knob.high, knob.own))
-    place = int(np.floor(np.log10(max(own, 1e-12)))) - 2
-    step, digits = (1.0, 0) if knob.key == LOAD else (10.0**place, max(0, 1 - place))
-    # A slider stops at whole steps from its start, so the engine's own value must be one of them.
-    start, end = (own + step * np.trunc((edge - own) / step) for edge in (low, high))
-    unit = f", {knob.unit}" if knob.unit else ""
-    return pn.widgets.EditableFloatSlider(
-        name=f"{knob.title}{unit}", value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,
-        format=f"0.{'0' * digits}" if digits else "0", width=KNOBS_WIDTH - 30, tooltips=False,
-    )  # fmt: skip
