@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,6 @@ def slider_of(knob: Knob) -> Any:
     start, end = (own + step * np.trunc((edge - own) / step) for edge in (low, high))
     unit = f", {knob.unit}" if knob.unit else ""
     return pn.widgets.EditableFloatSlider(
-        name=f"{knob.title}{unit}", value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,
+        name=html.escape(f"{knob.title}{unit}"), value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,
         format=f"0.{'0' * digits}" if digits else "0", width=KNOBS_WIDTH - 30, tooltips=False,
     )  # fmt: skip
