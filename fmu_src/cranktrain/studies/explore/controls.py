@@ -25,8 +25,9 @@ def slider_of(knob: Knob) -> Any:
     step, digits = (1.0, 0) if knob.key == LOAD else (10.0**place, max(0, 1 - place))
     # A slider stops at whole steps from its start, so the engine's own value must be one of them.
     start, end = (own + step * np.trunc((edge - own) / step) for edge in (low, high))
-    unit = f", {knob.unit}" if knob.unit else ""
+    # Panel shows titles as mark-up, and names of shafts are a user's.
+    title = html.escape(f"{knob.title}, {knob.unit}" if knob.unit else knob.title)
     return pn.widgets.EditableFloatSlider(
-        name=html.escape(f"{knob.title}{unit}"), value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,
+        name=title, value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,
         format=f"0.{'0' * digits}" if digits else "0", width=KNOBS_WIDTH - 30, tooltips=False,
     )  # fmt: skip
