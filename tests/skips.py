@@ -9,7 +9,7 @@ KNOWN = {
     "CalculiX (ccx)": "install calculix-ccx",
     "no Chromium": "install Chromium",
     "pyvista is not installed": "pip install cranktrain[pictures], and libgl1",
-    "could not import": "pip install what it names: the extras xarray, parquet, dask, pictures, notebooks, docs",
+    "could not import": "pip install what it names: xarray, parquet, dask, pictures, notebooks, explore, docs",
     "needs PyPI's ziglang": "pip install cranktrain[native]",
     "needs a C compiler": "install gcc, and what else it names",
     "needs gcc": "install gcc",

@@ -39,6 +39,7 @@ NAMES = {
     "assemble": "cli.library.engines",
     "build_fmu": "fmu.build",
     "engines": "cli.library.engines",
+    "explore": "cli.library.explore",
     "film_tables": "structure.assembly",
     "law": "dynamics.topology.own_law",
     "load_engine": "engine.file",

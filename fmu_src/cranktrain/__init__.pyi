@@ -2,6 +2,7 @@
 
 from cranktrain.cli.library.engines import assemble as assemble
 from cranktrain.cli.library.engines import engines as engines
+from cranktrain.cli.library.explore import explore as explore
 from cranktrain.cli.library.functions.analyse_measured import analyse_measured as analyse_measured
 from cranktrain.cli.library.functions.bearing_loads import bearing_loads as bearing_loads
 from cranktrain.cli.library.functions.calibrate import calibrate as calibrate

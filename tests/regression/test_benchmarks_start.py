@@ -75,6 +75,7 @@ STARTS = {
     "edges": Start("--speeds 1000 --cycles 0.005 --horizon 0.005 --bearings ehd"),
     "elastic_cost": Start(constants={"CYCLES": 2, "GRIDS": [[48, 8, 0.5]], "REPEATS": 1, "CALLS": 2}),
     "elastic_run_up": Start("--speeds 1000 1020", {"SETTLE": 0.3}),
+    "explore_picture": Start("--engines single_petrol", quick=True),
     "fillet_stress": Start("1 'pin[1] front fillet'"),
     "film": Start(constants={"COUNT": 100, "REPEATS": 1}, quick=True),
     "film_cost": Start(

@@ -226,7 +226,14 @@ def test_examples_of_minutes_run(tmp_path, monkeypatch):
 
 def test_every_public_name_has_an_example_that_runs():
     """In code that other tests run: notebooks, README, tutorial, the library's two pages."""
-    pages = ("README.md", "docs/tutorial.md", "docs/how-to/library.md", "docs/how-to/vary.md", EXAMPLES)
+    pages = (
+        "README.md",
+        "docs/tutorial.md",
+        "docs/how-to/library.md",
+        "docs/how-to/vary.md",
+        "docs/how-to/explore.md",
+        EXAMPLES,
+    )
     code = [text for name in pages for text in python_of(name)]
     for path in (ROOT / "docs" / "notebooks").glob("*.ipynb"):
         code += [

@@ -11,6 +11,7 @@ from cranktrain.cli import main
 
 OF_OTHERS = {
     "engines": "engines", "bearing": "Bearing", "schema": "schema", "vary": "vary", "optimize": "optimize",
+    "explore": "explore",
 }  # fmt: skip
 """Verbs that the library has in another form, or not as a function: a schema is for editors."""
 NAMES = {"new": "new_engine", "run": "run_scene", "measured": "analyse_measured"}

@@ -23,9 +23,9 @@ NEW = Kind("file to be replaced", lambda path: False)
 
 
 class Written(NamedTuple):
-    """A value for a file: SI, origin and note."""
+    """A value for a file: SI or a list of whole numbers, origin and note."""
 
-    value: float
+    value: float | tuple[int, ...]
     origin: str
     note: str
 
@@ -44,21 +44,30 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
     for key, change in changes.items():
         table, name, index = re.fullmatch(r"([a-z_]+)\.([a-z0-9_]+)(?:\[(\d+)\])?", key).groups()  # type: ignore[union-attr]
         old = document[table].get(name)
+        note = change.note.replace("\\", "\\\\").replace('"', '\\"')
+        if isinstance(change.value, tuple):
+            entry = f'{name} = {{ value = {list(change.value)}, origin = "{change.origin}", note = "{note}" }}'
+            _put(lines, key, table, name, entry)
+            continue
         rule = values.quantity(engine, key)
-        unit = old["unit"] if old else next(iter(UNITS[rule.dimension]))
+        unit = (old or {}).get("unit", next(iter(UNITS[rule.dimension])))
         scale, zero, _ = unit_factor(unit, rule.dimension)
         number = _number((change.value - zero) / scale)
         if old and isinstance(old["value"], list):
             entries = [_number(entry) for entry in old["value"]]
             entries = [number if index in (None, str(i)) else entry for i, entry in enumerate(entries, 1)]
             old["value"], number = [float(entry) for entry in entries], f"[{', '.join(entries)}]"
-        note = change.note.replace("\\", "\\\\").replace('"', '\\"')
         entry = f'{name} = {{ value = {number}, unit = "{unit}", origin = "{change.origin}", note = "{note}" }}'
-        at = _line(lines, table, name)
-        if at is None:
-            raise InputError(f"{key}: does not stand on a line of its own in the engine file; give it its own line")
-        lines[at[0] : at[1]] = [entry]
+        _put(lines, key, table, name, entry)
     return "\n".join(lines) + "\n"
+
+
+def _put(lines: list[str], key: str, table: str, name: str, entry: str) -> None:
+    """Put an entry in the place of the old one."""
+    at = _line(lines, table, name)
+    if at is None:
+        raise InputError(f"{key}: does not stand on a line of its own in the engine file; give it its own line")
+    lines[at[0] : at[1]] = [entry]
 
 
 def new_path(path: Path) -> Path:

@@ -173,14 +173,29 @@ class ShaftOrders:
 
     def friction(self, speeds: Array) -> Array:
         """Damping (s, shafts) that stands for the friction of the drive line, see :mod:`line_link`; ``SolverError``."""
-        known, indices = self.known(speeds), np.arange(self.orders.size)
+        rubbing, omega = self.link.rubbing, speeds[:, None] * self.orders
+        free, by = self._shafts_alone(speeds) if rubbing else (np.zeros(0), np.zeros(0))
 
         def twists(damping: Array) -> ComplexArray:
-            motion = self.transfer(speeds, indices, damping)[:, :, self.at.shafts :, :-1]
-            return np.asarray((motion @ known[..., None])[..., 0])
+            # Damping of a few shafts is a change of low rank: (1 + G E) ψ = ψ₀ for the twists ψ of these shafts.
+            excess = 1j * omega[..., None] * damping[:, None, rubbing]
+            own = by[:, :, rubbing] * excess[:, :, None, :] + np.eye(len(rubbing))
+            rub = free[:, :, rubbing] / own[..., 0] if len(rubbing) == 1 else (
+                np.linalg.solve(own, free[:, :, rubbing, None])[..., 0])  # fmt: skip
+            return np.asarray(free - (by @ (excess * rub)[..., None])[..., 0])
 
-        omega = speeds[:, None] * self.orders
         return self.link.settled_friction(twists, omega, lambda one: self.signal(one, 1), speeds.size)
+
+    def _shafts_alone(self, speeds: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Twists (s, k + 1, shafts) without friction, and by a unit torque in each rubbing shaft (…, shafts, m)."""
+        pins, own = self._rows[: self.pins], self._shaft_twists[self.link.rubbing]
+        right = np.empty((speeds.size, self.orders.size, own.shape[1], 1 + len(own)), dtype=complex)
+        right[..., 0] = self.known(speeds) @ pins
+        right[..., 1:] = own.T
+        moved = np.linalg.solve(self._dynamic(speeds, np.arange(self.orders.size), None), right)
+        moved[:, 0, 0] = 0.0
+        found = self._shaft_twists @ moved
+        return found[..., 0], found[..., 1:]
 
     def shaft_torques(self, speeds: Array, twists: ComplexArray, friction: Array) -> ComplexArray:
         """Torques (s, k + 1, shafts) of shafts twisted by ``twists`` of that shape, mean torque included, N m."""

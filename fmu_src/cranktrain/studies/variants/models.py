@@ -138,39 +138,49 @@ class EngineModel:
         # All else is refused by now.
         self._base = assemble(engine, settings, say=say, inherit=levels.inherit)
         self._bare = None if self.reshaping or self._on_bearings() or levels.retune else self._bare_crank(engine)
+        self._last: tuple[Any, Any] | None = None
         self._decay = self._inherited()
         if self._torsional:
             worst = {name: Output(name, UNITS_OF[base_name(name)], base_name(name) != FREQUENCY)
                      for name in study.outputs}  # fmt: skip
             self.outputs = tuple(worst.values())
             # What fails for the engine itself is told before a thousand variants fail by it.
-            torsional_answer(self._made(engine, study.load), self._speeds, study.outputs)
+            torsional_answer(self.assembly_of(engine, study.load), self._speeds, study.outputs)
         else:
             say(f"steady motion of '{engine.name}'")
             self.outputs = tuple(
                 Output(name, unit, True, "least" if split_output(name)[0] == "least" else "largest")
                 for name, unit in names.items()
             )
-            self._runs = TimeAnswers(self._made(engine, study.load), self._speeds, list(names), levels.settle)
+            self._runs = TimeAnswers(self.assembly_of(engine, study.load), self._speeds, list(names), levels.settle)
 
     def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
         """See :class:`Model`."""
         engine, load = variant_engine(self._study, values)
-        made = self._made(engine, load)
+        made = self.assembly_of(engine, load)
         if not self._torsional:
             return self._runs.answer(made)
         return torsional_answer(made, self._speeds, tuple(output.name for output in self.outputs))
 
-    def _made(self, engine: Engine, load: float) -> Assembly:
-        """Assembly of a variant of the engine."""
+    def assembly_of(self, engine: Engine, load: float) -> Assembly:
+        """Assembly of a variant of the engine, which differs in varied values or in parts attached to the crank."""
         fitted = fitted_engine(engine, self._base.settings)
         level = self._study.levels.crank
-        bare = self._bare_crank(engine) if self._bare is None else self._bare
+        bare = self._reshaped(engine) if self._bare is None else self._bare
         body = crank.running_crank(fitted, level, bare)
         if self._decay is not None:
             body = with_damping(fitted, body, crank_level(level).inherits, self._decay)
         own = fitted if self._torsional else engine  # a run in time adds the housing itself
         return with_load(replace(self._base, engine=own, body=body), load)
+
+    def _reshaped(self, engine: Engine) -> Any:
+        """Bare crank of a variant: that of the last one where all that it is made from is the same."""
+        if self._on_bearings() or self._study.levels.retune:
+            return self._bare_crank(engine)
+        made_from = tuple(getattr(engine, table) for table in SHAPING)
+        if self._last is None or self._last[0] != made_from:
+            self._last = made_from, self._bare_crank(engine)
+        return self._last[1]
 
     def _bare_crank(self, engine: Engine) -> Any:
         """Bare crank of an engine; a tuned one is tuned with the parts of this engine."""

@@ -1,0 +1,86 @@
+"""Picture of the page of ``cranktrain explore``: ``python -m benchmarks.explore_picture docs/explore.png``.
+
+A heavier damper ring on the six is turned by the mouse in headless Chromium; the engine before stays dashed. Needs the
+extra ``explore`` and Chromium. The same command prints, as JSON, what answers took in 40 turns of the knob.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+from cranktrain.engine.file import load_engine
+from cranktrain.studies.explore.knobs import Chosen
+from cranktrain.studies.explore.live import LiveTorsion
+
+TURNS = 40
+HANDLES = """[...within(document)].filter(e => e.matches('.noUi-handle')).map(e => {
+  const r = e.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2] })"""
+
+
+def turns(live: LiveTorsion) -> dict[str, object]:
+    """Wall and processor time of answers while the second knob turns."""
+    knob, spent = live.knobs[1], []
+    for k in range(TURNS):
+        began = time.perf_counter(), time.thread_time()
+        found = live.answer(Chosen({knob.key: knob.own * (1.0 + 0.01 * k)}), moving=True)
+        spent.append((time.perf_counter() - began[0], time.thread_time() - began[1], found.speeds.size))
+    wall, cpu, speeds = (sorted(column) for column in zip(*spent, strict=True))
+    middle, worst = TURNS // 2, round(0.95 * TURNS)
+    return {
+        "engine": live.engine.name, "knob": knob.key, "wall_ms": 1e3 * wall[middle], "wall_95_ms": 1e3 * wall[worst],
+        "processor_ms": 1e3 * cpu[middle], "fewest_speeds": speeds[0], "most_speeds": speeds[-1],
+    }  # fmt: skip
+
+
+async def picture(live: LiveTorsion, path: Path, width: int, height: int) -> None:
+    """Turn the second knob, and keep the window as PNG."""
+    from live_browser import LivePage
+
+    from cranktrain.studies.explore.balance import Balance
+    from cranktrain.studies.explore.page import Explored
+    from cranktrain.studies.explore.server import serve
+
+    explored = Explored(live.engine.name, live, balance=Balance(live))
+    address: list[str] = []
+    server = serve(explored, 0, address.append, wait=False)
+    try:
+        async with LivePage(address[0], width, height) as page:
+            await page.until("[...within(document)].filter(e => e.matches('canvas')).length >= 3")
+            x, y = (await page.until(HANDLES))[1]
+            await page.mouse("mousePressed", x, y)
+            for k in range(1, 9):
+                await page.mouse("mouseMoved", x + 6 * k, y)
+            await page.mouse("mouseReleased", x + 48, y)
+            await page.until("said().includes('->')")
+            end = time.monotonic() + 90.0
+            while explored.balance is not None and explored.balance.busy and time.monotonic() < end:
+                await asyncio.sleep(0.5)
+            await asyncio.sleep(2.0)
+            path.write_bytes(await page.picture())
+    finally:
+        explored.close()
+        server.stop()
+
+
+def main() -> None:
+    """Times, then the picture where one is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("picture", nargs="?", type=Path)
+    parser.add_argument("--engines", default="diesel_i6")
+    parser.add_argument("--width", type=int, default=1300)
+    options = parser.parse_args()
+    lives = [LiveTorsion(load_engine(name)) for name in options.engines.split(",")]
+    print(json.dumps([turns(live) for live in lives], indent=2))
+    if options.picture is not None:
+        asyncio.run(picture(lives[0], options.picture, options.width, 1000))
+
+
+if __name__ == "__main__":
+    main()

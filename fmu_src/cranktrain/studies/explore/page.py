@@ -1,0 +1,395 @@
+"""The page: knobs on the left, charts on the right, the full model and the engine file below the knobs."""
+
+from __future__ import annotations
+
+import html
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import panel as pn
+
+from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.engine.levels import CRANKS
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import MAINS, bearing_levels
+from cranktrain.results.orders.measured import Measured
+from cranktrain.results.run_up.run_up import TORSION, RunUp
+from cranktrain.studies.explore import charts
+from cranktrain.studies.explore.balance import Balance
+from cranktrain.studies.explore.charts import DEG, RPM, SHOWN
+from cranktrain.studies.explore.controls import KNOBS_WIDTH, heading, slider_of
+from cranktrain.studies.explore.engine_file import Source, changes, write_engine
+from cranktrain.studies.explore.full import Background, FullRun, spread
+from cranktrain.studies.explore.history import History
+from cranktrain.studies.explore.knobs import DIGITS, Chosen, Knob, chosen_engine, firing_orders
+from cranktrain.studies.explore.live import ORDERS, Curves, LiveTorsion
+
+POLL_MS, SETTLE_MS = 300, 15
+"""Period in which background work is looked at, and the time for which turns of a knob are gathered."""
+REST = 0.4
+"""Seconds without a turn after which a knob rests."""
+SAME = 1.0e-6
+"""Relative difference below which a slider stands at the engine's own value."""
+
+
+@dataclass
+class Explored:
+    """What all pages of a server show.
+
+    Attributes
+    ----------
+    source : name or path of the engine file, or an engine in memory
+    live : answers
+    measured : orders that are laid over the computed ones
+    balance : harmonic balance in the background; None: not wanted
+    other : what is compared: a title, and curves or a run-up
+    """
+
+    source: Source
+    live: LiveTorsion
+    measured: Measured | None = None
+    balance: Balance | None = None
+    other: tuple[str, Curves | RunUp] | None = None
+    closing: list[Callable[[], None]] = field(default_factory=list)
+
+    def close(self) -> None:
+        """End what runs in the background."""
+        for close in self.closing:
+            close()
+        if self.balance is not None:
+            self.balance.close()
+
+
+class Page:
+    """One page: its choices, its charts, its full model."""
+
+    def __init__(self, explored: Explored) -> None:
+        self._explored, self._live = explored, explored.live
+        self._history = History()
+        self._full: Background | None = None
+        self._full_found: RunUp | None = None
+        self._balance: RunUp | None = None
+        self._quiet = self._waiting = False
+        self._boxes: list[Any] = []
+        self._turned, self._resting = time.monotonic(), True
+        self._kept = self._now = self._live.answer(Chosen())
+        self._kept_of = Chosen()
+        self._orders_chart, self._campbell = charts.OrdersChart(), charts.CampbellChart()
+        self._twist = charts.LineChart("Twist of pulley against flywheel, half of peak to peak", "twist, deg")
+        self._heat = charts.LineChart("Heat of the damper", "power, W", limit=True)
+        self._make_knobs()
+        self._make_rest()
+        self._choose_orders()
+        self._draw()
+        self.view = self._layout()
+        self._ask_balance()
+        explored.closing.append(self.close)
+
+    def engine(self) -> Engine:
+        """The engine as the knobs stand."""
+        return chosen_engine(self._live.whole, self._live.knobs, self._history.now)
+
+    def close(self) -> None:
+        """End the page's full model."""
+        if self._full is not None:
+            self._full.close()
+
+    def _make_knobs(self) -> None:
+        """A slider for each knob, a list of firing orders, and buttons for all of them."""
+        self._sliders: dict[str, Any] = {}
+        for knob in self._live.knobs:
+            slider = slider_of(knob)
+            slider.param.watch(lambda event, own=knob: self._turn(own, event.new), "value")
+            slider.param.watch(lambda event: self._released(), "value_throttled")
+            self._sliders[knob.key] = slider
+        orders = firing_orders(self._live.engine)
+        self._firing = pn.widgets.Select(
+            name="firing order", options={"-".join(map(str, one)): one for one in orders}, value=orders[0],
+            disabled=len(orders) == 1, width=KNOBS_WIDTH - 30,
+        )  # fmt: skip
+        self._firing.param.watch(lambda event: self._fire(event.new), "value")
+        self._undo, self._redo, self._reset = (
+            pn.widgets.Button(name=name, width=75, disabled=True) for name in ("Undo", "Redo", "Reset")
+        )
+        self._undo.on_click(lambda event: self._go_to(self._history.undo()))
+        self._redo.on_click(lambda event: self._go_to(self._history.redo()))
+        self._reset.on_click(lambda event: self._start_anew())
+
+    def _make_rest(self) -> None:
+        """Status, overlay, orders, full model, engine file."""
+        self._status, self._said = pn.pane.HTML("", width=KNOBS_WIDTH - 20), pn.pane.HTML("", width=KNOBS_WIDTH - 20)
+        self._before = pn.widgets.Checkbox(name="show before (dashed)", value=True)
+        self._before.param.watch(lambda event: self._draw(), "value")
+        self._keep = pn.widgets.Button(name="Keep this as before", width=180)
+        self._keep.on_click(lambda event: self._keep_before())
+        start = [float(order) for order in self._start_orders()]
+        self._orders = pn.widgets.MultiChoice(
+            name=f"orders shown (up to {SHOWN})", options={f"{order:g}": order for order in ORDERS}, value=start,
+            max_items=SHOWN, sizing_mode="stretch_width", min_width=300,
+        )  # fmt: skip
+        self._orders.param.watch(lambda event: self._choose_orders(), "value")
+        crank_levels = [name for name, level in CRANKS.items() if level.elastic]
+        self._crank = pn.widgets.Select(name="crank", options=crank_levels, value="solid", width=125)
+        self._bearings = pn.widgets.Select(name="bearings", options=["auto", *bearing_levels(*MAINS)], width=125)
+        self._count = pn.widgets.IntInput(name="speeds", value=9, start=1, end=500, width=80)
+        self._run, self._stop = (pn.widgets.Button(name=name, width=125) for name in ("Run full model", "Stop"))
+        self._stop.disabled = True
+        self._run.on_click(lambda event: self._begin_full())
+        self._stop.on_click(lambda event: self._stop_full())
+        self._progress = pn.indicators.Progress(value=0, max=100, width=KNOBS_WIDTH - 30, visible=False)
+        self._full_said = pn.pane.HTML("", width=KNOBS_WIDTH - 20)
+        self._path = pn.widgets.TextInput(name="new engine file", value=self._usual_path(), width=KNOBS_WIDTH - 30)
+        self._write = pn.widgets.Button(name="Write engine file", width=180)
+        self._write.on_click(lambda event: self._write_file())
+        self._changes, self._written = (
+            pn.pane.HTML("", width=KNOBS_WIDTH - 20),
+            pn.pane.HTML("", width=KNOBS_WIDTH - 20),
+        )
+
+    def _layout(self) -> Any:
+        """Knobs beside charts; the charts stand in one column where there is no room for two."""
+        engine = self._live.whole
+        groups: dict[str, list[Any]] = {}
+        for knob in self._live.knobs:
+            groups.setdefault(knob.group, []).append(self._sliders[knob.key])
+        groups["Engine"].append(self._firing)
+        knobs = [part for name, sliders in groups.items() for part in (heading(name), *sliders)]
+        left = pn.Column(
+            pn.pane.HTML(f"<h2 style='margin:0'>{html.escape(engine.title)}</h2>", width=KNOBS_WIDTH - 20),
+            *(pn.pane.HTML(html.escape(note), width=KNOBS_WIDTH - 20) for note in self._live.notes),
+            self._status, self._said, pn.Row(self._undo, self._redo, self._reset), *knobs,
+            heading("Before and after"), self._before, self._keep,
+            heading("Full model"), pn.Row(self._crank, self._bearings), self._count,
+            pn.Row(self._run, self._stop), self._progress, self._full_said,
+            heading("Engine file"), self._changes, self._path, self._write, self._written,
+            width=KNOBS_WIDTH, styles={"border-right": "1px solid #ddd"},
+        )  # fmt: skip
+        plots = [self._orders_chart.plot, self._twist.plot, self._campbell.plot]
+        if engine.damper is not None:
+            plots.append(self._heat.plot)
+        charts_box = charts.side_by_side(plots)
+        self._boxes = list(charts_box.objects)
+        right = pn.Column(self._orders, charts_box, *self._compared(), sizing_mode="stretch_width", min_width=350)
+        return pn.Row(left, right, sizing_mode="stretch_width")
+
+    def _compared(self) -> list[Any]:
+        """The other engine or run-up beside this one, on equal axes."""
+        if self._explored.other is None:
+            return []
+        from cranktrain.studies.explore.compared import Beside
+
+        self._beside = Beside(self._live.whole.title, *self._explored.other)
+        self._beside.show(self._now, self._orders.value)
+        return self._beside.parts
+
+    # What the user does.
+
+    def _turn(self, knob: Knob, shown: float) -> None:
+        """A knob has moved."""
+        if self._quiet:
+            return
+        own = knob.shown(knob.own)
+        value = knob.own if abs(shown - own) <= SAME * own else knob.si(float(f"{shown:.{DIGITS}g}"))
+        self._history.turn(knob.key, min(max(value, knob.low), knob.high), knob.own)
+        self._soon()
+
+    def _fire(self, order: tuple[int, ...]) -> None:
+        if not self._quiet:
+            self._history.fire(() if order == self._live.engine.cylinders.firing_order else order)
+            self._history.rest()
+            self._soon()
+
+    def _soon(self) -> None:
+        """Answer soon: turns that come meanwhile are answered together."""
+        self._turned, self._resting = time.monotonic(), False
+        document = pn.state.curdoc
+        if document is None or not document.session_context:
+            self._answer(moving=True)
+        elif not self._waiting:
+            self._waiting = True
+            document.add_timeout_callback(lambda: self._answer(moving=True), SETTLE_MS)
+
+    def _answer(self, moving: bool) -> None:
+        """Answer for the present choice, and draw."""
+        self._waiting = False
+        began = time.perf_counter()
+        try:
+            self._now = self._live.answer(self._history.now, moving)
+        except CranktrainError as error:
+            self._say(self._said, str(error), wrong=True)
+            return
+        self._balance = None
+        with pn.io.hold():
+            self._say(self._said, "")
+            self._draw()
+            spent = 1e3 * (time.perf_counter() - began)
+            self._say(
+                self._status, f"linear run-up of {self._now.speeds.size} speeds × {len(ORDERS)} orders: {spent:.0f} ms"
+            )
+
+    def _released(self) -> None:
+        """A knob was let go: an entry of the history."""
+        if not self._quiet:
+            self._history.rest()
+            self._tell_choice()
+
+    def _rest(self) -> None:
+        """The knob rests: all speeds, and harmonic balance."""
+        self._resting = True
+        if self._now.speeds.size < self._live.speeds.size:
+            self._answer(moving=False)
+        self._ask_balance()
+        self._tell_choice()
+
+    def _ask_balance(self) -> None:
+        if self._explored.balance is not None:
+            self._explored.balance.ask(self._history.now)
+
+    def _go_to(self, chosen: Chosen) -> None:
+        """Show a choice of the history."""
+        self._quiet = True
+        for knob in self._live.knobs:
+            self._sliders[knob.key].value = knob.shown(chosen.values.get(knob.key, knob.own))
+        self._firing.value = chosen.firing or self._live.engine.cylinders.firing_order
+        self._quiet = False
+        self._answer(moving=False)
+        self._ask_balance()
+        self._tell_choice()
+
+    def _start_anew(self) -> None:
+        self._history.rest()
+        self._history.replace(Chosen())
+        self._history.rest()
+        self._go_to(self._history.now)
+
+    def _keep_before(self) -> None:
+        self._kept, self._kept_of = self._live.answer(self._history.now), self._history.now
+        self._draw()
+
+    def _choose_orders(self) -> None:
+        self._orders_chart.choose(sorted(self._orders.value), self._explored.measured)
+        self._draw()
+
+    def _draw(self) -> None:
+        """Give the charts what there is."""
+        now, before = self._now, self._kept if self._before.value and self._kept is not self._now else None
+        orders = sorted(self._orders.value)
+        self._orders_chart.show(now, before)
+        self._orders_chart.show_runs(self._balance, self._full_found)
+        rpm = now.speeds / RPM
+        old = None if before is None else before.speeds / RPM
+        self._twist.show(rpm, DEG * now.twist, None if before is None or old is None else (old, DEG * before.twist))
+        if now.heat.size:
+            kept = None if before is None or old is None else (old, before.heat)
+            self._heat.show(rpm, now.heat, kept, now.heat_limit)
+        self._campbell.show(now, before, orders)
+        if self._explored.other is not None and hasattr(self, "_beside"):
+            self._beside.show(now, orders)
+
+        self._push()
+
+    def _push(self) -> None:
+        """Tell a notebook that charts have new data; a server's pages see them by themselves."""
+        document = pn.state.curdoc
+        if document is None or not document.session_context:
+            pn.io.push_notebook(*self._boxes)
+
+    # Background work.
+
+    def look(self) -> None:
+        """Take in what background work has found; called again and again while the page is open."""
+        if not (self._resting or self._waiting) and time.monotonic() - self._turned > REST:
+            self._rest()
+        balance = self._explored.balance
+        if balance is not None and (found := balance.found()) is not None:
+            chosen, run = found
+            if chosen == self._history.now:
+                self._balance = run if isinstance(run, RunUp) else None
+                self._show_runs()
+                if isinstance(run, str):
+                    self._say(self._said, run, wrong=True)
+        if self._full is not None and self._full.running:
+            self._look_at_full()
+
+    def _show_runs(self) -> None:
+        self._orders_chart.show_runs(self._balance, self._full_found)
+        self._push()
+
+    def _begin_full(self) -> None:
+        """Start the full model of the present choice."""
+        self.close()
+        self._full = self._full_found = None
+        self._history.rest()
+        chosen = self._history.now
+        try:
+            engine = chosen_engine(self._live.whole, self._live.knobs, chosen)
+            speeds = spread(float(self._live.speeds[0]), float(self._live.speeds[-1]), int(self._count.value or 0))
+            self._full = Background(FullRun(engine, self._crank.value, self._bearings.value, chosen.load, speeds))
+        except CranktrainError as error:
+            self._say(self._full_said, str(error), wrong=True)
+            return
+        self._run.disabled, self._stop.disabled, self._progress.visible = True, False, True
+        self._look_at_full()
+
+    def _look_at_full(self) -> None:
+        """Show how far the full model is."""
+        full = self._full
+        assert full is not None
+        if full.look():
+            self._full_found = full.found() or self._full_found
+            self._show_runs()
+        self._progress.value = int(100.0 * full.share)
+        text = full.error or f"{full.stage}, {full.seconds:.0f} s"
+        self._say(self._full_said, text, wrong=bool(full.error))
+        self._run.disabled, self._stop.disabled = full.running, not full.running
+
+    def _stop_full(self) -> None:
+        if self._full is not None:
+            self._full.stop()
+            self._full_found = self._full.found() or self._full_found
+            self._show_runs()
+            self._look_at_full()
+            count = 0 if self._full_found is None else self._full_found.speeds.size
+            self._say(self._full_said, f"stopped; {count} finished speeds are kept in the chart")
+
+    def _write_file(self) -> None:
+        """Write the engine file of the present choice."""
+        try:
+            source, live = self._explored.source, self._live
+            path = write_engine(source, live.whole, live.knobs, self._history.now, self._path.value or "")
+        except (CranktrainError, OSError) as error:
+            self._say(self._written, str(error), wrong=True)
+            return
+        self._say(self._written, f"{path.absolute()} written")
+
+    # What the page says.
+
+    def _tell_choice(self) -> None:
+        """Buttons and the list of changed values."""
+        self._undo.disabled, self._redo.disabled = not self._history.can_undo, not self._history.can_redo
+        self._reset.disabled = self._history.now == Chosen()
+        try:
+            found = [str(one) for one in changes(self._live.whole, self._live.knobs, self._history.now)]
+        except InputError as error:
+            found = [str(error)]
+        rows = "".join(f"<li>{html.escape(one)}</li>" for one in found)
+        self._changes.object = f"<ul style='margin:0;padding-left:18px'>{rows}</ul>" if rows else "nothing changed"
+
+    def _say(self, pane: Any, text: str, wrong: bool = False) -> None:
+        colour = "#b00020" if wrong else "#444"
+        pane.object = f"<span style='color:{colour};overflow-wrap:anywhere'>{html.escape(text)}</span>" if text else ""
+
+    def _start_orders(self) -> list[float]:
+        """Measured orders first, then the largest ones."""
+        measured = list((self._explored.measured or {}).get(TORSION, {}))
+        known = [order for order in measured if order in ORDERS]
+        known += [order for order in self._now.largest_orders(6) if order not in known]
+        return sorted(known[:6])
+
+    def _usual_path(self) -> str:
+        name = f"{self._live.whole.name}_explored"
+        number = next(k for k in range(1, 10_000) if not Path(f"{name}{'' if k == 1 else k}.toml").exists())
+        return f"{name}{'' if number == 1 else number}.toml"

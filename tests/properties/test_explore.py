@@ -1,0 +1,176 @@
+"""The page of ``cranktrain explore``: its knobs, its fast answers, the engine file it writes, and who is admitted."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.file import engine_folder, engine_provenance, load_engine
+from cranktrain.engine.firing import firing_angles, intervals
+from cranktrain.structure.assembly import assemble
+from cranktrain.studies.explore.engine_file import write_engine
+from cranktrain.studies.explore.history import History
+from cranktrain.studies.explore.knobs import (
+    FIRING,
+    LOAD,
+    Chosen,
+    changes_of,
+    chosen_engine,
+    firing_orders,
+    knobs_of,
+    with_order,
+)
+from cranktrain.studies.explore.live import ORDERS, LiveTorsion
+from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
+
+RUBBER = {
+    "damper.kind": "rubber", "damper.stiffness": "92000 N m/rad", "damper.loss_factor": 0.2,
+    "damper.frequency": "150 Hz",
+}  # fmt: skip
+
+
+def keys(engine):
+    return {knob.key for knob in knobs_of(engine)}
+
+
+def test_knobs_are_those_of_the_engine_file():
+    """No damper, no knob of one; each kind has its own; a chain has a knob a shaft, a formula's crank its diameters."""
+    assert not any(key.startswith("damper") for key in keys(load_engine("v12_petrol")))
+    six = load_engine("diesel_i6")
+    assert {"damper.ring_inertia", "damper.viscosity"} <= keys(six)
+    assert {"damper.stiffness", "damper.loss_factor"} <= keys(six.with_(RUBBER))
+    assert "damper.viscosity" not in keys(six.with_(RUBBER))
+    assert "crankshaft.main_diameter" in keys(load_engine("single_petrol"))
+    assert "crankshaft.main_diameter" not in keys(six), "its stiffness is that of finite elements"
+    assert "drive_line_chain.stiffnesses[2]" in keys(load_engine("four_petrol"))
+
+
+@pytest.mark.parametrize("name", ["single_petrol", "four_petrol", "v12_petrol", "diesel_i6", "two_stroke_six"])
+def test_every_knob_turns_within_what_an_engine_file_takes(name):
+    """A tenth more of any value is an engine that the reader of engine files takes, with all that goes along."""
+    engine = load_engine(name)
+    for knob in knobs_of(engine):
+        if knob.key == LOAD:
+            continue
+        value = min(1.02 * knob.own, knob.high)
+        changed = chosen_engine(engine, knobs_of(engine), Chosen({knob.key: value}))
+        again = {one.key: one.own for one in knobs_of(changed)}
+        assert again[knob.key] == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "count"), [("single_petrol", 1), ("four_petrol", 2), ("diesel_i6", 4), ("three_petrol", 1)]
+)
+def test_firing_orders_keep_the_intervals(name, count):
+    """An in-line four has two even orders from cylinder 1 on, a six of three pairs four; a single fires as it does."""
+    engine = load_engine(name)
+    found = firing_orders(engine)
+    assert len(found) == len(set(found)) == count
+    assert found[0] == engine.cylinders.firing_order
+    for order in found:
+        gaps = intervals(firing_angles(with_order(engine, order)), engine.cylinders.cycle)
+        assert np.allclose(gaps, engine.cylinders.cycle / engine.n_cylinders, rtol=1e-6)
+
+
+def test_live_answers_are_those_of_a_linear_run_up():
+    """Turned knobs give the orders of ``runup --crank torsional --steady linear`` of an engine with these values."""
+    engine = load_engine("v12_petrol")
+    live = LiveTorsion(engine)
+
+    def asked(chosen):
+        made = assemble(chosen_engine(engine, live.knobs, chosen), Settings(crank="torsional", gas_load=chosen.load))
+        return np.abs(frequency_run_up(made.engine, made.body, made.settings, live.speeds, ORDERS).torsion.T)
+
+    loaded = Chosen({LOAD: 0.6})
+    assert np.allclose(live.answer(loaded).orders, asked(loaded), rtol=1e-9, atol=1e-12)
+    turned = Chosen(
+        {"flywheel.polar_inertia": 0.15, "crankshaft.pin_diameter": 0.06, LOAD: 0.6}, firing_orders(engine)[3]
+    )
+    found, wanted = live.answer(turned).orders, asked(turned)
+    # Damping in motion is measured once, at the engine's own values; here it is a sixth more than that of the change.
+    apart = np.abs(found - wanted).sum()
+    assert apart < 0.03 * wanted.sum()
+    assert np.abs(found - live.answer(loaded).orders).sum() > 10.0 * apart
+
+
+def test_more_inertia_lowers_frequencies_and_no_burn_leaves_compression():
+    """Doubled pulley inertia lowers all frequencies; without burn the half order is that of compression."""
+    live = LiveTorsion(load_engine("single_petrol"))
+    own = live.answer(Chosen())
+    heavy = live.answer(Chosen({"pulley.polar_inertia": 2.0 * live.engine.pulley.polar_inertia}))
+    assert np.all(heavy.hz < own.hz)
+    idle = live.answer(Chosen({LOAD: 0.0}))
+    assert 0.0 < idle.order(0.5).max() < 0.5 * own.order(0.5).max(), "compression alone, once in two revolutions"
+
+
+def test_added_bodies_are_left_out_and_said_to_be():
+    live = LiveTorsion(load_engine("four_petrol"))
+    assert "added bodies" in live.notes[0]
+    assert live.whole.body and not live.engine.body
+
+
+def test_values_outside_a_knob_and_of_no_knob_are_refused():
+    engine = load_engine("single_petrol")
+    knobs = knobs_of(engine)
+    with pytest.raises(InputError, match=r"pulley.polar_inertia: .* is not within"):
+        changes_of(engine, knobs, Chosen({"pulley.polar_inertia": 1e3}))
+    with pytest.raises(InputError, match="no such knob"):
+        changes_of(engine, knobs, Chosen({"damper.viscosity": 1.0}))
+
+
+def test_history_undoes_what_was_let_go():
+    history = History()
+    for value in (2.0, 3.0):
+        history.turn("a.b", value, 1.0)
+    history.rest()
+    history.turn("a.b", 5.0, 1.0)
+    assert history.undo().values == {"a.b": 3.0}
+    assert history.undo() == Chosen() and not history.can_undo
+    assert history.redo().values == {"a.b": 3.0}
+    history.turn("a.b", 1.0, 1.0)
+    assert history.now == Chosen(), "the engine's own value is no choice"
+    history.rest()
+    assert not history.can_redo
+
+
+def test_written_file_differs_in_what_was_changed_alone(tmp_path):
+    """Comments, origins and notes stay; changed lines say what was there before and where it came from."""
+    engine = load_engine("diesel_i6")
+    chosen = Chosen({"damper.ring_inertia": 0.12, "flywheel.polar_inertia": 1.2, LOAD: 0.5}, (1, 2, 4, 6, 5, 3))
+    path = write_engine("diesel_i6", engine, knobs_of(engine), chosen, tmp_path / "new.toml")
+    old, text = (engine_folder() / "diesel_i6.toml").read_text("utf-8"), path.read_text("utf-8")
+    lost = [line for line in old.splitlines() if line not in text.splitlines()]
+    assert sorted(line.split(" =")[0] for line in lost) == [
+        "diametral_inertia", "firing_order", "polar_inertia", "ring_inertia"]  # fmt: skip
+    found = load_engine(path)
+    assert found == replace(chosen_engine(engine, knobs_of(engine), chosen))
+    _, value, unit, origin, note = next(one for one in engine_provenance(path) if one[0] == "damper.ring_inertia")
+    assert (value, unit, origin) == (0.12, "kg m^2", "chosen")
+    assert "0.0975 kg m^2 before (derived: steel of the radii" in note
+    head = text.split("\n\n")[0]
+    assert "diesel_i6.toml (SHA-256" in head and f"{FIRING}: 1-5-3-6-2-4 -> 1-2-4-6-5-3" in head
+
+
+def test_nothing_is_overwritten_or_half_written(tmp_path):
+    engine = load_engine("single_petrol")
+    knobs, chosen = knobs_of(engine), Chosen({"pulley.polar_inertia": 0.012})
+    path = write_engine("single_petrol", engine, knobs, chosen, tmp_path / "new.toml")
+    before = path.read_bytes()
+    with pytest.raises(InputError, match="not overwritten"):
+        write_engine("single_petrol", engine, knobs, chosen, path)
+    assert path.read_bytes() == before
+    with pytest.raises(InputError, match=r"ends in \.toml"):
+        write_engine("single_petrol", engine, knobs, chosen, tmp_path / "new.txt")
+    with pytest.raises(InputError, match="no value of the engine file is changed; the load is none"):
+        write_engine("single_petrol", engine, knobs, Chosen({LOAD: 0.5}), tmp_path / "other.toml")
+    assert [one.name for one in tmp_path.iterdir()] == ["new.toml"]
+
+
+def test_engine_in_memory_is_written_whole(tmp_path):
+    engine = load_engine("single_petrol").with_({"name": "mine"})
+    path = write_engine(engine, engine, knobs_of(engine), Chosen({"pulley.polar_inertia": 0.012}), tmp_path / "m.toml")
+    assert load_engine(path).pulley.polar_inertia == 0.012
+    assert tomllib.loads(path.read_text("utf-8"))["name"] == "mine"

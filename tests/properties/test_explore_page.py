@@ -1,0 +1,243 @@
+"""The page of ``cranktrain explore`` in a browser: who is admitted, what clicks do, what is asked of a network."""
+
+import asyncio
+import io
+import socket
+import time
+from contextlib import asynccontextmanager
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from browser import needs_browser
+from live_browser import LivePage
+
+from cranktrain.engine.file import load_engine
+from cranktrain.studies.explore.live import LiveTorsion
+
+pytest.importorskip("panel")
+
+from cranktrain.results.run_up.run_up import TORSION
+from cranktrain.studies.explore.page import Explored
+from cranktrain.studies.explore.server import serve
+
+FIRST_SLIDERS = """(() => { const l = []; for (const e of within(document)) if (e.matches('.noUi-handle')) {
+  const r = e.getBoundingClientRect(); l.push([r.x + r.width / 2, r.y + r.height / 2]) } return l })()"""
+
+
+@asynccontextmanager
+async def served(name="single_petrol", **more):
+    """A server in this process, and its address."""
+    explored, address = Explored(name, LiveTorsion(load_engine(name)), **more), []
+    server = serve(explored, 0, address.append, wait=False)
+    try:
+        yield explored, address[0]
+    finally:
+        explored.close()
+        server.stop()
+
+
+async def status(address, **headers):
+    """HTTP status of a request."""
+    from tornado.httpclient import AsyncHTTPClient
+
+    answer = await AsyncHTTPClient().fetch(address, raise_error=False, follow_redirects=False, headers=headers)
+    return answer.code
+
+
+def test_only_the_token_opens_the_page():
+    """No token, a wrong one, another host and a bare websocket are refused; the cookie is for this site alone."""
+
+    async def asked():
+        from tornado.httpclient import AsyncHTTPClient, HTTPClientError
+        from tornado.websocket import websocket_connect
+
+        async with served() as (_, address):
+            bare = address.partition("?")[0]
+            assert await status(bare) == 403
+            assert await status(f"{bare}?token=wrong") == 403
+            assert await status(f"{bare}?token=") == 403
+            assert await status(address, Host="evil.example") == 403
+            answer = await AsyncHTTPClient().fetch(address)
+            cookie = answer.headers["Set-Cookie"]
+            assert answer.code == 200 and "HttpOnly" in cookie and "SameSite=Strict" in cookie
+            assert "default-src 'self'" in answer.headers["Content-Security-Policy"]
+            assert await status(bare, Cookie=cookie.partition(";")[0]) == 200
+            with pytest.raises(HTTPClientError, match="403"):
+                await websocket_connect(f"ws{bare.removeprefix('http')}ws")
+            for path in ("autoload.js?bokeh-autoload-element=x", "metadata"):
+                assert await status(bare + path) == 403
+
+    asyncio.run(asked())
+
+
+def test_other_machines_find_nothing():
+    """The port is open at 127.0.0.1, and at no other address of this machine."""
+
+    async def asked():
+        async with served() as (_, address):
+            port = urlsplit(address).port
+            with socket.create_connection(("127.0.0.1", port), 5):
+                pass
+            with pytest.raises(OSError):
+                socket.create_connection(("127.0.0.2", port), 2)
+
+    asyncio.run(asked())
+
+
+@needs_browser
+def test_turning_a_knob_moves_the_curves_and_undo_brings_them_back():
+    """A drag by the mouse answers anew; what changed is listed; undo; no console errors, no foreign request."""
+
+    async def asked():
+        async with served() as (_, address), LivePage(address, 1300, 1000) as page:
+            await page.until("said().includes('Undo')")
+            await page.until("!!find('canvas')")
+            x, y = (await page.until(FIRST_SLIDERS))[1]
+            before = await page.picture()
+            await page.mouse("mousePressed", x, y)
+            for k in range(1, 13):
+                await page.mouse("mouseMoved", x + 5 * k, y)
+            await page.mouse("mouseReleased", x + 60, y)
+            await page.until("said().includes('pulley.polar_inertia: 0.0104 kg m^2 ->')")
+            await page.until("/linear run-up of 91 speeds . 48 orders: \\d+ ms/.test(said())")
+            assert differing(before, await page.picture()) > 0.002
+            await page.click("button", "Undo")
+            await page.until("said().includes('nothing changed')")
+            assert page.console == []
+            host = urlsplit(address).netloc
+            foreign = [
+                one
+                for one in page.requests
+                if urlsplit(one).scheme not in ("data", "blob") and urlsplit(one).netloc != host
+            ]
+            assert foreign == []
+            assert not await page.run("!!find('input[type=file]')")
+
+    asyncio.run(asked())
+
+
+@needs_browser
+@pytest.mark.parametrize(("width", "columns"), [(1300, 2), (800, 1)])
+def test_page_fits_its_window(width, columns):
+    """Two columns of charts in a wide window, one in a narrow one; nothing to scroll sideways; charts are drawn."""
+
+    async def asked():
+        async with served() as (_, address), LivePage(address, width, 1000) as page:
+            await page.until("[...within(document)].filter(e => e.matches('canvas')).length >= 3")
+            await page.until("said().includes('order')")
+            lefts = await page.run(
+                "[...within(document)].filter(e => e.matches('.bk-Figure'))"
+                ".map(e => Math.round(e.getBoundingClientRect().x))"
+            )
+            assert len(set(lefts)) == columns, lefts
+            assert await page.run("document.documentElement.scrollWidth") <= width
+            assert page.console == []
+
+    asyncio.run(asked())
+
+
+@needs_browser
+def test_full_model_runs_behind_shows_its_speeds_and_stops(tmp_path, monkeypatch):
+    """Started by a click it goes on while knobs turn, its finished speeds are drawn; the button stops it."""
+    monkeypatch.chdir(tmp_path)
+
+    async def asked():
+        async with served() as (_, address), LivePage(address, 1300, 1400) as page:
+            await page.until("said().includes('Run full model')")
+            await page.run(
+                "(() => { const s = [...within(document)].find(e => e.matches('select') && "
+                "[...e.options].some(o => o.value === 'torsional')); s.value = 'torsional'; "
+                "s.dispatchEvent(new Event('change')) })()"
+            )
+            await page.click("button", "Run full model")
+            await page.until("/done, \\d+ s/.test(said())", 180)
+            await page.click("button", "Run full model")
+            await page.until("/[1-9] of 9|starting|cycle/.test(said())", 60)
+            await page.click("button", "Stop")
+            await page.until("said().includes('finished speeds are kept')", 60)
+            assert page.console == []
+
+    asyncio.run(asked())
+
+
+@needs_browser
+def test_engine_file_is_written_by_a_click(tmp_path, monkeypatch):
+    """A value that is typed reaches the file; without a change there is one line and no file."""
+    monkeypatch.chdir(tmp_path)
+
+    async def asked():
+        async with served() as (_, address), LivePage(address, 1300, 1400) as page:
+            await page.until("said().includes('Write engine file')")
+            await page.click("button", "Write engine file")
+            await page.until("said().includes('no value of the engine file is changed')")
+            await page.run(
+                "(() => { const i = [...within(document)].filter(e => e.matches('input.bk-input'))[1]; i.focus(); "
+                "i.value = '0.0200'; i.dispatchEvent(new Event('change')) })()"
+            )
+            await page.until("said().includes('pulley.polar_inertia: 0.0104 kg m^2 -> 0.02 kg m^2')")
+            await page.click("button", "Write engine file")
+            await page.until("said().includes('single_petrol_explored.toml written')")
+            assert page.console == []
+
+    asyncio.run(asked())
+    assert load_engine(tmp_path / "single_petrol_explored.toml").pulley.polar_inertia == 0.02
+
+
+@needs_browser
+def test_measured_orders_and_another_engine_are_shown_beside():
+    """Marks of a measured order, and the other engine's orders with a table of peaks."""
+    speeds = np.linspace(300.0, 600.0, 5)
+    measured = {TORSION: {1.0: (speeds, np.full(5, 1e-4))}}
+    other = LiveTorsion(load_engine("v_twin"))
+    from cranktrain.studies.explore.knobs import Chosen
+
+    async def asked():
+        more = {"measured": measured, "other": ("the twin", other.answer(Chosen()))}
+        async with served(**more) as (_, address), LivePage(address, 1300, 1400) as page:
+            await page.until("said().includes('Compared: pulley torsion by order')")
+            await page.until("said().includes('the twin')")
+            await page.until("[...within(document)].filter(e => e.matches('td')).length > 12")
+            assert page.console == []
+
+    asyncio.run(asked())
+
+
+def test_the_page_of_a_notebook_shows_itself():
+    """The example of the documentation: the page is an object that a notebook shows."""
+    import re
+    from pathlib import Path
+
+    text = (Path(__file__).parents[2] / "docs" / "how-to" / "explore.md").read_text("utf-8")
+    found = {}
+    exec(re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0], found)
+    assert found["page"].engine == load_engine("single_petrol")
+    assert found["page"]._repr_mimebundle_()
+
+
+def differing(first, second):
+    """Fraction of pixels in which two pictures differ."""
+    from matplotlib.image import imread
+
+    a, b = (imread(io.BytesIO(one))[..., :3] for one in (first, second))
+    return float(np.mean(np.abs(a - b).max(axis=-1) > 0.1))
+
+
+def test_harmonic_balance_comes_from_a_process_of_its_own():
+    """The answer belongs to the choice that was asked last, and is that of ``runup --steady harmonic-balance``."""
+    from cranktrain.studies.explore.balance import Balance
+    from cranktrain.studies.explore.knobs import LOAD, Chosen
+
+    live = LiveTorsion(load_engine("single_petrol"))
+    balance, wanted = Balance(live), Chosen({LOAD: 0.5})
+    try:
+        for load in (0.9, 0.7, 0.5):
+            balance.ask(Chosen({LOAD: load}))
+        found, end = None, time.monotonic() + 120.0
+        while (found is None or found[0] != wanted) and time.monotonic() < end:
+            found = balance.found() or found
+            time.sleep(0.05)
+    finally:
+        balance.close()
+    assert found is not None and found[0] == wanted
+    assert np.allclose(found[1].torsion, live.balanced(wanted).torsion, rtol=1e-9, atol=1e-12)
