@@ -64,6 +64,10 @@ def refused(error: OSError) -> str:
     """What to say of a user's file that cannot be used, or of a standard output that is full; else empty."""
     if error.errno in _REFUSALS and error.filename is not None:
         return f"{one_line(str(error.filename))[:300]}: cannot be used ({error.strerror}); name another file"
+    if "temporary directory" in str(error.strerror):
+        return "no temporary folder can be written; free some space, or set TMPDIR to another folder"
+    if error.errno in (errno.ENOSPC, errno.EDQUOT) and error.filename is not None:
+        return f"{one_line(str(error.filename))[:300]}: cannot be written ({error.strerror}); choose another place"
     if error.errno == errno.ENOSPC:  # files that are written say which they are
         leave_stdout()
         return "standard output: cannot be written, there is no space left; choose another place"

@@ -19,6 +19,7 @@ from xml.etree import ElementTree
 import fmpy
 import numpy as np
 from fmpy import fmi2
+from fmpy.fmi1 import FMICallException
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription, ModelVariable
 
@@ -32,8 +33,20 @@ _TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "S
 
 _MESSAGES = 20
 """Messages of a unit's log that are kept."""
+_LONGEST = 2000
+"""Characters of a message that are kept."""
 _LOADED: WeakValueDictionary[str, FmuUnit] = WeakValueDictionary()
 """Units by the names of their instances."""
+
+
+class FMU2CheckedSlave(fmi2.FMU2Slave):  # type: ignore[misc]
+    """FMPy's unit, which takes a negative status as good; FMPy reads the version off the beginning of its name."""
+
+    def _call(self, fname: str, *args: Any) -> Any:
+        result = super()._call(fname, *args)
+        if self._functions[fname].restype is fmi2.fmi2Status and is_bad(result):
+            raise FMICallException(fname, result)
+        return result
 
 
 class FmuUnit:
@@ -110,7 +123,7 @@ class FmuUnit:
         """See the protocol."""
         self._in[:] = values
         status = self._set_real(self._component, self._in_refs, len(self._in), self._in_at)
-        if status > fmi2.fmi2Warning:
+        if is_bad(status):
             self._direct(self._refused_input(status), lambda: status)
 
     def read(self) -> Array:
@@ -152,7 +165,7 @@ class FmuUnit:
         self._folder = Path(tempfile.mkdtemp(prefix="cranktrain-fmu-"))
         try:
             fmpy.extract(self.path, self._folder)
-            self._fmu = fmi2.FMU2Slave(
+            self._fmu = FMU2CheckedSlave(
                 guid=self._description.guid,
                 unzipDirectory=str(self._folder),
                 modelIdentifier=self._description.coSimulation.modelIdentifier,
@@ -181,15 +194,15 @@ class FmuUnit:
     def _note(self, environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes) -> None:
         # FMPy's proxy knows one logger in a process, that of the FMU loaded last: messages go by the instance's name.
         own = _LOADED.get((instance or b"").decode("utf-8", "replace"), self)
-        if status >= fmi2.fmi2Discard:
-            own._log = [*own._log[-_MESSAGES:], message.decode("utf-8", "replace")]
+        if is_bad(status):
+            own._log = [*own._log[-_MESSAGES:], (message or b"")[:_LONGEST].decode("utf-8", "replace")]
 
     def _refused_input(self, status: int) -> str:
         """The input that a unit refuses, if the unit still responds."""
         if status != fmi2.fmi2Fatal:
             for name, reference, value in zip(self._in_names, self._in_refs, self._in, strict=False):
                 one = ctypes.byref(ctypes.c_uint(reference)), 1, ctypes.byref(ctypes.c_double(value))
-                if self._set_real(self._component, *one) > fmi2.fmi2Warning:
+                if is_bad(self._set_real(self._component, *one)):
                     return f"{name} = {value:g}"
         return "its inputs"
 
@@ -204,7 +217,7 @@ class FmuUnit:
     def _direct(self, what: str, call: Any, *arguments: Any) -> None:
         """Call the library; ``UnitError`` where the status is not good."""
         status = call(*arguments)
-        if status > fmi2.fmi2Warning:
+        if is_bad(status):
             self._lost = status == fmi2.fmi2Fatal
             raise UnitError(f"{what}: {self._said(STATUS.get(status, f'status {status}'))}")
 
@@ -222,6 +235,11 @@ class FmuUnit:
         if isinstance(value, str) != (kind == "String") or isinstance(value, bool) != (kind == "Boolean"):
             raise InputError(f"{self.name}: {name} = {value!r} is not a {kind}; give a value of that type")
         return _TYPES[kind](value)
+
+
+def is_bad(status: int) -> bool:
+    """Whether a call failed: its status is neither OK nor warning; FMI knows no negative one."""
+    return status not in (fmi2.fmi2OK, fmi2.fmi2Warning)
 
 
 def described(path: Path) -> ModelDescription:

@@ -30,7 +30,9 @@ StartValue = Annotated[
 
 _Seconds = Annotated[float, measure("s", "time")]
 _Share = Annotated[float, measure("1", "1")]
-_Own = Annotated[float, quantities()]
+LARGEST = 1e30
+"""Largest number of an entry: sums and squares of what follows from it are finite."""
+_Own = Annotated[float, quantities(LARGEST)]
 """A number in the unit of its table."""
 
 
