@@ -1,7 +1,6 @@
 """Harness files that would run for long and then tell nothing, or the wrong thing: refused or mended before."""
 
 import json
-import math
 import shutil
 from pathlib import Path
 from xml.etree import ElementTree

@@ -103,11 +103,9 @@ def measure(unit: str, dimension: str) -> Meta:
     return Meta(extra={"what": unit, "dimension": dimension, "unit": unit}, extra_json_schema=_OR_TEXT)
 
 
-def quantities(largest: float | None = None) -> Meta:
-    """Remark that a number may be a text with its unit, in a table with a key ``unit``; its range is ± ``largest``."""
-    if largest is None:
-        return Meta(extra_json_schema=_OR_TEXT)
-    return Meta(ge=-largest, le=largest, extra={"what": "in its unit"}, extra_json_schema=_OR_TEXT)
+def quantities() -> Meta:
+    """Remark that a number may be a text with its unit, in a table with a key ``unit``."""
+    return Meta(extra_json_schema=_OR_TEXT)
 
 
 def record(
