@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from damaged_files import DEEP, FOLDER_HARMS, HARMS, archive_of
+from superelements import shaft, write_superelement
 from test_open_files import result, run_up
 from test_own_body import made as made  # a fixture
 
@@ -109,3 +110,10 @@ def test_a_deep_json_of_fatigue_is_no_result_of_it(tmp_path):
         (tmp_path / "f.json").write_text(text)
         with pytest.raises(InputError, match="is no result of 'cranktrain fatigue"):
             _fatigue(tmp_path / "f.json")
+
+
+def test_a_superelement_that_states_terabytes_is_refused(tmp_path):
+    write_superelement(tmp_path, shaft(2), {"a": 1, "b": 3})
+    (tmp_path / "super.mtx").write_text("%%MatrixMarket matrix array real general\n1000000000 1000000\n1.0\n")
+    with pytest.raises(InputError, match="at most"):
+        read_body(tmp_path / "super.toml")

@@ -6,15 +6,14 @@ Functions that are called once per step are called in the library directly, with
 from __future__ import annotations
 
 import ctypes
+import errno
+import re
 import shutil
 import tempfile
-import zipfile
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
-from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
@@ -23,14 +22,16 @@ from fmpy.fmi1 import FMICallException
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription, ModelVariable
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.user_file import ending
+from cranktrain.coupling.fmu_archive import check_archive, check_room
 from cranktrain.coupling.unit import DIMENSIONS, Port, UnitError
 
 STATUS = {fmi2.fmi2Warning: "warning", fmi2.fmi2Discard: "discard", fmi2.fmi2Error: "error", fmi2.fmi2Fatal: "fatal"}
 _TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "String": str}
 
+_IDENTIFIER = re.compile(r"[A-Za-z_]\w{0,200}", re.ASCII)
 _MESSAGES = 20
 """Messages of a unit's log that are kept."""
 _LONGEST = 2000
@@ -164,6 +165,7 @@ class FmuUnit:
         """Extract, load and instantiate."""
         self._folder = Path(tempfile.mkdtemp(prefix="cranktrain-fmu-"))
         try:
+            check_room(self.path)
             fmpy.extract(self.path, self._folder)
             self._fmu = FMU2CheckedSlave(
                 guid=self._description.guid,
@@ -172,6 +174,8 @@ class FmuUnit:
                 instanceName=self.name,
             )
         except Exception as error:  # whatever a loader or an archive says
+            if getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT):
+                raise  # of the temporary folder, not of the FMU
             raise InputError(
                 f"{self.path}: cannot be loaded ({_line(error)}); use an FMU that is built for this platform"
             ) from None
@@ -246,7 +250,7 @@ def described(path: Path) -> ModelDescription:
     """Model description of an FMU that can be used here, or of one to be built, .xml; ``InputError``."""
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; build an FMU with build_fmu.py, or name another")
-    version = _version(path)
+    version = check_archive(path).get("fmiVersion", "")
     if version not in ("", "2.0"):
         raise InputError(f"{path}: FMI {version}; give an FMI 2.0 co-simulation FMU")
     try:
@@ -255,6 +259,11 @@ def described(path: Path) -> ModelDescription:
         raise InputError(f"{path}: not a readable FMU ({_line(error)}); use another one") from None
     if description.coSimulation is None:
         raise InputError(f"{path}: FMI {version}, model exchange; give an FMI 2.0 co-simulation FMU")
+    if not _IDENTIFIER.fullmatch(description.coSimulation.modelIdentifier or ""):
+        raise InputError(
+            f"{path}: modelIdentifier {shown(description.coSimulation.modelIdentifier)} is no name of a library; "
+            "use an FMU of a program that you trust"
+        )
     if ending(path) == ".xml":
         return description
     there = fmpy.supported_platforms(str(path))
@@ -263,16 +272,6 @@ def described(path: Path) -> ModelDescription:
             f"{path}: has binaries for {', '.join(there) or 'no platform'}; one for {fmpy.platform} is needed"
         )
     return description
-
-
-def _version(path: Path) -> str:
-    """Version of FMI that a file names; empty where it names none: other versions' descriptions are not read."""
-    with suppress(OSError, KeyError, zipfile.BadZipFile, ElementTree.ParseError):
-        if ending(path) == ".xml":
-            return ElementTree.parse(path).getroot().get("fmiVersion", "")
-        with zipfile.ZipFile(path) as archive:
-            return ElementTree.fromstring(archive.read("modelDescription.xml")).get("fmiVersion", "")
-    return ""
 
 
 def _unit_ports(description: ModelDescription) -> dict[str, Port]:

@@ -176,7 +176,7 @@ def _check_replaced(target: Path, found: os.stat_result, kind: Kind | None) -> N
         return
     try:
         same = kind.includes(target)
-    except OSError:
+    except Exception:  # what no reader of its kind can read is not of its kind
         same = False
     if not same:
         raise InputError(f"{target}: exists and is no {kind.name}; choose another name, or delete it")
