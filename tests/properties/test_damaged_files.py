@@ -19,6 +19,7 @@ from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.store.bodies import export_body, import_body
 from cranktrain.store.hdf5 import load_body, save_body
 from cranktrain.store.variant_files import HEAD, VariantFiles
+from cranktrain.structure.fem.own_body import read_body
 from cranktrain.studies.report.findings import _fatigue
 
 

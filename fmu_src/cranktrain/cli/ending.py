@@ -44,20 +44,49 @@ def parts(text: str) -> dict[str, str | None]:
 
 @contextmanager
 def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
-    """Let a termination end a verb as an interrupt does, and note it in ``stopped``."""
+    """Let a termination end a verb as an interrupt does, and note either in ``stopped``.
+
+    An interrupt that arrives in a function whose errors Python ignores arrives once more. One that the caller ignores,
+    as a shell's background job does, stays ignored.
+    """
 
     def stop(number: int, frame: Any) -> NoReturn:
         stopped.append(signal.Signals(number))
         raise KeyboardInterrupt
 
+    def ignored(unraisable: Any) -> None:
+        if not issubclass(unraisable.exc_type, KeyboardInterrupt) or not stopped:
+            hook(unraisable)
+            return
+        again = threading.Timer(0.01, os.kill, (os.getpid(), stopped[-1]))
+        again.daemon = True
+        again.start()
+
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, stop)
+    usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    numbers = [signal.SIGTERM, *([signal.SIGINT] if usual else [])]
+    before = {number: signal.signal(number, stop) for number in numbers}
+    hook, sys.unraisablehook = sys.unraisablehook, ignored
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        sys.unraisablehook = hook
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def interrupted(stop: KeyboardInterrupt) -> str:
+    """What to say of an interrupt: what its verb says, or which files are there."""
+    from cranktrain.cli.console import Interrupted
+    from cranktrain.store.whole_file import WRITTEN
+
+    if isinstance(stop, Interrupted):
+        return str(stop)
+    if WRITTEN:
+        return f"interrupted; written before: {', '.join(map(str, WRITTEN))}"
+    return "interrupted; nothing was written, and what earlier runs wrote is kept"
 
 
 def refused(error: OSError) -> str:

@@ -26,6 +26,7 @@ from cranktrain.studies.constant_speed import RPM
 from cranktrain.studies.run_up import steady
 from cranktrain.studies.run_up.refine import speeds_between
 from cranktrain.studies.run_up.sequence import Failed, steady_speeds
+from cranktrain.studies.run_up.starts import drop_starts, keep_start, kept_starts
 from cranktrain.studies.run_up.steady import CycleStart, Job, SteadySpeed
 from cranktrain.studies.run_up.workers import Workers, cluster_workers, local_workers
 
@@ -48,7 +49,7 @@ class Outcome:
     failed : speeds without a result, and why
     seconds : wall time
     workers : how many ran speeds
-    starts : steady motions at the speeds that were run
+    starts : steady motions at the speeds that were run, now or before an interruption
     """
 
     run_up: RunUp | None = None
@@ -101,8 +102,11 @@ def run_up(
     """
     outcome = Outcome() if outcome is None else outcome
     began = time.perf_counter()
-    store = Store(path, {**attributes, **digests(job)}, means.anew)
+    own = digests(job)
+    tie = " ".join(own.values())
+    store = Store(path, {**attributes, **own}, means.anew)
     outcome.run_up, outcome.resumed = store.run_up, 0 if store.run_up is None else store.run_up.speeds.size
+    outcome.starts += [start for start in kept_starts(path, tie) if store.holds(start.speed)]
     wanted = [speed for speed in speeds if not store.holds(speed)]
     try:
         if wanted or means.refine:
@@ -112,9 +116,12 @@ def run_up(
                     for found in _told(steady_speeds(workers, wanted, outcome.starts), len(wanted), tell):
                         outcome.failed += [found] if isinstance(found, Failed) else []
                         if isinstance(found, SteadySpeed):
+                            keep_start(path, tie, found.start)
                             store.keep(found)
                     lost = [failed.speed for failed in outcome.failed]
                     wanted = [s for s in _between(store.run_up, means, speeds) if not store.holds(s) and s not in lost]
+        if all(map(store.holds, speeds)):
+            drop_starts(path)
     finally:
         store.write()
         outcome.run_up, outcome.seconds = store.run_up, time.perf_counter() - began
