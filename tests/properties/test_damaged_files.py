@@ -115,6 +115,10 @@ def test_a_deep_json_of_fatigue_is_no_result_of_it(tmp_path):
 
 def test_a_superelement_that_states_terabytes_is_refused(tmp_path):
     write_superelement(tmp_path, shaft(2), {"a": 1, "b": 3})
-    (tmp_path / "super.mtx").write_text("%%MatrixMarket matrix array real general\n1000000000 1000000\n1.0\n")
+    text = (tmp_path / "super.toml").read_text("utf-8")
+    own = 'stiffness = "stiffness.mtx"\nmass = "mass.mtx"'
+    (tmp_path / "super.toml").write_text(text.replace('matrices = "super.mtx"', own), "utf-8")
+    for name in ("stiffness.mtx", "mass.mtx"):
+        (tmp_path / name).write_text("%%MatrixMarket matrix array real general\n1000000000 1000000\n1.0\n")
     with pytest.raises(InputError, match="at most"):
         read_body(tmp_path / "super.toml")

@@ -40,7 +40,7 @@ _LOADED: WeakValueDictionary[str, FmuUnit] = WeakValueDictionary()
 """Units by the names of their instances."""
 
 
-class FMU2CheckedSlave(fmi2.FMU2Slave):  # type: ignore[misc]
+class FMU2CheckedSlave(fmi2.FMU2Slave):
     """FMPy's unit, which takes a negative status as good; FMPy reads the version off the beginning of its name."""
 
     def _call(self, fname: str, *args: Any) -> Any:
