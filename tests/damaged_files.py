@@ -56,7 +56,7 @@ def many_sides(path, name="time"):
 def not_a_number(path, name="time"):
     """NaN among the places along the axis."""
     with h5py.File(path, "r+") as file:
-        values = file[f"data/{name}"][()]
+        values = 1.0 * file[f"data/{name}"][()]
     values.flat[values.size // 2] = np.nan
     _put(path, name, values, unit="s")
 
