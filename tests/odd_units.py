@@ -72,7 +72,7 @@ ENTRIES: dict[str, dict[str, str | bytes]] = {
         "modelDescription.xml": PLAIN.replace("?>\n", '?>\n<!DOCTYPE f [<!ENTITY x SYSTEM "file:///etc/passwd">]>')
         .replace('modelName="Odd"', 'modelName="&x;"'), LIBRARY: b"x",
     },
-    "another library": {**_with(), "modelDescription.xml": XML.format(more="", identifier="../../../../tmp/x")},
+    "another library": {**_with(), "modelDescription.xml": XML.format(more="", identifier="../../../../elsewhere/x")},
     "no library": {**_with(), "modelDescription.xml": XML.format(more="", identifier="Other")},
     "no ELF": _with(),
     "bomb": {**_with(), "resources/zeros": bytes(200 << 20)},

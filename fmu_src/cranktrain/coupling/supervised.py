@@ -167,7 +167,7 @@ class _Watcher:
                     f"{self._place()}: did not return within {limit:g} s, its process was ended; correct the unit or "
                     "raise the limit"
                 )
-        with suppress(EOFError):
+        with suppress(Exception):  # the pipe is closed, or a unit wrote something into it
             if self._ear.poll():
                 return self._ear.recv()
         self._wait(GRACE)

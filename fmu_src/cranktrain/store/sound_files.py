@@ -30,8 +30,9 @@ FREE = 1 << 20
 """Bytes that every file may ask for."""
 NUMBERS = "biufc"
 """Kinds of NumPy's types that are numbers."""
-LEAST_INERTIA = -1e-9
-"""Least principal moment of inertia over the largest: a line of masses has none about its axis, but for rounding."""
+LEAST_INERTIA = -1e-3
+"""Least principal moment of inertia over the largest: a line of masses has none about its axis, and a superelement's
+matrices have as few digits as their file."""
 DAMAGED = (
     KeyError, OSError, ValueError, TypeError, AttributeError, EOFError, IndexError, RuntimeError, OverflowError,
     MemoryError, NotImplementedError, zipfile.BadZipFile,
@@ -136,7 +137,7 @@ def check_body(body: ReducedBody) -> None:
         refuse("two interfaces have one name")
     moments = np.linalg.eigvalsh(0.5 * (body.inertia + body.inertia.T))
     scale = float(np.abs(body.inertia).max())
-    if moments[0] < LEAST_INERTIA * scale or np.abs(body.inertia - body.inertia.T).max() > 1e-6 * scale:
+    if moments[0] < LEAST_INERTIA * scale or np.abs(body.inertia - body.inertia.T).max() > -LEAST_INERTIA * scale:
         refuse("its inertia is not that of a body, symmetric with moments above zero")
     if np.any(body.damping < 0.0):
         refuse("its damping is below zero")

@@ -106,10 +106,11 @@ def run_up(
     tie = " ".join(own.values())
     store = Store(path, {**attributes, **own}, means.anew)
     outcome.run_up, outcome.resumed = store.run_up, 0 if store.run_up is None else store.run_up.speeds.size
+    if means.anew:
+        drop_starts(path)
     outcome.starts += [start for start in kept_starts(path, tie) if store.holds(start.speed)]
-    wanted = [speed for speed in speeds if not store.holds(speed)]
     try:
-        if wanted or means.refine:
+        if wanted := _missing(store, speeds, means, outcome):
             with _workers(job, means, len(wanted)) as workers:
                 outcome.workers = workers.count
                 while wanted:
@@ -118,8 +119,7 @@ def run_up(
                         if isinstance(found, SteadySpeed):
                             keep_start(path, tie, found.start)
                             store.keep(found)
-                    lost = [failed.speed for failed in outcome.failed]
-                    wanted = [s for s in _between(store.run_up, means, speeds) if not store.holds(s) and s not in lost]
+                    wanted = _missing(store, speeds, means, outcome)
         if all(map(store.holds, speeds)):
             drop_starts(path)
     finally:
@@ -222,6 +222,15 @@ def _workers(job: Job, means: Means, speeds: int) -> AbstractContextManager[Work
     if means.scheduler is not None:
         return cluster_workers(job, means.scheduler)
     return local_workers(job, max(1, min(means.workers or processors(), speeds)))
+
+
+def _missing(store: Store, speeds: Sequence[float], means: Means, outcome: Outcome) -> list[float]:
+    """Speeds to run: those that are asked for, then those between; none that failed in this run."""
+    lost = [failed.speed for failed in outcome.failed]
+    asked = [speed for speed in speeds if not store.holds(speed) and speed not in lost]
+    return asked or [
+        speed for speed in _between(store.run_up, means, speeds) if not store.holds(speed) and speed not in lost
+    ]
 
 
 def _between(run_up: RunUp | None, means: Means, speeds: Sequence[float]) -> list[float]:
