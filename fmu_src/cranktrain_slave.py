@@ -39,6 +39,7 @@ from pathlib import Path
 
 from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real, String
 
+_LARGEST = 1e15  # of a number in a state: pressures of films, in Pa, come to 1e10
 COARSE_STEP = 3.0  # degrees of crank angle; pressures change by bars within it
 _STATE = struct.Struct("<8sI64sIdII")
 _STATE_MAGIC = b"CRNKSTA\0"
@@ -115,6 +116,15 @@ def _release_once(library: Path) -> None:
     except (OSError, AttributeError):
         loaded = None  # another binary than the one of pythonfmu 0.7: nothing known to be wrong with it
     _libraries[str(library)] = loaded
+
+
+def _within(variable, value):
+    """Whether a variable may have a value: a finite number within its bounds, or one of its words."""
+    if isinstance(value, str):
+        return not variable["choices"] or value in variable["choices"]
+    low = -math.inf if variable["min"] is None else variable["min"]
+    high = math.inf if variable["max"] is None else variable["max"]
+    return math.isfinite(value) and low <= value <= high
 
 
 class CranktrainSlave(Fmi2Slave):
@@ -422,11 +432,14 @@ class CranktrainSlave(Fmi2Slave):
             raise ValueError("the FMU state comes from another build of the FMU; serialize it from this one")
         if zlib.crc32(state[:-4]) != struct.unpack("<I", state[-4:])[0]:
             raise ValueError("the FMU state is damaged (checksum differs); serialize it again")
+        if len(state) != _STATE.size + struct.calcsize(self._layout) + n_string + 8 * n_vector + 4:
+            raise ValueError("the FMU state has another length than it states; serialize it again")
         numbers = struct.unpack_from(self._layout, state, _STATE.size)
         at = _STATE.size + struct.calcsize(self._layout)
+        strings = state[at : at + n_string].decode().split("\0") if n_string else []
+        self._check_state(phase, time, numbers, strings, memoryview(state)[at + n_string : -4])
         kept = self._real, self._string
-        self._real = list(numbers[: self._n_real])
-        self._string = state[at : at + n_string].decode().split("\0") if n_string else []
+        self._real, self._string = list(numbers[: self._n_real]), strings
         try:
             if n_vector:
                 origin = list(numbers[self._n_real :])
@@ -438,6 +451,25 @@ class CranktrainSlave(Fmi2Slave):
         if not n_vector:
             self._start_time, self._simulation = time, None
             self._readings.clear()
+
+    def _check_state(self, phase, time, numbers, strings, vector):
+        """Refuse what no instance can have come to: anybody may make a checksum that is right."""
+        fits = phase < len(_PHASES) and abs(time) <= 10.0 * _LATEST and len(strings) == len(self._string)
+        values = [*numbers[: self._n_real], *strings]
+        own = (variable for variable in self._variables if variable["causality"] != "output")
+        wrong = "" if fits else "its phase or its time"
+        for variable in own if fits else ():
+            value = values[variable["reference"]]
+            wrong = wrong or ("" if _within(variable, value) else f"'{variable['name']}' = {value}")
+        origin = numbers[self._n_real :]
+        wrong = wrong or next(
+            (f"'{v['name']}' at its start = {x}" for v, x in zip(self._variables, origin, strict=False)
+             if not _within(v, x)), ""
+        )  # fmt: skip
+        if not wrong and not all(abs(x) <= _LARGEST for (x,) in struct.iter_unpack("<d", vector)):
+            wrong = "its motion"
+        if wrong:
+            raise ValueError(f"the FMU state is not one of a run: {wrong} cannot be; serialize it from a run")
 
     def _resume(self, time, origin, vector):
         """Continue from a state vector, in this instance or in a fresh one."""

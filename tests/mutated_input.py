@@ -15,6 +15,7 @@ import math
 import os
 import random
 import re
+import shutil
 import sys
 import tempfile
 import traceback
@@ -25,10 +26,13 @@ from unittest.mock import patch
 
 import h5py
 import numpy as np
+from damaged_files import FOLDER_HARMS, HARMS, archive_of
+from odd_units import ENTRIES, LIBRARY, MADE, PLAIN, hostile, packed
 from superelements import matrix_input, shaft, write_superelement
 
 from cranktrain.cli.main import main as command_line
 from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.coupling.fmu_unit import described
 from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.engine.quantities import OFFSETS, UNITS, kinds
 from cranktrain.engine.torsional_chain import read_chain
@@ -36,9 +40,13 @@ from cranktrain.film.table.database import FilmTable, TableSettings, table_axes
 from cranktrain.film.table.interpolation import UNTILTED, TableArrays
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.modules.register import module_files, module_of
+from cranktrain.results.export import export
+from cranktrain.results.in_hand.loaded import load_run
 from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
+from cranktrain.store.bodies import export_body, import_body
 from cranktrain.store.film_tables import DATASETS, load_film_table, save_film_table
+from cranktrain.store.hdf5 import write_result
 from cranktrain.structure.crank.chain import chain_modes
 from cranktrain.structure.crank.torsional import rigid_crank
 from cranktrain.structure.fem.own_body import read_body
@@ -313,6 +321,69 @@ def run_up_file(rng, folder):
     holds(np.all(np.diff(found.speeds) > 0.0) and np.isfinite(found.speeds).all(), "speeds")
 
 
+def result_file(rng, folder):
+    """A result file of which one array is something else, or whose bytes were changed: a whole table, or refused."""
+    path, table = folder / "run.h5", folder / f"table.{rng.choice(('csv', 'npz'))}"
+    for place in (path, table):
+        place.unlink(missing_ok=True)
+    time = 1e-3 * np.arange(50.0)
+    names = {"time": "s", "angle": "rad", "pulley.torsion": "rad", "unit/out": "m"}
+    write_result(path, {name: (time, unit) for name, unit in names.items()}, {"engine": "diesel_i6", "scheme": "any"})
+    if rng.random() < 0.4:
+        damaged(rng, path)
+    else:
+        rng.choice(HARMS)(path, rng.choice(list(names)))
+    found = export(path, table)
+    holds(found["columns"] >= 1 and found["rows"] >= 1, "table")
+    export(path, table)  # replaces its own table
+    found = load_run(path)
+    holds(np.all(np.diff(found.time) > 0.0), "time")
+
+
+def harmed_run_up(rng, folder):
+    """A run-up's file of which one array is something else: accepted, its speeds rise."""
+    path = folder / "up.h5"
+    write_run_up(path)
+    rng.choice(HARMS)(path, rng.choice(("speeds", "orders", "amplitudes", "extremes", "cycles", "left")))
+    found = RunUp.load(path)
+    holds(np.all(np.diff(found.speeds) > 0.0) and np.isfinite(found.speeds).all(), "speeds")
+
+
+def stored_body(rng, folder):
+    """A reduced body as a folder or an archive that was changed: accepted, it has mass and finite modes."""
+    form = rng.choice(("body", "body.npz", "body.h5"))
+    write_superelement(folder, shaft(2), {"a": 1, "b": 3})
+    path = export_body(folder / form, read_body(folder / "super.toml"))
+    if form == "body":
+        if rng.random() < 0.5:
+            rng.choice(FOLDER_HARMS)(path)
+        else:
+            changed = rng.choice(sorted(path.iterdir()))
+            written(changed, spoilt(rng, changed.read_text("utf-8"), (*NUMBERS, "", ",", "1 2", "%")))
+    elif form == "body.npz" and rng.random() < 0.5:
+        archive_of(path, rng.choice(("(1 << 40,)", "(10995116277760,)", "(-1,)", "()", "(0,)", "'x'")))
+    else:
+        damaged(rng, path)
+    try:
+        body = import_body(path)
+        holds(np.isfinite(body.omega).all() and 0.0 < body.mass < math.inf, "body")
+    finally:
+        shutil.rmtree(folder / "body", ignore_errors=True)
+
+
+def foreign_fmu(rng, folder):
+    """An archive that is no FMU of a partner, or one that is hostile: refused, or its description is read."""
+    path = folder / "foreign.fmu"
+    small = [name for name in ENTRIES if name not in ("bomb", "large description", "many entries")]
+    if rng.random() < 0.5:
+        hostile(rng.choice([*small, *MADE]), path)
+    else:
+        packed(path, {"modelDescription.xml": spoilt(rng, PLAIN), LIBRARY: b"x"})
+        if rng.random() < 0.3:
+            damaged(rng, path)
+    described(path)
+
+
 def write_run_up(path):
     """A small run-up of the six."""
     rows = np.full((3, 12), 1e-3 + 1e-4j)
@@ -458,7 +529,8 @@ def command(rng, folder):
 
 KINDS = (
     engine, engine, engine, engine, pressure, pressure, scene, scene, command, command, command, targets, chain,
-    film_table, measured, superelement, run_up_file, module, harness,
+    film_table, measured, superelement, run_up_file, module, harness, result_file, harmed_run_up, stored_body,
+    foreign_fmu,
 )  # fmt: skip
 
 

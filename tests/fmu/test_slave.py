@@ -181,6 +181,21 @@ for data, word in ((b"x" * 500, "not one of cranktrain"),
     status, text = unit.refusal(lambda: unit.fmu.setFMUstate(state))
     assert status > 2 and word in text, (status, text)
 assert unit.bits() == before
+
+# A checksum that is right tells nothing of the numbers: reals come behind the head, the motion at the end.
+import struct, zlib
+HEAD = struct.calcsize("<8sI64sIdII")
+def mended(place, value):
+    content = whole[:place] + struct.pack("<d", value) + whole[place + 8 : -4]
+    return content + struct.pack("<I", zlib.crc32(content))
+for value, place in ((math.nan, len(whole) - 12), (1e300, len(whole) - 12), (math.inf, len(whole) - 20)):
+    state = unit.fmu.deSerializeFMUstate(mended(place, value))
+    status, text = unit.refusal(lambda: unit.fmu.setFMUstate(state))
+    assert status > 2 and "not one of a run: its motion" in text, (status, text)
+state = unit.fmu.deSerializeFMUstate(mended(HEAD, 1e9))
+status, text = unit.refusal(lambda: unit.fmu.setFMUstate(state))
+assert status > 2 and "cannot be" in text and "= 1000000000.0" in text, (status, text)
+assert unit.bits() == before
 unit.run(1, first=3)
 """,
         fmu,

@@ -143,7 +143,7 @@ def test_two_workers_start_far_apart():
 class OneAtATime:
     """Workers that finish nothing before they are asked; the second speed fails."""
 
-    count = 2
+    count, apart = 2, True
 
     def __init__(self):
         self.taken = []

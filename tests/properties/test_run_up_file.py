@@ -1,16 +1,20 @@
 """Files of run-ups: all comes back as it was, and a damaged file is refused in one line."""
 
+from concurrent.futures import Future
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import cranktrain.studies.run_up.run_up as verb
 from cranktrain.core.errors import InputError, StoreError
+from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.results.run_up.run_up import RunUp, merged
 from cranktrain.store.hdf5 import write_result
 from cranktrain.store.journal import journal_place
 from cranktrain.studies.run_up.run_up import ASKED, CODE, Store
-from cranktrain.studies.run_up.steady import SteadySpeed
+from cranktrain.studies.run_up.steady import CycleStart, SteadySpeed
 
 
 def run_up(speeds, seed=1):
@@ -136,3 +140,44 @@ def test_a_finished_speed_is_on_the_disk_at_once_and_a_written_file_has_no_journ
     again.write()
     assert not journal_place(path).exists()
     assert np.array_equal(RunUp.load(path).torsion, whole.torsion)
+
+
+class Resonance:
+    """Workers that know the peak at 204 rad/s, and are interrupted after so many speeds."""
+
+    count, apart = 1, False
+
+    def __init__(self, left):
+        self.left = left
+
+    def submit(self, speed, near):
+        if not self.left:
+            raise KeyboardInterrupt
+        self.left -= 1
+        motion = Motion(np.full(6, speed), np.zeros(6), np.zeros(6), 0.0, 0.0)
+        start = CycleStart(speed, motion, 0.0, np.zeros(0), None, True)
+        size = 1.0 / abs(1.0 - (speed / 204.0) ** 2 + 0.06j)
+        found: Future = Future()
+        found.set_result(SteadySpeed(speed, {"pulley.torsion": np.array([size + 0j])}, {}, 2, 1, 1e-5, np.nan, start))
+        return found
+
+
+def test_a_refined_run_up_goes_on_wherever_it_was_interrupted(tmp_path, monkeypatch):
+    """Also among the speeds that refining added, when all that were asked for are there."""
+    monkeypatch.setattr(verb, "digests", lambda job: {ASKED: "a", CODE: "b"})
+    speeds, means = [100.0 + 10.0 * k for k in range(21)], verb.Means(workers=1, refine=0.02)
+
+    def run(path, left):
+        monkeypatch.setattr(verb, "_workers", lambda *asked: nullcontext(Resonance(left)))
+        return verb.run_up(None, speeds, path, means, {}).run_up
+
+    whole = run(tmp_path / "whole.h5", 1000)
+    assert whole.speeds.size > 21
+    for attempt in range(1, 1000):
+        try:
+            often = run(tmp_path / "often.h5", 4)
+            break
+        except KeyboardInterrupt:
+            assert RunUp.load(tmp_path / "often.h5").speeds.size == 4 * attempt
+    assert np.array_equal(often.speeds, whole.speeds) and np.array_equal(often.torsion, whole.torsion)
+    assert sorted(place.name for place in tmp_path.iterdir()) == ["often.h5", "whole.h5"]

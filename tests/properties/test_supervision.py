@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from two_mass_units import Mass, units
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, StoreError
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.run import Bond, Steps, run
 from cranktrain.coupling.supervised import Limits, run_supervised
@@ -64,6 +64,31 @@ def leave():
 
 def hang():
     time.sleep(1000.0)
+
+
+def real_time_signal():
+    os.kill(os.getpid(), 40)
+
+
+def leave_a_child_and_crash():
+    """The child has the pipes of its parent, and keeps them open."""
+    if os.fork() == 0:
+        time.sleep(30.0)
+        os._exit(0)
+    crash()
+
+
+def close_everything():
+    os.closerange(3, 64)
+    hang()
+
+
+def remove_the_record():
+    (Path(tempfile.gettempdir()) / "points").unlink(missing_ok=True)
+
+
+def full_disk():
+    raise OSError(28, "No space left on device")
 
 
 def litter():
@@ -122,6 +147,35 @@ def test_a_unit_that_dies_or_hangs_is_named_and_the_run_is_kept(odd, call, said)
         assert len(found.residuals["spring"]) == found.steps == 5 and "second" in found.ended
     else:
         assert not hasattr(caught.value, "found")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize(
+    ("odd", "said"),
+    [
+        (real_time_signal, "second, step at 0.5 s: died with signal 40"),
+        (leave_a_child_and_crash, "second, step at 0.5 s: died with SIGSEGV"),
+        (close_everything, "second, step at 0.5 s: cut the connection to its process"),
+    ],
+)
+def test_an_odd_end_is_noticed_long_before_the_limit_of_a_call(odd, said):
+    with pytest.raises(UnitError, match=said) as caught:
+        run_supervised(partial(system, odd), STOP, Steps(STEP), Limits(20.0, 20.0))
+    assert caught.value.found.steps == 5
+
+
+def test_a_record_that_a_unit_removes_is_told():
+    with pytest.raises(UnitError, match="the record of the run is gone; a unit removed it"):
+        run_supervised(partial(system, remove_the_record), STOP, Steps(STEP))
+
+
+def test_a_full_temporary_folder_costs_one_line_and_keeps_the_run(monkeypatch):
+    with pytest.raises(StoreError, match=r"temporary folder .*No space left on device\); free some space") as caught:
+        run_supervised(partial(system, full_disk), STOP, Steps(STEP))
+    assert caught.value.found.steps == 5
+    monkeypatch.setattr(tempfile, "tempdir", "/nowhere/at/all")
+    with pytest.raises(StoreError, match="temporary folder /nowhere/at/all: the run cannot go on"):
+        run_supervised(system, STOP, Steps(STEP))
 
 
 def test_nothing_is_left_of_a_process_that_died(tmp_path, monkeypatch):

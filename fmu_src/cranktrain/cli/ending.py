@@ -44,26 +44,59 @@ def parts(text: str) -> dict[str, str | None]:
 
 @contextmanager
 def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
-    """Let a termination end a verb as an interrupt does, and note it in ``stopped``."""
+    """Let a termination end a verb as an interrupt does, and note either in ``stopped``.
+
+    An interrupt that arrives in a function whose errors Python ignores arrives once more. One that the caller ignores,
+    as a shell's background job does, stays ignored.
+    """
 
     def stop(number: int, frame: Any) -> NoReturn:
         stopped.append(signal.Signals(number))
         raise KeyboardInterrupt
 
+    def ignored(unraisable: Any) -> None:
+        if not issubclass(unraisable.exc_type, KeyboardInterrupt) or not stopped:
+            hook(unraisable)
+            return
+        again = threading.Timer(0.01, os.kill, (os.getpid(), stopped[-1]))
+        again.daemon = True
+        again.start()
+
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, stop)
+    usual = signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_DFL)
+    numbers = [signal.SIGTERM, *([signal.SIGINT] if usual else [])]
+    before = {number: signal.signal(number, stop) for number in numbers}
+    hook, sys.unraisablehook = sys.unraisablehook, ignored
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        sys.unraisablehook = hook
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def interrupted(stop: KeyboardInterrupt) -> str:
+    """What to say of an interrupt: what its verb says, or which files are there."""
+    from cranktrain.cli.console import Interrupted
+    from cranktrain.store.whole_file import WRITTEN
+
+    if isinstance(stop, Interrupted):
+        return str(stop)
+    if WRITTEN:
+        return f"interrupted; written before: {', '.join(map(str, WRITTEN))}"
+    return "interrupted; nothing was written, and what earlier runs wrote is kept"
 
 
 def refused(error: OSError) -> str:
     """What to say of a user's file that cannot be used, or of a standard output that is full; else empty."""
     if error.errno in _REFUSALS and error.filename is not None:
         return f"{one_line(str(error.filename))[:300]}: cannot be used ({error.strerror}); name another file"
+    if "temporary directory" in str(error.strerror):
+        return "no temporary folder can be written; free some space, or set TMPDIR to another folder"
+    if error.errno in (errno.ENOSPC, errno.EDQUOT) and error.filename is not None:
+        return f"{one_line(str(error.filename))[:300]}: cannot be written ({error.strerror}); choose another place"
     if error.errno == errno.ENOSPC:  # files that are written say which they are
         leave_stdout()
         return "standard output: cannot be written, there is no space left; choose another place"

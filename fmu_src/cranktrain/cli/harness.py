@@ -110,7 +110,7 @@ def _runs(
     for k, scenario in enumerate(scenarios, 1):
         with bar(f"{k} of {len(scenarios)}: {scenario.name}") as advance:
             ran = run_scenario(harness, scenario, fmus, advance)
-        found[scenario.name] = ran, keep(folder, harness, scenario, ran)
+        found[scenario.name] = keep(folder, harness, scenario, ran)
         if ran.interrupted:
             return found, True
     return found, False

@@ -4,6 +4,8 @@ Progress and errors go to stderr. What ends early ends with one line there, and 
 ``{"error": {"what", "where", "remedy"}}``. Exit codes: 0; 1 where an assertion of a harness
 fails; 2 for input that cannot be used and computations that fail;
 70 for faults of this program; 130 and 143 where it is interrupted or terminated.
+
+What takes long to load is imported in functions: an interrupt in the first second finds :func:`main` under way.
 """
 
 from __future__ import annotations
@@ -21,12 +23,9 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from cranktrain import __version__
-from cranktrain.cli.console import Interrupted, jsonable, of_words, say
-from cranktrain.cli.ending import fault, leave_stdout, one_line, parts, refused, terminable
+from cranktrain.cli.ending import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
-from cranktrain.store.waits import told_compiling
-from cranktrain.structure.fem.own_mesh import UNITS
 
 ENGINE_VERBS = ("modal", "campbell", "reduce", "simulate", "runup", "stress", "fatigue", "bearing-loads", "picture")
 """Verbs that ask one thing of one engine; each is a module beside this: ``DESCRIPTION``, ``add_options``, ``run``."""
@@ -60,30 +59,45 @@ program."""
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     given = sys.argv[1:] if arguments is None else list(arguments)
-    stopped = [signal.SIGINT]
+    stopped: list[signal.Signals] = []
     try:
         with terminable(stopped):
-            return _run(given)
+            return _run(given, stopped)
     except BrokenPipeError:
         leave_stdout()  # the reader, head or less, has seen enough
         return 0
     except CranktrainError as error:
         code, text = WRONG, str(error)
     except KeyboardInterrupt as stop:
-        code = 128 + stopped[-1]
-        text = str(stop) if isinstance(stop, Interrupted) else "interrupted; nothing was written"
+        code, text = _interrupted_by(stopped), interrupted(stop)
+    except MemoryError as error:
+        code, text = (
+            WRONG,
+            f"the memory is not enough ({error or 'none is left'}); take a smaller model or fewer workers",
+        )
     except Exception as error:
         known = refused(error) if isinstance(error, OSError) else ""
-        code, text = (WRONG, known) if known else (FAULT, fault(error))
+        code, text = (WRONG, known) if known else (FAULT, "")
+        if stopped and code == FAULT:  # a library that is being loaded makes another error of an interrupt
+            code, text = _interrupted_by(stopped), interrupted(KeyboardInterrupt())
+        text = text or fault(error)
     text = one_line(text)
-    say(f"cranktrain: {text}")
+    print(f"cranktrain: {text}", file=sys.stderr, flush=True)
     if any(len(word) > 2 and "--json".startswith(word) for word in given):
         print(json.dumps({"error": parts(text)}, indent=2))
     return code
 
 
-def _run(arguments: Sequence[str]) -> int:
+def _interrupted_by(stopped: Sequence[signal.Signals]) -> int:
+    """Exit code of what a signal ended: 130 of an interrupt, 143 of a termination."""
+    return 128 + (stopped[-1] if stopped else signal.SIGINT)
+
+
+def _run(arguments: Sequence[str], stopped: Sequence[signal.Signals]) -> int:
     """Run the verb, and print what it found where JSON is wanted; an exit code."""
+    from cranktrain.cli.console import jsonable, say
+    from cranktrain.store.waits import told_compiling
+
     options = with_homes(_parser(*arguments[:1]).parse_args(arguments))
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {one_line(str(message))}")
@@ -93,7 +107,7 @@ def _run(arguments: Sequence[str]) -> int:
         print(json.dumps(jsonable(result), indent=2, allow_nan=False))
     sys.stdout.flush()
     if result.get("interrupted"):
-        return 128 + signal.SIGINT
+        return _interrupted_by(stopped)
     return FAILED if result.get("passed") is False else 0
 
 
@@ -110,6 +124,9 @@ def with_homes(options: argparse.Namespace) -> argparse.Namespace:
 
 def _parser(asked: str = "") -> _Parser:
     """Parser of all verbs, or of the verb that was asked for: others, whose modules take time to load, are names."""
+    from cranktrain.cli.console import of_words
+    from cranktrain.structure.fem.own_mesh import UNITS
+
     alone = asked in (*ENGINE_VERBS, *VERBS)
     whole = _Parser(prog="cranktrain", description="Crankshaft dynamics of an engine.")
     whole.add_argument("--version", action="version", version=f"cranktrain {__version__}")

@@ -23,7 +23,7 @@ from cranktrain.cli.run_options import (
     balances,
     note_axial_path,
 )
-from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.errors import CranktrainError, InputError, SolverError
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.film.laws.register import bearing_law
 
@@ -102,6 +102,35 @@ def answer(options: argparse.Namespace) -> OrdersOverSpeed:
 
 
 def _found(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
+    """The run-up, which is in its file, and what it shows; an interrupt says what its file keeps."""
+    try:
+        return _computed(options)
+    except Interrupted:
+        raise
+    except KeyboardInterrupt:
+        path = Path(options.output or f"{Path(str(options.engine)).stem}_runup.h5")
+        if count := _kept(path):
+            raise Interrupted(f"interrupted; {_keeps(path, count, options.anew)}") from None
+        raise
+
+
+def _kept(path: Path) -> int:
+    """Speeds that a file keeps; 0 where there is none, or none that can be read."""
+    from cranktrain.results.run_up.run_up import RunUp
+
+    try:
+        return RunUp.load(path).speeds.size
+    except CranktrainError:
+        return 0
+
+
+def _keeps(path: Path, count: int, anew: bool) -> str:
+    """What to say of a file of so many speeds."""
+    command = "the command without --anew" if anew else "the same command"
+    return f"{path} keeps {count} speeds" + (f"; run {command} again to continue from there" if count else "")
+
+
+def _computed(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
     """The run-up, which is in its file, and what it shows."""
     from cranktrain.dynamics.simulation import check_far_end
     from cranktrain.results.orders.deviations import check_speeds_measured
@@ -207,7 +236,7 @@ def _outcome(
             say(f"cranktrain: warning: no result at {failed.speed * PER_RPM:g} rev/min: {failed.reason}")
     elif options.ramp_rpm_per_s is None:
         means = Means(options.workers, options.scheduler, options.refine, options.anew)
-        _run_into(path, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
+        _run_into(path, options.anew, outcome, lambda tell: run_up(job, speeds, path, means, attributes, tell, outcome))
         return outcome
     else:
         with _bar() as tell:
@@ -238,13 +267,12 @@ def _bar() -> Iterator[Callable[[str, float], None]]:
         yield tell
 
 
-def _run_into(path: Path, outcome: Outcome, work: Callable[[Callable[[str, float], None]], object]) -> None:
+def _run_into(path: Path, anew: bool, outcome: Outcome, work: Callable[[Callable[[str, float], None]], object]) -> None:
     """Do the work under a bar; whatever ends it early, say what the file keeps."""
 
     def kept() -> str:
-        count = 0 if outcome.run_up is None else outcome.run_up.speeds.size
-        goes_on = "; run the same command again to continue from there" if count else ""
-        return f"{path} keeps {count} speeds{goes_on}"
+        count = _kept(path) if outcome.run_up is None else outcome.run_up.speeds.size
+        return _keeps(path, count, anew)
 
     try:
         with _bar() as tell:

@@ -6,34 +6,48 @@ Functions that are called once per step are called in the library directly, with
 from __future__ import annotations
 
 import ctypes
+import errno
+import re
 import shutil
 import tempfile
-import zipfile
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
-from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
 from fmpy import fmi2
+from fmpy.fmi1 import FMICallException
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription, ModelVariable
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.user_file import ending
+from cranktrain.coupling.fmu_archive import check_archive, check_room
 from cranktrain.coupling.unit import DIMENSIONS, Port, UnitError
 
 STATUS = {fmi2.fmi2Warning: "warning", fmi2.fmi2Discard: "discard", fmi2.fmi2Error: "error", fmi2.fmi2Fatal: "fatal"}
 _TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "String": str}
 
+_IDENTIFIER = re.compile(r"[A-Za-z_]\w{0,200}", re.ASCII)
 _MESSAGES = 20
 """Messages of a unit's log that are kept."""
+_LONGEST = 2000
+"""Characters of a message that are kept."""
 _LOADED: WeakValueDictionary[str, FmuUnit] = WeakValueDictionary()
 """Units by the names of their instances."""
+
+
+class FMU2CheckedSlave(fmi2.FMU2Slave):
+    """FMPy's unit, which takes a negative status as good; FMPy reads the version off the beginning of its name."""
+
+    def _call(self, fname: str, *args: Any) -> Any:
+        result = super()._call(fname, *args)
+        if self._functions[fname].restype is fmi2.fmi2Status and is_bad(result):
+            raise FMICallException(fname, result)
+        return result
 
 
 class FmuUnit:
@@ -110,7 +124,7 @@ class FmuUnit:
         """See the protocol."""
         self._in[:] = values
         status = self._set_real(self._component, self._in_refs, len(self._in), self._in_at)
-        if status > fmi2.fmi2Warning:
+        if is_bad(status):
             self._direct(self._refused_input(status), lambda: status)
 
     def read(self) -> Array:
@@ -151,14 +165,17 @@ class FmuUnit:
         """Extract, load and instantiate."""
         self._folder = Path(tempfile.mkdtemp(prefix="cranktrain-fmu-"))
         try:
+            check_room(self.path)
             fmpy.extract(self.path, self._folder)
-            self._fmu = fmi2.FMU2Slave(
+            self._fmu = FMU2CheckedSlave(
                 guid=self._description.guid,
                 unzipDirectory=str(self._folder),
                 modelIdentifier=self._description.coSimulation.modelIdentifier,
                 instanceName=self.name,
             )
         except Exception as error:  # whatever a loader or an archive says
+            if getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT):
+                raise  # of the temporary folder, not of the FMU
             raise InputError(
                 f"{self.path}: cannot be loaded ({_line(error)}); use an FMU that is built for this platform"
             ) from None
@@ -181,15 +198,15 @@ class FmuUnit:
     def _note(self, environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes) -> None:
         # FMPy's proxy knows one logger in a process, that of the FMU loaded last: messages go by the instance's name.
         own = _LOADED.get((instance or b"").decode("utf-8", "replace"), self)
-        if status >= fmi2.fmi2Discard:
-            own._log = [*own._log[-_MESSAGES:], message.decode("utf-8", "replace")]
+        if is_bad(status):
+            own._log = [*own._log[-_MESSAGES:], (message or b"")[:_LONGEST].decode("utf-8", "replace")]
 
     def _refused_input(self, status: int) -> str:
         """The input that a unit refuses, if the unit still responds."""
         if status != fmi2.fmi2Fatal:
             for name, reference, value in zip(self._in_names, self._in_refs, self._in, strict=False):
                 one = ctypes.byref(ctypes.c_uint(reference)), 1, ctypes.byref(ctypes.c_double(value))
-                if self._set_real(self._component, *one) > fmi2.fmi2Warning:
+                if is_bad(self._set_real(self._component, *one)):
                     return f"{name} = {value:g}"
         return "its inputs"
 
@@ -204,7 +221,7 @@ class FmuUnit:
     def _direct(self, what: str, call: Any, *arguments: Any) -> None:
         """Call the library; ``UnitError`` where the status is not good."""
         status = call(*arguments)
-        if status > fmi2.fmi2Warning:
+        if is_bad(status):
             self._lost = status == fmi2.fmi2Fatal
             raise UnitError(f"{what}: {self._said(STATUS.get(status, f'status {status}'))}")
 
@@ -224,11 +241,16 @@ class FmuUnit:
         return _TYPES[kind](value)
 
 
+def is_bad(status: int) -> bool:
+    """Whether a call failed: its status is neither OK nor warning; FMI knows no negative one."""
+    return status not in (fmi2.fmi2OK, fmi2.fmi2Warning)
+
+
 def described(path: Path) -> ModelDescription:
     """Model description of an FMU that can be used here, or of one to be built, .xml; ``InputError``."""
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; build an FMU with build_fmu.py, or name another")
-    version = _version(path)
+    version = check_archive(path).get("fmiVersion", "")
     if version not in ("", "2.0"):
         raise InputError(f"{path}: FMI {version}; give an FMI 2.0 co-simulation FMU")
     try:
@@ -237,6 +259,11 @@ def described(path: Path) -> ModelDescription:
         raise InputError(f"{path}: not a readable FMU ({_line(error)}); use another one") from None
     if description.coSimulation is None:
         raise InputError(f"{path}: FMI {version}, model exchange; give an FMI 2.0 co-simulation FMU")
+    if not _IDENTIFIER.fullmatch(description.coSimulation.modelIdentifier or ""):
+        raise InputError(
+            f"{path}: modelIdentifier {shown(description.coSimulation.modelIdentifier)} is no name of a library; "
+            "use an FMU of a program that you trust"
+        )
     if ending(path) == ".xml":
         return description
     there = fmpy.supported_platforms(str(path))
@@ -245,16 +272,6 @@ def described(path: Path) -> ModelDescription:
             f"{path}: has binaries for {', '.join(there) or 'no platform'}; one for {fmpy.platform} is needed"
         )
     return description
-
-
-def _version(path: Path) -> str:
-    """Version of FMI that a file names; empty where it names none: other versions' descriptions are not read."""
-    with suppress(OSError, KeyError, zipfile.BadZipFile, ElementTree.ParseError):
-        if ending(path) == ".xml":
-            return ElementTree.parse(path).getroot().get("fmiVersion", "")
-        with zipfile.ZipFile(path) as archive:
-            return ElementTree.fromstring(archive.read("modelDescription.xml")).get("fmiVersion", "")
-    return ""
 
 
 def _unit_ports(description: ModelDescription) -> dict[str, Port]:

@@ -1,8 +1,9 @@
 """Coupled runs in a process of their own: a unit that hangs or dies ends its own run only.
 
 The process writes each communication point to a file at once, and writes the current call and unit to shared memory.
-The supervising process ends it if a call takes too long, or notices that it died, and keeps the file. FMU instances and
-their extracted files are removed with the process and its folder.
+The supervising process ends it if a call takes too long, or notices that it died, and keeps the file. It asks the
+system for the exit code, because a process that a unit started keeps pipes open. FMU instances and their extracted
+files are removed with the process and its folder.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection as Pipe
 from multiprocessing.connection import wait
@@ -22,7 +24,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.core.errors import CranktrainError, InputError, StoreError
 from cranktrain.coupling.connections import Connection
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.run import Bond, Coupled, Record, Steps, run
@@ -34,6 +36,8 @@ LOOK = 0.1
 """Seconds between two looks at the process."""
 MAKING = 600.0
 """Seconds that the process may take until it has its units: it starts, imports and reads descriptions."""
+SHORT = 0.01
+"""Seconds between two looks at a process that is ending."""
 GRACE = 5.0
 """Seconds that a process may take to end by itself."""
 
@@ -84,10 +88,15 @@ def run_supervised(
     Raises
     ------
     CranktrainError
-        a unit fails, dies or hangs; its ``found`` holds the run so far where there is any. An interrupt's likewise.
+        a unit fails, dies or hangs, or (``StoreError``) the temporary folder is full; its ``found`` holds the run so
+        far where there is any. An interrupt's likewise.
     """
-    with tempfile.TemporaryDirectory(prefix="cranktrain-run-", ignore_cleanup_errors=True) as folder:
-        watcher = _Watcher(make, stop, steps, limits or Limits(), Path(folder))
+    with ExitStack() as held:
+        try:
+            folder = tempfile.TemporaryDirectory(prefix="cranktrain-run-", ignore_cleanup_errors=True)
+            watcher = _Watcher(make, stop, steps, limits or Limits(), Path(held.enter_context(folder)))
+        except OSError as error:
+            raise StoreError(_no_room(error)) from None
         try:
             return watcher.follow(progress)
         except (CranktrainError, KeyboardInterrupt) as error:
@@ -97,6 +106,18 @@ def run_supervised(
             raise
         finally:
             watcher.end()
+
+
+def _no_room(error: OSError) -> str:
+    """What to say of a run that the system has no place or process for."""
+    try:
+        place = tempfile.gettempdir()
+    except OSError:
+        place = "any"
+    reason = error.strerror or error
+    return (
+        f"temporary folder {place}: the run cannot go on ({reason}); free some space, or set TMPDIR to another folder"
+    )
 
 
 class _Watcher:
@@ -124,14 +145,15 @@ class _Watcher:
         if isinstance(heard, BaseException):
             raise heard
         found = self.found("")
-        assert found is not None
+        if found is None:
+            raise UnitError(f"{self._place()}: the record of the run is gone; a unit removed it, correct the unit")
         self._closed()
         return found
 
     def _hear(self, progress: Callable[[float], None] | None) -> Any:
         """The next thing that the process says; ``UnitError`` where it dies or hangs before."""
         count, since = -1, time.monotonic()
-        while not wait([self._ear, self._process.sentinel], timeout=LOOK):
+        while not wait([self._ear, self._process.sentinel], timeout=LOOK) and self._process.exitcode is None:
             now = time.monotonic()
             if self._notes.count != count:
                 count, since = self._notes.count, now
@@ -145,11 +167,19 @@ class _Watcher:
                     f"{self._place()}: did not return within {limit:g} s, its process was ended; correct the unit or "
                     "raise the limit"
                 )
-        try:
-            return self._ear.recv()
-        except EOFError:
-            self._process.join(GRACE)
-            raise UnitError(f"{self._place()}: {self._died()}; this unit is the cause; correct it") from None
+        with suppress(Exception):  # the pipe is closed, or a unit wrote something into it
+            if self._ear.poll():
+                return self._ear.recv()
+        self._wait(GRACE)
+        self._grace = 0.0
+        raise UnitError(f"{self._place()}: {self._died()}; this unit is the cause; correct it")
+
+    def _wait(self, seconds: float) -> None:
+        """Wait until the process has ended, at most so long."""
+        until = time.monotonic() + seconds
+        while self._process.exitcode is None and time.monotonic() < until:
+            wait([self._process.sentinel], timeout=SHORT)
+            time.sleep(SHORT)
 
     def _place(self) -> str:
         """Unit, call and time that the process reported last."""
@@ -161,8 +191,11 @@ class _Watcher:
     def _died(self) -> str:
         """How the process ended."""
         code = self._process.exitcode
-        if code is not None and code < 0:
-            return f"died with {signal.Signals(-code).name}"
+        if code is None:
+            return "cut the connection to its process"
+        if code < 0:
+            names = {number.value: number.name for number in signal.Signals}
+            return f"died with {names.get(-code, f'signal {-code}')}"
         return f"ended its process with code {code}"
 
     def found(self, ended: str) -> Coupled | None:
@@ -184,7 +217,7 @@ class _Watcher:
 
     def _closed(self) -> None:
         """Let the units close; a warning where one cannot."""
-        self._process.join(GRACE)
+        self._wait(GRACE)
         if self._process.exitcode != 0:
             how = "did not return" if self._process.exitcode is None else self._died()
             warnings.warn(f"{self._place()}: {how}; the run itself is complete", stacklevel=2)
@@ -192,7 +225,7 @@ class _Watcher:
     def end(self) -> None:
         """End the process, by itself where it can."""
         self._notes.stop = 1
-        self._process.join(self._grace)
+        self._wait(self._grace)
         if self._process.is_alive():
             self._process.kill()
             self._process.join()
@@ -218,6 +251,10 @@ def _work(
         told.send(None)
     except (CranktrainError, KeyboardInterrupt) as error:
         told.send(type(error)(*error.args))
+    except OSError as error:
+        told.send(StoreError(_no_room(error)))
+    except MemoryError as error:
+        told.send(StoreError(f"the memory is not enough ({error or 'none is left'}); take smaller units"))
     except BaseException:
         told.send(RuntimeError(traceback.format_exc()))
     finally:
@@ -232,7 +269,9 @@ def _run_into(points: Path, master: Master, stop: float, steps: Steps, bonds: Se
     with points.open("wb", buffering=0) as file:
 
         def tell(record: Record) -> None:
-            file.write(np.array(record.newest).tobytes())
+            left = memoryview(np.array(record.newest).tobytes())
+            while left.nbytes:  # a disk that becomes full takes a part first
+                left = left[file.write(left) or 0 :]
             notes.time, notes.sweeps, notes.refused = master.time, master.sweeps, record.refused
             notes.seconds = time.perf_counter() - began
 

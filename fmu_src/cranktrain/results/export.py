@@ -7,6 +7,7 @@ as in the file; each heading names its unit. Tables are written block by block, 
 from __future__ import annotations
 
 import csv
+import io
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -114,7 +115,6 @@ def export(source: str | Path, target: str | Path, group: str = "", progress: Pr
     if ending(path) not in FORMATS:
         raise InputError(f"{target}: tables end with {', '.join(FORMATS)}; name it {path.stem or 'table'}.csv")
     write, kind = FORMATS[ending(path)]
-    check_place(path, kind)
     table: Table
     if is_run_up(source):
         if group:
@@ -122,6 +122,9 @@ def export(source: str | Path, target: str | Path, group: str = "", progress: Pr
         table = run_up_table(RunUp.load(source))
     else:
         table = ResultColumns.of(source, group)
+    if ending(path) == ".csv":
+        kind = _csv_of(table)
+    check_place(path, kind)
     with whole_file(path, kind) as temporary:
         write(temporary, table, progress or (lambda share: None))
     return {"table": str(path), "rows": table.rows, "columns": len(table.units), "left_out": list(table.left_out)}
@@ -178,6 +181,23 @@ def _write_npz(path: Path, table: Table, progress: Progress) -> None:
 def _starts(path: Path) -> bool:
     with path.open("rb") as file:
         return file.read(64).startswith(tuple(head.encode() for head in CSV_HEADS))
+
+
+def _csv_of(table: Table) -> Kind:
+    """Kind of the tables of this program, and of those that have just the headings of a table."""
+    head = _csv_line(headings(table))
+
+    def includes(path: Path) -> bool:
+        with path.open("rb") as file:
+            return _starts(path) or file.read(len(head)) == head
+
+    return Kind("table of cranktrain", includes)
+
+
+def _csv_line(texts: Sequence[str]) -> bytes:
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(texts)
+    return line.getvalue().encode()
 
 
 def _footed(path: Path) -> bool:

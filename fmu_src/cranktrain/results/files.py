@@ -120,8 +120,12 @@ class StoredRun:
         """Read a result file; ``StoreError``: missing, cut short, damaged, of another kind or schema, without data."""
         data, attributes = read_result(path)
         outputs = {name: array for name, (array, _) in data.items()}
-        if any(name not in outputs or outputs[name].size < 2 for name in ("time", "angle")):
+        axes = [outputs[name] for name in ("time", "angle") if name in outputs]
+        if len(axes) < 2 or any(axis.size < 2 for axis in axes):
             raise StoreError(f"{path}: holds no samples; run 'cranktrain simulate' again")
+        sound = all(axis.ndim == 1 and axis.dtype.kind in "iuf" and np.isfinite(axis).all() for axis in axes)
+        if not sound or axes[0].size != axes[1].size or np.any(np.diff(axes[0]) <= 0.0):
+            raise StoreError(f"{path}: its time and angle are damaged; run 'cranktrain simulate' again")
         return cls(outputs.pop("time"), outputs.pop("angle"), outputs, attributes)
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,23 +17,25 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.io import mmread, mmwrite
+from scipy.io import mmwrite
 
 from cranktrain.core.errors import InputError, StoreError
-from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
+from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.types import Array
 from cranktrain.core.user_file import ending, user_path
 from cranktrain.store.archive import write_archive
 from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, load_body, save_body
+from cranktrain.store.sound_files import DAMAGED, archive_arrays, check_body, json_of, matrix
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 HEADER = "cranktrain reduced body"
 FOLDER_HEADER = "body.json"
 OWN_ARRAYS = {**BODY_UNITS, "damping": "1/s", "basis": "1"}
 """Arrays of a body and their units."""
+SPARSE = ("mass", "stiffness", "damping")
+"""Matrices of a folder that hold their diagonals alone, a row and a column a mode."""
 ARCHIVE = marked("reduced body of cranktrain", f"{HEADER}.npy")
 REMEDY = "write it anew by 'cranktrain reduce ENGINE --output'"
-DAMAGED = (KeyError, OSError, ValueError, TypeError, AttributeError, EOFError, zipfile.BadZipFile)
 
 
 def is_stored_body(path: str | Path) -> bool:
@@ -93,7 +94,7 @@ def import_body(path: str | Path) -> ReducedBody:
     except DAMAGED:
         raise StoreError(f"{path}: damaged, incomplete, or no reduced body; {REMEDY}") from None
     try:
-        check(body)
+        check_body(body)
     except StoreError as error:
         raise StoreError(f"{path}: {error}") from None
     return body
@@ -144,24 +145,24 @@ def _flat(array: Array) -> Array:
 
 
 def _read_archive(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
-    with np.load(path, allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
-    return json.loads(str(arrays.pop(HEADER))), arrays
+    arrays = archive_arrays(path)
+    return json_of(str(arrays.pop(HEADER))), arrays
 
 
 def _read_folder(folder: Path) -> tuple[dict[str, Any], dict[str, Array]]:
-    header = json.loads((folder / FOLDER_HEADER).read_text(encoding="utf-8"))
+    header = json_of((folder / FOLDER_HEADER).read_text(encoding="utf-8"))
     wanted = ["mass", "stiffness", *(name for name in BODY_UNITS if name != "omega"), "damping"]
     wanted += [f"record_{name}" for name, shape in header["record_shapes"].items() if 0 not in shape]
     wanted += ["basis"] if (folder / "basis.mtx").exists() else []
-    arrays: dict[str, Any] = {}
+    arrays: dict[str, Any] = {"shapes": matrix(folder / "shapes.mtx")}
+    n = arrays["shapes"].shape[1]
     for name in wanted:
-        found = mmread(folder / f"{name}.mtx")
-        arrays[name] = found.toarray() if sparse.issparse(found) else np.asarray(found)
+        if name != "shapes":
+            arrays[name] = matrix(folder / f"{name}.mtx", (n, n) if name in SPARSE else None)
     arrays |= {f"record_{n}": np.zeros(shape) for n, shape in header["record_shapes"].items() if 0 in shape}
-    stiffness, n = arrays.pop("stiffness"), len(arrays["mass"])
-    for matrix in (stiffness, arrays["damping"]):
-        if np.any(matrix != np.diag(np.diag(matrix))):
+    stiffness = arrays.pop("stiffness")
+    for found in (stiffness, arrays["damping"]):
+        if np.any(found != np.diag(np.diag(found))):
             raise StoreError(f"{folder}: coordinates are not modal, stiffness or damping is not diagonal; {REMEDY}")
     if not np.array_equal(arrays.pop("mass"), np.eye(n)):
         raise StoreError(f"{folder}: mass.mtx is not the unit matrix, modes have modal mass 1 kg m2; {REMEDY}")
@@ -183,7 +184,7 @@ def _check_folder(target: Path) -> None:
         return
     foreign = [one.name for one in target.iterdir() if one.suffix != ".mtx" and one.name != FOLDER_HEADER]
     try:
-        ours = json.loads((target / FOLDER_HEADER).read_text(encoding="utf-8"))["format"] == BODY_FORMAT
+        ours = json_of((target / FOLDER_HEADER).read_text(encoding="utf-8"))["format"] == BODY_FORMAT
     except (OSError, ValueError, KeyError, TypeError):
         ours = False
     if foreign or not ours:

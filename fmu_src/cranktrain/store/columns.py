@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError, StoreError, nearest
 from cranktrain.core.types import Array
 from cranktrain.store.hdf5 import RESULT_FORMAT, RESULT_SCHEMA, opened
 
@@ -50,7 +50,9 @@ class ResultColumns:
                 raise InputError(f"{path}: {told}; name one with --group")
             data = data[group] if group else data
             rows = data["time"].shape
-            all_of = {name: item for name, item in data.items() if "unit" in item.attrs}
+            if len(rows) != 1 or not rows[0] or data["time"].dtype.kind not in "iuf":
+                raise StoreError(f"{path}: its time is damaged; {REMEDY}")
+            all_of = _arrays(data, [name.removeprefix(f"{group}/") for name in groups if name != group])
             names = ["time", "angle", *(name for name in all_of if name not in ("time", "angle"))]
             units = {n: str(all_of[n].attrs["unit"]) for n in names if n in all_of and all_of[n].shape == rows}
             attributes = {k.removeprefix("run."): v for k, v in file.attrs.items() if k.startswith("run.")}
@@ -64,6 +66,21 @@ class ResultColumns:
             for first in range(0, self.rows, size):
                 block = np.stack([data[name][first : first + size] for name in names], axis=1)
                 yield np.asarray(block, dtype=np.float64)
+
+
+def _arrays(data: Any, others: Sequence[str]) -> dict[str, Any]:
+    """Arrays with a unit of a group and its subgroups, but for those of ``others``, which have a time of their own.
+
+    A run of coupled units has a subgroup for each.
+    """
+    found: dict[str, Any] = {}
+
+    def visit(name: str, item: Any) -> None:
+        if "unit" in item.attrs and not hasattr(item, "keys") and not any(name.startswith(f"{o}/") for o in others):
+            found[name] = item
+
+    data.visititems(visit)
+    return found
 
 
 def _groups_with_time(data: Any) -> list[str]:

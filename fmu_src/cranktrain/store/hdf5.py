@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import StoreError
-from cranktrain.core.reduced_body import SCHEMA, ReducedBody, check
+from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
 from cranktrain.store.seal import check_seal, seal
+from cranktrain.store.sound_files import DAMAGED, check_body, check_tree
 from cranktrain.store.whole_file import Kind, whole_file
 
 File = h5py.File
@@ -111,7 +112,7 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
             **{name: file[f"body/{name}"][()] for name in BODY_UNITS},
         )
     try:
-        check(body)
+        check_body(body)
     except StoreError as error:
         raise StoreError(f"{path}: {error}; delete it and run 'cranktrain reduce'") from None
     return body
@@ -344,8 +345,11 @@ def kind_of(mark: str) -> Kind:
 
     def includes(path: Path) -> bool:
         check_seal(path)
-        with h5py.File(path, "r") as file:
-            return str(file.attrs.get("format", "")) == mark
+        try:
+            with h5py.File(path, "r") as file:
+                return str(file.attrs.get("format", "")) == mark
+        except DAMAGED:
+            return False
 
     return Kind(f"{mark} file", includes)
 
@@ -364,7 +368,7 @@ def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5
     try:
         check_seal(Path(path))
         file = h5py.File(path, "r")
-    except OSError:
+    except (OSError, RuntimeError):
         if cut_short(path):
             raise StoreError(f"{path}: {CUT_SHORT}, or {remedy}") from None
         raise StoreError(f"{path}: not an HDF5 file, or a damaged one; {remedy}") from None
@@ -375,6 +379,7 @@ def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5
             found = int(file.attrs.get("schema", -1))
             if found != schema:
                 raise StoreError(f"{path}: schema {found}, this cranktrain reads schema {schema}; {remedy}")
+            check_tree(file, Path(path).stat().st_size)
             yield file
-        except (KeyError, OSError, RuntimeError, ValueError, TypeError):
+        except DAMAGED:
             raise StoreError(f"{path}: damaged or incomplete; {remedy}") from None

@@ -12,7 +12,6 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from cranktrain.core.cache import cache_folder
 from cranktrain.core.errors import CranktrainError
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.sources import source_digest
+from cranktrain.store.sound_files import DAMAGED, archive_arrays, json_of
 from cranktrain.store.whole_file import whole_file
 
 
@@ -37,7 +37,7 @@ class Kept:
 
     def entry(self, key: str) -> Any:
         """Plain value kept under a key, or None."""
-        return self._found(f"{key}.json", lambda path: json.loads(path.read_text(encoding="utf-8")))
+        return self._found(f"{key}.json", lambda path: json_of(path.read_text(encoding="utf-8")))
 
     def keep(self, key: str, entry: Any) -> None:
         """Keep a plain value; replaces what was kept before."""
@@ -56,7 +56,7 @@ class Kept:
         if name not in self._known:
             try:
                 self._known[name] = read(self.folder / name)
-            except (OSError, ValueError, EOFError, BadZipFile):
+            except DAMAGED:
                 return None
         return self._known[name]
 
@@ -82,5 +82,4 @@ def _sources(source: str | Path) -> str:
 
 
 def _loaded(path: Path) -> dict[str, Array]:
-    with np.load(path) as data:
-        return {name: data[name] for name in data.files}
+    return archive_arrays(path)

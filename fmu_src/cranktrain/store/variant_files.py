@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.types import Array
+from cranktrain.store.sound_files import DAMAGED, json_of
 from cranktrain.store.whole_file import marked, whole_file
 
 HEAD, JOURNAL, PART = "_study.json", "_journal.jsonl", "part-{:05d}.parquet"
@@ -79,14 +80,14 @@ class VariantFiles:
         """A folder that exists; ``StoreError``: missing, damaged or foreign."""
         folder = Path(folder)
         try:
-            head = json.loads((folder / HEAD).read_text("utf-8"))
+            head = json_of((folder / HEAD).read_text("utf-8"))
             columns = tuple(Column(*one) for one in head["columns"])
             if head["format"] != FORMAT:
                 raise ValueError(head["format"])
             found = cls(
                 folder, tuple(head["names"]), tuple(head["units"]), columns, np.array(head["speeds"]), head["about"]
             )
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except DAMAGED as error:
             raise StoreError(f"{folder}: is no folder of variants ({error}); name one that vary wrote") from None
         found._parts = len(list(folder.glob("part-*.parquet")))
         return found
@@ -106,7 +107,7 @@ class VariantFiles:
                 raise InputError(f"{self.folder}: holds other files; name another --output")
             if anew:
                 self._clear()
-            elif json.loads((self.folder / HEAD).read_text("utf-8")).get("digest") != digest:
+            elif _digest(self.folder / HEAD) != digest:
                 raise InputError(
                     f"{self.folder}: holds variants of another study, or of another version; name another --output, or "
                     "replace them by --anew"
@@ -208,11 +209,11 @@ class VariantFiles:
 
     def _journal_rows(self) -> Iterator[Row]:
         """Variants of the journal up to a line that is none."""
-        with suppress(OSError, ValueError, KeyError, TypeError), (self.folder / JOURNAL).open(encoding="utf-8") as file:
+        with suppress(*DAMAGED), (self.folder / JOURNAL).open(encoding="utf-8") as file:
             for line in file:
                 if not line.endswith("\n"):
                     return
-                number, values, outputs, failed = json.loads(line)
+                number, values, outputs, failed = json_of(line)
                 yield Row(number, np.array(values), {n: np.array(v) for n, v in outputs.items()}, failed)
 
     def _open_journal(self, rewrite: bool) -> None:
@@ -242,3 +243,11 @@ def parquet() -> tuple[Any, Any]:
         return import_module("pyarrow"), import_module("pyarrow.parquet")
     except ImportError:
         raise InputError("variants are kept as Parquet; pip install pyarrow, or cranktrain[parquet]") from None
+
+
+def _digest(head: Path) -> str:
+    """Digest of the study that a folder is of; empty where its head is damaged."""
+    try:
+        return str(json_of(head.read_text("utf-8"))["digest"])
+    except DAMAGED:
+        return ""

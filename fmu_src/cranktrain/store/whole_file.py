@@ -19,7 +19,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from cranktrain.core.cache import private_folder
+from cranktrain.core.cache import cache_folder, private_folder
 from cranktrain.core.errors import InputError, StoreError
 
 try:
@@ -33,6 +33,8 @@ PREFIX = f".cranktrain-{zlib.crc32(platform.node().encode()):08x}-"
 """How names of this machine's temporary files begin."""
 TEMPORARY = re.compile(r"\.cranktrain-[0-9a-f]{8}-[a-z0-9_]{8}(\..*)?")
 """Names of any machine's temporary files."""
+WRITTEN: list[Path] = []
+"""Files that this process wrote outside the cache, for what is said of an interrupt."""
 DAY = 86400.0
 """Seconds that another machine's temporary file is left alone: not every shared folder shows its locks to all."""
 
@@ -74,6 +76,8 @@ def whole_file(path: str | Path, kind: Kind | None = None) -> Iterator[Path]:
             temporary.chmod(0o644)
             check_place(target, kind)  # writing may have taken an hour
             temporary.replace(target)
+            if target not in WRITTEN and not target.absolute().is_relative_to(cache_folder().absolute()):
+                WRITTEN.append(target)
     except OSError as error:
         raise StoreError(f"{path}: cannot be written ({error.strerror or error}); choose another place") from None
 
@@ -176,7 +180,7 @@ def _check_replaced(target: Path, found: os.stat_result, kind: Kind | None) -> N
         return
     try:
         same = kind.includes(target)
-    except OSError:
+    except Exception:  # what no reader of its kind can read is not of its kind
         same = False
     if not same:
         raise InputError(f"{target}: exists and is no {kind.name}; choose another name, or delete it")

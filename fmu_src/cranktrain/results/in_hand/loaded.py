@@ -59,6 +59,7 @@ def _coupling(path: Path, data: Mapping[str, tuple[Array, str]], attributes: Map
     """A run of coupled units; ``StoreError`` where none of them has a crank."""
     outputs = {name: values for name, (values, _) in data.items()}
     angle = next((values for name, values in outputs.items() if name.endswith("/crank.angle")), None)
-    if angle is None or angle.size < 2:
+    time = outputs.get("time")
+    if angle is None or angle.size < 2 or time is None or time.shape != angle.shape:
         raise StoreError(f"{path}: no unit has recorded its crank.angle, over which outputs are evaluated")
     return LoadedCoupling(outputs.pop("time"), angle, outputs, attributes)

@@ -21,6 +21,7 @@ from cranktrain.results.files import output_unit
 from cranktrain.results.orders.harmonics import Array, ComplexArray
 from cranktrain.store.hdf5 import CUT_SHORT, RUN_UP, cut_short, read_run_up, write_run_up
 from cranktrain.store.journal import add_row, drop_journal, journal_rows
+from cranktrain.store.sound_files import json_of
 from cranktrain.store.whole_file import check_place
 
 TORSION, AXIAL, FLYWHEEL = "pulley.torsion", "pulley.axial", "flywheel.torsion"
@@ -158,20 +159,31 @@ class RunUp:
         values: dict[str, Any] = {name: array for name, (array, _) in data.items()}
         if missing := [name for name in (*_AXES, *_NAMED) if name not in values]:
             raise StoreError(f"{path}: '{missing[0]}' is missing; {REMEDY}")
-        s = values["speeds"].size
-        fits = all(values[name].shape == (s,) for name in _AXES if name != "orders")
-        fits &= values["amplitudes"].shape[1:] == (s, values["orders"].size) and values["extremes"].shape[1:] == (s, 3)
         try:
-            named = {name: json.loads(str(attributes.pop(f"{name}_outputs", "{}"))) for name in _NAMED}
+            named = {name: json_of(str(attributes.pop(f"{name}_outputs", "{}"))) for name in _NAMED}
         except ValueError:
             raise StoreError(f"{path}: names of its outputs are damaged; {REMEDY}") from None
-        fits &= all(len(named[name]) == len(values[name]) for name in _NAMED)
-        if not fits or np.any(np.diff(values["speeds"]) <= 0.0):
-            raise StoreError(f"{path}: arrays do not fit together; {REMEDY}")
         parting = values.get("parting", np.zeros(0))
+        if not _fit({**values, "parting": parting}, named):
+            raise StoreError(f"{path}: arrays do not fit together; {REMEDY}")
         outputs: Any = {name: dict(zip(named[name], values[name], strict=True)) for name in _NAMED}
         found = cls(**{name: values[name] for name in _AXES}, **outputs, parting=parting, attributes=attributes)
         return found._with_rows(journal_rows(Path(path), found._tie))
+
+
+def _fit(values: Mapping[str, Any], named: Mapping[str, Any]) -> bool:
+    """Whether arrays of a file and the names of its outputs are those of one run-up."""
+    s, orders = values["speeds"].size, values["orders"]
+    fits = s > 0 and orders.size > 0 and orders.ndim == 1
+    fits &= all(values[name].shape == (s,) for name in _AXES if name != "orders")
+    fits &= values["parting"].shape in ((s,), (0,))
+    fits &= values["amplitudes"].shape[1:] == (s, orders.size) and values["extremes"].shape[1:] == (s, 3)
+    fits &= all(isinstance(named[name], dict) and len(named[name]) == len(values[name]) for name in _NAMED)
+    fits &= all(values[name].dtype.kind in ("fc" if name == "amplitudes" else "iuf") for name in (*_AXES, *_NAMED))
+    if not fits:
+        return False
+    finite = all(np.isfinite(values[name]).all() for name in ("speeds", "orders"))
+    return bool(finite and np.all(np.diff(values["speeds"]) > 0.0) and np.all(orders > 0.0))
 
 
 def merged(parts: Sequence[RunUp]) -> RunUp:

@@ -278,9 +278,12 @@ def _entries(path: Path, dofs: Path | None) -> dict[tuple[tuple[int, int], tuple
 
 def _coordinates(path: Path) -> str:
     """Dense Matrix Market, as Ansys exports it, as text of rows, columns and values."""
-    from scipy.io import mmread
+    from scipy.io import mminfo, mmread
 
     try:
+        high, wide, *_ = mminfo(path)
+        if max(high, wide) > MOST_ROWS:
+            raise ValueError(f"it states {high} × {wide}; a superelement has at most {MOST_ROWS} components")
         dense = np.asarray(mmread(path))
     except (ValueError, OverflowError) as reason:
         raise InputError(f"{path}: not readable as Matrix Market ({reason})") from None

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.studies.harness.entries import BY_FAILURE, MEASURES, ORDER, RMS, Assertion, Bounds, Ending
+from cranktrain.studies.harness.entries import (
+    BY_FAILURE,
+    MEASURES,
+    ORDER,
+    RMS,
+    SWING,
+    Assertion,
+    Bounds,
+    Ending,
+    Scenario,
+)
 from cranktrain.studies.harness.measures import named
 from cranktrain.studies.harness.places import Times, variable
 from cranktrain.studies.harness.tables import AssertTable, At, EndsTable
@@ -40,10 +51,25 @@ def assertion(
     if other and (other == scenario or other not in names):
         raise InputError(f"{at}: ratio_to: '{other}' is no other scenario; {nearest(other, names)}")
     output = None if table.output is None else variable(table.output, f"{at}: output", units)
-    unit = named(table.unit, at)
-    return Assertion(
-        table.name, output, table.residual, measure, order or 0.0, cycles, begin, end, _bounds(at, table), unit, other
-    )
+    unit, bounds = named(table.unit, at), _bounds(at, table)
+    if measure in (RMS, SWING, ORDER) and (most := bounds.largest) < 0.0:
+        raise InputError(f"{at}: {measure} is never below zero, so that none is at most {most:g}; correct the bound")
+    return Assertion(table.name, output, table.residual, measure, order or 0.0, cycles, begin, end, bounds, unit, other)
+
+
+def check_ratios(scenarios: Sequence[Scenario], cycle: float | None) -> None:
+    """Refuse, with ``InputError``, a ratio to a scenario that ends before the window; ``cycle`` (s) is known or not."""
+    stops = {one.name: one.way.stop for one in scenarios}
+    for scenario in scenarios:
+        for k, one in enumerate(scenario.assertions, 1):
+            needed = one.begin if one.cycles is None else one.cycles * (cycle or 0.0)
+            if one.measure == ORDER:
+                needed = cycle or 0.0
+            if one.ratio_to and needed > stops[one.ratio_to] * (1.0 + 1e-9):
+                raise InputError(
+                    f"scenario '{scenario.name}': assert {k}: ratio_to: '{one.ratio_to}' takes "
+                    f"{stops[one.ratio_to]:.6g} s, the window needs {needed:.6g} s; let it take longer"
+                )
 
 
 def _bounds(at: str, table: AssertTable) -> Bounds:
@@ -62,6 +88,10 @@ def _bounds(at: str, table: AssertTable) -> Bounds:
         raise InputError(f"{at}: give tolerance, a fraction of the expected value, or absolute, in its unit")
     if min(value for value in (found.relative, found.absolute) if value is not None) < 0.0:
         raise InputError(f"{at}: a tolerance must not be below zero")
+    if found.relative is not None and not found.expected:
+        raise InputError(f"{at}: expected is 0, of which every fraction is 0; give absolute, in its unit")
+    if not math.isfinite(found.largest):
+        raise InputError(f"{at}: tolerance {found.relative:g} allows every number; take a smaller one")
     return found
 
 

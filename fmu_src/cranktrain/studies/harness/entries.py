@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -98,6 +99,18 @@ class Bounds:
     least: float | None = None
     most: float | None = None
 
+    @property
+    def room(self) -> float:
+        """Allowed distance from ``expected``; 0 where it is not given."""
+        return self.absolute if self.absolute is not None else abs((self.relative or 0.0) * (self.expected or 0.0))
+
+    @property
+    def largest(self) -> float:
+        """Largest value that is allowed; infinite where there is none."""
+        if self.expected is not None:
+            return self.expected + self.room
+        return math.inf if self.most is None else self.most
+
 
 @dataclass(frozen=True)
 class Assertion:
@@ -161,6 +174,11 @@ class Scenario:
     faults: tuple[Fault, ...]
     assertions: tuple[Assertion, ...]
     ending: Ending
+
+
+def file_name(scenario: str) -> str:
+    """Name of the result file of a scenario, without its ending."""
+    return scenario.replace(" ", "_")
 
 
 @dataclass(frozen=True)

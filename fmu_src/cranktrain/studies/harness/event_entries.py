@@ -40,7 +40,7 @@ def _target(at: str, table: Any, units: Mapping[str, Any]) -> tuple[tuple[str, s
 def _step(at: str, table: Step, units: Mapping[str, Any], times: Times) -> list[Change]:
     """An input that jumps to a value."""
     target, unit = _target(at, table, units)
-    time = times.of(table, "at", at)
+    time = times.before_end(table, "at", at)
     return [Change(target, time, time, table.value, unit)]
 
 
@@ -71,7 +71,7 @@ def _signal(at: str, table: Signal, units: Mapping[str, Any], times: Times) -> l
 
 def _misfire(at: str, table: Misfire, times: Times) -> list[Change]:
     """A cylinder without fuel from a time on, or between two."""
-    begin, end = times.span(table, at)
+    begin, end = times.event(table, at)
     target = "", f"cylinder[{table.cylinder}].fuel_mass"
     cut = Change(target, begin, begin, 0.0)
     return [cut] if math.isinf(end) else [cut, Change(target, end, end, None)]
@@ -84,7 +84,7 @@ def noises(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Nois
         target, unit = _target(at, table, units)
         if table.rms < 0 or table.seed < 0:
             raise InputError(f"{at}: rms and seed must not be below zero")
-        found.append(Noise(target, *times.span(table, at), table.rms, unit, table.seed))
+        found.append(Noise(target, *times.event(table, at), table.rms, unit, table.seed))
     return tuple(found)
 
 
@@ -93,7 +93,7 @@ def dropouts(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Dr
     found: list[Dropout] = []
     for at, table in given:
         target = variable(table.input, f"{at}: input", units)
-        one = Dropout(target, *times.span(table, at), table.gives)
+        one = Dropout(target, *times.event(table, at), table.gives)
         for other in found:
             if other.target == one.target and one.begin < other.end and other.begin < one.end:
                 raise InputError(f"{at}: {table.input} has drop-outs that overlap; let one follow the other")
@@ -112,5 +112,5 @@ def faults(given: Entries, units: Mapping[str, Any], times: Times, where: str) -
             raise InputError(f"{at}: output belongs to kind = '{NAN}'; leave it out")
         if unit in found:
             raise InputError(f"{where}: unit {unit} has two faults; give each its own scenario")
-        found[unit] = Fault(unit, times.of(table, "at", at), kind, table.output)
+        found[unit] = Fault(unit, times.before_end(table, "at", at), kind, table.output)
     return tuple(found.values())

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -37,8 +38,8 @@ from cranktrain.coupling.reconstruction import DEGREES
 from cranktrain.coupling.run import Bond, Steps
 from cranktrain.coupling.supervised import Limits
 from cranktrain.engine.file import check_title
-from cranktrain.studies.harness.assertion_entries import assertion, ending
-from cranktrain.studies.harness.entries import Harness, Scenario, UnitEntry, Way
+from cranktrain.studies.harness.assertion_entries import assertion, check_ratios, ending
+from cranktrain.studies.harness.entries import Harness, Scenario, UnitEntry, Way, file_name
 from cranktrain.studies.harness.event_entries import changes, dropouts, faults, noises
 from cranktrain.studies.harness.places import Times, variable
 from cranktrain.studies.harness.tables import ConnectionsTable, HarnessTable, PowerTable, ScenarioTable, WayTable
@@ -86,13 +87,25 @@ def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
             raise InputError(f"scenario {k}: name {shown(name)}; {ScenarioTable.remedy}")
         if names.count(name) > 1:
             raise InputError(f"two scenarios are named '{name}'; rename one")
+    _check_files(names)
     usual = Limits()
+    scenarios = tuple(_scenario(table, read, units, speed, names) for table in read.scenario)
+    check_ratios(scenarios, None if speed is None else 4.0 * math.pi / speed)
     return Harness(
         title=title, path=path, speed=speed, units=units, links=links, by_name=by_name, bonds=bonds,
         abscissa=None if read.abscissa is None else variable(read.abscissa, "abscissa", units), angle=angle,
         limits=Limits(read.start_limit_s or usual.start, read.step_limit_s or usual.step),
-        scenarios=tuple(_scenario(table, read, units, speed, names) for table in read.scenario),
+        scenarios=scenarios,
     )  # fmt: skip
+
+
+def _check_files(names: Sequence[str]) -> None:
+    """Refuse names of scenarios whose result files are one: some file systems do not tell capitals apart."""
+    files: dict[str, str] = {}
+    for name in names:
+        other = files.setdefault(unicodedata.normalize("NFKC", file_name(name)).casefold(), name)
+        if other != name:
+            raise InputError(f"scenarios '{other}' and '{name}' would share a result file; rename one")
 
 
 def _links(table: ConnectionsTable, units: Mapping[str, UnitEntry]) -> tuple[tuple[str, ...], bool]:

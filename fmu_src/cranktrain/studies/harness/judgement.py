@@ -70,12 +70,16 @@ class Outcome(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """A run up to its end, the reason of its end (empty: none), wall seconds, and whether it was interrupted."""
+    """A run up to its end, the reason of its end (empty: none), wall seconds, and whether it was interrupted.
+
+    ``besides``: whether it ended for want of space or memory, which is no failure of a unit.
+    """
 
     found: Coupled | None
     ended: str
     seconds: float
     interrupted: bool = False
+    besides: bool = False
 
 
 def judge(
@@ -85,15 +89,16 @@ def judge(
     quantity, unit = _quantity(assertion, ports)
     remark, found = "", None
     try:
-        found = _measured(assertion, runs[scenario], harness, ports)
-        if assertion.ratio_to:
-            found /= _measured(assertion, runs[assertion.ratio_to], harness, ports)
+        with np.errstate(over="ignore", invalid="ignore"):  # what is beyond the range of numbers is told below
+            found = _measured(assertion, runs[scenario], harness, ports)
+            if assertion.ratio_to:
+                found /= _measured(assertion, runs[assertion.ratio_to], harness, ports)
     except InputError as error:
         remark = str(error)
     except ZeroDivisionError:
         remark = f"is zero in scenario '{assertion.ratio_to}'"
     if found is not None and not math.isfinite(found):
-        found, remark = None, "is not a number"
+        found, remark = None, "is not a number, or too large for one"
     if assertion.ratio_to:
         quantity, unit = f"{quantity}, over that of '{assertion.ratio_to}'", ""
     passed = found is not None and _within(found, assertion.bounds)
@@ -112,7 +117,7 @@ def judge_ending(ending: Ending, ran: Ran) -> Outcome:
     parts += [f"that says '{ending.says}'"] if ending.says else []
     named = not ending.unit or ran.ended.startswith((f"{ending.unit},", f"{ending.unit}:", f"{ending.unit} "))
     timely = ending.at is None or abs(time - ending.at) <= ending.tolerance
-    passed = bool(ran.ended) and named and timely and ending.says.lower() in ran.ended.lower()
+    passed = bool(ran.ended) and not ran.besides and named and timely and ending.says.lower() in ran.ended.lower()
     remark = "" if passed or not ran.ended else f"the last communication point is {time:.6g} s"
     return Outcome("end", "end of the run", " ".join(parts), found, "", passed, remark)
 
@@ -194,8 +199,7 @@ def _within(found: float, bounds: Bounds) -> bool:
     if bounds.expected is None:
         above = bounds.least is None or found >= bounds.least
         return above and (bounds.most is None or found <= bounds.most)
-    room = bounds.absolute if bounds.absolute is not None else abs((bounds.relative or 0.0) * bounds.expected)
-    return abs(found - bounds.expected) <= room
+    return abs(found - bounds.expected) <= bounds.room
 
 
 def _expected(bounds: Bounds, unit: str) -> str:

@@ -106,7 +106,8 @@ def _over_time(name: str, one: Judged, run: Coupled, other: Judged | None) -> st
 def _orders(harness: Harness, name: str, runs: Mapping[str, Coupled]) -> list[str]:
     """Orders of an output in one run or two; nothing where one has no whole cycle."""
     try:
-        bars = {key: order_amplitudes(harness, run, run.of(name), HIGHEST) for key, run in runs.items()}
+        with np.errstate(over="ignore", invalid="ignore"):
+            bars = {key: order_amplitudes(harness, run, run.of(name), HIGHEST) for key, run in runs.items()}
     except InputError:
         return []
     unit = next(run.units[run.names.index(name)] for run in runs.values())

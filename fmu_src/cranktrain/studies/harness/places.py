@@ -47,6 +47,20 @@ class Times(NamedTuple):
             raise InputError(f"{where}: {key} = {value:g} is not within the scenario, which takes {self.stop:.6g} s")
         return found
 
+    def before_end(self, table: Table, name: str, where: str, otherwise: float | None = None) -> float:
+        """Time, s, as of :meth:`of`, of an event; ``InputError`` at the scenario's end, where it has no effect."""
+        found = self.of(table, name, where, otherwise)
+        if found >= self.stop * (1.0 - 1e-9):
+            raise InputError(
+                f"{where}: {name} {found:.6g} s is the end of the scenario, where it has no effect; let it come earlier"
+            )
+        return found
+
+    def event(self, table: Table, where: str) -> tuple[float, float]:
+        """Times from and to of an event as of :meth:`span`; ``InputError`` where it begins at the scenario's end."""
+        self.before_end(table, "from", where, 0.0)
+        return self.span(table, where)
+
     def span(self, table: Table, where: str) -> tuple[float, float]:
         """Times from and to, 0 and infinity where they are not given; ``InputError`` where they are in disorder."""
         begin, end = self.of(table, "from", where, 0.0), self.of(table, "to", where, math.inf)

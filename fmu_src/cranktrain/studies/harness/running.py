@@ -8,11 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cranktrain.core.errors import CranktrainError, InputError, nearest
+from cranktrain.core.errors import CranktrainError, InputError, StoreError, nearest
 from cranktrain.coupling.run import keep_run
 from cranktrain.coupling.supervised import run_supervised
 from cranktrain.coupling.unit import Port
-from cranktrain.studies.harness.entries import Harness, Scenario
+from cranktrain.studies.harness.entries import Harness, Scenario, file_name
 from cranktrain.studies.harness.judgement import Outcome, Ran, judge, judge_ending
 from cranktrain.studies.harness.system import check, prepared
 
@@ -77,26 +77,30 @@ def run_scenario(
     except (CranktrainError, KeyboardInterrupt) as error:
         interrupted = isinstance(error, KeyboardInterrupt)
         said = "interrupted" if interrupted else str(error)
-        return Ran(getattr(error, "found", None), said, time.perf_counter() - began, interrupted)
+        besides = isinstance(error, StoreError)
+        return Ran(getattr(error, "found", None), said, time.perf_counter() - began, interrupted, besides)
     return Ran(found, "", time.perf_counter() - began)
 
 
-def keep(folder: Path, harness: Harness, scenario: Scenario, ran: Ran) -> Path | None:
-    """Write the result file of a scenario; None where there is nothing to write."""
+def keep(folder: Path, harness: Harness, scenario: Scenario, ran: Ran) -> tuple[Ran, Path | None]:
+    """The run and its result file, which is written; None where there is nothing to write, or no place for it."""
     if ran.found is None:
-        return None
+        return ran, None
     path = result_path(folder, scenario)
     way = scenario.way
-    keep_run(path, ran.found, {
-        "harness": harness.title, "scenario": scenario.name, "scheme": way.scheme,
-        "reconstruction": way.reconstruction, "step_s": way.steps.size, "ended": ran.ended,
-    })  # fmt: skip
-    return path
+    try:
+        keep_run(path, ran.found, {
+            "harness": harness.title, "scenario": scenario.name, "scheme": way.scheme,
+            "reconstruction": way.reconstruction, "step_s": way.steps.size, "ended": ran.ended,
+        })  # fmt: skip
+    except StoreError as error:
+        return ran._replace(ended="; ".join(filter(None, (ran.ended, str(error)))), besides=True), None
+    return ran, path
 
 
 def result_path(folder: Path, scenario: Scenario) -> Path:
     """Place of a scenario's result file."""
-    return folder / f"{scenario.name.replace(' ', '_')}.h5"
+    return folder / f"{file_name(scenario.name)}.h5"
 
 
 def judged(harness: Harness, runs: Mapping[str, tuple[Ran, Path | None]], ports: Mapping[str, Port]) -> list[Judged]:

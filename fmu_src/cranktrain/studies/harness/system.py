@@ -16,7 +16,7 @@ from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.run import Bond
 from cranktrain.coupling.unit import Unit
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
-from cranktrain.studies.harness.entries import ORDER, Change, Harness, Scenario, Variable
+from cranktrain.studies.harness.entries import NAN, ORDER, Change, Harness, Scenario, Variable
 from cranktrain.studies.harness.measures import MEASURED, between, named
 from cranktrain.studies.harness.signals import SIGNALS, Curve, DroppedOut, Faulty, Noisy, Signals, in_turn
 
@@ -52,9 +52,6 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
     signals, fed = _signals(scenario, units, connections)
     connections = _modified(scenario, units, [*connections, *fed])
     faulty = {fault.unit: Faulty(units[fault.unit], fault) for fault in scenario.faults}
-    for fault in scenario.faults:
-        if fault.output:
-            _need_output((fault.unit, fault.output), units, f"scenario '{scenario.name}': fault")
     return Prepared({**units, **faulty, **signals}, connections, exchange, outputs, bonds)
 
 
@@ -68,6 +65,12 @@ def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
         for pair in (*bond.given, *bond.taken):
             for place in pair:
                 master.find(*place)
+    for fault in scenario.faults:
+        if fault.kind == NAN and not any(name.startswith(f"{fault.unit}.") for name in master.names):
+            raise InputError(
+                f"scenario '{scenario.name}': fault of {fault.unit}: none of its outputs is read, so that NaN has no "
+                "effect; name an output, or take another kind"
+            )
     bonds = [bond.name for bond in system.bonds]
     for k, assertion in enumerate(scenario.assertions, 1):
         where = f"scenario '{scenario.name}': assert {k}"
@@ -136,8 +139,16 @@ def _read(
 ) -> None:  # fmt: skip
     """Have outputs read that the file records, asserts, or needs for either."""
     wanted = [((unit, name), f"units.{unit}.record") for unit, entry in harness.units.items() for name in entry.record]
-    asserted = [(k, assertion.output) for k, assertion in enumerate(scenario.assertions, 1)]
-    wanted += [(output, f"scenario '{scenario.name}': assert {k}") for k, output in asserted if output is not None]
+    # A ratio of another scenario to this one needs the same output here.
+    wanted += [
+        (assertion.output, f"scenario '{one.name}': assert {k}")
+        for one in harness.scenarios
+        for k, assertion in enumerate(one.assertions, 1)
+        if assertion.output is not None and scenario.name in (one.name, assertion.ratio_to)
+    ]
+    wanted += [
+        ((fault.unit, fault.output), f"scenario '{scenario.name}': fault") for fault in scenario.faults if fault.output
+    ]
     wanted += [(output, what) for output, what in ((harness.angle, "angle"), (harness.abscissa, "abscissa")) if output]
     wanted += [
         (place, f"power.{bond.name}")

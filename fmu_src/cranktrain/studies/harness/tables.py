@@ -30,7 +30,12 @@ StartValue = Annotated[
 
 _Seconds = Annotated[float, measure("s", "time")]
 _Share = Annotated[float, measure("1", "1")]
-_Own = Annotated[float, quantities()]
+LARGEST = 1e30
+"""Largest number of an entry: sums and squares of what follows from it are finite."""
+_Own = Annotated[
+    float,
+    Meta(ge=-LARGEST, le=LARGEST, extra={"what": "in its unit"}, extra_json_schema=quantities().extra_json_schema),
+]
 """A number in the unit of its table."""
 
 

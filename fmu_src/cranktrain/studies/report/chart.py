@@ -63,6 +63,8 @@ class Switches(NamedTuple):
     peak_to_peak: bool = False
 
 
+LARGEST, LEAST = 1e300, 1e-290
+"""Largest value that is drawn, and least range of an axis: within them no place on the paper overflows."""
 DECADES = 3.0
 """Range of a logarithmic scale of amplitudes below the largest."""
 
@@ -90,12 +92,11 @@ def line_chart(
     points : measured x (k,) and y (k,) of curves, by their names, and half widths (k,) of their bands where known
     switches : of a chart of amplitudes, zero to peak, which the label along y says; None: has none
     """
-    within = {name: _within(x, *measured) for name, measured in points.items()}
-    every = [*curves.values(), *(found[1] for found in within.values())]
-    values = np.concatenate([np.asarray(y, dtype=float) for y in every])
-    low, high = min(0.0, float(np.nanmin(values))), max(0.0, float(np.nanmax(values)))
-    room = 0.06 * (high - low or 1.0)
-    across = Axis(labels[0], float(x[0]), float(x[-1]), step)
+    curves = {name: drawable(y) for name, y in curves.items()}
+    within = {name: _within(x, *map(drawable, measured)) for name, measured in points.items()}
+    low, high = _ends([*curves.values(), *(found[1] for found in within.values())])
+    room = 0.06 * (high - low)
+    across = Axis(labels[0], float(x[0]), max(float(x[-1]), float(x[0]) + LEAST), step)
     scales = [Axis(labels[1], low - (room if low < 0.0 else 0.0), high + room)]
     if switches is not None:
         top = high + room if high > 0.0 else 1.0
@@ -131,6 +132,8 @@ def _curves(
     for k, name in enumerate(curves):
         colour = colours[k] if k < named else GREY
         for place, value, *band in zip(*(values.tolist() for values in within.get(name, ())), strict=True):
+            if not math.isfinite(place + value):
+                continue
             parts += _band(f'data-k="{k}"', colour, across, up, place, value, *band)
             parts.append(
                 f'<circle data-k="{k}" cx="{_x(across, place)}" cy="{_y(up, value)}" r="3.5" fill="white" '
@@ -152,8 +155,10 @@ def bar_chart(
     """
     pitch = float(x[1] - x[0])
     across = Axis(labels[0], float(x[0]) - pitch, float(x[-1]) + pitch, 2.0 * pitch)
-    most = [float(np.nanmax(y)) for y in (*bars.values(), *(np.append(one[0], 0.0) for one in points.values()))]
-    up = Axis(labels[1], 0.0, 1.06 * max(*most, 1e-30))
+    bars = {name: drawable(y) for name, y in bars.items()}
+    points = {name: (drawable(one[0]), drawable(one[1])) for name, one in points.items()}
+    top = _ends([*bars.values(), *(one[0] for one in points.values())])[1]
+    up = Axis(labels[1], 0.0, 1.06 * max(top, LEAST))
     width, foot = 0.8 * pitch / len(bars), _y(up, 0.0)
     parts = [*_frame(across, up)]
     for k, (name, y) in enumerate(bars.items()):
@@ -167,7 +172,7 @@ def bar_chart(
         measured, band = points.get(name, (np.full(len(x), math.nan),) * 2)
         middles = (x + (k + 0.5 - 0.5 * len(bars)) * width).tolist()
         for place, value, half in zip(middles, measured.tolist(), band.tolist(), strict=True):
-            if math.isfinite(value):
+            if math.isfinite(value) and value >= 0.0:
                 parts += _band("", "#1c2733", across, up, place, value, half)
                 parts.append(
                     f'<circle cx="{_x(across, place)}" cy="{_y(up, value)}" r="2.6" fill="white" stroke="#1c2733">'
@@ -185,7 +190,8 @@ def map_chart(title: str, x: Array, y: Array, values: Array, labels: tuple[str, 
     half_x, half_y = (0.5 * float(places[1] - places[0]) for places in (x, y))
     across = Axis(labels[0], float(x[0]) - half_x, float(x[-1]) + half_x)
     up = Axis(labels[1], float(y[0]) - half_y, float(y[-1]) + half_y)
-    top = float(np.nanmax(values)) or 1.0
+    values = drawable(values)
+    top = _ends([np.ravel(values)])[1]
     place = np.clip(1.0 + np.log10(np.maximum(values, 1e-30 * top) / top) / DECADES, 0.0, 1.0)
     steps = np.linspace(0.0, 1.0, len(MAP_COLOURS))
     pixels = np.stack([np.interp(place, steps, channel) for channel in np.transpose(MAP_COLOURS)], axis=-1)
@@ -280,6 +286,19 @@ def _switches(state: Switches) -> str:
         )
         + "</div>"
     )
+
+
+def drawable(values: Array) -> Array:
+    """Values with NaN for infinite ones; what is larger than ``LARGEST`` is cut there."""
+    values = np.asarray(values, dtype=np.float64)
+    return np.where(np.isfinite(values), np.clip(values, -LARGEST, LARGEST), math.nan)
+
+
+def _ends(curves: Sequence[Array]) -> tuple[float, float]:
+    """Ends of an axis that has zero and all finite values on it; 0 and 1 where there is nothing else."""
+    values = np.concatenate([np.zeros(1), *curves])
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    return (low, high) if high - low > LEAST else (low, low + 1.0)
 
 
 def _within(x: Array, places: Array, *values: Array) -> tuple[Array, ...]:

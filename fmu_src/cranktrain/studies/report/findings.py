@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import shlex
 import time
@@ -23,6 +22,7 @@ from cranktrain.loads.gas_pressure import Gas, GasTrace, mean_effective_pressure
 from cranktrain.results.orders.measured import Measured, read_measured_orders
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.store.sound_files import json_of
 from cranktrain.structure.assembly import assemble
 from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.modal import modal
@@ -286,12 +286,12 @@ def _own(engine: Engine, path: str | Path) -> RunUp:
 def _fatigue(path: Path) -> dict[str, Any]:
     """Result of ``cranktrain fatigue --output``; ``InputError`` where the file is none."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json_of(path.read_text(encoding="utf-8"))
         [(one["safety_factor"], one["name"], one["speed_rpm"]) for one in found["fillets"]]
         [(one["acceptability"], one["name"], one["speed_rpm"]) for one in found["rule"]["places"]]
         any(one["safety_factor"] is not None for one in found["fillets"]) or found["none is judged"]
         found["rule"]["required"], found["rule"]["outside"]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise InputError(
             f"{path}: is no result of 'cranktrain fatigue --output'; delete it and run that again"
         ) from None

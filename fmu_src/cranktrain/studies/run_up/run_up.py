@@ -26,6 +26,7 @@ from cranktrain.studies.constant_speed import RPM
 from cranktrain.studies.run_up import steady
 from cranktrain.studies.run_up.refine import speeds_between
 from cranktrain.studies.run_up.sequence import Failed, steady_speeds
+from cranktrain.studies.run_up.starts import drop_starts, keep_start, kept_starts
 from cranktrain.studies.run_up.steady import CycleStart, Job, SteadySpeed
 from cranktrain.studies.run_up.workers import Workers, cluster_workers, local_workers
 
@@ -48,7 +49,7 @@ class Outcome:
     failed : speeds without a result, and why
     seconds : wall time
     workers : how many ran speeds
-    starts : steady motions at the speeds that were run
+    starts : steady motions at the speeds that were run, now or before an interruption
     """
 
     run_up: RunUp | None = None
@@ -101,20 +102,26 @@ def run_up(
     """
     outcome = Outcome() if outcome is None else outcome
     began = time.perf_counter()
-    store = Store(path, {**attributes, **digests(job)}, means.anew)
+    own = digests(job)
+    tie = " ".join(own.values())
+    store = Store(path, {**attributes, **own}, means.anew)
     outcome.run_up, outcome.resumed = store.run_up, 0 if store.run_up is None else store.run_up.speeds.size
-    wanted = [speed for speed in speeds if not store.holds(speed)]
+    if means.anew:
+        drop_starts(path)
+    outcome.starts += [start for start in kept_starts(path, tie) if store.holds(start.speed)]
     try:
-        if wanted or means.refine:
+        if wanted := _missing(store, speeds, means, outcome):
             with _workers(job, means, len(wanted)) as workers:
                 outcome.workers = workers.count
                 while wanted:
                     for found in _told(steady_speeds(workers, wanted, outcome.starts), len(wanted), tell):
                         outcome.failed += [found] if isinstance(found, Failed) else []
                         if isinstance(found, SteadySpeed):
+                            keep_start(path, tie, found.start)
                             store.keep(found)
-                    lost = [failed.speed for failed in outcome.failed]
-                    wanted = [s for s in _between(store.run_up, means, speeds) if not store.holds(s) and s not in lost]
+                    wanted = _missing(store, speeds, means, outcome)
+        if all(map(store.holds, speeds)):
+            drop_starts(path)
     finally:
         store.write()
         outcome.run_up, outcome.seconds = store.run_up, time.perf_counter() - began
@@ -215,6 +222,15 @@ def _workers(job: Job, means: Means, speeds: int) -> AbstractContextManager[Work
     if means.scheduler is not None:
         return cluster_workers(job, means.scheduler)
     return local_workers(job, max(1, min(means.workers or processors(), speeds)))
+
+
+def _missing(store: Store, speeds: Sequence[float], means: Means, outcome: Outcome) -> list[float]:
+    """Speeds to run: those that are asked for, then those between; none that failed in this run."""
+    lost = [failed.speed for failed in outcome.failed]
+    asked = [speed for speed in speeds if not store.holds(speed) and speed not in lost]
+    return asked or [
+        speed for speed in _between(store.run_up, means, speeds) if not store.holds(speed) and speed not in lost
+    ]
 
 
 def _between(run_up: RunUp | None, means: Means, speeds: Sequence[float]) -> list[float]:

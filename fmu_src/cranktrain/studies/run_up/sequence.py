@@ -55,8 +55,10 @@ def steady_speeds(
                 continue
             starts.append(result.start)
             found.append(result)
-        refill()  # before the caller writes what is found
+        if workers.apart:
+            refill()  # before the caller writes what is found
         yield from found
+        refill()
 
 
 def next_speed(missing: Sequence[float], finished: Sequence[float], running: Sequence[float]) -> float:

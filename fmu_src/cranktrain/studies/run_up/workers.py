@@ -21,9 +21,10 @@ _here = threading.local()
 
 
 class Workers(Protocol):
-    """Takes speeds."""
+    """Takes speeds; ``apart``: in other processes, so that a speed that is handed over does not hold up the caller."""
 
     count: int
+    apart: bool
 
     def submit(self, speed: float, near: Sequence[CycleStart]) -> Future[SteadySpeed]:
         """Start a speed, rad/s."""
@@ -48,7 +49,7 @@ class _Pool:
     """Workers behind an executor; ``job`` is what it hands to each task, None where they have it."""
 
     def __init__(self, executor: Any, count: int, job: Any, check: Callable[[], None] = lambda: None) -> None:
-        self.count, self.check = count, check
+        self.count, self.check, self.apart = count, check, not isinstance(executor, _Here)
         self._executor, self._job = executor, job
 
     def submit(self, speed: float, near: Sequence[CycleStart]) -> Future[SteadySpeed]:

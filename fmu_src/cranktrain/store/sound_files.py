@@ -1,0 +1,145 @@
+"""Files from anywhere are checked before memory is asked for: sizes, links, kinds of numbers, nested texts.
+
+A file states the shapes of its arrays, and a damaged or hostile one may state any. An array takes at most
+:data:`EXPANSION` times the bytes of its file, which is what the best compression of zeros reaches, and at most half of
+the machine's memory. All checks raise ``ValueError``, for which a reader says which file is damaged.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import zipfile
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.io import mminfo, mmread
+
+from cranktrain.core.errors import StoreError
+from cranktrain.core.reduced_body import ReducedBody, check
+
+EXPANSION = 1100
+"""Bytes that one byte of a compressed file may become: deflate reaches 1032."""
+FREE = 1 << 20
+"""Bytes that every file may ask for."""
+NUMBERS = "biufc"
+"""Kinds of NumPy's types that are numbers."""
+LEAST_INERTIA = -1e-3
+"""Least principal moment of inertia over the largest: a line of masses has none about its axis, and a superelement's
+matrices have as few digits as their file."""
+DAMAGED = (
+    KeyError, OSError, ValueError, TypeError, AttributeError, EOFError, IndexError, RuntimeError, OverflowError,
+    MemoryError, NotImplementedError, zipfile.BadZipFile,
+)  # fmt: skip
+"""Errors of libraries that read what is damaged; RecursionError is a RuntimeError."""
+
+
+def memory() -> int:
+    """Bytes of this machine's memory; 8 GiB where the system does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return 8 << 30
+
+
+def check_size(asked: int, size: int, what: str) -> None:
+    """Refuse to take ``asked`` bytes for a part ``what`` of a file of ``size`` bytes."""
+    if asked > min(EXPANSION * size + FREE, memory() // 2):
+        raise ValueError(f"{what} states {asked:.3g} bytes, the file has {size:.3g}")
+
+
+def json_of(text: str | bytes) -> Any:
+    """Value of a JSON text; ``ValueError`` also where it is nested too deeply."""
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("brackets are nested too deeply") from None
+
+
+def check_tree(file: Any, size: int) -> None:
+    """Check all groups and arrays of an open HDF5 file of ``size`` bytes, which is to have hard links only.
+
+    A soft or external link would lead elsewhere, or nowhere. Arrays are numbers, or texts that name them.
+    """
+    asked = 0
+    for name, item in _items(file):
+        if hasattr(item, "keys"):
+            continue
+        if item.is_virtual or item.external:
+            raise ValueError(f"{name} lies in another file")
+        if item.shape is None or not (item.dtype.kind in NUMBERS or "unit" not in item.attrs):
+            raise ValueError(f"{name} holds no numbers")
+        asked += math.prod(item.shape) * item.dtype.itemsize
+        check_size(asked, size, name)
+
+
+def _items(group: Any, above: str = "", seen: frozenset[Any] = frozenset()) -> Iterator[tuple[str, Any]]:
+    """Names and objects below a group; ``ValueError`` where a link is none of a tree."""
+    for name in group:
+        place = f"{above}{name}"
+        if type(group.get(name, getlink=True)).__name__ != "HardLink":
+            raise ValueError(f"{place} is a link to somewhere else")
+        item = group[name]
+        yield place, item
+        if hasattr(item, "keys"):
+            if item.id in seen or len(seen) > 20:
+                raise ValueError(f"{place} is nested in itself, or too deeply")
+            yield from _items(item, f"{place}/", seen | {item.id})
+
+
+def archive_arrays(path: Path, names: Collection[str] | None = None) -> dict[str, NDArray[Any]]:
+    """Arrays of NumPy's archive by name, those of ``names`` where given, each as large as its entry at most."""
+    size = path.stat().st_size
+    with zipfile.ZipFile(path) as archive:
+        check_size(sum(entry.file_size for entry in archive.infolist()), size, "the archive")
+        for entry in archive.infolist():
+            with archive.open(entry) as file:
+                version = npy.read_magic(file)
+                read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+                shape, _, kind = read(file)
+            if kind.hasobject or math.prod(shape) * kind.itemsize > entry.file_size:
+                raise ValueError(f"{entry.filename} is no array, or less than it states")
+    with np.load(path, allow_pickle=False) as data:
+        return {name: data[name] for name in data.files if names is None or name in names}
+
+
+def matrix(path: Path, shape: tuple[int, int] | None = None) -> NDArray[Any]:
+    """A matrix of a Matrix Market file, full, of a given shape; without one, the file is to hold every entry."""
+    rows, columns, entries, kind, field, _ = mminfo(path)
+    stated, size = (int(rows), int(columns)), path.stat().st_size
+    if shape is not None and stated != shape:
+        raise ValueError(f"{path.name} is {stated}, needs {shape}")
+    if field not in ("real", "integer", "double") or min(stated) < 1 or 2 * int(entries) > size:
+        raise ValueError(f"{path.name} holds no numbers, or fewer than it states")
+    if shape is None and kind != "array":
+        raise ValueError(f"{path.name} is not full")
+    check_size(8 * stated[0] * stated[1], memory(), path.name)
+    found = mmread(path)
+    return found.toarray() if sparse.issparse(found) else np.asarray(found)
+
+
+def check_body(body: ReducedBody) -> None:
+    """Raise ``StoreError`` where numbers of a stored body cannot belong to a body that has mass."""
+    check(body)
+
+    def refuse(text: str) -> None:
+        raise StoreError(f"body '{body.name}': {text}; make it anew")
+
+    if not 0.0 < body.mass < math.inf:
+        refuse(f"its mass is {body.mass:g} kg, needs one above zero")
+    if len(set(body.interfaces)) < len(body.interfaces):
+        refuse("two interfaces have one name")
+    moments = np.linalg.eigvalsh(0.5 * (body.inertia + body.inertia.T))
+    scale = float(np.abs(body.inertia).max())
+    if moments[0] < LEAST_INERTIA * scale or np.abs(body.inertia - body.inertia.T).max() > -LEAST_INERTIA * scale:
+        refuse("its inertia is not that of a body, symmetric with moments above zero")
+    if np.any(body.damping < 0.0):
+        refuse("its damping is below zero")
+    if body.basis is not None and not np.isfinite(body.basis).all():
+        refuse("'basis' holds values that are not finite")

@@ -1,0 +1,141 @@
+"""Harness files that would run for long and then tell nothing, or the wrong thing: refused or mended before."""
+
+import json
+import shutil
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from small_fmus import MASS, SPRING, small_fmu
+
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.studies.harness import running
+from cranktrain.studies.harness.file import load_harness
+
+HEAD = """
+stop_s = 1.0
+step_s = 0.01
+[units.mass]
+fmu = "Mass.fmu"
+[units.spring]
+fmu = "Spring.fmu"
+[connections]
+map = ["mass.place -> spring.place", "spring.force -> mass.force"]
+[[scenario]]
+name = "first"
+"""
+LOUD = (
+    "Loud", "An output that is as large as a number may be",
+    {"place": ("input", 0.0), "force": ("output", 0.0), "size": ("parameter", 1.7e308)},
+    ["self.force = self.size if time > 0.5 else -self.size"],
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("small")
+    for kind in (MASS, SPRING, LOUD):
+        small_fmu(folder, *kind)
+    return folder
+
+
+@pytest.fixture
+def harness(small, tmp_path, monkeypatch, capsys):
+    """Run a text as a harness file beside the small FMUs: exit code, object on stdout."""
+    monkeypatch.chdir(tmp_path)
+    for fmu in small.glob("*.fmu"):
+        shutil.copy(fmu, tmp_path)
+
+    def run(text, *options):
+        Path("harness.toml").write_text(text, "utf-8")
+        code = main(["harness", "harness.toml", "--json", *options])
+        return code, json.loads(capsys.readouterr().out)
+
+    return run
+
+
+def test_a_ratio_to_a_scenario_that_asserts_nothing_itself(harness):
+    """What other scenarios refer to is recorded there too: the order of the two plays no part."""
+    second = """
+[[scenario]]
+name = "second"
+start = { spring = { stiffness = 2.0 } }
+assert = [{ output = "mass.speed", what = "rms", ratio_to = "first", expected = 1.0, tolerance = 1e-9 }]
+"""
+    code, found = harness(HEAD + second, "--junit", "out.xml", "--html", "out.html")
+    assert (code, found["passed"]) == (0, True)
+    assert ElementTree.parse("out.xml").getroot().get("tests") == "3"
+    assert "mass.speed over the time" in Path("out.html").read_text("utf-8")
+
+
+def test_an_output_as_large_as_a_number_may_be_has_its_report(harness):
+    text = HEAD.replace("Spring.fmu", "Loud.fmu").replace('"mass.place -> spring.place", "spring.force -> mass.force"',
+                                                          '"mass.place -> spring.place"')  # fmt: skip
+    text += """assert = [
+    { output = "spring.force", what = "maximum", most = 1e30 },
+    { output = "spring.force", what = "rms", most = 1e30 },
+    { output = "spring.force", what = "peak_to_peak", most = 1e30 },
+]
+"""
+    code, found = harness(text, "--junit", "out.xml", "--html", "out.html")
+    largest, rms, swing = found["scenarios"][0]["assertions"][1:]
+    assert code == 1 and largest["found"] == 1.7e308 and not largest["passed"]
+    assert rms["found"] is None and swing["found"] is None and "too large" in swing["remark"]
+    page = Path("out.html").read_text("utf-8")
+    assert "<svg" in page and "NaN" not in page and "Infinity" not in page
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("fault = [{ of = 'spring', kind = 'fails', at_s = 1.0 }]", "fault 1: at 1 s is the end of the scenario"),
+        ("step = [{ input = 'spring.anchor', at_s = 1.0, value = 1 }]", "step 1: at 1 s is the end"),
+        ("noise = [{ input = 'mass.force', rms = 1, from_s = 1.0 }]", "noise 1: from 1 s is the end"),
+        ("dropout = [{ input = 'mass.force', from_s = 1.0 }]", "dropout 1: from 1 s is the end"),
+        ("noise = [{ input = 'mass.force', rms = 1e308 }]", r"rms: 1e\+308 is not within -1e\+30 to 1e\+30"),
+        ("assert = [{ output = 'mass.place', what = 'final', expected = 0, tolerance = 0.1 }]", "give absolute"),
+        ("assert = [{ output = 'mass.place', what = 'final', expected = 1e20, tolerance = 1e300 }]", "every number"),
+        ("assert = [{ output = 'mass.place', what = 'rms', most = -1 }]", "rms is never below zero"),
+        ("assert = [{ output = 'mass.place', what = 'rms', expected = -1, absolute = 0.1 }]", "rms is never below"),
+        ("[[scenario]]\nname = 'First'", "scenarios 'first' and 'First' would share a result file"),
+        ("[[scenario]]\nname = 'a b'\n[[scenario]]\nname = 'a_b'", "scenarios 'a b' and 'a_b' would share"),
+        ("[[scenario]]\nname = 'long'\nstop_s = 3\nassert = [{ output = 'mass.place', what = 'mean', from_s = 2, "
+         "ratio_to = 'first', most = 1 }]", "'first' takes 1 s, the window needs 2 s"),
+    ],
+)  # fmt: skip
+def test_what_cannot_tell_anything_is_refused(small, text, said):
+    path = small / "refused.toml"
+    path.write_text(HEAD + text, "utf-8")
+    with pytest.raises(InputError, match=said):
+        load_harness(path)
+
+
+def test_a_fault_just_before_the_end_strikes(harness):
+    code, found = harness(HEAD + "fault = [{ of = 'spring', kind = 'fails', at_s = 0.999 }]")
+    assert code == 1 and found["scenarios"][0]["ended"].startswith("spring, step from 0.99 s")
+
+
+def test_nan_of_a_unit_that_nothing_reads_is_refused(harness):
+    text = HEAD.replace('"mass.place -> spring.place", "spring.force -> mass.force"', '"mass.place -> spring.place"')
+    code, found = harness(text + "fault = [{ of = 'spring', kind = 'nan', at_s = 0.5 }]")
+    assert code == 2 and "none of its outputs is read" in found["error"]["what"]
+    code, found = harness(text + "fault = [{ of = 'spring', kind = 'nan', output = 'force', at_s = 0.5 }]")
+    assert code == 1 and "force is nan" in found["scenarios"][0]["ended"]
+
+
+def test_a_place_that_is_full_costs_its_scenario_only(harness, monkeypatch):
+    """The others run, and the file of results for other programs is written."""
+    whole = running.keep_run
+
+    def full(path, *rest):
+        if path.name == "first.h5":
+            raise StoreError(f"{path}: cannot be written (No space left on device); choose another place")
+        return whole(path, *rest)
+
+    monkeypatch.setattr(running, "keep_run", full)
+    text = HEAD + "ends = [{ how = 'fails' }]\n[[scenario]]\nname = 'second'\n"
+    code, found = harness(text, "--junit", "out.xml")
+    first, second = found["scenarios"]
+    assert code == 1 and not first["passed"] and "No space left" in first["ended"] and first["result"] is None
+    assert second["passed"] and Path(second["result"]).is_file() and Path("out.xml").is_file()

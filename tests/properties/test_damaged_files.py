@@ -1,0 +1,124 @@
+"""Damaged and hostile files of results and bodies: one line and exit code 2, and no memory that they only state."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+from damaged_files import DEEP, FOLDER_HARMS, HARMS, archive_of
+from superelements import shaft, write_superelement
+from test_open_files import result, run_up
+from test_own_body import made as made  # a fixture
+
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.coupling.run import Coupled, keep_run
+from cranktrain.results.export import export
+from cranktrain.results.in_hand.loaded import load_run
+from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.store.bodies import export_body, import_body
+from cranktrain.store.hdf5 import load_body, save_body
+from cranktrain.store.variant_files import HEAD, VariantFiles
+from cranktrain.structure.fem.own_body import read_body
+from cranktrain.studies.report.findings import _fatigue
+
+
+def refused(capsys, *arguments):
+    """The error of a call, in one line."""
+    assert main(list(map(str, arguments))) == 2
+    lines = [line for line in capsys.readouterr().err.splitlines() if "warning" not in line]
+    assert len(lines) == 1, lines
+    return lines[0]
+
+
+@pytest.mark.parametrize("harm", HARMS)
+def test_a_damaged_result_is_refused_by_every_reader(tmp_path, capsys, harm):
+    path = result(tmp_path / "run.h5")
+    harm(path)
+    if harm.__name__ != "not_a_number":  # a table is of numbers as they are
+        assert "run.h5" in refused(capsys, "export", path, "--to", tmp_path / "t.csv")
+        assert not (tmp_path / "t.csv").exists()
+    assert "run.h5" in refused(capsys, "bearing-loads", "diesel_i6", "--result", path)
+    with pytest.raises(StoreError, match=r"run\.h5"):
+        load_run(path)
+
+
+@pytest.mark.parametrize("harm", HARMS)
+@pytest.mark.parametrize("name", ["speeds", "amplitudes"])
+def test_a_damaged_run_up_is_refused_by_every_reader(tmp_path, capsys, harm, name):
+    run_up(tmp_path / "up.h5")
+    path = tmp_path / "up.h5"
+    harm(path, name)
+    if (harm.__name__, name) == ("not_a_number", "amplitudes"):  # a speed may lack an amplitude
+        assert np.isnan(RunUp.load(path).amplitudes["pulley.torsion"]).any()
+        return
+    for call in (("export", path, "--to", tmp_path / "t.csv"), ("plot-runup", path, "--plots", tmp_path / "new")):
+        assert "up.h5" in refused(capsys, *call)
+    assert not (tmp_path / "t.csv").exists()
+
+
+def test_names_that_are_nested_too_deeply_are_refused(tmp_path, capsys):
+    run_up(tmp_path / "up.h5")
+    with h5py.File(tmp_path / "up.h5", "r+") as file:
+        file.attrs["run.extremes_outputs"] = DEEP[:60_000]
+    assert "names of its outputs are damaged" in refused(capsys, "export", tmp_path / "up.h5", "--to", "t.csv")
+
+
+@pytest.mark.parametrize("harm", FOLDER_HARMS)
+def test_a_damaged_folder_of_a_body_is_refused(tmp_path, made, harm):
+    harm(export_body(tmp_path / "body", made))
+    with pytest.raises(StoreError):
+        import_body(tmp_path / "body")
+
+
+def test_an_archive_that_states_terabytes_is_refused(tmp_path, made):
+    for k, stated in enumerate(("(10995116277760,)", "(-1,)", "(2, 3, 99999999999)")):
+        path = export_body(tmp_path / f"{k}.npz", made)
+        archive_of(path, stated)
+        with pytest.raises(StoreError, match="damaged"):
+            import_body(path)
+
+
+def test_a_body_of_negative_mass_is_refused_in_every_format(tmp_path, made):
+    path = save_body(tmp_path / "b.h5", made)
+    with h5py.File(path, "r+") as file:
+        file.attrs["mass"] = -1.0
+    with pytest.raises(StoreError, match="its mass is -1 kg, needs one above zero"):
+        load_body(path)
+
+
+@pytest.mark.parametrize("head", [DEEP, "{", "[]", '{"format": 1}', '"x"'])
+def test_a_damaged_head_of_variants_is_refused(tmp_path, head):
+    (tmp_path / HEAD).write_text(head)
+    with pytest.raises(StoreError, match="is no folder of variants"):
+        VariantFiles.open(tmp_path)
+
+
+def test_coupled_units_are_columns_and_their_table_replaces_itself(tmp_path):
+    """Each unit has a group in the file; nothing of them is left out."""
+    times, values = np.arange(5.0), np.arange(10.0).reshape(5, 2)
+    names = ("mass.place", "spring.force")
+    keep_run(tmp_path / "run.h5", Coupled(names, ("m", "N"), times, values, {}, 4, 0, 4, 0.1), {"scheme": "jacobi"})
+    for _ in range(2):
+        found = export(tmp_path / "run.h5", tmp_path / "t.csv")
+    assert (found["columns"], found["left_out"]) == (3, [])
+    head, *rows = (tmp_path / "t.csv").read_text().splitlines()
+    assert head == "time [s],mass/place [m],spring/force [N]" and rows[1] == "1.0,2.0,3.0"
+
+
+def test_a_deep_json_of_fatigue_is_no_result_of_it(tmp_path):
+    for text in (DEEP, "[]", json.dumps({"fillets": 3})):
+        (tmp_path / "f.json").write_text(text)
+        with pytest.raises(InputError, match="is no result of 'cranktrain fatigue"):
+            _fatigue(tmp_path / "f.json")
+
+
+def test_a_superelement_that_states_terabytes_is_refused(tmp_path):
+    write_superelement(tmp_path, shaft(2), {"a": 1, "b": 3})
+    text = (tmp_path / "super.toml").read_text("utf-8")
+    own = 'stiffness = "stiffness.mtx"\nmass = "mass.mtx"'
+    (tmp_path / "super.toml").write_text(text.replace('matrices = "super.mtx"', own), "utf-8")
+    for name in ("stiffness.mtx", "mass.mtx"):
+        (tmp_path / name).write_text("%%MatrixMarket matrix array real general\n1000000000 1000000\n1.0\n")
+    with pytest.raises(InputError, match="at most"):
+        read_body(tmp_path / "super.toml")

@@ -1,0 +1,197 @@
+"""Interrupts and terminations: exit codes 130 and 143, one line, and a run-up that gets on however often it ends."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cranktrain.cli import engines
+from cranktrain.cli.console import Interrupted
+from cranktrain.cli.main import main
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.file import load_engine
+from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.store import whole_file as files
+from cranktrain.store.journal import journal_place
+from cranktrain.structure.assembly import assemble
+from cranktrain.studies.run_up import workers
+from cranktrain.studies.run_up.run_up import Means, run_up
+from cranktrain.studies.run_up.starts import drop_starts, keep_start, kept_starts
+from cranktrain.studies.run_up.steady import Job, SteadyRuns
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+RPM = math.pi / 30.0
+WHILE_LOADING = """
+import os, signal, sys
+from cranktrain.cli.main import main
+
+class Sends:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            sys.meta_path.remove(self)
+            os.kill(os.getpid(), {number})
+        return None
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job is started with it ignored
+sys.meta_path.insert(0, Sends())
+sys.exit(main(["modal", "diesel_i6", "--json"]))
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("module", ["rich.console", "numpy.linalg", "numpy.random.mtrand", "scipy.sparse.linalg"])
+def test_while_libraries_are_loaded_it_is_one_line(tmp_path, module, number):
+    """The first second: some libraries make another error of it, or swallow it."""
+    script = WHILE_LOADING.format(module=module, number=int(number))
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, cwd=tmp_path, timeout=300, check=False
+    )
+    assert done.returncode == 128 + number, done.stderr
+    assert done.stderr.splitlines() == [
+        "cranktrain: interrupted; nothing was written, and what earlier runs wrote is kept"
+    ]
+    assert json.loads(done.stdout)["error"]["what"] == "interrupted"
+
+
+def ended_by(number, ending):
+    """The verb ``engines`` in which a signal arrives."""
+
+    def run(options):
+        try:
+            signal.raise_signal(number)
+        except KeyboardInterrupt:
+            return ending()
+        raise AssertionError
+
+    return run
+
+
+def raised(error):
+    def ending():
+        raise error
+
+    return ending
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("ending", "said"),
+    [
+        (lambda: {"interrupted": True, "passed": False}, ""),
+        (raised(KeyboardInterrupt()), "cranktrain: interrupted; nothing was written"),
+        (raised(Interrupted("interrupted; x.h5 keeps 3 speeds")), "cranktrain: interrupted; x.h5 keeps 3 speeds"),
+        (raised(ImportError("numpy: cannot be initialized")), "cranktrain: interrupted; nothing was written"),
+    ],
+)
+def test_the_exit_code_is_that_of_the_signal(monkeypatch, capsys, number, ending, said):
+    monkeypatch.setattr(engines, "run", ended_by(number, ending))
+    monkeypatch.setattr(files, "WRITTEN", [])
+    before = signal.getsignal(signal.SIGINT)
+    assert main(["engines", "--json"]) == 128 + number
+    assert capsys.readouterr().err.startswith(said) and signal.getsignal(signal.SIGINT) is before
+
+
+def test_files_that_were_written_before_are_named(monkeypatch, capsys, tmp_path):
+    def run(options):
+        with files.whole_file(tmp_path / "first.txt") as place:
+            place.write_text("x")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(engines, "run", run)
+    monkeypatch.setattr(files, "WRITTEN", [])
+    assert main(["engines"]) == 130
+    assert "written before: " in (said := capsys.readouterr().err) and "first.txt" in said
+
+
+def test_memory_that_is_not_enough_is_no_fault_of_the_program(monkeypatch, capsys):
+    def run(options):
+        raise MemoryError("Unable to allocate 73. TiB")
+
+    monkeypatch.setattr(engines, "run", run)
+    assert main(["engines"]) == 2
+    assert "the memory is not enough (Unable to allocate 73. TiB)" in capsys.readouterr().err
+
+
+def job(crank, bearings):
+    step = math.radians(5.0 if crank == "torsional" else 2.5)
+    made = assemble(load_engine("diesel_i6"), Settings(crank=crank, bearings=bearings, step=step))
+    return Job(made, None, 1e-4, 12.0, ("pulley.torsion",))
+
+
+@pytest.mark.parametrize(("crank", "bearings"), [("torsional", "held"), ("rigid", "impedance")])
+def test_a_run_up_that_is_interrupted_at_every_second_speed_is_the_whole_one(tmp_path, monkeypatch, crank, bearings):
+    """Each attempt keeps the one speed that it finished, and goes on from the motions of those before."""
+    asked = job(crank, bearings)
+    speeds = [RPM * rpm for rpm in (1500.0, 1520.0, 1540.0, 1560.0, 1580.0)]
+    means = Means(workers=1)
+
+    def fresh():
+        monkeypatch.setattr(workers._here, "job", None, raising=False)
+
+    fresh()
+    whole = run_up(asked, speeds, tmp_path / "whole.h5", means, {}).run_up
+    at, calls = SteadyRuns.at, []
+
+    def interrupted(self, speed, near=()):
+        calls.append(speed)
+        if len(calls) > 1:
+            raise KeyboardInterrupt
+        return at(self, speed, near)
+
+    path = tmp_path / "often.h5"
+    monkeypatch.setattr(SteadyRuns, "at", interrupted)
+    for count in range(1, len(speeds)):
+        calls.clear()
+        fresh()
+        with pytest.raises(KeyboardInterrupt):
+            run_up(asked, speeds, path, means, {})
+        assert RunUp.load(path).speeds.size == count
+    calls.clear()
+    often = run_up(replace(asked), speeds, path, means, {}).run_up
+    assert np.array_equal(often.speeds, whole.speeds) and np.array_equal(often.cycles, whole.cycles)
+    for name in whole.amplitudes:
+        assert (
+            np.abs(often.amplitudes[name] - whole.amplitudes[name]).max() <= 1e-9 * np.abs(whole.amplitudes[name]).max()
+        )
+    for name, extremes in whole.extremes.items():
+        assert np.abs(often.extremes[name] - extremes).max() <= 1e-9 * max(np.abs(extremes).max(), 1e-12), name
+    assert not journal_place(path.with_name(f"{path.name}.starts")).exists()
+
+
+def test_the_motions_of_finished_speeds_come_back_as_they_were(tmp_path):
+    start = SteadyRuns(job("torsional", "held")).at(1500.0 * RPM).start
+    for one in (start, start._replace(temperatures=np.array([350.0]), learned=None)):
+        keep_start(tmp_path / "up.h5", "tie", one)
+    first, second = kept_starts(tmp_path / "up.h5", "tie")
+    assert np.array_equal(first.motion.place, start.motion.place) and first.motion.lead == start.motion.lead
+    assert (first.speed, first.shaft_angle, first.periodic) == (start.speed, start.shaft_angle, start.periodic)
+    assert np.array_equal(first.films, start.films) and first.temperatures is None
+    if start.learned is not None:
+        assert first.learned.free.decay == start.learned.free.decay
+        assert np.array_equal(first.learned.free.shape, start.learned.free.shape)
+    assert second.temperatures.tolist() == [350.0] and second.learned is None
+    assert kept_starts(tmp_path / "up.h5", "another") == []
+    drop_starts(tmp_path / "up.h5")
+    assert kept_starts(tmp_path / "up.h5", "tie") == [] and not list(tmp_path.iterdir())
+
+
+def test_an_interrupt_before_the_first_speed_says_what_an_older_file_keeps(tmp_path, monkeypatch, capsys):
+    command = ["runup", "diesel_i6", "--crank", "torsional", "--bearings", "held", "--step-deg", "5", "--from", "1500"]
+    command += ["--to", "1520", "--workers", "1", "--output", str(tmp_path / "up.h5")]
+    assert main(command) == 0
+    capsys.readouterr()
+
+    def stopped(*asked):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("cranktrain.cli.runup.assembled", stopped)
+    assert main(command) == 130
+    assert "up.h5 keeps 2 speeds; run the same command again" in capsys.readouterr().err
+    assert main([*command, "--anew"]) == 130
+    assert "run the command without --anew again" in capsys.readouterr().err
