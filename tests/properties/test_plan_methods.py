@@ -106,7 +106,9 @@ def test_charted_levels_run_nothing_above_them_unless_asked(chooser, monkeypatch
     assembled = type("Made", (), {"body": type("Body", (), {"n_modes": 7})})
     monkeypatch.setattr(SceneModel, "assembly", lambda self, case: assembled)
     chosen = _Judged(("solid", "impedance"), 0.2, True, "", np.array([0.1, 0.2]))
-    made = plan._figures(chosen, plan.model.case("solid", "impedance", "esdirk47", math.radians(5.0)), [chosen], "modes")
+    made = plan._figures(
+        chosen, plan.model.case("solid", "impedance", "esdirk47", math.radians(5.0)), [chosen], "modes"
+    )
     assert runs == levels
     assert made.next.bearings == "table" and (made.next_real_time_factor is None) != compare
     assert made.total_error == pytest.approx(math.hypot(2.0e-3, 0.2))
