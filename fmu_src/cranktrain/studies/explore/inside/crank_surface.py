@@ -1,4 +1,4 @@
-"""The crankshaft's surface over a cycle with its stresses, in the form that a page shows: float32, every few degrees."""
+"""The crankshaft's surface over a cycle with its stresses as a page shows it: float32, every few degrees."""
 
 from __future__ import annotations
 

@@ -201,9 +201,7 @@ def _look(found: BearingCycle, engine: Engine, film: FilmPressure | None) -> Bea
     sizes = (0.0, 0.0, 0.0) if bearing is None else (bearing.diameter, bearing.width, bearing.clearance)
     shell = found.on_rod if found.on_rod is not None else found.on_shell
     orbit = np.zeros(0, dtype=complex) if found.orbit is None else found.orbit[order]
-    return BearingLook(
-        found.name, found.angle[order], shell[order], found.on_journal[order], orbit, *sizes, film=film
-    )
+    return BearingLook(found.name, found.angle[order], shell[order], found.on_journal[order], orbit, *sizes, film=film)
 
 
 @dataclass(frozen=True)

@@ -82,9 +82,7 @@ class LookInside:
             stress, surface = self._stressed(modes, cycle)
         chosen = made.settings
         levels = {"crank": chosen.crank, "bearings": chosen.bearings, "big_ends": chosen.big_ends}
-        found = InsideCycle(
-            self.engine.name, request.speed, levels, looks, surface, attributes={"load": self.load}
-        )
+        found = InsideCycle(self.engine.name, request.speed, levels, looks, surface, attributes={"load": self.load})
         return found, cycle, stress
 
     def _stressed(self, modes: StressModes, cycle: RecordedCycle) -> tuple[CrankStress, CrankSurface]:
