@@ -38,8 +38,12 @@ class _Square:
     """A curve in a plane over a cycle, in a square about its origin, with the point of the present crank angle."""
 
     def __init__(self, across: str, up: str, unit: str) -> None:
-        # One range of equal scales: the frame keeps them in a chart of any width.
-        self.plot = _plot(across, up, match_aspect=True, x_range=Range1d(-1, 1), y_range=Range1d(-1, 1))
+        self.plot = _plot(across, up, match_aspect=True)
+        # Equal scales in a chart of any width: Bokeh keeps them for ranges that follow data, here two corners.
+        self._corners = ColumnDataSource({"x": [], "y": []})
+        corners = self.plot.scatter("x", "y", source=self._corners, alpha=0.0)
+        for ends in (self.plot.x_range, self.plot.y_range):
+            ends.renderers, ends.range_padding = [corners], 0.0
         self.curve = ColumnDataSource({"x": [], "y": []})
         self.start, self.point, self.arm = (ColumnDataSource({"x": [], "y": []}) for _ in range(3))
         self.plot.line("x", "y", source=self.curve, color=COLOURS[0], line_width=1.5)
@@ -48,13 +52,12 @@ class _Square:
         dot = self.plot.scatter("x", "y", source=self.point, size=10, color=COLOURS[1])
         self.plot.add_tools(HoverTool(renderers=[dot], tooltips=[("x", f"@x {unit}"), ("y", f"@y {unit}")]))
 
-    def draw(self, curve: ComplexArray, reach: float) -> None:
-        """Draw a closed curve (n,), and its first sample as a ring."""
+    def draw(self, curve: ComplexArray, start: int, reach: float) -> None:
+        """Draw a closed curve (n,), with a ring at one of its samples, in a square of half width ``reach``."""
         closed = np.append(curve, curve[:1])
         self.curve.data = {"x": closed.real, "y": closed.imag}
-        self.start.data = {"x": curve.real[:1], "y": curve.imag[:1]}
-        for ends in (self.plot.x_range, self.plot.y_range):
-            ends.start, ends.end = -reach, reach
+        self.start.data = {"x": [curve[start].real], "y": [curve[start].imag]}
+        self._corners.data = {"x": [-reach, reach], "y": [-reach, reach]}
 
     def mark(self, value: complex, arm: bool) -> None:
         """Mark the present value, with a line from the origin where it is an ``arm``."""
@@ -76,7 +79,7 @@ class OrbitChart(_Square):
     def choose(self, look: BearingLook) -> None:
         """Show a bearing, which has an orbit."""
         self._look = look
-        self.draw(look.orbit, _ROOM * max(1.0, float(np.abs(look.orbit).max())))
+        self.draw(look.orbit, look.sample(0), _ROOM * max(1.0, float(np.abs(look.orbit).max())))
 
     def show(self, frame: int) -> None:
         """Mark a frame."""
@@ -109,7 +112,7 @@ class PolarChart(_Square):
             axes = "in the crank's axes, x", "in the crank's axes, y"
         self.plot.xaxis.axis_label, self.plot.yaxis.axis_label = (f"{one}, kN" for one in axes)
         self._words = side
-        self.draw(self._load, _ROOM * max(float(np.abs(self._load).max()), 1.0e-9))
+        self.draw(self._load, look.sample(0), _ROOM * max(float(np.abs(self._load).max()), 1.0e-9))
 
     def show(self, frame: int) -> None:
         """Mark a frame."""
@@ -135,9 +138,10 @@ class FilmChart:
         self._colours = LinearColorMapper(palette="Viridis256", low=0.0, high=1.0)
         names = ("left", "right", "bottom", "top", "p")
         self.cells: ColumnDataSource = ColumnDataSource({name: [] for name in names})
+        colour = {"field": "p", "transform": self._colours}  # of lines too: no seams between cells
         quads = self.plot.quad(
-            left="left", right="right", bottom="bottom", top="top", source=self.cells, line_color=None,
-            fill_color={"field": "p", "transform": self._colours},
+            left="left", right="right", bottom="bottom", top="top", source=self.cells,
+            line_color=colour, fill_color=colour,
         )  # fmt: skip
         self.peak = ColumnDataSource({"x": [], "y": []})
         self.plot.scatter("x", "y", source=self.peak, marker="x", size=10, color="white", line_width=2)
@@ -168,7 +172,7 @@ class FilmChart:
         middle = (_DEG * 0.5 * (begin[i] + end[i]) + 180.0) % 360.0 - 180.0
         self.peak.data = {"x": [middle], "y": [0.5 * (sides[j] + sides[j + 1])]}
         self.plot.title.text = (
-            f"{look.title}: film pressure; {frame * FRAME_DEG}°: greatest {pressure.max():.1f} of "
+            f"{look.title}: film pressure; {frame * FRAME_DEG}°: greatest node {pressure.max():.1f} of "
             f"{self._colours.high:.1f} MPa"
         )
 

@@ -1,7 +1,7 @@
 // The crankshaft on the page of explore: the surface of surface.js with a colour scale and the value under the pointer.
 const STYLE = `
 .crank { position: relative; width: 100%; height: 100%; display: flex; flex-direction: column;
-  font: 12px system-ui, sans-serif; color: #444; }
+  font: 12px Helvetica, Arial, sans-serif; color: #444; padding: 8px 0 0 10px; box-sizing: border-box; }
 .crank .title { font-weight: bold; font-size: 13px; }
 .crank .space { flex: 1; position: relative; min-height: 180px; }
 .crank canvas.surface { position: absolute; inset: 0; width: 100%; height: 100%; touch-action: none; cursor: grab; }

@@ -15,6 +15,7 @@ import param
 
 from cranktrain.results.pictures.page import surface_script
 from cranktrain.results.pictures.rendering import COLOURS, RIGHT, TO_EYE, UP
+from cranktrain.studies.explore.inside.charts import HEIGHT
 from cranktrain.studies.explore.inside.crank_surface import PRINCIPAL, STRESSES, CrankSurface
 from cranktrain.studies.explore.inside.cycle import FRAME_DEG
 
@@ -52,7 +53,7 @@ class CrankChart:
         self.view = CrankView(
             points=places.ravel(), triangles=surface.triangles.astype(np.uint32).ravel(),
             shapes=surface.shapes.astype(np.float32).ravel(), radius=float(np.linalg.norm(places, axis=1).max()),
-            axes=[RIGHT.tolist(), UP.tolist(), TO_EYE.tolist()], sizing_mode="stretch_width", height=420,
+            axes=[RIGHT.tolist(), UP.tolist(), TO_EYE.tolist()], sizing_mode="stretch_width", height=HEIGHT,
             min_width=300, **self._scale(), **self._now(),
         )  # fmt: skip
 
@@ -91,6 +92,6 @@ class CrankChart:
             "weights": (self._enlargement * own.coordinates[frame]).tolist(),
             "turn": float(own.turn[frame]),
             "values": MPA * own.stresses[self._stress][frame],
-            "caption": f"crank angle {frame * FRAME_DEG}°: greatest {MPA * value:.1f} MPa at x, y, z = {at} mm; "
-            f"deformation enlarged {self._enlargement:g} times",
+            "caption": f"{frame * FRAME_DEG}°: greatest {MPA * value:.1f} MPa at x, y, z = {at} mm; deformation × "
+            f"{self._enlargement:.2g}",
         }  # fmt: skip

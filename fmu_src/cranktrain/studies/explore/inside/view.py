@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import html
+from pathlib import Path
 from typing import Any
 
 import panel as pn
 
+from cranktrain.core.errors import CranktrainError
 from cranktrain.studies.explore.charts import side_by_side
 from cranktrain.studies.explore.inside.charts import SIDES, FilmChart, OrbitChart, PolarChart
 from cranktrain.studies.explore.inside.crank_surface import STRESSES
@@ -68,8 +70,15 @@ class InsideView:
             pn.Column(box, words, sizing_mode="stretch_width")
             for box, words in ((self._orbit_box, self._no_orbit), (self._film_box, self._no_film))
         ), self._polar_box]  # fmt: skip
-        controls = pn.FlexBox(self.bearing, self.side, self.stress, self.enlargement)
-        self._body = pn.Column(self.player, controls, self._charts, sizing_mode="stretch_width", visible=False)
+        self._save = pn.widgets.Button(name="Save this cycle", width=140)
+        self._save.on_click(lambda event: self._write())
+        self._saved = pn.pane.HTML("", sizing_mode="stretch_width")
+        controls = pn.FlexBox(
+            self.bearing, self.side, self.stress, self.enlargement, pn.Column(pn.Spacer(height=14), self._save)
+        )
+        self._body = pn.Column(
+            self.player, controls, self._saved, self._charts, sizing_mode="stretch_width", visible=False
+        )
         self.boxes = [self._orbit_box, self._film_box, self._polar_box]
         self.view = pn.Column(self._head, self._body, sizing_mode="stretch_width", min_width=350)
         self._head.object = f"<p>{PRESS}</p>"
@@ -89,7 +98,7 @@ class InsideView:
 
     def take(self, cycle: InsideCycle) -> None:
         """Show a cycle."""
-        self.cycle, self._quiet = cycle, True
+        self.cycle, self._quiet, self._saved.object = cycle, True, ""
         levels = ", ".join(f"{name.replace('_', ' ')} {level}" for name, level in cycle.levels.items() if level)
         words = f"<b>{html.escape(cycle.engine)} at {cycle.rpm:.0f} rev/min</b>; {html.escape(levels)}"
         self._head.object = words + (f"<br>{html.escape(cycle.note)}" if cycle.note else "")
@@ -171,6 +180,18 @@ class InsideView:
     def _enlarge(self) -> None:
         if self.crank is not None and not self._quiet:
             self.crank.enlarge(float(self.enlargement.value))
+
+    def _write(self) -> None:
+        """Save the cycle under a name that is free."""
+        assert self.cycle is not None
+        name = f"{self.cycle.engine}_{self.cycle.rpm:.0f}rpm_inside"
+        number = next(k for k in range(1, 10_000) if not Path(f"{name}{'' if k == 1 else f'_{k}'}.h5").exists())
+        try:
+            path = self.cycle.save(f"{name}{'' if number == 1 else f'_{number}'}.h5")
+        except (CranktrainError, OSError) as error:
+            self._saved.object = f"<span style='color:#b00020'>{html.escape(str(error))}</span>"
+            return
+        self._saved.object = html.escape(f"{path.absolute()} written; --inside {path} shows it again")
 
     def _push(self) -> None:
         """Tell a notebook that charts have new data; a server's pages see them by themselves."""
