@@ -93,5 +93,5 @@ class CrankChart:
             "turn": float(own.turn[frame]),
             "values": MPA * own.stresses[self._stress][frame],
             "caption": f"{frame * FRAME_DEG}°: greatest {MPA * value:.1f} MPa at x, y, z = {at} mm; deformation × "
-            f"{self._enlargement:.2g}",
+            f"{float(f'{self._enlargement:.2g}'):g}",
         }  # fmt: skip

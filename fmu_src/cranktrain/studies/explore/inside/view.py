@@ -63,13 +63,17 @@ class InsideView:
         self.enlargement.param.watch(lambda event: self._enlarge(), "value")
         self._quiet = False
         self._charts = side_by_side([self.orbit.plot, self.film.plot, self.polar.plot])
-        self._orbit_box, self._film_box, self._polar_box = self._charts.objects
+        self.boxes = list(self._charts.objects)
         self._no_crank, self._no_orbit, self._no_film = (_said() for _ in range(3))
         self._crank_box = pn.Column(sizing_mode="stretch_width")
-        self._charts.objects = [self._crank_box, *(
-            pn.Column(box, words, sizing_mode="stretch_width")
-            for box, words in ((self._orbit_box, self._no_orbit), (self._film_box, self._no_film))
-        ), self._polar_box]  # fmt: skip
+        # A pane of Bokeh takes its visibility from its figure, so columns around them are shown and hidden.
+        self._orbit_box, self._film_box, polar = (pn.Column(box, sizing_mode="stretch_width") for box in self.boxes)
+        self._charts.objects = [
+            self._crank_box,
+            pn.Column(self._orbit_box, self._no_orbit, sizing_mode="stretch_width"),
+            pn.Column(self._film_box, self._no_film, sizing_mode="stretch_width"),
+            polar,
+        ]
         self._save = pn.widgets.Button(name="Save this cycle", width=140)
         self._save.on_click(lambda event: self._write())
         self._saved = pn.pane.HTML("", sizing_mode="stretch_width")
@@ -79,7 +83,6 @@ class InsideView:
         self._body = pn.Column(
             self.player, controls, self._saved, self._charts, sizing_mode="stretch_width", visible=False
         )
-        self.boxes = [self._orbit_box, self._film_box, self._polar_box]
         self.view = pn.Column(self._head, self._body, sizing_mode="stretch_width", min_width=350)
         self._head.object = f"<p>{PRESS}</p>"
         if cycle is not None:
@@ -205,4 +208,4 @@ def _said() -> Any:
 
 
 def _line(text: str) -> str:
-    return f"<p style='color:#444;padding:12px;border:1px solid #ddd'>{html.escape(text)}</p>"
+    return f"<p style='color:#444;padding:12px;border:1px solid #ddd'>{html.escape(text, quote=False)}</p>"
