@@ -22,7 +22,7 @@ from cranktrain.studies.explore.inside.cycle import FRAME_DEG
 MPA = 1.0e-6
 
 
-class CrankView(pn.custom.JSComponent):  # type: ignore[misc]
+class CrankView(pn.custom.JSComponent):
     """Surface with colours at one crank angle; lengths in m, values in MPa."""
 
     points = param.Parameter()

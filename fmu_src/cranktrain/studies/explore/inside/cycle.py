@@ -7,12 +7,13 @@ of it is a result like others, with the attribute ``look`` among those of the ru
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.types import Array
@@ -163,17 +164,17 @@ def _stored(data: Mapping[str, Any], attributes: Mapping[str, Any]) -> InsideCyc
     if attributes["frame_deg"] != FRAME_DEG:
         raise ValueError(f"frames of {attributes['frame_deg']} deg")
 
-    def get(name: str) -> Array:
+    def get(name: str) -> Any:
         return np.asarray(data[name][0])
 
     looks = []
     for name in str(attributes["bearings_in_file"]).split():
-        curves = {key: get(f"{name}/{key}") @ (1.0, 1j) for key in _CURVES}
+        shell, journal, orbit = (get(f"{name}/{key}") @ (1.0, 1j) for key in _CURVES)
         film = None
         if f"{name}/film/pressure" in data:
             film = FilmPressure(*(get(f"{name}/film/{key}") for key in ("pressure", "faces", "sides")))
-        sizes = dict(zip(_SIZES, get(f"{name}/sizes").tolist(), strict=True))
-        looks.append(BearingLook(name, get(f"{name}/angle"), **curves, **sizes, film=film))
+        diameter, width, clearance = get(f"{name}/sizes").tolist()
+        looks.append(BearingLook(name, get(f"{name}/angle"), shell, journal, orbit, diameter, width, clearance, film))
     surface = None
     if "surface/points" in data:
         parts = {key: get(f"surface/{key}") for key in ("points", "triangles", "shapes", "coordinates", "turn")}
@@ -213,14 +214,13 @@ class Repeated:
     outputs: Mapping[str, Array]
 
     @classmethod
-    def of(cls, outputs: Mapping[str, Array], order: Sequence[int] | Array, speed: float) -> Repeated:
-        """From outputs in the ``order`` of the crank angle over one cycle at a mean speed, rad/s."""
-        chosen = np.asarray(order)
+    def of(cls, outputs: Mapping[str, Array], chosen: NDArray[np.intp], speed: float) -> Repeated:
+        """From the ``chosen`` samples of one cycle, in the order of the crank angle, at a mean speed, rad/s."""
         before = 9
         samples = np.concatenate((chosen[-before:], chosen))
         angle = outputs["crank.angle"][samples] % (4.0 * math.pi)
         angle[:before] -= 4.0 * math.pi
         step = 4.0 * math.pi / speed / chosen.size
-        time = step * (np.arange(samples.size) - before)
+        time = step * (np.arange(samples.size, dtype=float) - before)
         taken = {name: values[samples] for name, values in outputs.items()}
         return cls(time, angle, taken | {"crank.angle": angle})
