@@ -3,8 +3,8 @@
 A heavier damper ring on the six is turned by the mouse in headless Chromium; the engine before stays dashed. Needs the
 extra ``explore`` and Chromium. The same command prints, as JSON, what answers took in 40 turns of the knob.
 
-``python -m benchmarks.explore_picture --look docs/explore_inside.png`` looks inside the six instead: solid crank, elastic
-films, 1500 rev/min. It prints the memory that the page's arrays take and what a frame takes.
+``python -m benchmarks.explore_picture --look docs/explore_inside.png`` looks inside the six instead: solid crank,
+elastic films, 1500 rev/min. It prints the memory that the page's arrays take and what a frame takes.
 """
 
 from __future__ import annotations
@@ -123,7 +123,8 @@ async def look_picture(live: LiveTorsion, cycle: Any, path: Path, width: int, he
             await page.until("said().includes('0°: greatest')")
             await page.run(
                 "(() => { const e = [...within(document)].find(e => e.matches('input[type=range]')); "
-                f"e.value = {LOOK_ANGLE}; e.dispatchEvent(new Event('input')); e.dispatchEvent(new Event('change')) }})()"
+                f"e.value = {LOOK_ANGLE}; "
+                "for (const one of ['input', 'change']) e.dispatchEvent(new Event(one)) })()"
             )
             await page.until(f"said().includes('{LOOK_ANGLE}°: greatest')")
             await asyncio.sleep(3.0)

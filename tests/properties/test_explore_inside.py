@@ -337,6 +337,7 @@ def test_a_click_records_a_cycle_in_the_background_and_shows_it(tmp_path, monkey
             await page.click("button", "Save this cycle")
             await page.until("said().includes('_inside.h5 written')")
             await page.click("button", "Look inside")
+            await page.until("/starting, \\d+ s/.test(said())")
             await page.click("button", "Stop")
             await page.until("said().includes('the cycle was not finished')", 60)
             assert page.console == []
