@@ -19,7 +19,7 @@ from cranktrain.studies.constant_speed import simulate
 
 pytest.importorskip("panel")
 
-from cranktrain.studies.explore.inside.charts import JOURNAL, SHELL, cell_columns
+from cranktrain.studies.explore.inside.charts import JOURNAL, SHELL, cell_columns, single_line
 from cranktrain.studies.explore.inside.crank_surface import PRINCIPAL, STRESSES, VON_MISES, CrankSurface, coarser
 from cranktrain.studies.explore.inside.cycle import FRAME_DEG, InsideCycle
 from cranktrain.studies.explore.inside.recording import LookInside
@@ -221,6 +221,15 @@ def test_cells_across_the_seam_lie_on_both_sides():
     assert found["left"].min() == -180.0 and found["right"].max() == 180.0
     for value, total in ((1.0, 140.0), (2.0, 160.0), (3.0, 60.0)):
         assert width[found["p"] == value].sum() == pytest.approx(total)
+
+
+def test_a_peak_on_one_line_is_called_not_resolved():
+    """The measure of runs: the mean of the neighbours across against the peak, zero beyond the ends."""
+    smooth = np.outer([1.0, 2.0, 1.0], [0.5, 0.9, 1.0, 0.9, 0.5])
+    assert not single_line(smooth)
+    sharp = smooth.copy()
+    sharp[1] = [0.0, 0.0, 9.0, 0.1, 0.0]
+    assert single_line(sharp) and not single_line(np.zeros((3, 4)))
 
 
 def test_a_large_surface_becomes_coarser_and_keeps_its_greatest_stress():

@@ -12,6 +12,7 @@ from bokeh.plotting import figure
 from cranktrain.core.types import Array
 from cranktrain.engine.bearing_limits import BIG_END
 from cranktrain.results.orders.harmonics import ComplexArray
+from cranktrain.results.summary import NOT_RESOLVED
 from cranktrain.studies.explore.charts import COLOURS
 from cranktrain.studies.explore.inside.cycle import FRAME_DEG, BearingLook
 
@@ -173,8 +174,15 @@ class FilmChart:
         self.peak.data = {"x": [middle], "y": [0.5 * (sides[j] + sides[j + 1])]}
         self.plot.title.text = (
             f"{look.title}: film pressure; {frame * FRAME_DEG}°: greatest node {pressure.max():.1f} of "
-            f"{self._colours.high:.1f} MPa"
+            f"{self._colours.high:.1f} MPa{', on one line alone: not resolved' if single_line(pressure) else ''}"
         )
+
+
+def single_line(pressure: Array) -> bool:
+    """Whether one axial line alone carries the greatest pressure (n, m), as runs say of films that are not resolved."""
+    i, j = np.unravel_index(int(pressure.argmax()), pressure.shape)
+    beside = np.pad(pressure[i], 1)[[j, j + 2]]
+    return bool(pressure[i, j] > 0.0 and 1.0 - beside.mean() / pressure[i, j] > NOT_RESOLVED)
 
 
 def cell_columns(begin: Array, end: Array, sides: Array, pressure: Array) -> dict[str, Array]:
