@@ -36,7 +36,8 @@ class LivePage:
     async def __aenter__(self):
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         command = [
-            FOUND, "--headless=new", "--no-sandbox", "--hide-scrollbars", "--remote-debugging-port=0", "--disable-gpu",
+            FOUND, "--headless=new", "--no-sandbox", "--hide-scrollbars", "--remote-debugging-port=0",
+            "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
             f"--user-data-dir={self._folder.name}/profile", "--remote-allow-origins=*", "--no-first-run",
             "--disable-background-networking", "about:blank",
         ]  # fmt: skip

@@ -127,7 +127,7 @@ def test_page_fits_its_window(width, columns):
             await page.until("[...within(document)].filter(e => e.matches('canvas')).length >= 3")
             await page.until("said().includes('order')")
             lefts = await page.run(
-                "[...within(document)].filter(e => e.matches('.bk-Figure'))"
+                "[...within(document)].filter(e => e.matches('.bk-Figure') && e.getBoundingClientRect().width > 0)"
                 ".map(e => Math.round(e.getBoundingClientRect().x))"
             )
             assert len(set(lefts)) == columns, lefts

@@ -40,6 +40,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--measured", metavar="FILE", help="measured orders, laid over the computed ones; table of 'cranktrain "
         "measured' or UFF 58")  # fmt: skip
     add("--compare", metavar="OTHER", help="engine or result file of runup (.h5) that is shown beside")
+    add("--inside", metavar="FILE", help="cycle to look into: saved by the page, or a result file of simulate (.h5)")
     add("--no-balance", dest="balance", action="store_false", help="without harmonic balance when a knob rests")
     add("--port", type=number(0, 65535, "", int), default=0, metavar="N", help="port (default: a free one)")
     add("--browser", action="store_true", help="open the page in the browser")
@@ -91,13 +92,16 @@ def explored_of(source: str | Path | Engine, options: argparse.Namespace) -> Exp
     if measured is not None:
         check_speeds_measured(measured, *ends)
     other = _other(options.compare, ends)
+    from cranktrain.studies.explore.inside.cycle import InsideCycle
+
+    inside = None if options.inside is None else InsideCycle.load(options.inside, engine)
     with stages(engine.name) as tell:
         live = LiveTorsion(engine, *ends, say=tell)
         for note in live.notes:
             say(f"cranktrain: note: {note}")
         beside = other if other is None or not isinstance(other[1], Engine) else (
             other[0], LiveTorsion(other[1], *ends, say=tell).answer(_nothing()))  # fmt: skip
-    return Explored(source, live, measured, Balance(live) if options.balance else None, beside)
+    return Explored(source, live, measured, Balance(live) if options.balance else None, beside, inside)
 
 
 def _nothing() -> Any:

@@ -48,7 +48,8 @@ class Explorer:
 @of_verb
 def explore(
     engine: str | Path | Engine, *, from_rpm: float | None = None, to_rpm: float | None = None,
-    measured: str | Path | None = None, compare: str | Path | None = None, balance: bool = True,
+    measured: str | Path | None = None, compare: str | Path | None = None, inside: str | Path | None = None,
+    balance: bool = True,
 ) -> Explorer:  # fmt: skip
     """Knobs that turn an engine's torsional vibration, in a notebook; needs the extra ``explore``.
 
@@ -64,6 +65,7 @@ def explore(
     from_rpm, to_rpm : ends of the speed range, rev/min; as the engine has them
     measured : file of measured orders
     compare : engine, or result file of a run-up, that is shown beside
+    inside : file of a cycle to look into, or result file of ``simulate``
     balance : whether harmonic balance follows when a knob rests
     """
     from cranktrain.cli.explore import explored_of
@@ -73,7 +75,7 @@ def explore(
             raise InputError(f"explore: {name} is {shown(end)}; give a number in rev/min")
     options = argparse.Namespace(
         from_rpm=from_rpm, to_rpm=to_rpm, measured=measured, balance=balance,
-        compare=None if compare is None else str(compare),
+        compare=None if compare is None else str(compare), inside=None if inside is None else str(inside),
     )  # fmt: skip
     said = LINES.set(False)
     try:

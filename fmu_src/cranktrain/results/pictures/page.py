@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,12 @@ from cranktrain.results.pictures.rendering import COLOURS, RIGHT, TO_EYE, UP
 def page(surface: MovingSurface, enlargement: float) -> str:
     """The page's text, with the surface inside: displacements in 16 bits, colours in 8."""
     title, data = surface.title, script_data(page_data(surface, enlargement))
-    return filled_page(__package__, "page.html", "picture", title, title, DATA=data)
+    return filled_page(__package__, "page.html", "picture", title, title, SURFACE=surface_script(), DATA=data)
+
+
+def surface_script() -> str:
+    """Script of the class ``SurfaceView``, which draws a surface and lets it be turned."""
+    return files(__package__).joinpath("surface.js").read_text(encoding="utf-8")
 
 
 def page_data(surface: MovingSurface, enlargement: float) -> dict[str, Any]:

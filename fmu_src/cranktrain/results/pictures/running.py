@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.results.pictures.moving_surface import MovingSurface
 from cranktrain.results.pictures.skin import Skin
@@ -19,14 +22,32 @@ FRAME_DEG = 10
 """Crank angle from frame to frame."""
 SECONDS = 6.0
 """Time in which the cycle is shown."""
+USUAL_STRESS = 0.999
+"""Fraction of the stresses of a cycle that the colour scale covers; a few nodes of the mesh are beyond."""
 RIGID = 6
 """Motions of the bare crankshaft as a rigid body, its first modes."""
 
 
-def running_picture(
-    engine: Engine, running: ReducedBody, stress: CrankStress, title: str, mesh_file: str | Path | None = None
-) -> MovingSurface:
-    """The crankshaft over a cycle, its deformation enlarged, in the colours of the von Mises stress.
+@dataclass(frozen=True, eq=False)
+class RunningSkin:
+    """Outer surface of a crankshaft at f crank angles: its motion, and the samples of the stresses that belong to it.
+
+    Attributes
+    ----------
+    skin : the surface with its shapes in the crank's elastic modes
+    samples : (f,) numbers of the stresses' samples
+    coordinates : (f, m) of the shapes
+    """
+
+    skin: Skin
+    samples: NDArray[np.intp]
+    coordinates: Array
+
+
+def running_skin(
+    engine: Engine, running: ReducedBody, stress: CrankStress, degrees: int, mesh_file: str | Path | None = None
+) -> RunningSkin:
+    """The crankshaft's surface at every so many ``degrees`` of a cycle.
 
     Its motion as a rigid body, within the bearings' clearances and against the driven end, is left out, because with
     the enlargement of the deformation it would leave the picture. The deformation is composed of the first stored
@@ -42,21 +63,36 @@ def running_picture(
     points, triangles, pictured = crank_surface(engine, mesh_file)
     if not np.array_equal(points, stress.surface.points):
         raise StoreError("stored stresses belong to another mesh; 'cranktrain reduce' with --rebuild makes both anew")
-    skin = Skin.of(points, triangles, pictured[RIGID:])
     basis = np.eye(running.n_modes) if running.basis is None else running.basis
-    angles = np.arange(0, 720, FRAME_DEG)
-    samples = np.array([stress.nearest(math.radians(angle)) for angle in angles])
+    samples = np.array([stress.nearest(math.radians(angle)) for angle in range(0, 720, degrees)])
+    return RunningSkin(
+        Skin.of(points, triangles, pictured[RIGID:]),
+        samples,
+        stress.cycle.position[samples] @ basis[RIGID : len(pictured)].T,
+    )
+
+
+def running_picture(
+    engine: Engine, running: ReducedBody, stress: CrankStress, title: str, mesh_file: str | Path | None = None
+) -> MovingSurface:
+    """The crankshaft over a cycle, its deformation enlarged, in the colours of the von Mises stress.
+
+    Parameters, errors and what is left out as of :func:`running_skin`.
+    """
+    moving = running_skin(engine, running, stress, FRAME_DEG, mesh_file)
+    skin, samples = moving.skin, moving.samples
     values = 1e-6 * np.concatenate([stress.von_mises(part) for part in np.split(samples, len(samples) // 8)])
+    angles = range(0, 720, FRAME_DEG)
     return MovingSurface(
         title=title,
         points=skin.points,
         triangles=skin.triangles,
         shapes=skin.modes,
-        coordinates=stress.cycle.position[samples] @ basis[RIGID : len(pictured)].T,
+        coordinates=moving.coordinates,
         turn=stress.angle[samples],
         values=values[:, skin.origin].astype(np.float32),
         quantity="von Mises stress / MPa",
-        limits=(0.0, float(np.quantile(values, 0.999))),
+        limits=(0.0, float(np.quantile(values, USUAL_STRESS))),
         captions=tuple(f"crank angle {a}°, greatest {v.max():.0f} MPa" for a, v in zip(angles, values, strict=True)),
         scale="deformation enlarged {:g} times",
         seconds=SECONDS,

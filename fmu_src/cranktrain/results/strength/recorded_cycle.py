@@ -78,10 +78,15 @@ class RecordedCycle:
             added={name: values[samples] for name, values in self.added.items()},
         )
 
+    @property
+    def last_samples(self) -> NDArray[np.intp]:
+        """Numbers of the samples of the last cycle, from crank angle 0 on."""
+        count = self.angle.size // max(self.settling.repeats, 1)
+        return np.asarray(self.angle.size - count + np.argsort(self.crank_angle[-count:]))
+
     def last(self) -> RecordedCycle:
         """The last cycle alone, from crank angle 0 on."""
-        count = self.angle.size // max(self.settling.repeats, 1)
-        return self.at(self.angle.size - count + np.argsort(self.crank_angle[-count:]))
+        return self.at(self.last_samples)
 
 
 def recorded_cycle(
@@ -90,6 +95,7 @@ def recorded_cycle(
     settle: float = TOLERANCE,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
+    look: Callable[[], None] | None = None,
 ) -> RecordedCycle:
     """Bring a simulation that is not initialised yet to a cycle that repeats, and record it.
 
@@ -98,6 +104,7 @@ def recorded_cycle(
     simulation : at constant speed, which its ``inputs`` hold; it steps to every row from now on
     engine : with what the run fixes to its crank, see :func:`cranktrain.dynamics.simulation.fitted_engine`
     settle : largest settling error of any family of outputs
+    look : called after each recorded sample, while the simulation stands there
 
     Raises
     ------
@@ -127,6 +134,8 @@ def recorded_cycle(
         rows[k] = simulation.outputs
         for load, port in zip(loads, first_ports, strict=True):
             load[k] = simulation.work.added.answered[port : port + 6]
+        if look is not None:
+            look()
     return RecordedCycle(
         engine=engine,
         body=simulation.body,

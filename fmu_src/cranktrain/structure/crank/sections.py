@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -65,7 +66,12 @@ class Piece:
 
 def crank_pieces(engine: Engine) -> list[Piece]:
     """All pieces of the bare crankshaft, in the order of z (webs and pins of a throw in theirs)."""
-    c, density = engine.crankshaft, engine.material.density
+    return list(_pieces(engine.crankshaft, engine.material.density))
+
+
+@lru_cache(maxsize=4)
+def _pieces(c: Crankshaft, density: float) -> tuple[Piece, ...]:
+    """The same of a crankshaft of one density; a torsional crank asks for them several times."""
     at = stations(c)
     origin = (0.0, 0.0)
     pieces = [Piece("nose", 1, at.nose, origin, 0.0, _disc(density, c.nose_diameter, origin))]
@@ -79,9 +85,11 @@ def crank_pieces(engine: Engine) -> list[Piece]:
         outline = web_outline(c, j)
         moments = moved(_turned(density * web_moments(outline), outline.angle), outline.origin)
         pieces.append(Piece("web", j, span, origin, outline.angle, moments))
-    pieces += _fillets(engine)
+    pieces += _fillets(c, density)
     pieces.append(Piece("flange", 1, at.flange, origin, 0.0, _disc(density, c.flange_diameter, origin)))
-    return sorted(pieces, key=lambda piece: piece.span)
+    for piece in pieces:
+        piece.moments.flags.writeable = False
+    return tuple(sorted(pieces, key=lambda piece: piece.span))
 
 
 def fillet_rise(c: Crankshaft, distance: Array) -> Array:
@@ -90,9 +98,8 @@ def fillet_rise(c: Crankshaft, distance: Array) -> Array:
     return np.asarray(c.fillet - np.sqrt(c.fillet**2 - inside**2))
 
 
-def _fillets(engine: Engine) -> list[Piece]:
+def _fillets(c: Crankshaft, density: float) -> list[Piece]:
     """Rings of the fillets: behind the nose, at all journals but where nose and first journal meet, and at pins."""
-    c, density = engine.crankshaft, engine.material.density
     if c.fillet == 0.0:
         return []
     at, origin = stations(c), (0.0, 0.0)
@@ -110,7 +117,7 @@ def _fillets(engine: Engine) -> list[Piece]:
     places += [(d, axis, (z, z + c.fillet)) for d, axis, z in front]
     rings = []
     for k, (diameter, axis, span) in enumerate(places, 1):
-        whole = [_disc(density, float(d), axis) for d in diameter + 2.0 * fillet_rise(c, distance)]
+        whole = _disc(density, (diameter + 2.0 * fillet_rise(c, distance))[:, None, None], axis)
         ring = np.mean(whole, axis=0) - _disc(density, diameter, axis)
         rings.append(Piece("fillet", k, span, axis, 0.0, ring))
     return rings
@@ -189,8 +196,8 @@ def interface_places(crankshaft: Crankshaft, thrust_main: int) -> dict[str, tupl
     return mains | pins | ends | {"thrust": mains[f"main[{thrust_main}]"]}
 
 
-def _disc(density: float, diameter: float, axis: tuple[float, float]) -> Array:
-    """Moments (3, 3) per length of a round section about the crank's axis."""
+def _disc(density: float, diameter: float | Array, axis: tuple[float, float]) -> Array:
+    """Moments (3, 3) per length of a round section about the crank's axis; (k, 3, 3) of diameters (k, 1, 1)."""
     area = 0.25 * math.pi * diameter**2
     place = np.array([1.0, *axis])
     own = np.diag([0.0, 1.0, 1.0]) * area * diameter**2 / 16.0

@@ -12,9 +12,7 @@ from typing import Any
 import panel as pn
 
 from cranktrain.core.errors import CranktrainError, InputError
-from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
-from cranktrain.film.laws.register import MAINS, bearing_levels
 from cranktrain.results.orders.measured import Measured
 from cranktrain.results.run_up.run_up import TORSION, RunUp
 from cranktrain.studies.explore import charts
@@ -22,8 +20,10 @@ from cranktrain.studies.explore.balance import Balance
 from cranktrain.studies.explore.charts import DEG, RPM, SHOWN
 from cranktrain.studies.explore.controls import KNOBS_WIDTH, heading, slider_of
 from cranktrain.studies.explore.engine_file import Source, changes, write_engine
-from cranktrain.studies.explore.full import Background, FullRun, spread
+from cranktrain.studies.explore.full_controls import FullControls
 from cranktrain.studies.explore.history import History
+from cranktrain.studies.explore.inside.cycle import InsideCycle
+from cranktrain.studies.explore.inside.view import InsideView
 from cranktrain.studies.explore.knobs import DIGITS, Chosen, Knob, chosen_engine, firing_orders
 from cranktrain.studies.explore.live import ORDERS, Curves, LiveTorsion
 
@@ -46,6 +46,7 @@ class Explored:
     measured : orders that are laid over the computed ones
     balance : harmonic balance in the background; None: not wanted
     other : what is compared: a title, and curves or a run-up
+    inside : a cycle to look into from the start
     """
 
     source: Source
@@ -53,6 +54,7 @@ class Explored:
     measured: Measured | None = None
     balance: Balance | None = None
     other: tuple[str, Curves | RunUp] | None = None
+    inside: InsideCycle | None = None
     closing: list[Callable[[], None]] = field(default_factory=list)
 
     def close(self) -> None:
@@ -69,8 +71,6 @@ class Page:
     def __init__(self, explored: Explored) -> None:
         self._explored, self._live = explored, explored.live
         self._history = History()
-        self._full: Background | None = None
-        self._full_found: RunUp | None = None
         self._balance: RunUp | None = None
         self._quiet = self._waiting = False
         self._boxes: list[Any] = []
@@ -80,6 +80,7 @@ class Page:
         self._orders_chart, self._campbell = charts.OrdersChart(), charts.CampbellChart()
         self._twist = charts.LineChart("Twist of pulley against flywheel, half of peak to peak", "twist, deg")
         self._heat = charts.LineChart("Heat of the damper", "power, W", limit=True)
+        self.inside = InsideView(explored.inside)
         self._make_knobs()
         self._make_rest()
         self._choose_orders()
@@ -94,8 +95,7 @@ class Page:
 
     def close(self) -> None:
         """End the page's full model."""
-        if self._full is not None:
-            self._full.close()
+        self._full.close()
 
     def _make_knobs(self) -> None:
         """A slider for each knob, a list of firing orders, and buttons for all of them."""
@@ -131,16 +131,11 @@ class Page:
             max_items=SHOWN, sizing_mode="stretch_width", min_width=300,
         )  # fmt: skip
         self._orders.param.watch(lambda event: self._choose_orders(), "value")
-        crank_levels = [name for name, level in CRANKS.items() if level.elastic]
-        self._crank = pn.widgets.Select(name="crank", options=crank_levels, value="solid", width=125)
-        self._bearings = pn.widgets.Select(name="bearings", options=["auto", *bearing_levels(*MAINS)], width=125)
-        self._count = pn.widgets.IntInput(name="speeds", value=9, start=1, end=500, width=80)
-        self._run, self._stop = (pn.widgets.Button(name=name, width=125) for name in ("Run full model", "Stop"))
-        self._stop.disabled = True
-        self._run.on_click(lambda event: self._begin_full())
-        self._stop.on_click(lambda event: self._stop_full())
-        self._progress = pn.indicators.Progress(value=0, max=100, width=KNOBS_WIDTH - 30, visible=False)
-        self._full_said = pn.pane.HTML("", width=KNOBS_WIDTH - 20)
+        speeds = self._live.speeds
+        self._full = FullControls(
+            (float(speeds[0]), float(speeds[-1])), float(speeds[int(self._now.twist.argmax())]), self._full_choice,
+            self._show_runs, self._look_into,
+        )  # fmt: skip
         self._path = pn.widgets.TextInput(name="new engine file", value=self._usual_path(), width=KNOBS_WIDTH - 30)
         self._write = pn.widgets.Button(name="Write engine file", width=180)
         self._write.on_click(lambda event: self._write_file())
@@ -162,9 +157,7 @@ class Page:
             *(pn.pane.HTML(html.escape(note), width=KNOBS_WIDTH - 20) for note in self._live.notes),
             self._status, self._said, pn.Row(self._undo, self._redo, self._reset), *knobs,
             heading("Before and after"), self._before, self._keep,
-            heading("Full model"), pn.Row(self._crank, self._bearings), self._count,
-            pn.Row(self._run, self._stop), self._progress, self._full_said,
-            heading("Engine file"), self._changes, self._path, self._write, self._written,
+            *self._full.parts, heading("Engine file"), self._changes, self._path, self._write, self._written,
             width=KNOBS_WIDTH, styles={"border-right": "1px solid #ddd"},
         )  # fmt: skip
         plots = [self._orders_chart.plot, self._twist.plot, self._campbell.plot]
@@ -172,8 +165,12 @@ class Page:
             plots.append(self._heat.plot)
         charts_box = charts.side_by_side(plots)
         self._boxes = list(charts_box.objects)
-        right = pn.Column(self._orders, charts_box, *self._compared(), sizing_mode="stretch_width", min_width=350)
-        return pn.Row(left, right, sizing_mode="stretch_width")
+        torsion = pn.Column(self._orders, charts_box, *self._compared(), sizing_mode="stretch_width", min_width=350)
+        self._tabs = pn.Tabs(
+            ("Torsion", torsion), ("Look inside", self.inside.view), sizing_mode="stretch_width", min_width=350,
+            active=0 if self._explored.inside is None else 1,
+        )  # fmt: skip
+        return pn.Row(left, self._tabs, sizing_mode="stretch_width")
 
     def _compared(self) -> list[Any]:
         """The other engine or run-up beside this one, on equal axes."""
@@ -278,7 +275,7 @@ class Page:
         now, before = self._now, self._kept if self._before.value and self._kept is not self._now else None
         orders = sorted(self._orders.value)
         self._orders_chart.show(now, before)
-        self._orders_chart.show_runs(self._balance, self._full_found)
+        self._orders_chart.show_runs(self._balance, self._full.found)
         rpm = now.speeds / RPM
         old = None if before is None else before.speeds / RPM
         self._twist.show(rpm, DEG * now.twist, None if before is None or old is None else (old, DEG * before.twist))
@@ -311,49 +308,22 @@ class Page:
                 self._show_runs()
                 if isinstance(run, str):
                     self._say(self._said, run, wrong=True)
-        if self._full is not None and self._full.running:
-            self._look_at_full()
+        if self._full.running:
+            self._full.look()
 
     def _show_runs(self) -> None:
-        self._orders_chart.show_runs(self._balance, self._full_found)
+        self._orders_chart.show_runs(self._balance, self._full.found)
         self._push()
 
-    def _begin_full(self) -> None:
-        """Start the full model of the present choice."""
-        self.close()
-        self._full = self._full_found = None
+    def _full_choice(self) -> tuple[Engine, float]:
+        """Engine and load of a full model of the present choice; ``InputError``."""
         self._history.rest()
-        chosen = self._history.now
-        try:
-            engine = chosen_engine(self._live.whole, self._live.knobs, chosen)
-            speeds = spread(float(self._live.speeds[0]), float(self._live.speeds[-1]), int(self._count.value or 0))
-            self._full = Background(FullRun(engine, self._crank.value, self._bearings.value, chosen.load, speeds))
-        except CranktrainError as error:
-            self._say(self._full_said, str(error), wrong=True)
-            return
-        self._run.disabled, self._stop.disabled, self._progress.visible = True, False, True
-        self._look_at_full()
+        return self.engine(), self._history.now.load
 
-    def _look_at_full(self) -> None:
-        """Show how far the full model is."""
-        full = self._full
-        assert full is not None
-        if full.look():
-            self._full_found = full.found() or self._full_found
-            self._show_runs()
-        self._progress.value = int(100.0 * full.share)
-        text = full.error or f"{full.stage}, {full.seconds:.0f} s"
-        self._say(self._full_said, text, wrong=bool(full.error))
-        self._run.disabled, self._stop.disabled = full.running, not full.running
-
-    def _stop_full(self) -> None:
-        if self._full is not None:
-            self._full.stop()
-            self._full_found = self._full.found() or self._full_found
-            self._show_runs()
-            self._look_at_full()
-            count = 0 if self._full_found is None else self._full_found.speeds.size
-            self._say(self._full_said, f"stopped; {count} finished speeds are kept in the chart")
+    def _look_into(self, cycle: InsideCycle) -> None:
+        """Show a cycle that was recorded."""
+        self.inside.take(cycle)
+        self._tabs.active = 1
 
     def _write_file(self) -> None:
         """Write the engine file of the present choice."""

@@ -25,7 +25,7 @@ ADDRESS = "127.0.0.1"
 LARGEST = 2 * 1024 * 1024
 """Largest message of a page, bytes."""
 _POLICY = (
-    "default-src 'self'; connect-src 'self' ws://{host}; img-src 'self' data: blob:; font-src 'self' data:; "
+    "default-src 'self'; connect-src 'self' blob: ws://{host}; img-src 'self' data: blob:; font-src 'self' data:; "
     "style-src 'self' 'unsafe-inline'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; worker-src 'self' blob:; "
     "form-action 'none'; frame-ancestors 'none'; base-uri 'none'"
 )

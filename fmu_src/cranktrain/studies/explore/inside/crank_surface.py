@@ -1,0 +1,131 @@
+"""The crankshaft's surface over a cycle with its stresses as a page shows it: float32, every few degrees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
+from cranktrain.engine.model import Engine
+from cranktrain.results.pictures.moving_surface import MovingSurface, Single
+from cranktrain.results.pictures.running import USUAL_STRESS, running_skin
+from cranktrain.results.strength.stress import BATCH, CrankStress
+from cranktrain.structure.stress.nodal_stress import principal, von_mises
+
+VON_MISES, PRINCIPAL = "von_mises", "principal"
+STRESSES = {VON_MISES: "von Mises stress", PRINCIPAL: "largest principal stress, signed"}
+"""What colours show, and its name; of the three principal stresses it is the one of the largest size."""
+LARGEST = 60_000
+"""Triangles up to which a surface is shown as it is; larger ones are made coarser."""
+
+
+@dataclass(frozen=True, eq=False)
+class CrankSurface:
+    """Surface of p points at f crank angles (SI).
+
+    Attributes
+    ----------
+    points : (p, 3) m at rest
+    triangles : (t, 3)
+    shapes : (m, p, 3) displacement per unit coordinate, m
+    coordinates : (f, m)
+    turn : (f,) rad
+    stresses : of each of :data:`STRESSES` (f, p) Pa
+    """
+
+    points: Array
+    triangles: NDArray[np.int32]
+    shapes: Single
+    coordinates: Array
+    turn: Array
+    stresses: dict[str, Single]
+
+    @property
+    def enlargement(self) -> float:
+        """Enlargement of the deformation at which a page begins."""
+        return self._moving.enlargement
+
+    @property
+    def _moving(self) -> MovingSurface:
+        """The same for pictures, coloured by the von Mises stress."""
+        return MovingSurface(
+            title="", points=self.points, triangles=self.triangles, shapes=self.shapes, coordinates=self.coordinates,
+            turn=self.turn, values=self.stresses[VON_MISES], quantity="", limits=(0.0, 1.0),
+            captions=("",) * len(self.turn),
+        )  # fmt: skip
+
+    def limits(self, stress: str) -> tuple[float, float]:
+        """Ends of the colour scale over the whole cycle, Pa."""
+        values = self.stresses[stress]
+        top = float(np.quantile(np.abs(values), USUAL_STRESS))
+        return (-top if stress == PRINCIPAL else 0.0), top
+
+    def extreme(self, stress: str, frame: int) -> tuple[float, Array]:
+        """The stress of the largest size in a frame, Pa, and its place (3,) on the crank at rest, m."""
+        values = self.stresses[stress][frame]
+        node = int(np.abs(values).argmax())
+        return float(values[node]), self.points[node]
+
+    @property
+    def reduced(self) -> CrankSurface:
+        """The same motion in as few shapes as show it."""
+        coordinates, shapes = self._moving.principal_motions()
+        return replace(self, coordinates=coordinates, shapes=shapes)
+
+
+def crank_surface_of(engine: Engine, running: ReducedBody, stress: CrankStress, degrees: int) -> CrankSurface:
+    """Surface of a run's crankshaft at every so many degrees; errors as of ``running_skin``."""
+    moving = running_skin(engine, running, stress, degrees)
+    skin, samples = moving.skin, moving.samples
+    count = stress.surface.points.shape[0]
+    found = {name: np.empty((len(samples), count), dtype=np.float32) for name in STRESSES}
+    for first in range(0, len(samples), BATCH):
+        rows = slice(first, first + BATCH)
+        tensors = stress.tensors(samples[rows])
+        found[VON_MISES][rows] = von_mises(tensors.transpose(1, 0, 2))
+        found[PRINCIPAL][rows] = [largest_principal(one) for one in tensors]
+    surface = CrankSurface(
+        skin.points, skin.triangles, skin.modes, moving.coordinates, stress.angle[samples],
+        {name: np.ascontiguousarray(values[:, skin.origin]) for name, values in found.items()},
+    )  # fmt: skip
+    return coarser(surface, LARGEST).reduced
+
+
+def largest_principal(stress: Array) -> Array:
+    """Of the principal stresses (s, 3) of tensors (6, s) the one of the largest size, with its sign, (s,)."""
+    values = principal(np.asarray(stress, dtype=float))
+    return np.asarray(np.where(values[:, 2] >= -values[:, 0], values[:, 2], values[:, 0]))
+
+
+def coarser(surface: CrankSurface, most: int) -> CrankSurface:
+    """The surface in about ``most`` triangles: points of one cube of a grid become one, that of the greatest stress.
+
+    The greatest von Mises stress of every frame keeps its place only where its point is the greatest of the cycle in
+    its cube; a surface of up to ``most`` triangles stays as it is.
+    """
+    if len(surface.triangles) <= most:
+        return surface
+    low, spread = surface.points.min(axis=0), float(np.ptp(surface.points, axis=0).max())
+    greatest = surface.stresses[VON_MISES].max(axis=0)
+    order = np.argsort(-greatest, kind="stable")
+    cells = int((len(surface.points) * most / len(surface.triangles)) ** 0.5)
+    while True:
+        cube = np.floor((surface.points - low) * (cells / spread)).astype(np.int64) @ (1, 1 << 20, 1 << 40)
+        # Points in the order of their stress: the first of each cube is its greatest.
+        _, first, group = np.unique(cube[order], return_index=True, return_inverse=True)
+        kept = order[first]
+        number = np.empty(len(cube), dtype=np.int32)
+        number[order] = group
+        found = number[surface.triangles]
+        flat = (found[:, 0] == found[:, 1]) | (found[:, 1] == found[:, 2]) | (found[:, 2] == found[:, 0])
+        triangles = found[~flat]
+        if len(triangles) <= most:
+            break
+        cells = int(0.9 * cells)
+    stresses = {name: np.ascontiguousarray(values[:, kept]) for name, values in surface.stresses.items()}
+    return replace(
+        surface, points=surface.points[kept], triangles=triangles, shapes=surface.shapes[:, kept], stresses=stresses
+    )

@@ -1,0 +1,357 @@
+"""Look inside on the page of ``cranktrain explore``: what is shown at a crank angle is what the run recorded there."""
+
+import asyncio
+import io
+import math
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from browser import needs_browser
+from live_browser import LivePage
+
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.engine.file import load_engine
+from cranktrain.results.bearings.cycle import rod_lean
+from cranktrain.studies.constant_speed import simulate
+
+pytest.importorskip("panel")
+
+from cranktrain.studies.explore.inside.charts import JOURNAL, SHELL, cell_columns, single_line
+from cranktrain.studies.explore.inside.crank_surface import PRINCIPAL, STRESSES, VON_MISES, CrankSurface, coarser
+from cranktrain.studies.explore.inside.cycle import FRAME_DEG, InsideCycle
+from cranktrain.studies.explore.inside.recording import LookInside
+from cranktrain.studies.explore.inside.view import InsideView
+from cranktrain.studies.explore.live import LiveTorsion
+from cranktrain.studies.explore.page import Explored
+from cranktrain.studies.explore.server import serve
+
+SPEED = 3000.0 * math.pi / 30.0
+ANGLE = 380
+"""Crank angle at which the single's film carries the gas force, deg."""
+
+
+def recorded(name="single_petrol", crank="torsional", bearings="auto", big_ends="rigid", settle=1e-2):
+    engine = load_engine(name)
+    look = LookInside(engine, crank, bearings, big_ends, 1.0, SPEED, settle)
+    look.check()
+    return (engine, *look.record(lambda stage: None, lambda stage, share: None))
+
+
+@pytest.fixture(scope="module")
+def single():
+    """Engine, cycle to look into, recorded cycle and stresses of the solid single on elastic films."""
+    return recorded(crank="solid", bearings="ehd", big_ends="ehd")
+
+
+@pytest.fixture(scope="module")
+def online():
+    """The torsional single on films that are solved online in a rigid bore."""
+    return recorded(bearings="reynolds")
+
+
+def at(cycle, name):
+    """A recorded output at ANGLE, by the sample that is nearest to it."""
+    apart = np.abs(np.angle(np.exp(0.5j * (cycle.crank_angle - math.radians(ANGLE)))))
+    return cycle.outputs[name][apart.argmin()]
+
+
+def vector(cycle, name):
+    return at(cycle, f"{name}.x") + 1j * at(cycle, f"{name}.y")
+
+
+def point(chart):
+    return chart.point.data["x"][0] + 1j * chart.point.data["y"][0]
+
+
+def force_of(columns, radius):
+    """Force of the pressure in rectangles (deg, mm, MPa) on the journal, in axes of the shell, N."""
+    left, right = (np.radians(columns[name]) for name in ("left", "right"))
+    across = 1e-3 * (columns["top"] - columns["bottom"])
+    normal = 1j * (np.exp(1j * right) - np.exp(1j * left))
+    return (1e6 * columns["p"] * across * radius * normal).sum()
+
+
+def test_the_slider_moves_all_charts_to_what_the_run_recorded(single):
+    engine, cycle, run, _ = single
+    view = InsideView(cycle)
+    bearing, before = engine.main_bearing, {}
+    for name in ("main[1]", "main[2]", "big_end[1]"):
+        view.player.value, view.bearing.value = 0, name
+        before = {chart: dict(chart.point.data) for chart in (view.orbit, view.polar)}
+        values, cells = view.crank.view.values.copy(), view.film.cells.data["p"].copy()
+        view.player.value = ANGLE
+        output = name.replace("main", "bearing")
+        own = engine.big_end_bearing if name.startswith("big") else bearing
+        assert point(view.orbit) == pytest.approx(vector(run, f"{output}.position") / own.clearance, rel=1e-6)
+        lean = rod_lean(engine, 0, at(run, "crank.angle"))[0] if name.startswith("big") else 0.0
+        load = -1e-3 * vector(run, f"{output}.force") * np.exp(-1j * lean)
+        assert point(view.polar) == pytest.approx(load, rel=1e-5)
+        assert all(chart.point.data != before[chart] for chart in before)
+        assert not np.array_equal(values, view.crank.view.values)
+        assert not np.array_equal(cells, view.film.cells.data["p"])
+        # Even over each cell: the rule of midpoints on 24 nodes around, against the film's own quadrature.
+        found = force_of(view.film.cells.data, 0.5 * own.diameter)
+        assert abs(found + 1e3 * load) < 0.02 * np.abs(view.look.shell).max()
+
+
+def test_load_in_the_cranks_axes_turns_with_the_crank(single):
+    _, cycle, run, _ = single
+    view = InsideView(cycle)
+    view.side.value, view.player.value = JOURNAL, ANGLE
+    wanted = 1e-3 * vector(run, "bearing[1].force") * np.exp(-1j * at(run, "crank.angle"))
+    assert point(view.polar) == pytest.approx(wanted, rel=1e-5)
+    view.side.value = SHELL
+    assert point(view.polar) == pytest.approx(-1e-3 * vector(run, "bearing[1].force"), rel=1e-5)
+
+
+@pytest.mark.parametrize("degrees", [0, ANGLE, 715])
+def test_greatest_colour_is_the_greatest_stress_of_the_crank(single, degrees):
+    _, cycle, _, stress = single
+    view = InsideView(cycle)
+    scale = {}
+    sample = np.array([stress.nearest(math.radians(degrees))])
+    tensor = stress.tensors(sample)[0].astype(float)
+    matrices = tensor[[0, 3, 5, 3, 1, 4, 5, 4, 2]].T.reshape(-1, 3, 3)
+    principal = np.linalg.eigvalsh(matrices)
+    signed = np.where(principal[:, 2] > -principal[:, 0], principal[:, 2], principal[:, 0])
+    for name, wanted in ((VON_MISES, stress.von_mises(sample)[0]), (PRINCIPAL, signed)):
+        view.stress.value = name
+        scale = view.crank.view.low, view.crank.view.high
+        view.player.value = degrees
+        assert (view.crank.view.low, view.crank.view.high) == scale, "the scale is that of the whole cycle"
+        found = view.crank.view.values
+        for extreme in (np.min, np.max):
+            assert extreme(found) == pytest.approx(1e-6 * extreme(wanted), rel=1e-5, abs=1e-6)
+        assert f"greatest {1e-6 * wanted[np.abs(wanted).argmax()]:.1f} MPa" in view.crank.view.caption
+
+
+def test_deformation_is_that_of_the_modes_and_grows_with_its_enlargement(single):
+    _, cycle, _, _ = single
+    view = InsideView(cycle)
+    view.player.value = ANGLE
+    own = np.array(view.crank.view.weights)
+    assert own == pytest.approx(cycle.surface.enlargement * cycle.surface.coordinates[ANGLE // FRAME_DEG])
+    view.enlargement.value = 2.0 * cycle.surface.enlargement
+    assert np.array(view.crank.view.weights) == pytest.approx(2.0 * own)
+
+
+def test_a_film_of_a_rigid_bore_is_solved_where_the_journal_was(online):
+    """Pressure times area is the film's recorded force at every frame; cells go round the shell once."""
+    engine, cycle, run, _ = online
+    bearing = engine.main_bearing
+    for look in cycle.bearings[:2]:
+        number = look.name[5:-1]
+        force = run.outputs[f"bearing[{number}].force.x"] + 1j * run.outputs[f"bearing[{number}].force.y"]
+        recorded_force = force[run.last_samples]
+        for frame in range(0, 720 // FRAME_DEG, 7):
+            begin, end = look.film.cells(frame)
+            assert (end - begin).sum() == pytest.approx(2.0 * math.pi, rel=1e-5)
+            found = look.film.force(frame, 0.5 * bearing.diameter, bearing.width)
+            assert abs(found - recorded_force[look.sample(frame)]) < 0.01 * np.abs(recorded_force).max()
+
+
+def test_what_a_level_lacks_is_said_in_one_line(online):
+    _, cycle, _, _ = online
+    view = InsideView(cycle)
+    assert "twists only" in view._no_crank.object and not view.stress.visible
+    view.bearing.value = "big_end[1]"
+    assert "level rigid has no film" in view._no_film.object and not view._film_box.visible
+    assert "level rigid has no film" in view._no_orbit.object and not view._orbit_box.visible
+    view.bearing.value = "main[1]"
+    assert view._film_box.visible and view._orbit_box.visible
+    bare = replace(cycle, bearings=tuple(replace(one, film=None) for one in cycle.bearings),
+                   levels={**cycle.levels, "bearings": "impedance", "crank": "beam"})  # fmt: skip
+    view.take(bare)
+    assert "level impedance reads the film's force" in view._no_film.object
+    assert "A beam crank" in view._no_crank.object
+    assert "press <b>Look inside</b>" in InsideView()._head.object
+
+
+def test_a_saved_cycle_is_read_again(single, tmp_path):
+    engine, cycle, _, _ = single
+    path = cycle.save(tmp_path / "cycle.h5")
+    found = InsideCycle.load(path, engine)
+    assert (found.engine, found.levels, found.note) == (cycle.engine, cycle.levels, "")
+    for one, other in zip(found.bearings, cycle.bearings, strict=True):
+        assert one.name == other.name and one.clearance == other.clearance
+        for key in ("angle", "shell", "journal", "orbit"):
+            assert np.array_equal(getattr(one, key), getattr(other, key))
+        assert np.array_equal(one.film.pressure, other.film.pressure)
+    for name in STRESSES:
+        assert np.array_equal(found.surface.stresses[name], cycle.surface.stresses[name])
+    with pytest.raises(InputError, match="not overwritten"):
+        cycle.save(path)
+    with pytest.raises(InputError, match="of engine 'single_petrol', not 'v_twin'"):
+        InsideCycle.load(path, load_engine("v_twin"))
+    cut = tmp_path / "cut.h5"
+    cut.write_bytes(path.read_bytes()[:5000])
+    with pytest.raises(StoreError):
+        InsideCycle.load(cut, engine)
+
+
+def test_a_result_of_simulate_shows_loads_and_orbits(tmp_path):
+    """The polar load is that of the file; the page says what the file has not."""
+    engine = load_engine("single_petrol")
+    run = simulate(engine, speed_rpm=3000.0, crank="torsional", bearings="impedance", settle=1e-2)
+    cycle = InsideCycle.load(run.save(tmp_path / "run.h5"), engine)
+    assert cycle.surface is None and "stresses and film pressure take 'Look inside'" in cycle.note
+    assert cycle.rpm == pytest.approx(3000.0)
+    view = InsideView(cycle)
+    view.player.value = ANGLE
+    x = run.last_cycle("bearing[1].force.x")[1]
+    crank = run.last_cycle("crank.angle")[1]
+    nearest = np.abs(np.angle(np.exp(0.5j * (crank - math.radians(ANGLE))))).argmin()
+    assert view.polar.point.data["x"][0] == pytest.approx(-1e-3 * x[nearest], rel=1e-6, abs=1e-6)
+    with pytest.raises(InputError, match="holds no cycle with bearings"):
+        from cranktrain.store.hdf5 import write_result
+
+        nothing = write_result(tmp_path / "none.h5", {"x": (np.zeros(3), "m")}, {"engine": "single_petrol"})
+        InsideCycle.load(nothing, engine)
+
+
+def test_cells_across_the_seam_lie_on_both_sides():
+    pressure = np.array([[1.0], [2.0], [3.0]])
+    found = cell_columns(
+        np.array([-200.0, -60.0, 100.0]), np.array([-60.0, 100.0, 160.0]), np.array([-1.0, 1.0]), pressure
+    )
+    width = found["right"] - found["left"]
+    assert found["left"].min() == -180.0 and found["right"].max() == 180.0
+    for value, total in ((1.0, 140.0), (2.0, 160.0), (3.0, 60.0)):
+        assert width[found["p"] == value].sum() == pytest.approx(total)
+
+
+def test_a_peak_on_one_line_is_called_not_resolved():
+    """The measure of runs: the mean of the neighbours across against the peak, zero beyond the ends."""
+    smooth = np.outer([1.0, 2.0, 1.0], [0.5, 0.9, 1.0, 0.9, 0.5])
+    assert not single_line(smooth)
+    sharp = smooth.copy()
+    sharp[1] = [0.0, 0.0, 9.0, 0.1, 0.0]
+    assert single_line(sharp) and not single_line(np.zeros((3, 4)))
+
+
+def test_a_large_surface_becomes_coarser_and_keeps_its_greatest_stress():
+    n = 60
+    u, v = np.meshgrid(np.linspace(0, np.pi, n), np.linspace(0, 2 * np.pi, 2 * n, endpoint=False), indexing="ij")
+    points = np.stack((np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)), axis=-1).reshape(-1, 3)
+    k = np.arange(n * 2 * n).reshape(n, 2 * n)
+    a, b, c, d = k[:-1], k[1:], np.roll(k, -1, axis=1)[1:], np.roll(k, -1, axis=1)[:-1]
+    triangles = np.concatenate([np.stack(one, axis=-1).reshape(-1, 3) for one in ((a, b, c), (a, c, d))])
+    values = np.random.default_rng(3).random((4, len(points))).astype(np.float32)
+    fine = CrankSurface(
+        points, triangles.astype(np.int32), np.zeros((1, len(points), 3), np.float32), np.zeros((4, 1)), np.zeros(4),
+        {VON_MISES: values, PRINCIPAL: values},
+    )  # fmt: skip
+    found = coarser(fine, 2000)
+    assert 500 < len(found.triangles) <= 2000
+    assert found.stresses[VON_MISES].max() == values.max()
+    assert found.triangles.max() < len(found.points) == found.stresses[PRINCIPAL].shape[1]
+    corners = found.points[found.triangles]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    assert area.sum() == pytest.approx(4.0 * math.pi, rel=0.1)
+    assert coarser(fine, 10**6) is fine
+
+
+@asynccontextmanager
+async def served(name="single_petrol", **more):
+    """A server in this process, its address, and what makes the page of the visitor known."""
+    explored, address = Explored(name, LiveTorsion(load_engine(name)), **more), []
+    server = serve(explored, 0, address.append, wait=False)
+    try:
+        yield explored, address[0]
+    finally:
+        explored.close()
+        server.stop()
+
+
+def inside_of(explored):
+    """The part of the visitor's page that looks inside."""
+    return explored.closing[-1].__self__.inside
+
+
+def coloured(png):
+    """Fraction of a picture's pixels with a colour."""
+    from matplotlib.image import imread
+
+    image = imread(io.BytesIO(png))[..., :3]
+    return float(np.mean(np.ptp(image, axis=-1) > 0.25)), image
+
+
+SLIDE = """(() => { const e = [...within(document)].find(e => e.matches('input[type=range]'));
+e.value = %d; e.dispatchEvent(new Event('input')); e.dispatchEvent(new Event('change')) })()"""
+
+
+@needs_browser
+@pytest.mark.parametrize(("width", "columns"), [(1300, 2), (800, 1)])
+def test_the_crank_is_drawn_and_plays_in_a_browser(single, width, columns):
+    """Slider, play and pause move crank and charts; nothing in the console, nothing asked of a network."""
+    _, cycle, _, _ = single
+
+    async def asked():
+        async with served(inside=cycle) as (explored, address), LivePage(address, width, 1000) as page:
+            await page.until("said().includes('0°: greatest')")
+            await page.until("[...within(document)].filter(e => e.matches('canvas')).length >= 4")
+            lefts = await page.run(
+                "[...within(document)].filter(e => e.matches('.bk-Figure') && e.getBoundingClientRect().width > 0)"
+                ".map(e => Math.round(e.getBoundingClientRect().x))"
+            )
+            assert len(set(lefts)) == columns, lefts
+            await asyncio.sleep(1.0)
+            share, before = coloured(await page.picture())
+            assert share > 0.02
+            await page.run(SLIDE % ANGLE)
+            await page.until(f"said().includes('{ANGLE}°: greatest')")
+            inside = inside_of(explored)
+            assert inside.frame == ANGLE // FRAME_DEG
+            look = inside.look
+            assert point(inside.orbit) == look.orbit[look.sample(inside.frame)]
+            await asyncio.sleep(1.0)
+            _, after = coloured(await page.picture())
+            assert np.mean(np.abs(after - before).max(axis=-1) > 0.1) > 0.01
+            buttons = await page.run(
+                "[...within(document)].filter(e => e.matches('button') && e.querySelector('svg, i')).length"
+            )
+            assert buttons >= 4
+            inside.player.direction = 1
+            await page.until(f"!said().includes('{ANGLE}°: greatest')")
+            inside.player.direction = 0
+            assert inside.frame != ANGLE // FRAME_DEG
+            assert await page.run("document.documentElement.scrollWidth") <= width
+            assert page.console == []
+            host = urlsplit(address).netloc
+            assert [one for one in page.requests
+                    if urlsplit(one).scheme not in ("data", "blob") and urlsplit(one).netloc != host] == []  # fmt: skip
+
+    asyncio.run(asked())
+
+
+@needs_browser
+def test_a_click_records_a_cycle_in_the_background_and_shows_it(tmp_path, monkeypatch):
+    """Without data the page says what to press; a run that is done is shown, and a click saves it."""
+    monkeypatch.chdir(tmp_path)
+
+    async def asked():
+        async with served() as (explored, address), LivePage(address, 1300, 1400) as page:
+            await page.until("said().includes('Nothing to look into yet')")
+            await page.run(
+                "(() => { const s = [...within(document)].find(e => e.matches('select') && "
+                "[...e.options].some(o => o.value === 'torsional')); s.value = 'torsional'; "
+                "s.dispatchEvent(new Event('change')) })()"
+            )
+            await page.click("button", "Look inside")
+            await page.until("/done, \\d+ s/.test(said())", 180)
+            await page.until("said().includes('twists only')")
+            await page.click("button", "Save this cycle")
+            await page.until("said().includes('_inside.h5 written')")
+            await page.click("button", "Look inside")
+            await page.until("/starting, \\d+ s/.test(said())")
+            await page.click("button", "Stop")
+            await page.until("said().includes('the cycle was not finished')", 60)
+            assert page.console == []
+            assert inside_of(explored).cycle is not None
+
+    asyncio.run(asked())
+    [path] = tmp_path.glob("*.h5")
+    assert InsideCycle.load(path, load_engine("single_petrol")).bearings
