@@ -27,7 +27,7 @@ from cranktrain.film.table.database import bearing_settings
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.structure.crank import level as crank
 from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaft
-from cranktrain.structure.in_motion.inherited_damping import Decay, with_damping
+from cranktrain.structure.in_motion.inherited_damping import Decay, with_damping, with_stated_damping
 from cranktrain.studies.calibration import values as places
 from cranktrain.studies.variants.in_time import TimeAnswers, split_output, time_outputs
 from cranktrain.studies.variants.study import ENGINE, LOAD, TWO_MASS, Study
@@ -168,7 +168,9 @@ class EngineModel:
         level = self._study.levels.crank
         bare = self._reshaped(engine) if self._bare is None else self._bare
         body = crank.running_crank(fitted, level, bare)
-        if self._decay is not None:
+        if crank_level(level).inherits and engine.damping.torsional_ratios:
+            body = with_stated_damping(fitted, body)
+        elif self._decay is not None:
             body = with_damping(fitted, body, crank_level(level).inherits, self._decay)
         own = fitted if self._torsional else engine  # a run in time adds the housing itself
         return with_load(replace(self._base, engine=own, body=body), load)
