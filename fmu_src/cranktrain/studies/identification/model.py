@@ -12,6 +12,7 @@ Modes are those of the cranktrain with mean rods, free to turn, without its driv
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -46,6 +47,8 @@ ComplexArray = NDArray[np.complex128]
 LINEAR, BALANCE, TIME = LEVELS
 _TWISTS = slice(5, None)
 """Coordinates of a torsional crank that twist: rotation about the axis, and the elastic modes."""
+_KEPT = 6
+"""Cranks that are kept: derivatives by values of the damper or the load take the same one."""
 _ROUNDS = 6
 """Iterations of a frequency with a damper whose stiffness depends on it."""
 
@@ -100,17 +103,30 @@ class TorsionalModel:
         except InputError as error:
             raise InputError(str(error).replace("vary.'", "parameters.'")) from None
         self.evaluations = 0
+        self._bodies: list[tuple[Any, Any]] = []
+
+    def check(self, values: Array) -> Engine:
+        """Checked engine of sought values (p,), SI; ``InputError`` for values that do not fit together."""
+        engine = self.engine_of(values)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            check_engine(engine)
+        return engine
 
     def engine_of(self, values: Array) -> Engine:
-        """Checked engine of sought values (p,), SI; ``InputError``."""
-        engine = engine_with(self.engine, self.sought, values.tolist())
-        check_engine(engine)
-        return engine
+        """Engine of sought values (p,), SI, not checked: each of them is within the range of its quantity."""
+        return engine_with(self.engine, self.sought, values.tolist())
 
     def assembly(self, values: Array) -> Assembly:
         """Torsional crank of sought values; ``InputError``."""
-        named = self._named(values)
-        made = self._variants.assembly_of(self.engine_of(values), named.get(LOAD, self._load))
+        named, engine = self._named(values), self.engine_of(values)
+        damper = engine.damper
+        # The crank carries the damper's housing, and nothing else of the damper.
+        key = replace(engine, damper=None), None if damper is None else (damper.housing_inertia, damper.mass)
+        body = next((kept for made_from, kept in self._bodies if made_from == key), None)
+        made = self._variants.assembly_of(engine, named.get(LOAD, self._load), body)
+        if body is None:
+            self._bodies = [(key, made.body), *self._bodies[: _KEPT - 1]]
         return made if CRANK not in named else replace(made, body=_stiffer(made.body, named[CRANK]))
 
     def answers(self, values: Array) -> Answers:
@@ -138,7 +154,7 @@ class TorsionalModel:
         self, values: Array, crank: str, settle: float, tell: Progress = lambda stage: None
     ) -> tuple[ComplexArray, ...]:
         """Orders of each strand of a crank of any level, run to its steady cycle at each speed."""
-        named, engine = self._named(values), self.engine_of(values)
+        named, engine = self._named(values), self.check(values)
         if CRANK in named and crank != "torsional":
             raise InputError(f"parameters.'{CRANK}': serves crank level torsional, not '{crank}'; leave it out")
         settings = Settings(
