@@ -46,7 +46,8 @@ class Bias(NamedTuple):
 
 class Residue(NamedTuple):
     """Residuals of one order: speeds (n,), amplitudes s (n,), known noise (n,) or NaN, residuals (n, c) of its c
-    components and their derivatives (n, c, p) by the parameters."""
+    components and their derivatives (n, c, p) by the parameters.
+    """
 
     speeds: Array
     sizes: Array
@@ -75,7 +76,8 @@ def first_bias(parts: Sequence[Residue], relative: float = 0.1) -> Bias:
 
 def noise_of_differences(parts: Sequence[Residue]) -> float:
     """Noise by second differences over the speed, to which a smooth bias adds little (Gasser, Sroka, Jennen-Steinmetz,
-    Biometrika 73, 1986)."""
+    Biometrika 73, 1986).
+    """
     squares, count = 0.0, 0
     for one in parts:
         x, r = one.speeds, one.residuals

@@ -136,9 +136,7 @@ def _name(wanted: str, names: list[str]) -> str:
     return found
 
 
-def _strands(
-    engine: Engine, table: OrdersTable | TorqueTable, name: str, where: str, path: Path
-) -> list[Strand]:
+def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where: str, path: Path) -> list[Strand]:
     """Orders of a set; ``InputError``."""
     torque = isinstance(table, TorqueTable)
     output, kinds = (_shaft(engine, table.shaft, where), {"torque": "torque"}) if isinstance(table, TorqueTable) else (
@@ -238,7 +236,10 @@ def _held(strands: list[Strand], speeds_rpm: Sequence[float]) -> list[Strand]:
                 f"hold_out.speeds_rpm: {rpm:g} was not measured; the data go from {first:.0f} to {last:.0f} rev/min"
             )
         strands = [
-            replace(one, held=one.held | (at & (np.abs(one.speeds - rpm * RPM) <= np.abs(one.speeds - rpm * RPM).min() + 1e-9)))
+            replace(
+                one,
+                held=one.held | (at & (np.abs(one.speeds - rpm * RPM) <= np.abs(one.speeds - rpm * RPM).min() + 1e-9)),
+            )
             for one, at in zip(strands, near, strict=True)
         ]
     for one in strands:

@@ -81,7 +81,7 @@ def climb(
         except (SolverError, KeyboardInterrupt):
             return Climbed(found, tuple(steps), none)
         low = comparison.answers(found.inner).strands
-        return Climbed(found, tuple(steps), moved_by(comparison, found, [a - b for a, b in zip(high, low, strict=True)]))
+        return Climbed(found, tuple(steps), moved_by(comparison, found, high, low))
     levels: list[tuple[str, Callable[[Array], tuple[ComplexArray, ...]]]] = [(BALANCE, model.balanced)]
     if ask.level == TIME:
         levels.append((TIME, lambda values: model.in_time(values, ask.crank, ask.settle, say)))
@@ -119,14 +119,16 @@ def _interrupted(found: Estimate) -> Estimate:
     return Estimate(found.inner, found.pieces, found.information, found.evaluations, True)
 
 
-def moved_by(comparison: Comparison, found: Estimate, change: list[ComplexArray]) -> Array:
-    """Change of u (p,) that a change (s,) of the model's orders brings, by the linear estimate."""
+def moved_by(
+    comparison: Comparison, found: Estimate, high: tuple[ComplexArray, ...], low: tuple[ComplexArray, ...]
+) -> Array:  # fmt: skip
+    """Change of u (p,) that other answers (s,) for the orders bring, by the linear estimate."""
     blocks = []
-    for one, away in zip(comparison.data.strands, change, strict=True):
-        if one.phases:
-            blocks.append(-np.stack((away.real, away.imag), axis=1))
-        else:
-            blocks.append(-np.abs(away)[:, None])
+    for one, above, own in zip(comparison.data.strands, high, low, strict=True):
+        away = own - above
+        blocks.append(
+            np.stack((away.real, away.imag), axis=1) if one.phases else (np.abs(own) - np.abs(above))[:, None]
+        )
     blocks += [np.zeros_like(piece.rows) for piece in found.pieces[len(blocks) :]]
     return linear_move(comparison, found.pieces, found.information, blocks)
 

@@ -27,6 +27,7 @@ from cranktrain.dynamics.model.arrays import structural_damping
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.model import Engine
+from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.structure.crank.modal import cranktrain_matrices
 from cranktrain.studies.identification.data import Data, Scalar, Shape, Strand
@@ -40,8 +41,7 @@ from cranktrain.studies.variants.design import Design
 from cranktrain.studies.variants.distributions import Distribution
 from cranktrain.studies.variants.models import EngineModel
 from cranktrain.studies.variants.study import ENGINE, Levels, Study, Varied
-from cranktrain.studies.variants.torsional import SolvedOrders, against_frame, solved_orders, with_load
-from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION
+from cranktrain.studies.variants.torsional import SolvedOrders, against_frame, solved_orders
 
 ComplexArray = NDArray[np.complex128]
 LINEAR, BALANCE, TIME = LEVELS

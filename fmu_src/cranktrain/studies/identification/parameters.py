@@ -97,7 +97,7 @@ def sought_parameters(
 ) -> tuple[Sought, ...]:
     """Parameters of a file; ``sets`` are the names of its data sets. ``InputError``."""
     if not tables:
-        raise InputError("parameters: none is given; name at least one, e.g. \"damper.viscosity\" = {}")
+        raise InputError('parameters: none is given; name at least one, e.g. "damper.viscosity" = {}')
     found = tuple(_sought(engine, key, table, sets, load) for key, table in tables.items())
     for one in found:
         whole, _, index = one.key.partition("[")
@@ -127,7 +127,9 @@ def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], l
             raise InputError(f"{where}.{side}: {error}") from None
 
     start = own if table.start is None else number(table.start, "start")
-    ends = [None if value is None else number(value, side) for side, value in (("low", table.low), ("high", table.high))]
+    ends = [
+        None if value is None else number(value, side) for side, value in (("low", table.low), ("high", table.high))
+    ]
     low, high = _bounds(ends, start, key, where)
     if rule is not None:
         low, high = (
