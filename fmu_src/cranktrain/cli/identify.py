@@ -85,12 +85,23 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def _calibrated(options: argparse.Namespace) -> dict[str, Any]:
     """A file of targets alone: the calibration, by the same search and with its report."""
     from cranktrain.cli import calibrate
+    from cranktrain.studies.identification.targets_alone import with_confidence
 
     given = argparse.Namespace(
         engine=options.engine, targets=options.measured, out=options.out, seed=options.seed, evaluations=20000,
         json=options.json,
     )  # fmt: skip
-    return calibrate.run(given)
+    report = with_confidence(calibrate.run(given))
+    if not options.json:
+        rows = [
+            (p["key"], f"{p['value']:.4g}", p["unit"],
+             "" if p["deviation_percent"] is None else f"{p['deviation_percent']:.2g} %")
+            for p in report["parameters"]
+        ]  # fmt: skip
+        show_rows("What the targets say, tolerances as deviations", ("parameter", "found", "unit", "deviation"), rows)
+        for line in report["told_apart"]:
+            print(f"Not told apart: {line}")
+    return report
 
 
 def _show(report: dict[str, Any]) -> None:
@@ -116,8 +127,11 @@ def _show(report: dict[str, Any]) -> None:
             "Residuals by order",
             ("set", "order", "speeds", "of amplitude", "over noise", "largest", "at rev/min", "systematic"),
             [
-                (r["set"], f"{r['order']:g}", str(r["points"]), f"{r['residual_percent']:.2g} %", f"{r['over_noise']:.2g}",
-                 f"{r['largest_percent']:.2g} %", f"{r['largest_at_rpm']:.0f}", "yes" if r["systematic"] else "no")
+                (
+                    r["set"], f"{r['order']:g}", str(r["points"]), f"{r['residual_percent']:.2g} %",
+                    f"{r['over_noise']:.2g}", f"{r['largest_percent']:.2g} %", f"{r['largest_at_rpm']:.0f}",
+                    "yes" if r["systematic"] else "no",
+                )
                 for r in report["orders"]
             ],
         )  # fmt: skip

@@ -520,7 +520,7 @@ class StructuralDamping:
     """Damping of the elastic modes: one ratio for all (``modal``) or D = α M + β K (``rayleigh``; 1/s, s).
 
     ``torsional_ratios`` are the damping ratios of the cranktrain's first one or two torsional modes, without a damper,
-    as measured. Crank level ``torsional`` takes them in place of those that it inherits; all other levels compute theirs.
+    as measured. Crank level ``torsional`` takes them in place of those that it inherits; other levels compute theirs.
     """
 
     kind: q.DampingKind = "modal"

@@ -1,1 +1,1 @@
-"""Identification: parameters of an engine from measured orders, frequencies, shapes and decays, with their intervals."""
+"""Identification: parameters of an engine from measured orders, frequencies, shapes and decays, with intervals."""

@@ -45,8 +45,13 @@ class Bias(NamedTuple):
 
 
 class Residue(NamedTuple):
-    """Residuals of one order: speeds (n,), amplitudes s (n,), known noise (n,) or NaN, residuals (n, c) of its c
-    components and their derivatives (n, c, p) by the parameters.
+    """Residuals of one order.
+
+    Attributes
+    ----------
+    speeds, sizes : (n,) rad/s, and the model's amplitudes s
+    noise : (n,) known noise, or not a number
+    residuals, slopes : (n, c) of its c components, and derivatives (n, c, p) of the model by the parameters
     """
 
     speeds: Array
@@ -75,8 +80,9 @@ def first_bias(parts: Sequence[Residue], relative: float = 0.1) -> Bias:
 
 
 def noise_of_differences(parts: Sequence[Residue]) -> float:
-    """Noise by second differences over the speed, to which a smooth bias adds little (Gasser, Sroka, Jennen-Steinmetz,
-    Biometrika 73, 1986).
+    """Noise by second differences over the speed, to which a smooth bias adds little.
+
+    Gasser, Sroka, Jennen-Steinmetz, Biometrika 73 (1986) 625.
     """
     squares, count = 0.0, 0
     for one in parts:

@@ -1,4 +1,4 @@
-"""What is refused of an identification: data of another engine, parameters that nothing excites, sets that contradict."""
+"""What is refused: data of another engine, parameters that nothing excites, sets that contradict each other."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def check_sets(comparison: Comparison, found: Estimate) -> None:
     ]
     raise InputError(
         f"'{one.first}' and '{one.second}' contradict each other: chi-square {one.distance:.0f} for {one.freedom} "
-        f"degrees of freedom, probability {one.probability:.1g}; of {sought.key} the first wants {wants[0]}, the second "
-        f"{wants[1]}; correct or leave out one of them, or state a larger deviation"
+        f"degrees of freedom, probability {one.probability:.1g}; of {sought.key} the first wants {wants[0]}, the "
+        f"second {wants[1]}; correct or leave out one of them, or state a larger deviation"
     )
 
 
@@ -68,9 +68,10 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
         whole = sum(float(np.sum(np.abs(one.values[~one.held]) ** 2)) for one, _ in rows)
         if left > (1.0 - EXPLAINED) * whole:
             worst = max(rows, key=lambda row: float(np.sum(row[1].rows[~row[0].held] ** 2)))[0]
+            part = 100.0 * max(0.0, 1.0 - left / whole)
             raise InputError(
-                f"'{name}': the best parameters within their bounds explain {100.0 * max(0.0, 1.0 - left / whole):.0f} % of "
-                f"its squared amplitudes, least of order {worst.order:g}; the data are of another engine, load or "
+                f"'{name}': the best parameters within their bounds explain {part:.0f} % of its squared amplitudes, "
+                f"least of order {worst.order:g}; the data are of another engine, load or "
                 f'reference of phase (sought by "zero.{name}")'
             )
 
@@ -78,12 +79,11 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
 def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) -> None:
     """Refuse resonances and frequencies that no parameters within their bounds give; ``InputError``."""
     points = _points(comparison, seed)
-    for one in model.data.scalars:
-        if one.kind != "frequency":
-            continue
-        hz = [found for found in (_hz(model, point, one) for point in points) if found is not None]
-        if hz:
-            _check(f"'{one.name}'", one.value, min(hz), max(hz), comparison, max(REACH, 3.0 * one.deviation))
+    for scalar in (one for one in model.data.scalars if one.kind == "frequency"):
+        own = [found for found in (_hz(model, point, scalar) for point in points) if found is not None]
+        if own:
+            reach = max(REACH, 3.0 * scalar.deviation)
+            _check(f"'{scalar.name}'", scalar.value, min(own), max(own), comparison, reach)
     peaks = [(one, hz) for one in model.data.strands if (hz := peak_hz(one.speeds, np.abs(one.values), one.order))]
     if not peaks:
         return

@@ -50,7 +50,7 @@ class Comparison:
     Parameters
     ----------
     model, data, sought : what answers, what was measured, what is sought
-    correction : (s,) complex orders of each strand, that a higher level adds to the model's own
+    correction : (n,) complex orders of each strand, that a higher level adds to the model's own
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Comparison:
 
     def rows(self, inner: Array) -> list[Array]:
         """Residuals (n, c) of each order, held out ones too, then of the numbers (n, 1) and of the shapes (n, 1)."""
-        found, rows = self.answers(inner), []
+        found, rows = self.answers(inner), list[Array]()
         for one, own in zip(self.data.strands, found.strands, strict=True):
             if one.phases:
                 away = one.values - own
@@ -109,7 +109,7 @@ class Comparison:
         for one, size in zip(self.data.strands, sizes, strict=True):
             keep = ~one.held
             matrix = covariance(one.speeds[keep], size[keep], one.noise[keep], biases[one.name])
-            self._factors.append(np.linalg.cholesky(matrix))
+            self._factors.append(np.asarray(np.linalg.cholesky(matrix)))
 
     def first_biases(self, sizes: Sequence[Array]) -> dict[str, Bias]:
         """Covariances before anything is fitted: a tenth of the amplitudes."""
@@ -146,8 +146,7 @@ class Comparison:
                 flat = block[keep].reshape(int(keep.sum()), -1)
                 found.append(solve_triangular(self._factors[k], flat, lower=True).reshape(-1, *block.shape[2:]))
                 continue
-            j = k - len(self.data.strands)
-            own = (*self.data.scalars, *self.data.shapes)[j].deviation
+            own = self.data.deviations[k - len(self.data.strands)]
             found.append(block.reshape(-1, *block.shape[2:]) / own)
         return found
 
@@ -173,12 +172,12 @@ class Comparison:
         slopes = [np.zeros((*row.shape, inner.size)) for row in rows]
         for k in range(inner.size):
             move = np.zeros(inner.size)
-            move[k] = STEP if self.sought[k].log else STEP * 1.0
+            move[k] = STEP
             ends = [np.clip(inner + side * move, self.low, self.high) for side in (1.0, -1.0)]
             above, below = (self.rows(end) for end in ends)
             for slope, a, b in zip(slopes, above, below, strict=True):
                 slope[..., k] = (b - a) / (ends[0][k] - ends[1][k])  # of the model, not of the residual
-        names = [one.name for one in (*self.data.strands, *self.data.scalars, *self.data.shapes)]
+        names = self.data.of_pieces
         held = [one.held for one in self.data.strands]
         held += [np.zeros(row.shape[0], dtype=bool) for row in rows[len(held) :]]
         return [Piece(*all_of) for all_of in zip(names, rows, slopes, held, strict=True)]

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2, t
 
 from cranktrain.core.types import Array
@@ -29,6 +30,7 @@ from cranktrain.studies.identification.comparison import Comparison, Piece
 from cranktrain.studies.identification.estimate import Estimate, information_of
 from cranktrain.studies.identification.ladder import linear_move
 
+Integers = NDArray[np.intp]
 LEVEL = 0.95
 """Probability of all intervals."""
 WEAK = 0.3
@@ -68,8 +70,10 @@ class Direction(NamedTuple):
 
 
 class Contradiction(NamedTuple):
-    """Test of two sets: squared distance of what each wants, degrees of freedom, probability, the parameter on which
-    they differ most and the u that each wants of it.
+    """Test of two sets.
+
+    ``distance`` is the squared distance of what each wants, of ``freedom`` degrees and ``probability``; ``parameter``
+    the one on which they differ most, ``wants`` the u that each wants of it.
     """
 
     first: str
@@ -97,15 +101,14 @@ def confidence_of(comparison: Comparison, found: Estimate, shift: Array) -> Conf
     return Confidence(own + np.outer(shift, shift), freedom)
 
 
-def directions(comparison: Comparison, found: Estimate) -> list[Direction]:
-    """Combinations of parameters by what the data say of them, the least known first."""
-    values, vectors = np.linalg.eigh(found.information)
-    reach = comparison.high - comparison.low
-    result = []
-    for value, vector in zip(values, vectors.T, strict=True):
-        deviation = 1.0 / math.sqrt(value) if value > 1e-12 / float(np.min(reach) ** 2) else math.inf
-        result.append(Direction(deviation, vector))
-    return result
+def directions(information: Array) -> list[Direction]:
+    """Combinations of parameters by what the data say of them, ``information`` (p, p), the least known first."""
+    values, vectors = np.linalg.eigh(information)
+    least = 1e-12 * max(float(values[-1]), 1e-300)
+    return [
+        Direction(1.0 / math.sqrt(value) if value > least else math.inf, vector)
+        for value, vector in zip(values.tolist(), vectors.T, strict=True)
+    ]
 
 
 def unexcited(comparison: Comparison, found: Estimate) -> list[int]:
@@ -114,34 +117,31 @@ def unexcited(comparison: Comparison, found: Estimate) -> list[int]:
     return [int(k) for k in np.flatnonzero(moved < 1.0)]
 
 
-def told_apart(comparison: Comparison, found: Estimate) -> list[str]:
-    """What the data cannot tell apart, in words, one line a combination."""
-    known = directions(comparison, found)
+def told_apart(information: Array, keys: Sequence[str]) -> list[str]:
+    """What data of an ``information`` (p, p) in u cannot tell apart of parameters (p,), a line for each combination."""
     lines = []
-    for one in known:
+    for one in directions(information):
         if one.deviation < WEAK:
             break
-        named = [k for k in np.argsort(-np.abs(one.parts)) if abs(one.parts[k]) >= PART]
-        keys = [comparison.sought[k].key for k in named]
+        named = [int(k) for k in np.argsort(-np.abs(one.parts)) if abs(one.parts[k]) >= PART]
         far = f"{100.0 * one.deviation:.0f} %" if one.deviation < 10.0 else "any factor"
-        if len(keys) == 1:
-            lines.append(f"{keys[0]} is not determined: known to {far} from the data alone")
+        if len(named) == 1:
+            lines.append(f"{keys[named[0]]} is not determined: known to {far} from the data alone")
             continue
-        better = _combination(comparison, found, named)
-        lines.append(
-            f"{', '.join(keys[:-1])} and {keys[-1]} cannot be told apart: changed together they keep the data up to "
-            f"{far}; {better}"
-        )
+        listed = f"{', '.join(keys[k] for k in named[:-1])} and {keys[named[-1]]}"
+        better = _combination(information, keys, named)
+        lines.append(f"{listed} cannot be told apart: changed together they keep the data up to {far}; {better}")
     return lines
 
 
-def _combination(comparison: Comparison, found: Estimate, named: Sequence[int]) -> str:
+def _combination(information: Array, keys: Sequence[str], named: Sequence[int]) -> str:
     """The combination of some parameters that the data know best, in words."""
-    among = found.information[np.ix_(named, named)]
-    values, vectors = np.linalg.eigh(among)
-    best, parts = values[-1], vectors[:, -1]
+    values, vectors = np.linalg.eigh(information[np.ix_(named, named)])
+    best, parts = float(values[-1]), vectors[:, -1]
+    if best <= 0.0:
+        return "nothing is known of them"
     parts = parts / parts[np.argmax(np.abs(parts))]
-    text = " · ".join(f"{comparison.sought[k].key}^{part:.2g}" for k, part in zip(named, parts, strict=True))
+    text = " · ".join(f"{keys[k]}^{part:.2g}" for k, part in zip(named, parts, strict=True))
     return f"known is {text}, to {100.0 / math.sqrt(best):.2g} %"
 
 
@@ -209,7 +209,7 @@ def bootstrap(comparison: Comparison, found: Estimate, draws: int, seed: int) ->
                 keep = np.flatnonzero(~piece.held)
                 rows[keep] = scale * rows[keep[_drawn(comparison, k, keep, blocks[k], rng)]]
             else:
-                own = (*comparison.data.scalars, *comparison.data.shapes)[k - len(comparison.data.strands)].deviation
+                own = comparison.data.deviations[k - len(comparison.data.strands)]
                 rows = own * rng.normal(size=rows.shape)
             drawn.append(rows)
         result[b] = linear_move(comparison, found.pieces, found.information, drawn)
@@ -226,12 +226,12 @@ def _block(comparison: Comparison, piece: Piece, k: int) -> int:
     return int(np.clip(round(2.0 * length / float(np.median(steps))), 1, max(1, int((~piece.held).sum()) // 3)))
 
 
-def _drawn(comparison: Comparison, k: int, keep: Array, block: int, rng: np.random.Generator) -> Array:
+def _drawn(comparison: Comparison, k: int, keep: Integers, block: int, rng: np.random.Generator) -> Integers:
     """Places among ``keep`` whose residuals take the places of all."""
     speeds = comparison.data.strands[k].speeds[keep]
     repeated = [np.flatnonzero(speeds == one) for one in np.unique(speeds)]
     if all(places.size > 1 for places in repeated):
-        result = np.empty(keep.size, dtype=int)
+        result = np.empty(keep.size, dtype=np.intp)
         for places in repeated:
             result[places] = rng.choice(places, places.size)
         return result

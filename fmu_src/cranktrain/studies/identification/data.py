@@ -103,7 +103,18 @@ class Data:
     @property
     def names(self) -> list[str]:
         """Names of the sets, in their order."""
-        return list(dict.fromkeys(one.name for one in (*self.strands, *self.scalars, *self.shapes)))
+        return list(dict.fromkeys(self.of_pieces))
+
+    @property
+    def of_pieces(self) -> list[str]:
+        """Name of the set of each order, number and shape."""
+        strands, numbers = [one.name for one in self.strands], [one.name for one in self.scalars]
+        return [*strands, *numbers, *(one.name for one in self.shapes)]
+
+    @property
+    def deviations(self) -> list[float]:
+        """Deviation of each number and shape."""
+        return [*(one.deviation for one in self.scalars), *(one.deviation for one in self.shapes)]
 
     @property
     def order_sets(self) -> list[str]:
@@ -115,7 +126,9 @@ def read_data(engine: Engine, read: MeasuredTable, path: Path) -> Data:
     """Data of a measured file at ``path``; ``InputError``."""
     names: list[str] = []
     strands: list[Strand] = []
-    for table, kind in [*((one, "orders") for one in read.orders), *((one, "torque") for one in read.torque)]:
+    tables: list[tuple[OrdersTable | TorqueTable, str]] = [(one, "orders") for one in read.orders]
+    tables += [(one, "torque") for one in read.torque]
+    for table, kind in tables:
         name = _name(table.name or Path(table.file).stem, names)
         strands += _strands(engine, table, name, f"[[{kind}]] '{name}'", path)
     held = [] if read.hold_out is None else read.hold_out.speeds_rpm
@@ -151,9 +164,8 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
     strands = []
     for order in wanted:
         if order not in found[own]:
-            raise InputError(
-                f"{where}: {Path(table.file).name} has no order {order:g}; {nearest(f'{order:g}', [f'{o:g}' for o in found[own]])}"
-            )
+            near = nearest(f"{order:g}", [f"{one:g}" for one in found[own]])
+            raise InputError(f"{where}: {Path(table.file).name} has no order {order:g}; {near}")
         if not 0.5 <= order <= HIGHEST_ORDER:
             raise InputError(f"{where}: order {order:g} is not within 0.5 to {HIGHEST_ORDER:g}, those of the model")
         speeds, sizes = found[own][order]

@@ -111,8 +111,8 @@ def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> t
     if read.targets or read.derived:
         both = "[targets] and sets of data" if read.targets and read.has_sets else "[targets] and [derived]"
         raise InputError(
-            f"{both} are fitted apart: [targets] by their shapes on the crank that bends ('cranktrain calibrate'), sets by "
-            "torsion; make a file of each"
+            f"{both} are fitted apart: [targets] by their shapes on the crank that bends ('cranktrain calibrate'), sets "
+            "by torsion; make a file of each"
         )
     if not read.has_sets:
         raise InputError("has no data; add [[orders]], [[torque]], [[frequencies]], [[decay]] or [[modes]]")
@@ -168,12 +168,17 @@ def report_of(
     ]
     orders, held = residual_rows(comparison, found), held_out(comparison, found, confidence)
     levels = [
-        {"level": step.level, "answers": step.answers,
-         "values": {one.key: one.shown(one.value(float(u))) for one, u in zip(comparison.sought, step.inner, strict=True)}}
+        {
+            "level": step.level,
+            "answers": step.answers,
+            "values": {
+                one.key: one.shown(one.value(float(u))) for one, u in zip(model.sought, step.inner, strict=True)
+            },
+        }
         for step in climbed.steps
-    ]  # fmt: skip
+    ]
     return {
-        "parameters": rows, "told_apart": told_apart(comparison, found),
+        "parameters": rows, "told_apart": told_apart(found.information, [one.key for one in comparison.sought]),
         "correlations": correlations(confidence, comparison.sought), "levels": levels, "orders": orders,
         "numbers": number_rows(comparison, found), "held_out": held,
         "systematic": [f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]],
@@ -207,7 +212,8 @@ def parameter_row(
         1.0 if one.log else (one.high - one.low) / max(abs(one.value(own)), 1e-300)
     )
     return {
-        "key": one.key, "value": one.shown(one.value(own)), "unit": one.unit, "low": shown(best[0]), "high": shown(best[1]),
+        "key": one.key, "value": one.shown(one.value(own)), "unit": one.unit,
+        "low": shown(best[0]), "high": shown(best[1]),
         "deviation_percent": 100.0 * relative if math.isfinite(relative) else None,
         "covariance": [shown(end) for end in ends], "profile": None if profile is None else [shown(u) for u in best],
         "bootstrap": None if percentiles is None else [shown(u) for u in percentiles],

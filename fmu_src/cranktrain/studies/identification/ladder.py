@@ -4,12 +4,12 @@ With the answers y of the linear level and Y of a higher one, the fit of
 
     y(u) + [Y(u₀) − y(u₀)]
 
-moves u₀ to u; at the fixed point the residuals of Y are orthogonal to the derivatives of y (manifold mapping, Echeverría
-and Hemker, Comput. Methods Appl. Math. 5, 2005). Three to five answers of the higher level suffice, where derivatives of
-its own would take one for each parameter and round.
+moves u₀ to u; at the fixed point the residuals of Y are orthogonal to the derivatives of y (manifold mapping,
+Echeverría and Hemker, Comput. Methods Appl. Math. 5, 2005). Three to five answers of the higher level suffice, where
+derivatives of its own would take one for each parameter and round.
 
-Without the correction the answers of the next level, once, say by how much they would move the parameters. This is added
-to their covariance: it is what the fitted level cannot see in its residuals.
+Without the correction the answers of the next level, once, say by how much they would move the parameters. This is
+added to their covariance: it is what the fitted level cannot see in its residuals.
 """
 
 from __future__ import annotations

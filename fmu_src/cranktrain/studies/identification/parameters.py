@@ -149,7 +149,8 @@ def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], l
         start = math.sqrt(low * high) if low > 0.0 else 0.5 * (low + high)
     if not low <= start <= high:
         raise InputError(
-            f"{where}: start {found.text(start)} is not within {found.text(low)} to {found.text(high)}; move one of them"
+            f"{where}: start {found.text(start)} is not within {found.text(low)} to {found.text(high)}; "
+            "move one of them"
         )
     return replace(found, start=start)
 
@@ -178,9 +179,8 @@ def _measured(engine: Engine, key: str, sets: Sequence[str], load: float, where:
             raise InputError(f"{where}: no set of orders is called '{name}'; {nearest(name, sets)}")
         return ("angle", "deg", 0.0, None) if kind == ZERO else ("1", "1", 1.0, None)
     if "." not in key:
-        raise InputError(
-            f"{where}: is not a key of an engine file; {nearest(key, (LOAD, CRANK, f'{RATIOS}[1]', 'damper.viscosity'))}"
-        )
+        near = nearest(key, (LOAD, CRANK, f"{RATIOS}[1]", "damper.viscosity"))
+        raise InputError(f"{where}: is not a key of an engine file; {near}")
     try:
         rule, own = places.quantity(engine, key), places.value(engine, key)
     except InputError as error:

@@ -113,7 +113,7 @@ def held_out(comparison: Comparison, found: Estimate, confidence: Confidence) ->
     rows: list[dict[str, Any]] = []
     sizes = comparison.sizes(found.inner)
     for one, piece, size in zip(comparison.data.strands, found.pieces, sizes, strict=False):
-        for k in np.flatnonzero(piece.held):
+        for k in np.flatnonzero(piece.held).tolist():
             band = confidence.reach * np.sqrt(np.diag(_spread(comparison, one.name, piece, k, one, size, confidence)))
             away = piece.rows[k]
             measured = one.values[k]
@@ -133,7 +133,7 @@ def _spread(
     comparison: Comparison, name: str, piece: Piece, k: int, one: Any, size: Array, confidence: Confidence
 ) -> NDArray[np.float64]:  # fmt: skip
     """Covariance (c, c) of a predicted point: parameters, bias of the model, and noise."""
-    at = slice(int(k), int(k) + 1)
+    at = slice(k, k + 1)
     own = covariance(one.speeds[at], size[at], one.noise[at], comparison.biases[name])[0, 0]
     slopes = piece.slopes[k]
     return np.asarray(slopes @ confidence.covariance @ slopes.T + own * np.eye(slopes.shape[0]))

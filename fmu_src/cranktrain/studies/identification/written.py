@@ -1,4 +1,4 @@
-"""The engine file of an identification: the old one's text with the identified values, their data, date and interval."""
+"""The engine file of an identification: the old text with identified values, their data, date and interval."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _with_ratios(
         if re.match(r"torsional_ratios\s*=", lines[k]):
             if not re.search(r"\}\s*$", lines[k]):
                 raise InputError(
-                    "damping.torsional_ratios: does not stand on a line of its own in the engine file; give it its own line"
+                    "damping.torsional_ratios: does not stand on a line of its own in the engine file; give it one"
                 )
             lines[k] = entry
             return "\n".join(lines) + "\n"
