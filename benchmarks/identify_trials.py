@@ -41,7 +41,7 @@ from cranktrain.studies.identification.parameters import (
 from cranktrain.studies.identification.tables import MeasuredTable, SoughtTable
 
 SPEEDS, ORDERS = 24, 5
-NOISE = 0.01
+NOISE = 0.004
 """Noise over the root mean square of the largest order."""
 SPREAD = {"damper.viscosity": 0.3, "damping.torsional_ratios[1]": 0.3, "load": 0.05, "crank.stiffness": 0.02}
 """Half width of the logarithm from which a true value is drawn; bounds are three times as far."""

@@ -3,10 +3,11 @@
 A model of a lower level errs by more than the noise, and its errors at neighbouring speeds are alike. Residuals of an
 order are therefore taken as noise and a random function of the speed Ω (Kennedy and O'Hagan 2001),
 
-    C(Ω, Ω') = σ² 1(Ω = Ω') + (δ² s(Ω) s(Ω') + a²) ρ(|Ω − Ω'|/ℓ),     ρ(d) = (1 + √3 d) exp(−√3 d),
+    C(Ω, Ω') = σ² 1(Ω = Ω') + δ² (s(Ω) s(Ω') + (S/10)²) ρ(|Ω − Ω'|/ℓ),     ρ(d) = (1 + √3 d) exp(−√3 d),
 
-with the model's own amplitude s, the relative bias δ, an additive one a, a length ℓ, and ρ of Matérn. Real and
-imaginary part have this covariance each. The numbers of a set follow from the restricted likelihood (Patterson and
+with the model's own amplitude s, their root mean square S, the relative bias δ, a length ℓ, and ρ of Matérn. Real and
+imaginary part have this covariance each. The bias is relative because at a resonance, where parameters take it up, it
+can only be judged by what is left beside the resonance; an additive bias of its own size would explain that away. The numbers of a set follow from the restricted likelihood (Patterson and
 Thompson, Biometrika 58, 1971), which accounts for the part of the bias that the parameters have taken up:
 
     −2 L = Σ log|C| + rᵀ C⁻¹ r − gᵀ A⁻¹ g + log|A|,     A = Jᵀ C⁻¹ J + P,   g = Jᵀ C⁻¹ r.
@@ -31,17 +32,19 @@ from cranktrain.core.types import Array
 
 LEAST, MOST = 1e-4, 1.0
 """Bounds of the relative bias."""
+LOW = 0.1
+"""Part of the bias that does not fall with the amplitude, over that at the root mean square of amplitudes."""
 _QUIET = 1e-5
 """Least noise of a set, over the root mean square of its amplitudes."""
 
 
 class Bias(NamedTuple):
-    """Numbers of a set: noise σ and additive bias a in its unit, relative bias δ, length ℓ in rad/s."""
+    """Numbers of a set: noise σ in its unit, relative bias δ, length ℓ in rad/s, root mean square S of amplitudes."""
 
     noise: float
     relative: float
-    additive: float
     length: float
+    size: float
 
 
 class Residue(NamedTuple):
@@ -66,7 +69,7 @@ def covariance(speeds: Array, sizes: Array, noise: Array, bias: Bias) -> Array:
     apart = np.abs(speeds[:, None] - speeds) * (math.sqrt(3.0) / bias.length)
     alike = (1.0 + apart) * np.exp(-apart)
     own = np.where(np.isfinite(noise), noise, bias.noise)
-    size = bias.relative**2 * np.outer(sizes, sizes) + bias.additive**2
+    size = bias.relative**2 * (np.outer(sizes, sizes) + (LOW * bias.size) ** 2)
     return np.asarray(size * alike + np.diag(own**2))
 
 
@@ -76,7 +79,7 @@ def first_bias(parts: Sequence[Residue], relative: float = 0.1) -> Bias:
     span = max(float(np.ptp(one.speeds)) for one in parts)
     known = np.concatenate([one.noise[np.isfinite(one.noise)] for one in parts])
     noise = float(np.sqrt(np.mean(known**2))) if known.size else 0.02 * rms
-    return Bias(noise, relative, 0.02 * rms, max(0.1 * span, 1e-3))
+    return Bias(noise, relative, max(0.1 * span, 1e-3), rms)
 
 
 def noise_of_differences(parts: Sequence[Residue]) -> float:
@@ -111,24 +114,32 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
     steps = [np.diff(np.unique(one.speeds)) for one in parts]
     step = min(float(np.median(one)) for one in steps if one.size) if any(one.size for one in steps) else span
     known = all(np.isfinite(one.noise).all() for one in parts)
-    low = np.log([_QUIET * rms, LEAST, 1e-5 * rms, max(step, 1e-6)])
-    high = np.log([rms, MOST, 0.5 * rms, max(0.5 * span, 1.5 * step, 2e-6)])
-    start = np.clip(np.log([max(noise_of_differences(parts), _QUIET * rms), *first[1:]]), low, high)
+    low = np.log([_QUIET * rms, LEAST, max(step, 1e-6)])
+    high = np.log([rms, MOST, max(0.5 * span, 1.5 * step, 2e-6)])
+    start = np.clip(np.log([max(noise_of_differences(parts), _QUIET * rms), first.relative, first.length]), low, high)
+
+    free = np.array([not known, True, True])
+
+    def whole(values: Array) -> Array:
+        found = start.copy()
+        found[free] = values
+        return found
 
     def cost(values: Array) -> float:
-        return _unlikely(parts, prior, Bias(*np.exp(values).tolist()))
+        return _unlikely(parts, prior, Bias(*np.exp(whole(values)).tolist(), rms))
 
-    best, least = start, cost(start)
-    for relative in (first.relative, 0.02):
+    best, least = start, cost(start[free])
+    # Once found, the numbers hardly change; the first time a small bias and a large one are tried.
+    for relative in (first.relative, 0.02) if before is None else (first.relative,):
         begin = start.copy()
         begin[1] = np.clip(math.log(relative), low[1], high[1])
-        bounds = list(zip(low, high, strict=True))
-        if known:
-            bounds[0] = (start[0], start[0])
-        found = minimize(cost, begin, method="L-BFGS-B", bounds=bounds, options={"maxiter": 60, "eps": 1e-3})
+        bounds = list(zip(low[free], high[free], strict=True))
+        found = minimize(
+            cost, begin[free], method="L-BFGS-B", bounds=bounds, options={"maxiter": 25, "eps": 1e-3, "ftol": 1e-6}
+        )
         if found.fun < least:
-            best, least = np.clip(found.x, low, high), float(found.fun)
-    return Bias(*np.exp(best).tolist())
+            best, least = np.clip(whole(found.x), low, high), float(found.fun)
+    return Bias(*np.exp(best).tolist(), rms)
 
 
 def _unlikely(parts: Sequence[Residue], prior: Array, bias: Bias) -> float:

@@ -111,8 +111,8 @@ def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> t
     if read.targets or read.derived:
         both = "[targets] and sets of data" if read.targets and read.has_sets else "[targets] and [derived]"
         raise InputError(
-            f"{both} are fitted apart: [targets] by their shapes on the crank that bends ('cranktrain calibrate'), sets "
-            "by torsion; make a file of each"
+            f"{both} are fitted apart: [targets] by shapes of the crank that bends ('cranktrain calibrate'), sets by "
+            "torsion; make a file of each"
         )
     if not read.has_sets:
         raise InputError("has no data; add [[orders]], [[torque]], [[frequencies]], [[decay]] or [[modes]]")
