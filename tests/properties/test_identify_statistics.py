@@ -24,7 +24,6 @@ from cranktrain.studies.identification.parameters import Sought
 from cranktrain.studies.identification.residuals import lack_of_fit, runs_probability
 
 
-
 @pytest.fixture(autouse=True)
 def _one_thread():
     """As the command does: matrices of forty rows are slower on several threads."""
@@ -201,7 +200,9 @@ def test_sets_that_want_different_values_contradict_each_other_in_numbers():
     (found,) = contradictions(comparison, estimate(comparison))
     assert (found.first, found.second, THREE[found.parameter].key) == ("first", "second", "k")
     assert found.probability < 1e-4 and found.wants[0] < found.wants[1]
-    alike = Comparison(Model(one_mass, 2), Data((strand(one, "a"), strand(noisy(rng, one_mass(TRUE.values())), "b"))), THREE)
+    alike = Comparison(
+        Model(one_mass, 2), Data((strand(one, "a"), strand(noisy(rng, one_mass(TRUE.values())), "b"))), THREE
+    )
     assert not contradictions(alike, estimate(alike))
 
 
@@ -271,8 +272,8 @@ def test_an_interrupted_search_keeps_the_best_so_far():
     comparison = compared(one_mass(TRUE.values()), model=model)
     found = estimate(comparison)
     fresh = compared(one_mass(TRUE.values()))
-    sizes = [np.abs(one_mass(TRUE.values()))]
-    fresh.weigh(fresh.first_biases(sizes), sizes)
+    own = [one_mass(TRUE.values())]
+    fresh.weigh(fresh.first_biases(own), own)
     assert found.interrupted
     assert np.sum(fresh.residuals(found.inner) ** 2) < np.sum(fresh.residuals(fresh.start) ** 2)
 

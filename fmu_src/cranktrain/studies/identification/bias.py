@@ -3,11 +3,13 @@
 A model of a lower level errs by more than the noise, and its errors at neighbouring speeds are alike. Residuals of an
 order are therefore taken as noise and a random function of the speed Ω (Kennedy and O'Hagan 2001),
 
-    C(Ω, Ω') = σ² 1(Ω = Ω') + δ² (s(Ω) s(Ω') + (S/10)²) ρ(|Ω − Ω'|/ℓ),     ρ(d) = (1 + √3 d) exp(−√3 d),
+    C(Ω, Ω') = σ² 1(Ω = Ω') + δ² (s(Ω) s(Ω') + (S/10)²) (1 + ρ(|Ω − Ω'|/ℓ)),   ρ(d) = (1 + √3 d) exp(−√3 d),
 
-with the model's own amplitude s, their root mean square S, the relative bias δ, a length ℓ, and ρ of Matérn. Real and
-imaginary part have this covariance each. The bias is relative because at a resonance, where parameters take it up, it
-can only be judged by what is left beside the resonance; an additive bias of its own size would explain that away. The numbers of a set follow from the restricted likelihood (Patterson and
+with the model's own amplitude s, their root mean square S, the relative bias δ, a length ℓ, and ρ of Matérn. A relative
+bias turns with the phase of the model's order, so residuals are taken in phase with it and a quarter ahead; both have
+this covariance. The bias is relative because at a resonance, where parameters take it up, it
+can only be judged by what is left beside the resonance; an additive bias of its own size would explain that away. As much of it as changes over the
+speed is common to all speeds of an order: no number of speeds averages a wrong torque away. The numbers of a set follow from the restricted likelihood (Patterson and
 Thompson, Biometrika 58, 1971), which accounts for the part of the bias that the parameters have taken up:
 
     −2 L = Σ log|C| + rᵀ C⁻¹ r − gᵀ A⁻¹ g + log|A|,     A = Jᵀ C⁻¹ J + P,   g = Jᵀ C⁻¹ r.
@@ -70,7 +72,7 @@ def covariance(speeds: Array, sizes: Array, noise: Array, bias: Bias) -> Array:
     alike = (1.0 + apart) * np.exp(-apart)
     own = np.where(np.isfinite(noise), noise, bias.noise)
     size = bias.relative**2 * (np.outer(sizes, sizes) + (LOW * bias.size) ** 2)
-    return np.asarray(size * alike + np.diag(own**2))
+    return np.asarray(size * (1.0 + alike) + np.diag(own**2))
 
 
 def first_bias(parts: Sequence[Residue], relative: float = 0.1) -> Bias:
@@ -130,7 +132,7 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
 
     best, least = start, cost(start[free])
     # Once found, the numbers hardly change; the first time a small bias and a large one are tried.
-    for relative in (first.relative, 0.02) if before is None else (first.relative,):
+    for relative in (first.relative, 0.02) if before is None else (max(first.relative, 0.02),):
         begin = start.copy()
         begin[1] = np.clip(math.log(relative), low[1], high[1])
         bounds = list(zip(low[free], high[free], strict=True))

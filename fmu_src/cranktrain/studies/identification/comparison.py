@@ -62,6 +62,7 @@ class Comparison:
         self.correction: tuple[NDArray[np.complex128], ...] | None = None
         self.biases: dict[str, Bias] = {}
         self._factors: list[Array] = []
+        self._turns: list[NDArray[np.complex128]] = []
         self._start = inner_values(sought, [one.start for one in sought])
         self.low: Array = inner_values(sought, [one.low for one in sought])
         self.high: Array = inner_values(sought, [one.high for one in sought])
@@ -99,28 +100,28 @@ class Comparison:
         rows += [(shape.values - own)[:, None] for shape, own in zip(self.data.shapes, found.shapes, strict=True)]
         return rows
 
-    def sizes(self, inner: Array) -> list[Array]:
-        """Amplitudes (n,) of the model beside each order."""
-        return [np.abs(own) for own in self.answers(inner).strands]
+    def own(self, inner: Array) -> list[NDArray[np.complex128]]:
+        """The model's amplitudes (n,) beside each order."""
+        return list(self.answers(inner).strands)
 
-    def weigh(self, biases: dict[str, Bias], sizes: Sequence[Array]) -> None:
-        """Take a covariance for each set, with ``sizes`` (n,) of its orders."""
-        self.biases, self._factors = dict(biases), []
-        for one, size in zip(self.data.strands, sizes, strict=True):
+    def weigh(self, biases: dict[str, Bias], own: Sequence[NDArray[np.complex128]]) -> None:
+        """Take a covariance for each set, with the model's ``own`` orders (n,)."""
+        self.biases, self._factors, self._turns = dict(biases), [], [_turn(one) for one in own]
+        for one, size in zip(self.data.strands, map(np.abs, own), strict=True):
             keep = ~one.held
             matrix = covariance(one.speeds[keep], size[keep], one.noise[keep], biases[one.name])
             self._factors.append(np.asarray(np.linalg.cholesky(matrix)))
 
-    def first_biases(self, sizes: Sequence[Array]) -> dict[str, Bias]:
+    def first_biases(self, own: Sequence[NDArray[np.complex128]]) -> dict[str, Bias]:
         """Covariances before anything is fitted: a tenth of the amplitudes."""
-        return {name: first_bias([self._residue(k, sizes[k]) for k in which]) for name, which in self._sets().items()}
+        return {name: first_bias([self._residue(k, own[k]) for k in which]) for name, which in self._sets().items()}
 
-    def found_biases(self, pieces: Sequence[Piece], sizes: Sequence[Array]) -> dict[str, Bias]:
+    def found_biases(self, pieces: Sequence[Piece], own: Sequence[NDArray[np.complex128]]) -> dict[str, Bias]:
         """Covariances by the restricted likelihood of each set."""
         width = np.diag(12.0 / (self.high - self.low) ** 2)
         found = {}
         for name, which in self._sets().items():
-            parts = [self._residue(k, sizes[k], pieces[k]) for k in which]
+            parts = [self._residue(k, own[k], pieces[k]) for k in which]
             found[name] = estimated_bias(parts, width + self.prior, self.biases.get(name))
         return found
 
@@ -130,12 +131,14 @@ class Comparison:
             found.setdefault(one.name, []).append(k)
         return found
 
-    def _residue(self, k: int, size: Array, piece: Piece | None = None) -> Residue:
+    def _residue(self, k: int, own: NDArray[np.complex128], piece: Piece | None = None) -> Residue:
         one = self.data.strands[k]
         keep = ~one.held
-        none = np.zeros((int(keep.sum()), 1))
-        rows, slopes = (none, none[:, :, None]) if piece is None else (piece.rows[keep], piece.slopes[keep])
-        return Residue(one.speeds[keep], size[keep], one.noise[keep], rows, slopes)
+        rows = slopes = np.zeros((int(keep.sum()), 1, 1))
+        if piece is not None:
+            turn = _turn(own)[keep]
+            rows, slopes = _turned(piece.rows[keep], turn), _turned(piece.slopes[keep], turn)
+        return Residue(one.speeds[keep], np.abs(own)[keep], one.noise[keep], rows.reshape(rows.shape[:2]), slopes)
 
     def whitened(self, blocks: Sequence[Array]) -> list[Array]:
         """Blocks (n, c, …) of the fitted rows over their standard deviations, (n·c, …) each."""
@@ -143,7 +146,7 @@ class Comparison:
         for k, block in enumerate(blocks):
             if k < len(self.data.strands):
                 keep = ~self.data.strands[k].held
-                flat = block[keep].reshape(int(keep.sum()), -1)
+                flat = _turned(block[keep], self._turns[k][keep]).reshape(int(keep.sum()), -1)
                 found.append(solve_triangular(self._factors[k], flat, lower=True).reshape(-1, *block.shape[2:]))
                 continue
             own = self.data.deviations[k - len(self.data.strands)]
@@ -181,3 +184,18 @@ class Comparison:
         held = [one.held for one in self.data.strands]
         held += [np.zeros(row.shape[0], dtype=bool) for row in rows[len(held) :]]
         return [Piece(*all_of) for all_of in zip(names, rows, slopes, held, strict=True)]
+
+
+def _turn(own: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Factors (n,) that turn residuals into the phase of the model's orders (n,)."""
+    size = np.abs(own)
+    return np.asarray(np.where(size > 0.0, np.conj(own) / np.where(size > 0.0, size, 1.0), 1.0))
+
+
+def _turned(block: Array, turn: NDArray[np.complex128]) -> Array:
+    """Residuals or derivatives (n, c, …) turned by factors (n,); those of amplitudes alone, c = 1, stay."""
+    if block.shape[1] == 1:
+        return block
+    shape = (-1, *(1 for _ in block.shape[2:]))
+    re, im = turn.real.reshape(shape), turn.imag.reshape(shape)
+    return np.stack((re * block[:, 0] - im * block[:, 1], im * block[:, 0] + re * block[:, 1]), axis=1)

@@ -90,7 +90,7 @@ def confidence_of(comparison: Comparison, found: Estimate, shift: Array) -> Conf
     whole = found.information + comparison.prior
     own = np.linalg.pinv(whole, rcond=1e-12, hermitian=True)
     count = float(len(comparison.data.scalars) + sum(one.values.size for one in comparison.data.shapes))
-    sizes = comparison.sizes(found.inner)
+    sizes = [np.abs(own) for own in comparison.own(found.inner)]
     for one, size in zip(comparison.data.strands, sizes, strict=True):
         keep = ~one.held
         matrix = covariance(one.speeds[keep], size[keep], one.noise[keep], comparison.biases[one.name])

@@ -51,9 +51,8 @@ def estimate(
     start : (p,) u of an earlier estimate, from which alone the search starts
     """
     inner, evaluations, interrupted = comparison.start if start is None else start, 0, False
-    sizes = comparison.sizes(inner)
     if not comparison.biases:
-        measured = [np.abs(one.values) for one in comparison.data.strands]
+        measured = [one.values for one in comparison.data.strands]
         comparison.weigh(comparison.first_biases(measured), measured)
     points = 0 if start is not None else min(128, 2 ** int(np.ceil(np.log2(POINTS * inner.size))))
     for turn in range(ROUNDS):
@@ -65,8 +64,8 @@ def estimate(
         pieces = comparison.pieces(inner)
         evaluations += 2 * inner.size + 1
         interrupted = found.interrupted
-        sizes = comparison.sizes(inner)
-        comparison.weigh(comparison.found_biases(pieces, sizes), sizes)
+        own = comparison.own(inner)
+        comparison.weigh(comparison.found_biases(pieces, own), own)
         information = information_of(comparison, pieces)
         spread = np.sqrt(np.diag(np.linalg.pinv(information + comparison.prior)))
         if interrupted or (turn > 0 and np.all(np.abs(inner - before) < SAME * spread)):

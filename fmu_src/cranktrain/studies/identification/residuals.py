@@ -111,7 +111,7 @@ def lack_of_fit(rows: Array, speeds: Array) -> float | None:
 def held_out(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[dict[str, Any]]:
     """A row for each held-out point: measured, predicted, half of the band of 95 %, whether it is inside."""
     rows: list[dict[str, Any]] = []
-    sizes = comparison.sizes(found.inner)
+    sizes = [np.abs(own) for own in comparison.own(found.inner)]
     for one, piece, size in zip(comparison.data.strands, found.pieces, sizes, strict=False):
         for k in np.flatnonzero(piece.held).tolist():
             band = confidence.reach * np.sqrt(np.diag(_spread(comparison, one.name, piece, k, one, size, confidence)))
