@@ -7,9 +7,11 @@ order are therefore taken as noise and a random function of the speed Ω (Kenned
 
 with the model's own amplitude s, their root mean square S, the relative bias δ, a length ℓ, and ρ of Matérn. A relative
 bias turns with the phase of the model's order, so residuals are taken in phase with it and a quarter ahead; both have
-this covariance. The bias is relative because at a resonance, where parameters take it up, it
-can only be judged by what is left beside the resonance; an additive bias of its own size would explain that away. As much of it as changes over the
-speed is common to all speeds of an order: no number of speeds averages a wrong torque away. The numbers of a set follow from the restricted likelihood (Patterson and
+this covariance. The bias is relative because at a resonance, where parameters take it up, it can only be judged by what
+is left beside the resonance; an additive bias of its own size would explain that away. As much of it as changes over
+the speed is common to all speeds of an order: no number of speeds averages a wrong torque away.
+
+The numbers of a set follow from the restricted likelihood (Patterson and
 Thompson, Biometrika 58, 1971), which accounts for the part of the bias that the parameters have taken up:
 
     −2 L = Σ log|C| + rᵀ C⁻¹ r − gᵀ A⁻¹ g + log|A|,     A = Jᵀ C⁻¹ J + P,   g = Jᵀ C⁻¹ r.

@@ -189,11 +189,25 @@ def _measured(engine: Engine, key: str, sets: Sequence[str], load: float, where:
 
 
 def engine_with(engine: Engine, sought: Sequence[Sought], values: Sequence[float]) -> Engine:
-    """The engine with sought values (p,), SI, not checked."""
+    """The engine with sought values (p,), SI, and what follows from them, not checked."""
+    found = engine
     for one, value in zip(sought, values, strict=True):
         if one.in_file:
-            engine = places.with_value(engine, one.key, float(value))
-    return engine
+            found = places.with_value(found, one.key, float(value))
+            for key, number in following(engine, sought, one, float(value)).items():
+                found = places.with_value(found, key, number)
+    return found
+
+
+def following(engine: Engine, sought: Sequence[Sought], one: Sought, value: float) -> dict[str, float]:
+    """Values of the engine file (SI) that follow a sought one: more material has more inertia about all axes."""
+    table, _, name = one.key.partition(".")
+    key = f"{table}.diametral_inertia"
+    part = getattr(engine, table, None)
+    if name != "polar_inertia" or not hasattr(part, "diametral_inertia") or any(other.key == key for other in sought):
+        return {}
+    own = places.value(engine, one.key)
+    return {key: places.value(engine, key) * value / own} if own > 0.0 else {}
 
 
 def inner_values(sought: Sequence[Sought], values: Sequence[float]) -> Array:

@@ -16,7 +16,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.store.whole_file import whole_file
 from cranktrain.studies.calibration import values as places
 from cranktrain.studies.calibration.engine_text import NEW, Written, rewritten, rounded
-from cranktrain.studies.identification.parameters import RATIOS, Sought
+from cranktrain.studies.identification.parameters import RATIOS, Sought, following
 
 IDENTIFIED = "identified"
 
@@ -38,6 +38,8 @@ def identified_text(
             value = rounded(one.scale * row["value"] + one.zero, 1.0) if one.zero else rounded(
                 one.scale * row["value"], one.scale)  # fmt: skip
             written[one.key] = Written(value, IDENTIFIED, _note(one, row, data))
+            for key, number in following(engine, sought, one, value).items():
+                written[key] = Written(rounded(number), "derived", f"follows {one.key} in proportion")
     ratios = [(one, row) for one, row in zip(sought, rows, strict=True) if one.key.startswith(RATIOS)]
     found = rewritten(text, engine, written)
     if ratios:
