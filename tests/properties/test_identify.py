@@ -1,4 +1,4 @@
-"""Identification of engines: values found again from their own orders, files written, and what is refused in one line."""
+"""Identification of engines: values found again from their orders, files written, what is refused in one line."""
 
 import json
 import math
@@ -18,7 +18,7 @@ from cranktrain.studies.identification.model import TorsionalModel, mode_of, sha
 from cranktrain.studies.identification.parameters import sought_parameters
 from cranktrain.studies.identification.tables import SoughtTable
 
-SPEEDS = np.linspace(2500.0, 6000.0, 22) * RPM
+SPEEDS = np.linspace(1500.0, 5000.0, 22) * RPM
 ORDERS = (2.0, 4.0, 6.0)
 TRUE = {"damping.torsional_ratios[1]": 0.04, "load": 0.95, "pulley.polar_inertia": 1.1}
 PARAMETERS = """
@@ -226,11 +226,11 @@ BAD = [
         {},
         r"order 2 has no phase at 22 of 22 speeds; .*amplitudes_only = true",
     ),
-    ("load = {}", "orders", {"speeds": SPEEDS * 2.0}, {}, r"22 of 22|speeds, 5000 to 12000 rev/min, lie outside"),
+    ("load = {}", "orders", {"speeds": SPEEDS * 2.0}, {}, r"\d+ of 22 speeds, 3000 to 10000 rev/min, lie outside"),
     ("load = {}", "orders", {}, {"orders": "[3]"}, r"orders.csv has no order 3"),
     ("load = {}", "orders", {}, {"noise": '"2 kg"'}, r"\[\[orders\]\] 'pulley'.noise"),
     ('"damping.torsional_ratios[2]" = {}\n"drive_line.damping" = {}', "orders", {}, {}, "drive_line"),
-    ("load = {}", "hold_out", {}, {}, r"hold_out.speeds_rpm: 900 was not measured; the data go from 2500 to 6000"),
+    ("load = {}", "hold_out", {}, {}, r"hold_out.speeds_rpm: 900 was not measured; the data go from 1500 to 5000"),
     ("load = {}", "nothing", {}, {}, r"has no data; add \[\[orders\]\]"),
     ("load = {}", "frequencies", {}, {}, r"900.0 Hz, is not the engine's: with load within their bounds it has \d+"),
     ("load = {}", "both", {}, {}, "are fitted apart"),
@@ -282,10 +282,9 @@ def test_sets_that_contradict_are_refused_with_what_each_wants(four, truth, tmp_
 
 def test_data_of_another_engine_are_refused(four, truth, tmp_path):
     """The same orders at speeds a third lower: their resonances lie where no inertia within its bounds puts them."""
-    model, values, _, _ = truth
     turned = [np.conj(one[::-1]) for one in truth[3]]
     write_orders(tmp_path / "orders.csv", turned)
-    with pytest.raises(InputError, match="is not the engine's|explain .* of its squared amplitudes"):
+    with pytest.raises(InputError, match=r"is not the engine's|explain .* of its squared amplitudes"):
         quick(four, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), level="linear")
 
 
