@@ -58,6 +58,7 @@ def main() -> None:
     add("--level", choices=["linear", "harmonic-balance"], default="linear")
     add("--draws", type=int, default=100, help="different true parameters; then noise alone differs")
     add("--sobol", action="store_true", help="with the starts of a Sobol sequence, as the command takes them")
+    add("--seed", type=int, default=1)
     given = options.parse_args()
     warnings.simplefilter("ignore")
     for name in given.engines:
@@ -76,7 +77,7 @@ def _trials(name: str, given: argparse.Namespace) -> None:
     engine = with_ratios(engine, read, damper, lambda stage: None)
     sought = tuple(_bounded(one) for one in sought_parameters(engine, read.parameters, ["pulley"], 1.0))
     model = TorsionalModel(engine, _empty(engine), sought, 1.0, damper, True)
-    rng, rows, seconds, truths = np.random.default_rng(1), [], [], []
+    rng, rows, seconds, truths = np.random.default_rng(given.seed), [], [], []
     widths = [SPREAD[one.key] for one in sought]
     for trial in range(given.trials):
         if trial < given.draws:
@@ -162,7 +163,8 @@ def _print(name: str, sought: Any, rows: Any, seconds: Any) -> None:
 
 def _said(name: str, sought: Any, rows: Any, seconds: Any, given: argparse.Namespace) -> dict[str, Any]:
     return {
-        "engine": name, "trials": len(rows), "truth": given.truth, "level": given.level, "load": os.getloadavg()[0],
+        "engine": name, "seed": given.seed, "trials": len(rows),
+        "truth": given.truth, "level": given.level, "load": os.getloadavg()[0],
         "seconds": float(np.mean(seconds)) if seconds else None,
         "covered": {one.key: int(sum(bool(row[2][k]) for row in rows)) for k, one in enumerate(sought)},
         "rms_percent": {

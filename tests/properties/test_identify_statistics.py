@@ -140,7 +140,7 @@ def bent(values, speeds=SPEEDS):
 
 
 def test_bias_of_the_model_widens_the_intervals_so_that_they_hold():
-    """Phase and length of a smooth bias are drawn anew: naive intervals hold a third of the true values, these 90 %."""
+    """Phase and length of a smooth bias are drawn anew: naive intervals hold few of the true values, these 85 %."""
     rng, naive, inside, trials = np.random.default_rng(7), 0, 0, 20
     own = np.log(list(TRUE.values()))
     for _ in range(trials):
@@ -238,7 +238,7 @@ def test_without_the_correction_the_next_level_widens_the_interval():
 
 
 def two_masses(values, speeds=SPEEDS):
-    """Hub of 1 kg m² on a spring of 1e4 N m/rad with a ring of ``mu`` on a spring and a dashpot: rotation of the hub."""
+    """Rotation of a hub of 1 kg m² on 1e4 N m/rad, with a ring of 0.1 kg m² on a spring and a dashpot."""
     spring, damper = values
     mu, s = 0.1, 1j * speeds
     link = spring + s * damper

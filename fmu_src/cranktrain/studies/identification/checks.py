@@ -28,6 +28,15 @@ CLEAR = 3.0
 """A resonance is a peak this many times above the median of its order."""
 
 
+def check_estimate(comparison: Comparison, found: Estimate) -> None:
+    """Refuse an estimate of data that are not the engine's; ``InputError``."""
+    if found.interrupted:
+        return
+    check_explained(comparison, found)
+    check_excited(comparison, found)
+    check_sets(comparison, found)
+
+
 def check_excited(comparison: Comparison, found: Estimate) -> None:
     """Refuse parameters that nothing in the data depends on; ``InputError``."""
     for k in unexcited(comparison, found):

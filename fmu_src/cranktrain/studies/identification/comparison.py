@@ -78,6 +78,11 @@ class Comparison:
         """Information (p, p) that the file's priors give."""
         return np.diag(self._prior**2)
 
+    @property
+    def known(self) -> Array:
+        """Information (p, p) that the priors and the bounds give, bounds as a uniform distribution between them."""
+        return self.prior + np.diag(12.0 / (self.high - self.low) ** 2)
+
     def answers(self, inner: Array) -> Answers:
         """Answers with the correction of a higher level; ``InputError``, ``SolverError``."""
         found = self.model.answers(outer_values(self.sought, inner))
@@ -118,11 +123,10 @@ class Comparison:
 
     def found_biases(self, pieces: Sequence[Piece], own: Sequence[NDArray[np.complex128]]) -> dict[str, Bias]:
         """Covariances by the restricted likelihood of each set."""
-        width = np.diag(12.0 / (self.high - self.low) ** 2)
         found = {}
         for name, which in self._sets().items():
             parts = [self._residue(k, own[k], pieces[k]) for k in which]
-            found[name] = estimated_bias(parts, width + self.prior, self.biases.get(name))
+            found[name] = estimated_bias(parts, self.known, self.biases.get(name))
         return found
 
     def _sets(self) -> dict[str, list[int]]:

@@ -1,6 +1,7 @@
 """How sure the identified parameters are: covariance, profiles, bootstrap, and what the data cannot tell apart.
 
-With the information A = Jᵀ C⁻¹ J of the data and P of what was known before, the covariance of u is
+With the information A = Jᵀ C⁻¹ J of the data and P of what was known before (priors, and the bounds as uniform
+distributions), the covariance of u is
 
     S = (A + P)⁻¹ + d dᵀ,
 
@@ -87,8 +88,7 @@ class Contradiction(NamedTuple):
 
 def confidence_of(comparison: Comparison, found: Estimate, shift: Array) -> Confidence:
     """Covariance of an estimate, widened by what the next level would move."""
-    whole = found.information + comparison.prior
-    own = np.linalg.pinv(whole, rcond=1e-12, hermitian=True)
+    own = np.linalg.inv(found.information + comparison.known)
     count = float(len(comparison.data.scalars) + sum(one.values.size for one in comparison.data.shapes))
     sizes = [np.abs(own) for own in comparison.own(found.inner)]
     for one, size in zip(comparison.data.strands, sizes, strict=True):
@@ -118,31 +118,31 @@ def unexcited(comparison: Comparison, found: Estimate) -> list[int]:
 
 
 def told_apart(information: Array, keys: Sequence[str]) -> list[str]:
-    """What data of an ``information`` (p, p) in u cannot tell apart of parameters (p,), a line for each combination."""
-    lines = []
-    for one in directions(information):
-        if one.deviation < WEAK:
-            break
-        named = [int(k) for k in np.argsort(-np.abs(one.parts)) if abs(one.parts[k]) >= PART]
-        far = f"{100.0 * one.deviation:.0f} %" if one.deviation < 10.0 else "any factor"
-        if len(named) == 1:
-            lines.append(f"{keys[named[0]]} is not determined: known to {far} from the data alone")
-            continue
-        listed = f"{', '.join(keys[k] for k in named[:-1])} and {keys[named[-1]]}"
-        better = _combination(information, keys, named)
-        lines.append(f"{listed} cannot be told apart: changed together they keep the data up to {far}; {better}")
-    return lines
+    """What data of an ``information`` (p, p) in u cannot tell apart of parameters (p,), in words."""
+    weak = [one for one in directions(information) if one.deviation >= WEAK]
+    if not weak:
+        return []
+    # Several unknown directions are one space: any of their combinations is unknown as well.
+    share = np.sqrt(np.sum([one.parts**2 for one in weak], axis=0))
+    named = [int(k) for k in np.argsort(-share, kind="stable") if share[k] >= PART]
+    least = min(one.deviation for one in weak)
+    far = f"{100.0 * least:.0f} %" if least < 10.0 else "any factor"
+    if len(named) <= len(weak):
+        return [f"{keys[k]} is not determined: known to {far} from the data alone" for k in named]
+    listed = f"{', '.join(keys[k] for k in named[:-1])} and {keys[named[-1]]}"
+    known = _combinations(information, keys, named, len(named) - len(weak))
+    return [f"{listed} cannot be told apart: changed together they keep the data up to {far}; known is {known}"]
 
 
-def _combination(information: Array, keys: Sequence[str], named: Sequence[int]) -> str:
-    """The combination of some parameters that the data know best, in words."""
+def _combinations(information: Array, keys: Sequence[str], named: Sequence[int], count: int) -> str:
+    """The ``count`` combinations of some parameters that the data know best, in words."""
     values, vectors = np.linalg.eigh(information[np.ix_(named, named)])
-    best, parts = float(values[-1]), vectors[:, -1]
-    if best <= 0.0:
-        return "nothing is known of them"
-    parts = parts / parts[np.argmax(np.abs(parts))]
-    text = " · ".join(f"{keys[k]}^{part:.2g}" for k, part in zip(named, parts, strict=True))
-    return f"known is {text}, to {100.0 / math.sqrt(best):.2g} %"
+    texts = []
+    for value, parts in list(zip(values.tolist(), vectors.T, strict=True))[: -count - 1 : -1]:
+        parts = parts / parts[np.argmax(np.abs(parts))]
+        text = " · ".join(f"{keys[k]}^{part:.2g}" for k, part in zip(named, parts, strict=True) if abs(part) > 0.05)
+        texts.append(f"{text}, to {100.0 / math.sqrt(max(value, 1e-300)):.2g} %")
+    return "; ".join(texts)
 
 
 def profiles(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[tuple[float, float]]:
@@ -151,8 +151,8 @@ def profiles(comparison: Comparison, found: Estimate, confidence: Confidence) ->
     weak = np.sqrt(np.diag(comparison.prior))
     jacobian = np.vstack((-slopes, np.diag(weak)[weak > 0.0]))
     least = float(np.sum(comparison.residuals(found.inner) ** 2))
-    own = np.sqrt(np.diag(np.linalg.pinv(jacobian.T @ jacobian)))
-    wide = confidence.deviations / np.where(own > 0.0, own, 1.0)
+    own = np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
+    wide = confidence.deviations / own
     rise = confidence.reach**2
     result = []
     for k in range(found.inner.size):

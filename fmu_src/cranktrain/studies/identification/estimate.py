@@ -67,7 +67,7 @@ def estimate(
         own = comparison.own(inner)
         comparison.weigh(comparison.found_biases(pieces, own), own)
         information = information_of(comparison, pieces)
-        spread = np.sqrt(np.diag(np.linalg.pinv(information + comparison.prior)))
+        spread = np.sqrt(np.diag(np.linalg.inv(information + comparison.known)))
         if interrupted or (turn > 0 and np.all(np.abs(inner - before) < SAME * spread)):
             break
     return Estimate(inner, pieces, information, evaluations, interrupted)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -85,7 +86,7 @@ def identify(
     try:
         with one_thread():
             model, comparison = prepared(base, read, place, say)
-            found = climb(model, comparison, request.ask, say, follow)
+            found = climb(model, comparison, request.ask, say, follow, partial(checks.check_estimate, comparison))
             report = report_of(model, comparison, found, request, say)
     except InputError as error:
         text = str(error)
@@ -151,9 +152,7 @@ def report_of(
 ) -> dict[str, Any]:
     """Report of an identification, JSON-able; refuses what the data cannot be. ``InputError``."""
     found = climbed.estimate
-    checks.check_excited(comparison, found)
-    checks.check_explained(comparison, found)
-    checks.check_sets(comparison, found)
+    checks.check_estimate(comparison, found)
     confidence = confidence_of(comparison, found, climbed.shift)
     profile = None
     if request.profile and not found.interrupted:

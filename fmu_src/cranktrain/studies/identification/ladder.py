@@ -65,11 +65,15 @@ class Ask:
 
 def climb(
     model: TorsionalModel, comparison: Comparison, ask: Ask, say: Progress = lambda stage: None,
-    follow: Follow = lambda share, cost: None,
+    follow: Follow = lambda share, cost: None, check: Callable[[Estimate], None] = lambda found: None,
 ) -> Climbed:  # fmt: skip
-    """Identification from the linear level to that of ``ask``; ``SolverError`` where a level has no answer."""
+    """Identification from the linear level to that of ``ask``; ``SolverError`` where a level has no answer.
+
+    ``check`` is asked of the linear estimate, before dear levels run: it raises for data that are none of the engine.
+    """
     say("linear run-up")
     found = estimate(comparison, ask.seed, follow)
+    check(found)
     steps = [Step(LINEAR, found.inner, found.evaluations)]
     none = np.zeros(found.inner.size)
     if not comparison.data.strands or found.interrupted:
@@ -109,7 +113,7 @@ def _corrected(
         answers += 1
         comparison.correction = tuple(a - b for a, b in zip(high, low, strict=True))
         before, found = found, estimate(comparison, 1, follow, found.inner)
-        spread = np.sqrt(np.diag(np.linalg.pinv(found.information + comparison.prior)))
+        spread = np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
         if found.interrupted or np.all(np.abs(found.inner - before.inner) < SAME * spread):
             break
     return found, Step(level, found.inner, answers)
@@ -137,4 +141,4 @@ def linear_move(comparison: Comparison, pieces: list[Piece], information: Array,
     """Change of u (p,) by residuals (n, c): A⁻¹ Jᵀ C⁻¹ r."""
     slopes = np.concatenate(comparison.whitened([piece.slopes for piece in pieces]))
     rows = np.concatenate(comparison.whitened(blocks))
-    return np.asarray(np.linalg.pinv(information + comparison.prior) @ (slopes.T @ rows))
+    return np.asarray(np.linalg.solve(information + comparison.known, slopes.T @ rows))
