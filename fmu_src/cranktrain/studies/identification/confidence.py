@@ -38,6 +38,8 @@ WEAK = 0.3
 """Relative deviation of a combination of parameters above which the data do not determine it."""
 PART = 0.3
 """Part of a combination from which a parameter is named."""
+ENTANGLED = 3.0
+"""Deviation of a parameter over that with all others known, from which it is named with others."""
 UNLIKELY = 1e-4
 """Probability below which sets contradict each other."""
 FEWEST = 3.0
@@ -117,14 +119,21 @@ def unexcited(comparison: Comparison, found: Estimate) -> list[int]:
     return [int(k) for k in np.flatnonzero(moved < 1.0)]
 
 
-def told_apart(information: Array, keys: Sequence[str]) -> list[str]:
-    """What data of an ``information`` (p, p) in u cannot tell apart of parameters (p,), in words."""
+def told_apart(information: Array, known: Array, keys: Sequence[str]) -> list[str]:
+    """What data cannot tell apart of parameters (p,), in words.
+
+    Parameters
+    ----------
+    information, known : (p, p) in u, that of the data, and that of priors and bounds
+    keys : of the parameters
+    """
     weak = [one for one in directions(information) if one.deviation >= WEAK]
     if not weak:
         return []
     # Several unknown directions are one space: any of their combinations is unknown as well.
     share = np.sqrt(np.sum([one.parts**2 for one in weak], axis=0))
-    named = [int(k) for k in np.argsort(-share, kind="stable") if share[k] >= PART]
+    alone = np.sqrt(np.diag(np.linalg.inv(information + known)) * np.diag(information))
+    named = [int(k) for k in np.argsort(-share, kind="stable") if share[k] >= PART or alone[k] >= ENTANGLED]
     least = min(one.deviation for one in weak)
     far = f"{100.0 * least:.0f} %" if least < 10.0 else "any factor"
     if len(named) <= len(weak):
@@ -171,7 +180,9 @@ def _end(
     """The u of a parameter, ``ahead`` its number and first step, at which the sum of squares has risen by ``rise``."""
     k, step = ahead
     others = np.delete(np.arange(inner.size), k)
-    factor = np.linalg.pinv(jacobian[:, others]) if others.size else np.zeros((0, jacobian.shape[0]))
+    by = jacobian[:, others]
+    # Bounds keep what the data do not determine where it is.
+    factor = np.linalg.solve(by.T @ by + comparison.known[np.ix_(others, others)], by.T)
     along = -factor @ jacobian[:, k]  # how the others follow
     share = 1.0
     bound = comparison.high[k] if step > 0.0 else comparison.low[k]

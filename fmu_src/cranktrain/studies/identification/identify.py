@@ -177,7 +177,7 @@ def report_of(
         for step in climbed.steps
     ]
     return {
-        "parameters": rows, "told_apart": told_apart(found.information, [one.key for one in comparison.sought]),
+        "parameters": rows, "told_apart": told_apart(found.information, comparison.known, [one.key for one in comparison.sought]),
         "correlations": correlations(confidence, comparison.sought), "levels": levels, "orders": orders,
         "numbers": number_rows(comparison, found), "held_out": held,
         "systematic": [f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]],

@@ -31,8 +31,8 @@ def with_confidence(report: Mapping[str, Any]) -> dict[str, Any]:
     ]
     slopes = np.array(rows)
     information = slopes.T @ slopes
-    width = [abs(math.log(p["high"] / p["low"])) for p in parameters]
-    spread = np.sqrt(np.diag(np.linalg.inv(information + np.diag([12.0 / one**2 for one in width]))))
+    bounds = np.diag([12.0 / math.log(p["high"] / p["low"]) ** 2 for p in parameters])
+    spread = np.sqrt(np.diag(np.linalg.inv(information + bounds)))
     known = dict(zip(keys, (100.0 * spread).tolist(), strict=True))
     own = [{**p, "deviation_percent": known.get(p["key"])} for p in report["parameters"]]
-    return {**report, "parameters": own, "told_apart": told_apart(information, keys)}
+    return {**report, "parameters": own, "told_apart": told_apart(information, bounds, keys)}
