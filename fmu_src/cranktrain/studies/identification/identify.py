@@ -165,6 +165,7 @@ def report_of(
         parameter_row(one, k, found.inner, confidence, profile, draws, climbed.shift)
         for k, one in enumerate(comparison.sought)
     ]
+    keys = [one.key for one in comparison.sought]
     orders, held = residual_rows(comparison, found), held_out(comparison, found, confidence)
     levels = [
         {
@@ -177,7 +178,7 @@ def report_of(
         for step in climbed.steps
     ]
     return {
-        "parameters": rows, "told_apart": told_apart(found.information, comparison.known, [one.key for one in comparison.sought]),
+        "parameters": rows, "told_apart": told_apart(found.information, comparison.known, keys),
         "correlations": correlations(confidence, comparison.sought), "levels": levels, "orders": orders,
         "numbers": number_rows(comparison, found), "held_out": held,
         "systematic": [f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]],
