@@ -29,7 +29,6 @@ from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import confidence_of
 from cranktrain.studies.identification.data import Data, Strand
 from cranktrain.studies.identification.estimate import estimate
-from cranktrain.studies.identification.identify import with_ratios
 from cranktrain.studies.identification.ladder import Ask, climb
 from cranktrain.studies.identification.model import TorsionalModel
 from cranktrain.studies.identification.parameters import (
@@ -43,6 +42,8 @@ from cranktrain.studies.identification.tables import MeasuredTable, SoughtTable
 SPEEDS, ORDERS = 24, 5
 NOISE = 0.004
 """Noise over the root mean square of the largest order."""
+RATIOS = (0.02, 0.03)
+"""Damping ratios about which true ones are drawn, in place of those that a run of the crank above would give."""
 SPREAD = {"damper.viscosity": 0.3, "damping.torsional_ratios[1]": 0.3, "load": 0.05, "crank.stiffness": 0.02}
 """Half width of the logarithm from which a true value is drawn; bounds are three times as far."""
 
@@ -74,7 +75,7 @@ def _trials(name: str, given: argparse.Namespace) -> None:
         # Stiffness and damping of a torsional crank stand for those of the crank above, which has others.
         keys = [key for key in keys if not key.startswith("crank.")]
     read = MeasuredTable(parameters={key: SoughtTable() for key in keys})
-    engine = with_ratios(engine, read, damper, lambda stage: None)
+    engine = replace(engine, damping=replace(engine.damping, torsional_ratios=RATIOS))
     sought = tuple(_bounded(one) for one in sought_parameters(engine, read.parameters, ["pulley"], 1.0))
     model = TorsionalModel(engine, _empty(engine), sought, 1.0, damper, True)
     rng, rows, seconds, truths = np.random.default_rng(given.seed), [], [], []
