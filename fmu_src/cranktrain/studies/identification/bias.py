@@ -130,7 +130,7 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
         return found
 
     def cost(values: Array) -> float:
-        return _unlikely(parts, prior, Bias(*np.exp(whole(values)).tolist(), rms))
+        return _unlikely(parts, prior, _bias(whole(values), rms))
 
     best, least = start, cost(start[free])
     # Once found, the numbers hardly change; the first time a small bias and a large one are tried.
@@ -143,7 +143,13 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
         )
         if found.fun < least:
             best, least = np.clip(whole(found.x), low, high), float(found.fun)
-    return Bias(*np.exp(best).tolist(), rms)
+    return _bias(best, rms)
+
+
+def _bias(values: Array, rms: float) -> Bias:
+    """The bias of logarithms (3,) of noise, relative bias and length."""
+    noise, relative, length = np.exp(values).tolist()
+    return Bias(noise, relative, length, rms)
 
 
 def _unlikely(parts: Sequence[Residue], prior: Array, bias: Bias) -> float:

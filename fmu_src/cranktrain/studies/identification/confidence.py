@@ -139,8 +139,8 @@ def told_apart(information: Array, known: Array, keys: Sequence[str]) -> list[st
     if len(named) <= len(weak):
         return [f"{keys[k]} is not determined: known to {far} from the data alone" for k in named]
     listed = f"{', '.join(keys[k] for k in named[:-1])} and {keys[named[-1]]}"
-    known = _combinations(information, keys, named, len(named) - len(weak))
-    return [f"{listed} cannot be told apart: changed together they keep the data up to {far}; known is {known}"]
+    better = _combinations(information, keys, named, len(named) - len(weak))
+    return [f"{listed} cannot be told apart: changed together they keep the data up to {far}; known is {better}"]
 
 
 def _combinations(information: Array, keys: Sequence[str], named: Sequence[int], count: int) -> str:
