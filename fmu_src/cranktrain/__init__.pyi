@@ -13,6 +13,7 @@ from cranktrain.cli.library.functions.export import export as export
 from cranktrain.cli.library.functions.fatigue import fatigue as fatigue
 from cranktrain.cli.library.functions.film_table import film_table as film_table
 from cranktrain.cli.library.functions.harness import harness as harness
+from cranktrain.cli.library.functions.identify import identify as identify
 from cranktrain.cli.library.functions.modal import modal as modal
 from cranktrain.cli.library.functions.new_engine import new_engine as new_engine
 from cranktrain.cli.library.functions.picture import picture as picture

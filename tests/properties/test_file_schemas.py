@@ -18,6 +18,7 @@ from cranktrain.structure.fem.own_body import read_body
 from cranktrain.studies.calibration.targets import load_targets
 from cranktrain.studies.file_schemas import FILE_KINDS, file_schema
 from cranktrain.studies.harness.file import load_harness
+from cranktrain.studies.identification.identify import read_measured_file
 from cranktrain.studies.scene import load_scene
 
 ROOT = Path(__file__).parents[2]
@@ -31,10 +32,12 @@ FILES = [
     *(("scene", path) for path in sorted((ROOT / "tests" / "data" / "scenes").glob("*.toml"))),
     *(("targets", path) for path in sorted(engine_folder().glob("*.targets.toml"))),
     ("targets", EXAMPLES / "diesel_i6_pulley.targets.toml"),
+    ("measured", EXAMPLES / "diesel_i6_measured.toml"),
     ("harness", EXAMPLES / "harness.toml"),
     *(("harness", path) for path in sorted((ROOT / "tests" / "system").glob("*.toml"))),
 ]
 READERS = {
+    "measured": read_measured_file,
     "targets": lambda path: load_targets(path, load_engine("diesel_i6")),
     "engine": load_engine, "scene": load_scene, "harness": load_harness,
     "combustion": lambda path: module_of(path).read(path), "valve-train": lambda path: module_of(path).read(path),

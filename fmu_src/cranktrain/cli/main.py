@@ -30,8 +30,8 @@ from cranktrain.core.user_file import user_path
 ENGINE_VERBS = ("modal", "campbell", "reduce", "simulate", "runup", "stress", "fatigue", "bearing-loads", "picture")
 """Verbs that ask one thing of one engine; each is a module beside this: ``DESCRIPTION``, ``add_options``, ``run``."""
 VERBS = (
-    "bearing", "film-table", "damper-optimum", "roller", "stability", "calibrate", "run-in", "tradeoff", "plan",
-    "vary", "optimize", "explore", "plot-runup", "measured", "run", "export", "report", "couple", "harness",
+    "bearing", "film-table", "damper-optimum", "roller", "stability", "calibrate", "identify", "run-in", "tradeoff",
+    "plan", "vary", "optimize", "explore", "plot-runup", "measured", "run", "export", "report", "couple", "harness",
     "schema", "new", "engines",
 )  # fmt: skip
 """Likewise of all others."""

@@ -24,10 +24,10 @@ from cranktrain.core.units import known_factor, other_units
 from cranktrain.engine import quantities as q
 from cranktrain.engine.quantities import OFFSETS, ROUNDING, UNITS, OneOf, Quantity, kinds
 
-ORIGINS = ("chosen", "derived", "calibrated", "published")
-WITH_NOTE = ("calibrated", "published")
-"""Origins that need a note which says to or from which number."""
-Origin = Literal["chosen", "derived", "calibrated", "published"]
+ORIGINS = ("chosen", "derived", "calibrated", "published", "identified")
+WITH_NOTE = ("calibrated", "published", "identified")
+"""Origins that need a note which says to or from which number or data."""
+Origin = Literal["chosen", "derived", "calibrated", "published", "identified"]
 Text = Annotated[str, Meta(min_length=1)]
 
 _made: dict[str, tuple[Any, bool, float | None]] = {}

@@ -4,9 +4,9 @@ One table per dataclass of :mod:`cranktrain.engine.model`; an entry reads
 
     throw = { value = 60, unit = "mm", origin = "derived", note = "half the stroke" }
 
-``value`` may be a list. ``origin`` is *chosen*, *derived*, *calibrated* or *published*; the last two need a note that
-says to which number. Everything is converted to SI here, once, and checked. Keys and tables whose field has a
-default may be left out.
+``value`` may be a list. ``origin`` is *chosen*, *derived*, *calibrated*, *published* or *identified*; the last three
+need a note that says to which number or data. Everything is converted to SI here, once, and checked. Keys and tables
+whose field has a default may be left out.
 """
 
 from __future__ import annotations

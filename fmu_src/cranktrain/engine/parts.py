@@ -517,12 +517,17 @@ class Damper:
 
 @dataclass(frozen=True)
 class StructuralDamping:
-    """Damping of the elastic modes: one ratio for all (``modal``) or D = α M + β K (``rayleigh``; 1/s, s)."""
+    """Damping of the elastic modes: one ratio for all (``modal``) or D = α M + β K (``rayleigh``; 1/s, s).
+
+    ``torsional_ratios`` are the damping ratios of the cranktrain's first one or two torsional modes, without a damper,
+    as measured. Crank level ``torsional`` takes them in place of those that it inherits; other levels compute theirs.
+    """
 
     kind: q.DampingKind = "modal"
     ratio: q.DampingRatio = 0.01
     alpha: q.Rate = 0.0
     beta: q.Time = 0.0
+    torsional_ratios: tuple[q.DampingRatio, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -177,7 +177,13 @@ def running_crank(
 
     def complete() -> ReducedBody:
         row, body = crank_level(level), make()
-        if not (inherit and row.inherits) or body.damping.size:
+        if not row.inherits or body.damping.size:
+            return body
+        if engine.damping.torsional_ratios:
+            from cranktrain.structure.in_motion.inherited_damping import with_stated_damping
+
+            return with_stated_damping(engine, body)
+        if not inherit:
             return body
         return _inherited(engine, body, row.inherits, say)
 

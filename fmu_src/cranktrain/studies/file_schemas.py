@@ -28,6 +28,7 @@ FILE_KINDS = {
         "Superelement of cranktrain", "cranktrain.structure.fem.superelement_file:SuperelementTable"
     ),
     "targets": FileKind("Targets file of cranktrain", "cranktrain.studies.calibration.targets:TargetsTable"),
+    "measured": FileKind("Measured file of cranktrain", "cranktrain.studies.identification.tables:MeasuredTable"),
     "combustion": FileKind("Combustion module of cranktrain", "cranktrain.modules.combustion.file:FILE.document"),
     "valve-train": FileKind("Valve train module of cranktrain", "cranktrain.modules.valve_train.file:FILE.document"),
 }

@@ -73,6 +73,8 @@ def check_engine(engine: Engine) -> None:
         check_mounts(engine.mounts)
     text = "is that of trunk pistons in their liners and has no guide of a crosshead; leave [block] or crosshead out"
     need("block", "deck_height", engine.block is None or not engine.cylinders.crosshead, text)
+    few = len(engine.damping.torsional_ratios) <= 2
+    need("damping", "torsional_ratios", few, "has more than two entries; give the first one or two torsional modes")
     if engine.block is not None:  # after its mounts, whose pads it carries
         check_block(engine, engine.block)
     warn_of_doubts(engine)  # of an engine whose parts fit

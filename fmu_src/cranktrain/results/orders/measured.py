@@ -75,12 +75,15 @@ def phases_of(measured: Measured, output: str, order: float) -> Array | None:
     return None if found is None or not np.isfinite(found).any() else found
 
 
-def read_measured_orders(path: str | Path) -> Measured:
-    """Measured orders of a file; ``InputError``: one line with file and row."""
+def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -> Measured:
+    """Measured orders of a file; ``InputError``: one line with file and row.
+
+    ``kinds``: output that an amplitude of each known dimension belongs to.
+    """
     name = Path(path).name
     place = user_path(path)
     if place.is_file() and file_format(place).module != "text":
-        return _of_curves(path)
+        return _of_curves(path, kinds)
     table = read_rows(path, "file of measured orders", REMEDY, lambda word: bool(kind_of(named(word)[0], KINDS)))
     columns = _columns(table, name)
     further = _further(table)
@@ -99,7 +102,7 @@ def read_measured_orders(path: str | Path) -> Measured:
         if not unit:
             count = sum(map(bool, cells))
             raise InputError(f"{where}: {count} values in place of {len(cells)}, and no unit; {REMEDY}")
-        output, scale = _amplitude_unit(unit, where)
+        output, scale = _amplitude_unit(unit, where, kinds)
         output = _named_output(cells[outputs].strip(), output, where) if outputs is not None else output
         phase, band = (_optional(table, cells, further.get(key)) for key in FURTHER)
         point = speed * speed_scale, scale * amplitude, math.radians(phase), scale * band
@@ -116,11 +119,11 @@ def _named_output(name: str, by_unit: str, where: str) -> str:
     return name or by_unit
 
 
-def _of_curves(path: str | Path) -> Measured:
+def _of_curves(path: str | Path, kinds: Mapping[str, str]) -> Measured:
     """Measured orders of curves over speed."""
     points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
     for curve in order_curves(read_measured(path)):
-        output, scale = _amplitude_unit(curve.unit, f"{Path(path).name}, {curve.name}")
+        output, scale = _amplitude_unit(curve.unit, f"{Path(path).name}, {curve.name}", kinds)
         rows = zip(curve.speeds.tolist(), (scale * curve.amplitudes).tolist(), curve.phases.tolist(), strict=True)
         points.setdefault(output, {}).setdefault(curve.order, []).extend((*row, math.nan) for row in rows)
     return _measured(points)
@@ -175,13 +178,14 @@ def _speed_scale(unit: str, name: str) -> float:
     return found.scale
 
 
-def _amplitude_unit(unit: str, where: str) -> tuple[str, float]:
+def _amplitude_unit(unit: str, where: str, kinds: Mapping[str, str]) -> tuple[str, float]:
     """Output that an amplitude belongs to by its unit, and the unit in SI."""
-    for dimension, output in OUTPUTS.items():
+    for dimension, output in kinds.items():
         if unit and (found := known_factor(unit, dimension)):
             return output, found.scale
-    valid = [known for dimension in OUTPUTS for known in UNITS[dimension]]
-    raise InputError(f"{where}: unit {shown(unit)} is unknown; {nearest(unit, [*valid, 'mdeg', 'mrad'])}")
+    valid = [known for dimension in kinds for known in UNITS[dimension]]
+    valid += ["mdeg", "mrad"] if "angle" in kinds else []
+    raise InputError(f"{where}: unit {shown(unit)} is unknown; {nearest(unit, valid)}")
 
 
 def _number(table: TextRows, text: str, key: str, where: str) -> float:

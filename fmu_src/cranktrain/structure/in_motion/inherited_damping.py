@@ -79,8 +79,19 @@ def with_damping(engine: Engine, body: ReducedBody, above: str, found: Decay) ->
     )
 
 
-def equivalent_damping(engine: Engine, body: ReducedBody, ratios: Array) -> Array:
-    """Modal damping (n,) 1/s of a torsional body whose cranktrain's first modes shall have ``ratios`` (k,)."""
+def with_stated_damping(engine: Engine, body: ReducedBody) -> ReducedBody:
+    """The running ``body`` with the ratios ``damping.torsional_ratios`` of the engine file."""
+    damping = equivalent_damping(engine, body, np.array(engine.damping.torsional_ratios), structural=False)
+    return replace(
+        body, damping=damping, digest=sha256(repr((body.digest, "stated", damping.tolist())).encode()).hexdigest()
+    )
+
+
+def equivalent_damping(engine: Engine, body: ReducedBody, ratios: Array, structural: bool = True) -> Array:
+    """Modal damping (n,) 1/s of a torsional body whose cranktrain's first modes shall have ``ratios`` (k,).
+
+    ``structural``: whether no mode is damped less than by the structure.
+    """
     own = structural_damping(engine, body)
     # Coordinates of twist: rotation about the axis, and the elastic modes.
     twists = slice(5, body.n_modes)
@@ -92,7 +103,8 @@ def equivalent_damping(engine: Engine, body: ReducedBody, ratios: Array) -> Arra
     shares = shapes[:, at].T ** 2
     wanted -= shares[:, 1 + count :] @ own[6 + count :]
     damping = own.copy()
-    damping[6 : 6 + count] = np.maximum(np.linalg.solve(shares[:, at], wanted), own[6 : 6 + count])
+    least = own[6 : 6 + count] if structural else 0.0
+    damping[6 : 6 + count] = np.maximum(np.linalg.solve(shares[:, at], wanted), least)
     return damping
 
 
@@ -127,6 +139,7 @@ def felt(engine: Engine) -> Engine:
         limits=None,
         crank_strength=None,
         damper=None,
+        damping=replace(engine.damping, torsional_ratios=()),
         load=None,
         drive_line_chain=None,
     )

@@ -259,12 +259,27 @@ class ShaftOrders:
         """Rows (4, n) of :class:`Observed`: twist of hub against ring, pulley, swing, flywheel."""
         return self._rows[self.pins : self.pins + 4]
 
-    def frequencies_hz(self) -> Array:
-        """Natural frequencies (m,) above 0 with mean rods, without damping and without the damper's ring."""
+    def shaft_rows(self) -> Array:
+        """Rows (shafts, n) that give the twists of the drive line's shafts."""
+        return self._shaft_twists
+
+    def matrices(self, ring: bool) -> tuple[Array, Array, Array]:
+        """Stiffness, damping and mass (m, m) with mean rods, with or without the damper's ring, its link left out."""
         pins = self._rows[: self.pins]
         mass = np.eye(self._stiffness.shape[0]) + pins.T @ (self.inertia[0].real[:, None] * pins)
-        own = np.delete(np.arange(mass.shape[0]), self._ring)
-        squares = eigh(self._stiffness[np.ix_(own, own)], mass[np.ix_(own, own)], eigvals_only=True)
+        own = np.arange(mass.shape[0]) if ring else np.delete(np.arange(mass.shape[0]), self._ring)
+        at = np.ix_(own, own)
+        return self._stiffness[at], self._damping[at], mass[at]
+
+    @property
+    def ring(self) -> list[int]:
+        """Coordinate of the damper's ring; empty without one."""
+        return self._ring
+
+    def frequencies_hz(self) -> Array:
+        """Natural frequencies (m,) above 0 with mean rods, without damping and without the damper's ring."""
+        stiffness, _, mass = self.matrices(False)
+        squares = eigh(stiffness, mass, eigvals_only=True)
         return np.sqrt(squares[squares > 1e-6 * squares[-1]]) / (2.0 * math.pi)
 
     def _dynamic(self, speeds: Array, orders: NDArray[np.intp], friction: Array | None) -> ComplexArray:

@@ -27,7 +27,7 @@ from cranktrain.film.table.database import bearing_settings
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.structure.crank import level as crank
 from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaft
-from cranktrain.structure.in_motion.inherited_damping import Decay, with_damping
+from cranktrain.structure.in_motion.inherited_damping import Decay, with_damping, with_stated_damping
 from cranktrain.studies.calibration import values as places
 from cranktrain.studies.variants.in_time import TimeAnswers, split_output, time_outputs
 from cranktrain.studies.variants.study import ENGINE, LOAD, TWO_MASS, Study
@@ -162,16 +162,32 @@ class EngineModel:
             return self._runs.answer(made)
         return torsional_answer(made, self._speeds, tuple(output.name for output in self.outputs))
 
-    def assembly_of(self, engine: Engine, load: float) -> Assembly:
-        """Assembly of a variant of the engine, which differs in varied values or in parts attached to the crank."""
+    def assembly_of(self, engine: Engine, load: float, body: Any = None) -> Assembly:
+        """Assembly of a variant of the engine, which differs in varied values or in parts attached to the crank.
+
+        ``body`` is its running crank where that is known.
+        """
         fitted = fitted_engine(engine, self._base.settings)
+        own = fitted if self._torsional else engine  # a run in time adds the housing itself
+        if body is None:
+            body = self._running(fitted, engine)
+        return with_load(replace(self._base, engine=own, body=body), load)
+
+    @property
+    def inherited(self) -> Decay | None:
+        """Damping that the crank takes from the level above."""
+        return self._decay
+
+    def _running(self, fitted: Engine, engine: Engine) -> Any:
+        """Running crank of a variant, ``fitted`` with the damper's housing."""
         level = self._study.levels.crank
         bare = self._reshaped(engine) if self._bare is None else self._bare
         body = crank.running_crank(fitted, level, bare)
-        if self._decay is not None:
+        if crank_level(level).inherits and engine.damping.torsional_ratios:
+            body = with_stated_damping(fitted, body)
+        elif self._decay is not None:
             body = with_damping(fitted, body, crank_level(level).inherits, self._decay)
-        own = fitted if self._torsional else engine  # a run in time adds the housing itself
-        return with_load(replace(self._base, engine=own, body=body), load)
+        return body
 
     def _reshaped(self, engine: Engine) -> Any:
         """Bare crank of a variant: that of the last one where all that it is made from is the same."""

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -79,33 +80,64 @@ def section_moduli(engine: Engine) -> Array:
     return np.asarray(np.pi * thin**3 / 16.0)
 
 
+class SolvedOrders(NamedTuple):
+    """Orders of a linear run-up.
+
+    Attributes
+    ----------
+    structure : that was solved
+    motion : (s, k + 1, n) coordinates
+    twist, stiffness : (s, k + 1) twist of hub against ring and complex stiffness of the damper; None without one
+    link : the damper; None without one
+    """
+
+    structure: ShaftOrders
+    motion: ComplexArray
+    twist: ComplexArray | None
+    stiffness: ComplexArray | None
+    link: DamperLink | None
+
+
+def solved_orders(made: Assembly, speeds: Array) -> SolvedOrders:
+    """Linear motion of one variant at ``speeds`` (s,) rad/s; ``InputError``, ``SolverError``."""
+    engine, settings = made.engine, made.settings
+    structure = ShaftOrders(engine, made.body, settings, GasTrace.from_engine(engine), HIGHEST_ORDER)
+    moved = structure.answers(speeds, structure.known(speeds), structure.friction(speeds))
+    motion = moved[..., 0]
+    if settings.damper != "fitted":
+        return SolvedOrders(structure, motion, None, None, None)
+    at_ring = structure.ends_rows()[0]
+    link = DamperLink(engine, settings, speeds, speeds[:, None] * structure.orders)
+    compliance = moved[..., 1] @ at_ring
+    stiffness = equivalent(link, motion @ at_ring, compliance, structure)
+    twist = (motion @ at_ring) / (1.0 + stiffness * compliance)
+    return SolvedOrders(structure, motion - (stiffness * twist)[..., None] * moved[..., 1], twist, stiffness, link)
+
+
+def against_frame(solved: SolvedOrders, speeds: Array, row: Array) -> ComplexArray:
+    """Rotation (s, k + 1) of a place, ``row`` (n,) of the coordinates, against the frame of a run."""
+    swing = solved.structure.ends_rows()[2]
+    wobble = frame_wobble(speeds[:, None], speeds[:, None] * solved.structure.orders)
+    return np.asarray(solved.motion @ row - wobble * (solved.motion @ swing))
+
+
 def torsional_answer(made: Assembly, speeds: Array, outputs: tuple[str, ...]) -> dict[str, Array]:
     """Outputs of one variant, (s,) each or (1,) of a frequency; ``made`` carries the damper's housing.
 
     Raises ``InputError``, ``SolverError``.
     """
-    engine, settings = made.engine, made.settings
-    gas = GasTrace.from_engine(engine)
-    structure = ShaftOrders(engine, made.body, settings, gas, HIGHEST_ORDER)
-    known = structure.known(speeds)
-    moved = structure.answers(speeds, known, structure.friction(speeds))
-    motion, stiffness, twist = moved[..., 0], None, None
-    at_ring, pulley, swing, flywheel = structure.ends_rows()
-    if settings.damper == "fitted":
-        link = DamperLink(engine, settings, speeds, speeds[:, None] * structure.orders)
-        compliance = moved[..., 1] @ at_ring
-        stiffness = equivalent(link, motion @ at_ring, compliance, structure)
-        twist = (motion @ at_ring) / (1.0 + stiffness * compliance)
-        motion = motion - (stiffness * twist)[..., None] * moved[..., 1]
+    engine = made.engine
+    solved = solved_orders(made, speeds)
+    structure, motion, twist, stiffness, link = solved
+    _, pulley, _, flywheel = structure.ends_rows()
     found: dict[str, Array] = {}
     bases = {base_name(output) for output in outputs}
     orders: dict[str, ComplexArray] = {}
     if TWIST in bases:
         orders[TWIST] = motion @ (pulley - flywheel)
     if TORSION in bases:
-        wobble = frame_wobble(speeds[:, None], speeds[:, None] * structure.orders)
-        orders[TORSION] = motion @ pulley - wobble * (motion @ swing)
-    if twist is not None and stiffness is not None:
+        orders[TORSION] = against_frame(solved, speeds, pulley)
+    if twist is not None and stiffness is not None and link is not None:
         omega = speeds[:, None] * structure.orders
         found[HEAT] = 0.5 * np.sum(omega * stiffness.imag * np.abs(twist) ** 2, axis=1)
         if TORQUE in bases:

@@ -1,0 +1,160 @@
+"""What is refused: data of another engine, parameters that nothing excites, sets that contradict each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+
+import numpy as np
+from scipy.stats import qmc
+
+from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.core.types import Array
+from cranktrain.studies.identification.comparison import Comparison
+from cranktrain.studies.identification.confidence import contradictions, unexcited
+from cranktrain.studies.identification.data import Scalar, Strand
+from cranktrain.studies.identification.estimate import Estimate
+from cranktrain.studies.identification.model import TorsionalModel, mode_of
+from cranktrain.studies.identification.parameters import outer_values
+
+SAMPLES = 16
+"""Points within the bounds at which frequencies of the model are looked at, besides those of least and most."""
+REACH = 0.05
+"""Distance between a measured frequency and the model's, over it, from which the data are of another engine."""
+EXPLAINED = 0.5
+"""Least part of the squared amplitudes that a fit must explain."""
+CLEAR = 3.0
+"""A resonance is a peak this many times above the median of its order."""
+
+
+def check_estimate(comparison: Comparison, found: Estimate) -> None:
+    """Refuse an estimate of data that are not the engine's; ``InputError``."""
+    if found.interrupted:
+        return
+    check_explained(comparison, found)
+    check_excited(comparison, found)
+    check_sets(comparison, found)
+
+
+def check_excited(comparison: Comparison, found: Estimate) -> None:
+    """Refuse parameters that nothing in the data depends on; ``InputError``."""
+    for k in unexcited(comparison, found):
+        one = comparison.sought[k]
+        moved = math.sqrt(found.information[k, k]) * (comparison.high[k] - comparison.low[k])
+        raise InputError(
+            f"parameters.'{one.key}': nothing in the data depends on it; from {one.text(one.low)} to "
+            f"{one.text(one.high)} it moves them by {moved:.2g} of their deviation; leave it out"
+        )
+
+
+def check_sets(comparison: Comparison, found: Estimate) -> None:
+    """Refuse sets that contradict each other; ``InputError``."""
+    against = contradictions(comparison, found)
+    if not against:
+        return
+    one = against[0]
+    sought = comparison.sought[one.parameter]
+    wants = [
+        sought.text(
+            sought.value(float(np.clip(u, comparison.low[one.parameter] - 5.0, comparison.high[one.parameter] + 5.0)))
+        )
+        for u in one.wants
+    ]
+    raise InputError(
+        f"'{one.first}' and '{one.second}' contradict each other: chi-square {one.distance:.0f} for {one.freedom} "
+        f"degrees of freedom, probability {one.probability:.1g}; of {sought.key} the first wants {wants[0]}, the "
+        f"second {wants[1]}; correct or leave out one of them, or state a larger deviation"
+    )
+
+
+def check_explained(comparison: Comparison, found: Estimate) -> None:
+    """Refuse orders of which the best fit explains less than half; ``InputError``."""
+    for name in comparison.data.order_sets:
+        of = [k for k, one in enumerate(comparison.data.strands) if one.name == name]
+        rows = [(comparison.data.strands[k], found.pieces[k]) for k in of]
+        left = sum(float(np.sum(piece.rows[~one.held] ** 2)) for one, piece in rows)
+        whole = sum(float(np.sum(np.abs(one.values[~one.held]) ** 2)) for one, _ in rows)
+        if left > (1.0 - EXPLAINED) * whole:
+            worst = max(rows, key=lambda row: float(np.sum(row[1].rows[~row[0].held] ** 2)))[0]
+            part = 100.0 * max(0.0, 1.0 - left / whole)
+            raise InputError(
+                f"'{name}': the best parameters within their bounds explain {part:.0f} % of its squared amplitudes, "
+                f"least of order {worst.order:g}; the data are of another engine, load or "
+                f'reference of phase (sought by "zero.{name}")'
+            )
+
+
+def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) -> None:
+    """Refuse resonances and frequencies that no parameters within their bounds give; ``InputError``."""
+    points = _points(comparison, seed)
+    for scalar in (one for one in model.data.scalars if one.kind == "frequency"):
+        own = [found for found in (_hz(model, point, scalar) for point in points) if found is not None]
+        if own:
+            reach = max(REACH, 3.0 * scalar.deviation)
+            _check(f"'{scalar.name}'", scalar.value, min(own), max(own), comparison, reach)
+    peaks = [(one, hz) for one in model.data.strands if (hz := peak_hz(one.speeds, np.abs(one.values), one.order))]
+    if not peaks:
+        return
+    answers = []
+    for point in points:
+        with suppress(CranktrainError, ArithmeticError, np.linalg.LinAlgError):
+            answers.append(model.answers(point).strands)
+    for one, hz in peaks:
+        k = model.data.strands.index(one)
+        own = [found for found in (peak_hz(one.speeds, np.abs(a[k]), one.order) for a in answers) if found]
+        if len(own) == len(answers) and own:  # all within the measured speeds, so that their range is known
+            where = f"'{one.name}': the peak of order {one.order:g} at {60.0 * hz / one.order:.0f} rev/min,"
+            _check(where, hz, min(own), max(own), comparison, REACH + _step(one))
+
+
+def _step(one: Strand) -> float:
+    """Step of the speeds over the mean speed."""
+    return float(np.median(np.diff(np.unique(one.speeds))) / np.mean(one.speeds))
+
+
+def _check(where: str, hz: float, low: float, high: float, comparison: Comparison, reach: float) -> None:
+    if low * (1.0 - reach) <= hz <= high * (1.0 + reach):
+        return
+    keys = ", ".join(one.key for one in comparison.sought)
+    raise InputError(
+        f"{where} {hz:.1f} Hz, is not the engine's: with {keys} within their bounds it has {low:.1f} to {high:.1f} Hz; "
+        "the data are of another engine or mode, or widen the bounds"
+    )
+
+
+def _points(comparison: Comparison, seed: int) -> list[Array]:
+    """Values (p,), SI, spread over the bounds, with the two ends of each parameter."""
+    p = comparison.low.size
+    shares = list(qmc.Sobol(p, rng=np.random.default_rng(seed)).random(SAMPLES))
+    for k in range(p):
+        for end in (0.0, 1.0):
+            share = np.full(p, 0.5)
+            share[k] = end
+            shares.append(share)
+    width = comparison.high - comparison.low
+    return [outer_values(comparison.sought, comparison.low + share * width) for share in shares]
+
+
+def _hz(model: TorsionalModel, values: Array, one: Scalar) -> float | None:
+    try:
+        return mode_of(model.assembly(values), one)[0]
+    except (CranktrainError, ArithmeticError, np.linalg.LinAlgError):
+        return None
+
+
+def peak_hz(speeds: Array, sizes: Sequence[float] | Array, order: float) -> float | None:
+    """Frequency, Hz, of a clear resonance of an order within its speeds (n,) rad/s; None where there is none."""
+    by_speed = np.argsort(speeds, kind="stable")
+    own, at = np.asarray(sizes)[by_speed], speeds[by_speed]
+    k = int(np.argmax(own))
+    if k in (0, own.size - 1) or own[k] < CLEAR * float(np.median(own)):
+        return None
+    return float(order * at[k] / (2.0 * math.pi))
+
+
+def check_data(strands: Sequence[Strand]) -> None:
+    """Refuse orders that are all zero; ``InputError``."""
+    for one in strands:
+        if not np.any(np.abs(one.values) > 0.0):
+            raise InputError(f"'{one.name}': order {one.order:g} is 0 at all speeds; leave it out of orders")

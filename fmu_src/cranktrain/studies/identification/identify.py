@@ -1,0 +1,234 @@
+"""Identification of an engine's parameters from measured data: from the measured file to a report and an engine file.
+
+A file of ``[targets]`` alone is a calibration: the same search, with the intervals that the targets' tolerances give.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, SolverError, StoreError
+from cranktrain.core.typed_file import record
+from cranktrain.core.types import Array, Progress
+from cranktrain.core.user_file import read_toml, user_path
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.structure.assembly import assemble
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.studies.calibration.engine_text import new_path
+from cranktrain.studies.identification import checks
+from cranktrain.studies.identification.comparison import Comparison
+from cranktrain.studies.identification.confidence import (
+    Confidence,
+    bootstrap,
+    confidence_of,
+    profiles,
+    told_apart,
+)
+from cranktrain.studies.identification.data import RPM, read_data
+from cranktrain.studies.identification.ladder import Ask, Climbed, climb
+from cranktrain.studies.identification.model import TorsionalModel
+from cranktrain.studies.identification.parameters import RATIOS, Sought, outer_values, sought_parameters
+from cranktrain.studies.identification.residuals import held_out, number_rows, residual_rows
+from cranktrain.studies.identification.tables import MeasuredTable
+from cranktrain.studies.identification.written import identified_text, write_identified
+
+Follow = Callable[[float, float], None]
+AT_BOUND = 1e-3
+"""Distance to a bound, over the bounds' distance, within which a parameter lies on it."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked besides the data: levels and seed, draws of the bootstrap, and whether profiles are made."""
+
+    ask: Ask
+    draws: int = 400
+    profile: bool = True
+
+
+def read_measured_file(path: str | Path) -> tuple[MeasuredTable, Path]:
+    """A measured file and its path; ``InputError``: one line with file and key."""
+    place = user_path(path)
+    document = read_toml(place, "measured file", "give the path of a MEASURED.toml")
+    try:
+        return record(MeasuredTable, document), place
+    except InputError as error:
+        raise InputError(f"{place.name}: {error}") from None
+
+
+def identify(
+    engine: str | Path, measured: str | Path, out: str | Path | None = None, *, request: Request | None = None,
+    say: Progress = lambda stage: None, follow: Follow = lambda share, cost: None,
+) -> dict[str, Any]:  # fmt: skip
+    """Parameters of an engine from a measured file: a report, JSON-able, and a new engine file where ``out`` is given.
+
+    Raises ``InputError``: files that cannot be used, an ``out`` that exists, data of another engine, a parameter that
+    nothing depends on, sets that contradict each other; ``SolverError`` where the model has no answer.
+
+    Returns
+    -------
+    ``parameters`` (value, interval, deviation, profile, bootstrap), ``told_apart`` in words, ``levels``, ``orders``,
+    ``numbers``, ``held_out``, ``systematic``, ``interrupted``, ``file``, ``refused`` (why the new file was not written)
+    """
+    request = request or Request(Ask())
+    read, place = read_measured_file(measured)
+    base, path = load_engine(engine), engine_path(engine)
+    new = new_path(Path(out)) if out is not None else None
+    try:
+        with one_thread():
+            model, comparison = prepared(base, read, place, say)
+            found = climb(model, comparison, request.ask, say, follow, partial(checks.check_estimate, comparison))
+            report = report_of(model, comparison, found, request, say)
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(place.name) else f"{place.name}: {text}") from None
+    report |= {"engine": base.name, "measured": place.name, "seed": request.ask.seed, "file": None, "refused": None}
+    if new is None:
+        return report
+    # Minutes of search are not lost to a file that cannot be: the report is given all the same.
+    try:
+        text = identified_text(
+            path.read_text("utf-8"), replace(base, damping=model.engine.damping), model.sought, report["parameters"],
+            place.name, path.name,
+        )  # fmt: skip
+        write_identified(new, text, path.parent, model.sought, report["parameters"])
+        report["file"] = str(new)
+    except (InputError, StoreError) as error:
+        report["refused"] = str(error)
+    return report
+
+
+def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> tuple[TorsionalModel, Comparison]:
+    """Model and data of a measured file, with what needs no search refused; ``InputError``."""
+    if read.targets or read.derived:
+        both = "[targets] and sets of data" if read.targets and read.has_sets else "[targets] and [derived]"
+        raise InputError(
+            f"{both} are fitted apart: [targets] by shapes of the crank that bends ('cranktrain calibrate'), sets by "
+            "torsion; make a file of each"
+        )
+    if not read.has_sets:
+        raise InputError("has no data; add [[orders]], [[torque]], [[frequencies]], [[decay]] or [[modes]]")
+    data = read_data(base, read, place)
+    checks.check_data(data.strands)
+    damper = base.damper is not None if read.damper is None else read.damper
+    engine = with_ratios(base, read, damper, say)
+    sought = sought_parameters(engine, read.parameters, data.order_sets, read.load)
+    model = TorsionalModel(engine, data, sought, read.load, damper, read.inherit, say)
+    values = np.array([one.start for one in sought])
+    model.check(values)
+    try:
+        model.answers(values)
+    except SolverError as error:
+        raise InputError(f"the model has no answer at the start: {error}") from None
+    comparison = Comparison(model, data, sought)
+    say("frequencies within the bounds")
+    checks.check_frequencies(model, comparison, 1)
+    return model, comparison
+
+
+def with_ratios(engine: Engine, read: MeasuredTable, damper: bool, say: Progress) -> Engine:
+    """The engine with damping ratios that are sought: its own, those of the level above, or the structure's."""
+    if not any(key.startswith(RATIOS) for key in read.parameters) or engine.damping.torsional_ratios:
+        return engine
+    plain = engine.without_additions
+    settings = Settings(crank="torsional", damper="fitted" if damper else "none")
+    records = assemble(plain, settings, say=say, inherit=read.inherit).body.records
+    own = engine.damping.ratio or 0.01
+    ratios = np.asarray(records["inherited_damping"])[:, 1].tolist() if "inherited_damping" in records else [own, own]
+    return replace(engine, damping=replace(engine.damping, torsional_ratios=tuple(ratios)))
+
+
+def report_of(
+    model: TorsionalModel, comparison: Comparison, climbed: Climbed, request: Request, say: Progress
+) -> dict[str, Any]:
+    """Report of an identification, JSON-able; refuses what the data cannot be. ``InputError``."""
+    found = climbed.estimate
+    checks.check_estimate(comparison, found)
+    confidence = confidence_of(comparison, found, climbed.shift)
+    profile = None
+    if request.profile and not found.interrupted:
+        say("profiles")
+        profile = profiles(comparison, found, confidence)
+    draws = bootstrap(comparison, found, request.draws, request.ask.seed) if request.draws else None
+    values = outer_values(comparison.sought, found.inner)
+    model.check(values)
+    rows = [
+        parameter_row(one, k, found.inner, confidence, profile, draws, climbed.shift)
+        for k, one in enumerate(comparison.sought)
+    ]
+    keys = [one.key for one in comparison.sought]
+    orders, held = residual_rows(comparison, found), held_out(comparison, found, confidence)
+    levels = [
+        {
+            "level": step.level,
+            "answers": step.answers,
+            "values": {
+                one.key: one.shown(one.value(float(u))) for one, u in zip(model.sought, step.inner, strict=True)
+            },
+        }
+        for step in climbed.steps
+    ]
+    return {
+        "parameters": rows, "told_apart": told_apart(found.information, comparison.known, keys),
+        "correlations": correlations(confidence, comparison.sought), "levels": levels, "orders": orders,
+        "numbers": number_rows(comparison, found), "held_out": held,
+        "systematic": [f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]],
+        "bias": {
+            name: {"noise": own.noise, "relative_percent": 100.0 * own.relative, "length_rpm": own.length / RPM}
+            for name, own in comparison.biases.items()
+        },
+        "degrees_of_freedom": min(confidence.freedom, 1e6), "interrupted": found.interrupted,
+        "evaluations": model.evaluations,
+    }  # fmt: skip
+
+
+# In one piece: one row of all that is known of a parameter.
+def parameter_row(
+    one: Sought, k: int, inner: Array, confidence: Confidence, profile: Sequence[tuple[float, float]] | None,
+    draws: Array | None, shift: Array,
+) -> dict[str, Any]:  # fmt: skip
+    """Value and intervals of a parameter in its unit: that of the covariance, of the profile, of the bootstrap."""
+    reach = confidence.reach * float(confidence.deviations[k])
+
+    def shown(u: float) -> float:
+        return one.shown(min(max(one.value(u), one.low), one.high))
+
+    ends = (float(inner[k]) - reach, float(inner[k]) + reach)
+    best = profile[k] if profile is not None else ends
+    near = AT_BOUND * (one.inner(one.high) - one.inner(one.low))
+    own = float(inner[k])
+    at_bound = own - one.inner(one.low) < near or one.inner(one.high) - own < near
+    percentiles = None if draws is None else np.percentile(draws[:, k], (2.5, 97.5)).tolist()
+    relative = float(confidence.deviations[k]) * (
+        1.0 if one.log else (one.high - one.low) / max(abs(one.value(own)), 1e-300)
+    )
+    return {
+        "key": one.key, "value": one.shown(one.value(own)), "unit": one.unit,
+        "low": shown(best[0]), "high": shown(best[1]),
+        "deviation_percent": 100.0 * relative if math.isfinite(relative) else None,
+        "covariance": [shown(end) for end in ends], "profile": None if profile is None else [shown(u) for u in best],
+        "bootstrap": None if percentiles is None else [shown(u) for u in percentiles],
+        "next_level_percent": 100.0 * float(shift[k]) if one.log else None,
+        "bounds": [one.shown(one.low), one.shown(one.high)], "start": one.shown(one.start), "at_bound": bool(at_bound),
+    }  # fmt: skip
+
+
+def correlations(confidence: Confidence, sought: Sequence[Sought]) -> list[dict[str, Any]]:
+    """Pairs of parameters whose estimates are correlated by more than 0.9."""
+    spread = confidence.deviations
+    matrix = confidence.covariance / np.outer(spread, spread)
+    return [
+        {"first": sought[i].key, "second": sought[k].key, "correlation": float(matrix[i, k])}
+        for i in range(len(sought))
+        for k in range(i + 1, len(sought))
+        if abs(matrix[i, k]) > 0.9
+    ]

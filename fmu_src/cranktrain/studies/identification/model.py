@@ -1,0 +1,289 @@
+"""What the model answers for sought values: orders, frequencies, decays and shapes beside the measured ones.
+
+Three levels. ``linear`` is the run-up of :mod:`cranktrain.studies.variants.torsional`, all speeds and orders at once;
+``harmonic-balance`` takes the rods' exact torques and the damper's law; ``time`` runs a crank of any level to its
+steady cycle at each speed. The levels above the first are asked a few times only, see
+:mod:`cranktrain.studies.identification.ladder`.
+
+Modes are those of the cranktrain with mean rods, free to turn, without its drive line, as in
+:mod:`cranktrain.structure.crank.modal`.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.types import Array, Progress
+from cranktrain.dynamics.model.arrays import structural_damping
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.model import Engine
+from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION
+from cranktrain.structure.assembly import Assembly, assemble
+from cranktrain.structure.crank.modal import cranktrain_matrices
+from cranktrain.studies.identification.data import Data, Scalar, Shape, Strand
+from cranktrain.studies.identification.parameters import CRANK, LOAD, SCALE, ZERO, Sought, engine_with
+from cranktrain.studies.identification.tables import LEVELS, TWIST
+from cranktrain.studies.run_up.steady import Job, SteadyRuns
+from cranktrain.studies.torsion.damped_modes import damped_modes
+from cranktrain.studies.torsion.damper_link import DamperLink
+from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
+from cranktrain.studies.variants.design import Design
+from cranktrain.studies.variants.distributions import Distribution
+from cranktrain.studies.variants.models import EngineModel
+from cranktrain.studies.variants.study import ENGINE, Levels, Study, Varied
+from cranktrain.studies.variants.torsional import SolvedOrders, against_frame, solved_orders
+
+ComplexArray = NDArray[np.complex128]
+LINEAR, BALANCE, TIME = LEVELS
+_TWISTS = slice(5, None)
+"""Coordinates of a torsional crank that twist: rotation about the axis, and the elastic modes."""
+_KEPT = 6
+"""Cranks that are kept: derivatives by values of the damper or the load take the same one."""
+_ROUNDS = 6
+"""Iterations of a frequency with a damper whose stiffness depends on it."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Answers of the model, one for each set of data: complex orders, frequencies and damping ratios, shapes."""
+
+    strands: tuple[ComplexArray, ...]
+    scalars: Array
+    shapes: tuple[Array, ...]
+
+
+class TorsionalModel:
+    """A torsional crank that answers for sought values.
+
+    Parameters
+    ----------
+    engine : with the values that are not sought; added bodies and connections are left out
+    data, sought : what is compared, and by which parameters
+    load : fraction of the full-load burn where it is not sought
+    damper : whether it is fitted
+    inherit : whether the crank takes the damping of the level above
+    say : told the stages of making the crank
+
+    Raises
+    ------
+    InputError
+        a parameter that shapes the finite elements of the crank, an engine without linear run-up
+    """
+
+    def __init__(
+        self, engine: Engine, data: Data, sought: Sequence[Sought], load: float, damper: bool, inherit: bool,
+        say: Progress = lambda stage: None,
+    ) -> None:  # fmt: skip
+        self.engine, self.data, self.sought, self._load = engine.without_additions, data, tuple(sought), load
+        self.damper, self._inherit = damper, inherit
+        speeds = np.unique(np.concatenate([one.speeds for one in data.strands])) if data.strands else np.zeros(0)
+        self.speeds: Array = speeds
+        self._rows = [np.searchsorted(speeds, one.speeds) for one in data.strands]
+        varied = tuple(
+            Varied(one.key, Distribution("uniform", (("low", one.low), ("high", one.high))), own=one.start)
+            for one in sought
+            if one.in_file
+        )
+        ends = tuple(speeds[[0, -1]].tolist()) if speeds.size > 1 else self.engine.speeds
+        try:
+            self._variants = EngineModel(
+                Study(engine.name, engine.title, ENGINE, varied, ("frequency[1]",), Design(), engine=self.engine,
+                      speeds=ends, levels=Levels(damper=damper, inherit=inherit), load=load), say,
+            )  # fmt: skip
+        except InputError as error:
+            raise InputError(str(error).replace("vary.'", "parameters.'")) from None
+        self.evaluations = 0
+        self._bodies: list[tuple[Any, Any]] = []
+
+    def check(self, values: Array) -> Engine:
+        """Checked engine of sought values (p,), SI; ``InputError`` for values that do not fit together."""
+        engine = self.engine_of(values)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            check_engine(engine)
+        return engine
+
+    def engine_of(self, values: Array) -> Engine:
+        """Engine of sought values (p,), SI, not checked: each of them is within the range of its quantity."""
+        return engine_with(self.engine, self.sought, values.tolist())
+
+    def assembly(self, values: Array) -> Assembly:
+        """Torsional crank of sought values; ``InputError``."""
+        named, engine = self._named(values), self.engine_of(values)
+        damper = engine.damper
+        # The crank carries the damper's housing, and nothing else of the damper.
+        key = replace(engine, damper=None), None if damper is None else (damper.housing_inertia, damper.mass)
+        body = next((kept for made_from, kept in self._bodies if made_from == key), None)
+        made = self._variants.assembly_of(engine, named.get(LOAD, self._load), body)
+        if body is None:
+            self._bodies = [(key, made.body), *self._bodies[: _KEPT - 1]]
+        return made if CRANK not in named else replace(made, body=_stiffer(made.body, named[CRANK]))
+
+    def answers(self, values: Array) -> Answers:
+        """Linear answers for sought values (p,), SI; ``InputError``, ``SolverError``."""
+        self.evaluations += 1
+        made, named = self.assembly(values), self._named(values)
+        strands = tuple(
+            self._measured(one, self._orders(one, solved)[rows], named)
+            for solved in ([solved_orders(made, self.speeds)] if self.data.strands else [])
+            for one, rows in zip(self.data.strands, self._rows, strict=True)
+        )
+        return Answers(strands, self._scalars(made), self._shapes(made))
+
+    def balanced(self, values: Array) -> tuple[ComplexArray, ...]:
+        """Orders of each strand by harmonic balance; ``InputError``, ``SolverError``."""
+        made, named = self.assembly(values), self._named(values)
+        orders = sorted({one.order for one in self.data.strands})
+        found = frequency_run_up(made.engine, made.body, made.settings, self.speeds, orders, HARMONIC_BALANCE)
+        return tuple(
+            self._measured(one, _of_run_up(one, found.amplitudes, orders)[rows], named)
+            for one, rows in zip(self.data.strands, self._rows, strict=True)
+        )
+
+    def in_time(
+        self, values: Array, crank: str, settle: float, tell: Progress = lambda stage: None
+    ) -> tuple[ComplexArray, ...]:
+        """Orders of each strand of a crank of any level, run to its steady cycle at each speed."""
+        named, engine = self._named(values), self.check(values)
+        if CRANK in named and crank != "torsional":
+            raise InputError(f"parameters.'{CRANK}': serves crank level torsional, not '{crank}'; leave it out")
+        settings = Settings(
+            crank=crank, damper="fitted" if self.damper else "none", gas_load=named.get(LOAD, self._load)
+        )
+        made = assemble(engine, settings, inherit=self._inherit)
+        if CRANK in named:
+            made = replace(made, body=_stiffer(made.body, named[CRANK]))
+        outputs = sorted({name for one in self.data.strands for name in _needed(one.output)})
+        runs = SteadyRuns(Job(made, None, settle, HIGHEST_ORDER, tuple(outputs)))
+        found: dict[str, list[ComplexArray]] = {name: [] for name in outputs}
+        starts: list[Any] = []
+        for speed in self.speeds.tolist():
+            tell(f"{crank} crank in time at {speed * 30.0 / math.pi:.0f} rev/min")
+            steady = runs.at(speed, starts[-2:][::-1])
+            starts.append(steady.start)
+            for name in outputs:
+                found[name].append(steady.amplitudes[name])
+        whole = {name: np.array(rows) for name, rows in found.items()}
+        orders = [0.5 * k for k in range(1, round(2.0 * HIGHEST_ORDER) + 1)]
+        return tuple(
+            self._measured(one, _of_run_up(one, whole, orders)[rows], named)
+            for one, rows in zip(self.data.strands, self._rows, strict=True)
+        )
+
+    def _named(self, values: Array) -> dict[str, float]:
+        """Sought values that are none of the engine file, by key."""
+        return {one.key: float(v) for one, v in zip(self.sought, values, strict=True) if not one.in_file}
+
+    def _measured(self, one: Strand, values: ComplexArray, named: dict[str, float]) -> ComplexArray:
+        """Orders as the encoder and the amplifier of their set show them."""
+        turn, factor = named.get(f"{ZERO}.{one.name}", 0.0), named.get(f"{SCALE}.{one.name}", 1.0)
+        return np.asarray(factor * np.exp(1j * one.order * turn) * values)
+
+    def _orders(self, one: Strand, solved: SolvedOrders) -> ComplexArray:
+        """One order of an output at all speeds, (s,)."""
+        structure, at = solved.structure, round(2.0 * one.order)
+        _, pulley, _, flywheel = structure.ends_rows()
+        if one.output == TWIST:
+            return np.asarray((solved.motion @ (pulley - flywheel))[:, at])
+        if one.output in (TORSION, FLYWHEEL):
+            return against_frame(solved, self.speeds, pulley if one.output == TORSION else flywheel)[:, at]
+        twists = solved.motion @ structure.shaft_rows().T
+        torques = structure.shaft_torques(self.speeds, twists, structure.friction(self.speeds))
+        names = [f"shaft[{name}].torque" for name in structure.link.names]
+        return np.asarray(torques[:, at, names.index(one.output)])
+
+    def _scalars(self, made: Assembly) -> Array:
+        """Frequency, Hz, or damping ratio beside each measured one."""
+        found = []
+        for one in self.data.scalars:
+            hz, ratio = mode_of(made, one)
+            found.append(hz if one.kind == "frequency" else ratio)
+        return np.array(found)
+
+    def _shapes(self, made: Assembly) -> tuple[Array, ...]:
+        """Shape of unit length beside each measured one, of the same sign."""
+        return tuple(shape_of(made, one) for one in self.data.shapes)
+
+
+def _needed(output: str) -> tuple[str, ...]:
+    """Outputs of a run of which a measured one is made."""
+    return (TORSION, FLYWHEEL) if output == TWIST else (output,)
+
+
+def _of_run_up(one: Strand, amplitudes: Any, orders: Sequence[float]) -> ComplexArray:
+    """One order of an output at all speeds, (s,), of a run-up's amplitudes (s, o)."""
+    at = list(orders).index(one.order)
+    if one.output == TWIST:
+        return np.asarray(amplitudes[TORSION][:, at] - amplitudes[FLYWHEEL][:, at])
+    return np.asarray(amplitudes[one.output][:, at])
+
+
+def _stiffer(body: Any, factor: float) -> Any:
+    """A torsional crank whose shaft is stiffer by a factor, its inertias and damping ratios being the same."""
+    root = math.sqrt(factor)
+    return replace(body, omega=body.omega * root, damping=body.damping * root)
+
+
+def mode_of(made: Assembly, one: Scalar) -> tuple[float, float]:
+    """Frequency (Hz) and damping ratio of a torsional mode; ``SolverError`` where there are fewer modes."""
+    stiffness, damping, mass = _matrices(made)
+    found = damped_modes(stiffness, damping, mass)
+    if one.damper:
+        found = _with_ring(made, one, (stiffness, damping, mass))
+    if found.hz.size < one.number:
+        raise SolverError(f"'{one.name}': the model has {found.hz.size} torsional modes, no number {one.number}")
+    k = one.number - 1
+    return float(np.abs(found.values[k]) / (2.0 * math.pi)), float(found.damping_ratios[k])
+
+
+def _matrices(made: Assembly) -> tuple[Array, Array, Array]:
+    """K, C, M (n, n) of the cranktrain's torsion, without the damper's ring."""
+    stiffness, mass = (matrix[_TWISTS, _TWISTS] for matrix in cranktrain_matrices(made.engine, made.body))
+    return stiffness, np.diag(structural_damping(made.engine, made.body)[_TWISTS]), mass
+
+
+def _with_ring(made: Assembly, one: Scalar, matrices: tuple[Array, Array, Array]) -> Any:
+    """Modes with the damper's ring, its stiffness that of the mode's own frequency."""
+    if made.settings.damper != "fitted" or made.engine.damper is None:
+        raise InputError(f"'{one.name}': asks for a mode with the damper, which is not fitted; set damper = true")
+    stiffness, damping, mass = matrices
+    n, speed = mass.shape[0], one.speed or made.engine.speeds[1]
+    twist = np.append(made.body.shapes[made.body.index("pulley"), 5, _TWISTS], -1.0)
+    whole = np.zeros((n + 1, n + 1))
+    whole[:n, :n], whole[n, n] = mass, made.engine.damper.ring_inertia
+    hz, found = 2.0 * math.pi * one.value if one.kind == "frequency" else 0.0, None
+    hz = hz or float(2.0 * math.pi * damped_modes(stiffness, damping, mass).hz[0])
+    for _ in range(_ROUNDS):
+        law = DamperLink(made.engine, made.settings, np.array([speed]), np.array([[0.0, hz]])).stiffness[0, 1]
+        k, c = np.pad(stiffness, (0, 1)), np.pad(damping, (0, 1))
+        outer = np.outer(twist, twist)
+        found = damped_modes(k + law.real * outer, c + law.imag / hz * outer, whole)
+        if found.hz.size < one.number:
+            break
+        before, hz = hz, float(np.abs(found.values[one.number - 1]))
+        if abs(hz - before) < 1e-9 * hz:
+            break
+    return found
+
+
+def shape_of(made: Assembly, one: Shape) -> Array:
+    """Shape of a torsional mode at the measured places, of unit length and the sign of the measured one."""
+    stiffness, _, mass = _matrices(made)
+    squares, shapes = eigh(stiffness, mass)
+    elastic = np.flatnonzero(squares > 1e-6 * squares[-1])
+    if elastic.size < one.number:
+        raise SolverError(f"'{one.name}': the model has {elastic.size} torsional modes, no number {one.number}")
+    rows = made.body.shapes[[made.body.index(place) for place in one.places], 5, _TWISTS]
+    found = rows @ shapes[:, elastic[one.number - 1]]
+    found = found / np.linalg.norm(found)
+    return np.asarray(found * (1.0 if found @ one.values >= 0.0 else -1.0))

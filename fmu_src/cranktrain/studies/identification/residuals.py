@@ -1,0 +1,139 @@
+"""What an identification leaves: residuals by order and speed, systematic ones, and held-out speeds with bands."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f as fisher
+from scipy.stats import norm
+
+from cranktrain.core.types import Array
+from cranktrain.studies.identification.bias import covariance
+from cranktrain.studies.identification.comparison import Comparison, Piece
+from cranktrain.studies.identification.confidence import Confidence
+from cranktrain.studies.identification.data import RPM
+from cranktrain.studies.identification.estimate import Estimate
+
+RARE = 0.01
+"""Probability below which residuals of an order are called systematic."""
+MATTERS = 0.02
+"""Systematic residuals count from this fraction of the order's amplitudes on."""
+
+
+def residual_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
+    """A row for each order: points, residual over amplitude, where it is largest, and whether it is systematic."""
+    rows = []
+    for one, piece in zip(comparison.data.strands, found.pieces, strict=False):
+        keep = ~one.held
+        own, speeds = piece.rows[keep], one.speeds[keep]
+        size = math.sqrt(float(np.mean(np.abs(one.values[keep]) ** 2)))
+        left = np.sqrt(np.sum(own**2, axis=1))
+        noise = np.where(np.isfinite(one.noise[keep]), one.noise[keep], comparison.biases[one.name].noise)
+        lack = lack_of_fit(own, speeds)
+        runs = runs_probability(own, speeds)
+        rms = math.sqrt(float(np.mean(left**2)))
+        largest = int(np.argmax(left))
+        systematic = (runs < RARE or (lack is not None and lack < RARE)) and rms > MATTERS * size
+        rows.append(
+            {
+                "set": one.name, "output": one.output, "order": one.order, "points": int(keep.sum()),
+                "residual_percent": 100.0 * rms / size if size else None,
+                "over_noise": rms / math.sqrt(own.shape[1] * float(np.mean(noise**2))),
+                "largest_percent": 100.0 * float(left[largest]) / size if size else None,
+                "largest_at_rpm": float(speeds[largest] / RPM),
+                "runs_probability": runs, "lack_of_fit_probability": lack, "systematic": bool(systematic),
+            }
+        )  # fmt: skip
+    return rows
+
+
+def number_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
+    """A row for each measured number and shape: measured, computed, and the residual over its deviation."""
+    rows: list[dict[str, Any]] = []
+    first = len(comparison.data.strands)
+    for one, piece in zip(comparison.data.scalars, found.pieces[first:], strict=False):
+        away = float(piece.rows[0, 0])
+        rows.append(
+            {"set": one.name, "kind": one.kind, "number": one.number, "measured": one.value,
+             "computed": one.value * math.exp(-away), "over_deviation": away / one.deviation}
+        )  # fmt: skip
+    for shape, piece in zip(comparison.data.shapes, found.pieces[first + len(comparison.data.scalars) :], strict=True):
+        own = shape.values - piece.rows[:, 0]
+        rows.append(
+            {"set": shape.name, "kind": "mac", "number": shape.number, "measured": 1.0,
+             "computed": float((own @ shape.values) ** 2 / (own @ own)),
+             "over_deviation": float(np.sqrt(np.mean(piece.rows**2))) / shape.deviation}
+        )  # fmt: skip
+    return rows
+
+
+def runs_probability(rows: Array, speeds: Array) -> float:
+    """Probability of as few changes of sign along the speed as residuals (n, c) have, were they independent.
+
+    Wald and Wolfowitz, Ann. Math. Statist. 11 (1940) 147; all components together.
+    """
+    signs = rows[np.argsort(speeds, kind="stable")] > 0.0
+    runs = mean = variance = 0.0
+    for column in signs.T:
+        up, n = int(column.sum()), column.size
+        down = n - up
+        if not up or not down:
+            if n > 5:
+                runs, mean, variance = runs + 1.0, mean + 0.5 * n + 1.0, variance + 0.25 * (n - 1.0)
+            continue
+        runs += 1.0 + float(np.count_nonzero(column[1:] != column[:-1]))
+        mean += 1.0 + 2.0 * up * down / n
+        variance += 2.0 * up * down * (2.0 * up * down - n) / (n**2 * (n - 1.0))
+    return float(norm.cdf((runs - mean) / math.sqrt(variance))) if variance > 0.0 else 1.0
+
+
+def lack_of_fit(rows: Array, speeds: Array) -> float | None:
+    """Probability of residuals (n, c) as large beside the scatter of repeated speeds, were the model right.
+
+    None where no speed was repeated.
+    """
+    different = np.unique(speeds)
+    c = rows.shape[1]
+    pure, between = 0.0, 0.0
+    for one in different:
+        own = rows[speeds == one]
+        pure += float(np.sum((own - own.mean(axis=0)) ** 2))
+        between += own.shape[0] * float(np.sum(own.mean(axis=0) ** 2))
+    free = c * (speeds.size - different.size)
+    if free < 2 or pure <= 0.0:
+        return None
+    return float(fisher.sf((between / (c * different.size)) / (pure / free), c * different.size, free))
+
+
+def held_out(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[dict[str, Any]]:
+    """A row for each held-out point: measured, predicted, half of the band of 95 %, whether it is inside."""
+    rows: list[dict[str, Any]] = []
+    sizes = [np.abs(own) for own in comparison.own(found.inner)]
+    for one, piece, size in zip(comparison.data.strands, found.pieces, sizes, strict=False):
+        for k in np.flatnonzero(piece.held).tolist():
+            band = confidence.reach * np.sqrt(np.diag(_spread(comparison, one.name, piece, k, one, size, confidence)))
+            away = piece.rows[k]
+            measured = one.values[k]
+            predicted = float(size[k])
+            rows.append(
+                {
+                    "set": one.name, "order": one.order, "rpm": float(one.speeds[k] / RPM),
+                    "measured": float(abs(measured)), "predicted": predicted, "band": float(np.max(band)),
+                    "inside": bool(np.all(np.abs(away) <= band)),
+                }
+            )  # fmt: skip
+    return rows
+
+
+# In one piece: a point and all that its band is made of.
+def _spread(
+    comparison: Comparison, name: str, piece: Piece, k: int, one: Any, size: Array, confidence: Confidence
+) -> NDArray[np.float64]:  # fmt: skip
+    """Covariance (c, c) of a predicted point: parameters, bias of the model, and noise."""
+    at = slice(k, k + 1)
+    own = covariance(one.speeds[at], size[at], one.noise[at], comparison.biases[name])[0, 0]
+    slopes = piece.slopes[k]
+    return np.asarray(slopes @ confidence.covariance @ slopes.T + own * np.eye(slopes.shape[0]))

@@ -1,0 +1,107 @@
+"""The engine file of an identification: the old text with identified values, their data, date and interval."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from cranktrain import __version__
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import engine_of, load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.store.whole_file import whole_file
+from cranktrain.studies.calibration import values as places
+from cranktrain.studies.calibration.engine_text import NEW, Written, rewritten, rounded
+from cranktrain.studies.identification.parameters import RATIOS, Sought, following
+
+IDENTIFIED = "identified"
+
+
+def identified_text(
+    text: str, engine: Engine, sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str, name: str
+) -> str:
+    """Text of the new engine file.
+
+    Parameters
+    ----------
+    text, engine : of the old file
+    sought, rows : the parameters and what was found of each
+    data, name : names of the measured file and of the old engine file
+    """
+    written: dict[str, Written] = {}
+    for one, row in zip(sought, rows, strict=True):
+        if one.in_file and not one.key.startswith(RATIOS):
+            value = rounded(one.scale * row["value"] + one.zero, 1.0) if one.zero else rounded(
+                one.scale * row["value"], one.scale)  # fmt: skip
+            written[one.key] = Written(value, IDENTIFIED, _note(one, row, data))
+            for key, number in following(engine, sought, one, value).items():
+                written[key] = Written(rounded(number), "derived", f"follows {one.key} in proportion")
+    ratios = [(one, row) for one, row in zip(sought, rows, strict=True) if one.key.startswith(RATIOS)]
+    found = rewritten(text, engine, written)
+    if ratios:
+        found = _with_ratios(found, engine, ratios, data)
+    others = [f"#   {row['key']} = {row['value']:.4g} {row['unit']}, {_interval(row)}: no value of an engine file"
+              for one, row in zip(sought, rows, strict=True) if not one.in_file]  # fmt: skip
+    head = [f"# Written by cranktrain identify {__version__} on {date.today().isoformat()} from {name} and {data}."]
+    return "\n".join([*head, *others, "", ""]) + found
+
+
+def _interval(row: Mapping[str, Any]) -> str:
+    return f"95 % from {row['low']:.4g} to {row['high']:.4g}"
+
+
+def _note(one: Sought, row: Mapping[str, Any], data: str) -> str:
+    """Data, date and interval of a value, and the note of the measured file."""
+    unit = "" if one.unit == "1" else f" {one.unit}"
+    return f"from {data}, {date.today().isoformat()}; {_interval(row)}{unit}" + (f"; {one.note}" if one.note else "")
+
+
+def _with_ratios(
+    text: str, engine: Engine, ratios: Sequence[tuple[Sought, Mapping[str, Any]]], data: str
+) -> str:  # fmt: skip
+    """Text with the list of damping ratios, which a file may not have yet."""
+    values = list(engine.damping.torsional_ratios)
+    for one, row in ratios:
+        index = re.search(r"\[(\d+)\]", one.key)
+        for k in range(len(values)) if index is None else [int(index[1]) - 1]:
+            values[k] = float(f"{row['value'] * one.scale:.4g}")
+    note = "; ".join(
+        f"mode {one.key.partition('[')[2].rstrip(']') or 'all'} {_note(one, row, data)}" for one, row in ratios
+    )
+    note = note.replace("\\", "\\\\").replace('"', '\\"')
+    listed = ", ".join(f"{value:.4g}" for value in values)
+    entry = f'torsional_ratios = {{ value = [{listed}], unit = "1", origin = "{IDENTIFIED}", note = "{note}" }}'
+    lines = text.splitlines()
+    start = next((k for k, line in enumerate(lines) if line.strip() == "[damping]"), None)
+    if start is None:
+        return "\n".join([*lines, "", "[damping]", entry]) + "\n"
+    end = next((k for k in range(start + 1, len(lines)) if lines[k].startswith("[")), len(lines))
+    for k in range(start + 1, end):
+        if re.match(r"torsional_ratios\s*=", lines[k]):
+            if not re.search(r"\}\s*$", lines[k]):
+                raise InputError(
+                    "damping.torsional_ratios: does not stand on a line of its own in the engine file; give it one"
+                )
+            lines[k] = entry
+            return "\n".join(lines) + "\n"
+    while not lines[end - 1].strip() or lines[end - 1].startswith("#"):
+        end -= 1
+    lines.insert(end, entry)
+    return "\n".join(lines) + "\n"
+
+
+def write_identified(path: Path, text: str, beside: Path, sought: Sequence[Sought], rows: Sequence[Any]) -> None:
+    """Write an engine file that must not exist, read back and compared; ``InputError``: nothing is written then."""
+    found = engine_of(tomllib.loads(text), path.name, beside)
+    for one, row in zip(sought, rows, strict=True):
+        if one.in_file:
+            wanted = row["value"] * one.scale + one.zero
+            if abs(places.value(found, one.key) - wanted) > 1e-3 * abs(wanted):
+                raise InputError(f"{path}: {one.key} would not be {one.text(wanted)} there; write the value by hand")
+    with whole_file(path, NEW) as place:
+        place.write_text(text, "utf-8")
+        load_engine(place)

@@ -1,0 +1,338 @@
+"""Identification of engines: values found again from their orders, files written, what is refused in one line."""
+
+import json
+import math
+import tomllib
+
+import numpy as np
+import pytest
+
+import cranktrain as ct
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.engine.file import engine_path, engine_provenance, load_engine
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.studies.identification import checks
+from cranktrain.studies.identification.data import RPM, Data, Scalar, Shape, Strand
+from cranktrain.studies.identification.model import TorsionalModel, mode_of, shape_of
+from cranktrain.studies.identification.parameters import sought_parameters
+from cranktrain.studies.identification.tables import SoughtTable
+
+SPEEDS = np.linspace(1500.0, 5000.0, 22) * RPM
+ORDERS = (2.0, 4.0, 6.0)
+TRUE = {"damping.torsional_ratios[1]": 0.04, "load": 0.95, "pulley.polar_inertia": 1.1}
+PARAMETERS = """
+[parameters]
+"damping.torsional_ratios[1]" = { low = 0.01, high = 0.1 }
+load = { low = 0.8, high = 1.2 }
+"pulley.polar_inertia" = { low = "-40 %", high = "+40 %" }
+"""
+ORDERS_OF_PULLEY = """
+[[orders]]
+name = "pulley"
+file = "orders.csv"
+"""
+
+
+@pytest.fixture(scope="module")
+def four(tmp_path_factory):
+    """File of a four with stated damping ratios, so that no level above is run, and the folder around it."""
+    text = engine_path("four_petrol").read_text("utf-8")
+    entry = 'torsional_ratios = { value = [0.03, 0.03], unit = "1", origin = "chosen" }'
+    text = text.replace("\n[damping]\n", f"\n[damping]\n{entry}\n")
+    path = tmp_path_factory.mktemp("four") / "four.toml"
+    path.write_text(text, "utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def truth(four):
+    """Model with the true values, and its orders by harmonic balance and by the linear level."""
+    engine = load_engine(four)
+    sought = sought_parameters(engine, {key: SoughtTable() for key in TRUE}, [], 1.0)
+    still = np.zeros(SPEEDS.size)
+    strands = tuple(
+        Strand("pulley", "pulley.torsion", order, SPEEDS, still.astype(complex), still + 1e-5, still > 1.0, True)
+        for order in ORDERS
+    )
+    with one_thread():
+        model = TorsionalModel(engine, Data(strands), sought, 1.0, False, True)
+        own = engine.pulley.polar_inertia
+        values = np.array([TRUE["damping.torsional_ratios[1]"], TRUE["load"], TRUE["pulley.polar_inertia"] * own])
+        return model, values, model.balanced(values), model.answers(values).strands
+
+
+def write_orders(path, orders, noise=1e-5, speeds=SPEEDS, phases=True, factor=1.0, seed=0):
+    """Table of orders as ``cranktrain measured`` writes it."""
+    rng, lines = np.random.default_rng(seed), ["speed_rpm,order,amplitude,unit,phase_deg"]
+    for order, values in zip(ORDERS, orders, strict=True):
+        drawn = noise * (rng.normal(size=values.size) + 1j * rng.normal(size=values.size))
+        for speed, value in zip(speeds, values + drawn, strict=True):
+            phase = f"{math.degrees(np.angle(value)):.5f}" if phases else ""
+            lines.append(f"{speed / RPM:.4f},{order:g},{factor * math.degrees(abs(value)):.9f},deg,{phase}")
+    path.write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def measured(folder, text, name="measured.toml"):
+    path = folder / name
+    path.write_text(text, "utf-8")
+    return path
+
+
+def quick(four, path, **more):
+    """Identification without profiles and bootstrap."""
+    return ct.identify(four, path, profile=False, bootstrap=0, **more)
+
+
+def test_values_are_found_again_from_a_higher_level_and_written_with_their_intervals(four, truth, tmp_path):
+    """Data by harmonic balance with noise; the linear fit is corrected. 3 standard deviations, and 5 % of damping."""
+    write_orders(tmp_path / "orders.csv", truth[2])
+    path = measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY + "\n[hold_out]\nspeeds_rpm = [3000, 4500]\n")
+    report = ct.identify(four, path, out=tmp_path / "new.toml", bootstrap=50)
+    found = {row["key"]: row for row in report["parameters"]}
+    engine = load_engine(four)
+    wanted = {**TRUE, "pulley.polar_inertia": TRUE["pulley.polar_inertia"] * engine.pulley.polar_inertia}
+    for key, true in wanted.items():
+        row = found[key]
+        assert abs(math.log(row["value"] / true)) < 3.0 * 0.01 * row["deviation_percent"], key
+        assert row["low"] < row["value"] < row["high"]
+        assert row["covariance"] == pytest.approx(row["profile"], rel=0.02)
+    assert found["damping.torsional_ratios[1]"]["value"] == pytest.approx(0.04, rel=0.05)
+    assert [level["level"] for level in report["levels"]] == ["linear", "harmonic-balance"]
+    assert len(report["held_out"]) == 6 and sum(row["inside"] for row in report["held_out"]) >= 5
+    assert not report["systematic"] and not report["told_apart"]
+    new = load_engine(tmp_path / "new.toml")
+    assert new.damping.torsional_ratios == pytest.approx(
+        (found["damping.torsional_ratios[1]"]["value"], 0.03), rel=1e-3
+    )
+    assert new.pulley.polar_inertia == pytest.approx(found["pulley.polar_inertia"]["value"], rel=1e-3)
+    origins = {key: (origin, note) for key, _, _, origin, note in engine_provenance(tmp_path / "new.toml")}
+    origin, note = origins["pulley.polar_inertia"]
+    assert origin == "identified" and "measured.toml" in note and "95 % from" in note
+    before = four.read_text("utf-8").splitlines()
+    changed = [line for line in (tmp_path / "new.toml").read_text("utf-8").splitlines() if line not in before]
+    assert all(line.startswith("#") or "identified" in line or "follows pulley" in line for line in changed)
+
+
+def test_a_linear_fit_is_widened_by_what_harmonic_balance_would_move(four, truth, tmp_path):
+    write_orders(tmp_path / "orders.csv", truth[2])
+    report = quick(four, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), level="linear")
+    row = next(row for row in report["parameters"] if row["key"] == "load")
+    assert row["low"] <= TRUE["load"] <= row["high"]
+    assert abs(row["next_level_percent"]) > 0.1
+
+
+def test_zero_and_scale_of_an_encoder_are_found(four, truth, tmp_path):
+    turned = [0.98 * np.exp(1j * order * math.radians(2.0)) * v for order, v in zip(ORDERS, truth[3], strict=True)]
+    write_orders(tmp_path / "orders.csv", turned)
+    text = '[parameters]\n"zero.pulley" = {}\n"scale.pulley" = {}\n"pulley.polar_inertia" = {}\n' + ORDERS_OF_PULLEY
+    report = quick(four, measured(tmp_path, f"load = 0.95\n{text}"), level="linear")
+    found = {row["key"]: row["value"] for row in report["parameters"]}
+    assert found["zero.pulley"] == pytest.approx(2.0, abs=0.2)
+
+
+def test_a_frequency_knows_one_combination(four, tmp_path):
+    """Two inertias from one frequency: their combination only, said in words; no file is written over."""
+    model = TorsionalModel(
+        load_engine(four),
+        Data(),
+        sought_parameters(load_engine(four), {"load": SoughtTable()}, [], 1.0),
+        1.0,
+        False,
+        True,
+    )
+    hz, _ = mode_of(model.assembly(np.array([1.0])), Scalar("f", "frequency", 1, 400.0, 0.01, False))
+    text = '[parameters]\n"pulley.polar_inertia" = {}\n"flywheel.polar_inertia" = {}\n[[frequencies]]\n'
+    report = quick(four, measured(tmp_path, f"{text}hz = {1.001 * hz:.3f}\n"))
+    (line,) = report["told_apart"]
+    assert "pulley.polar_inertia" in line and "flywheel.polar_inertia" in line and "any factor" in line
+    (number,) = report["numbers"]
+    assert number["computed"] == pytest.approx(1.001 * hz, rel=1e-3)
+
+
+def test_decay_and_shape_are_sets_of_their_own(four, tmp_path):
+    """A decrement δ is a ratio δ/√(4π² + δ²); a shape is compared in any scale."""
+    sought = sought_parameters(load_engine(four), {"load": SoughtTable()}, [], 1.0)
+    model = TorsionalModel(load_engine(four), Data(), sought, 1.0, False, True)
+    made = model.assembly(np.array([1.0]))
+    own = shape_of(made, Shape("s", 1, ("pulley", "main[3]", "flywheel"), np.array([1.0, 0.5, -0.2]), 0.01))
+    shape = ", ".join(f'"{k}" = {7.0 * v:.5f}' for k, v in zip(("pulley", "main[3]", "flywheel"), own, strict=True))
+    decrement = 2.0 * math.pi * 0.05 / math.sqrt(1.0 - 0.05**2)
+    text = f"""[parameters]
+"damping.torsional_ratios[1]" = {{}}
+"pulley.polar_inertia" = {{}}
+[[decay]]
+log_decrement = {decrement:.6f}
+deviation = 0.02
+[[modes]]
+shape = {{ {shape} }}
+deviation = 0.01
+"""
+    report = quick(four, measured(tmp_path, text))
+    found = {row["key"]: row for row in report["parameters"]}
+    assert found["damping.torsional_ratios[1]"]["value"] == pytest.approx(0.05, rel=1e-3)
+    assert found["damping.torsional_ratios[1]"]["deviation_percent"] == pytest.approx(2.0, rel=0.05)
+    assert found["pulley.polar_inertia"]["value"] == pytest.approx(load_engine(four).pulley.polar_inertia, rel=1e-3)
+    assert next(row for row in report["numbers"] if row["kind"] == "mac")["computed"] > 0.9999
+
+
+def test_a_free_decay_is_read_from_its_signal(four, tmp_path):
+    time = np.arange(0.0, 0.08, 1e-4)
+    signal = np.exp(-0.03 * 2700.0 * time) * np.cos(2700.0 * math.sqrt(1.0 - 0.03**2) * time)
+    rows = [f"{t:.5f},{x:.8f}" for t, x in zip(time, signal, strict=True)]
+    (tmp_path / "ring.csv").write_text("\n".join(["time [s],pulley [rad]", *rows]) + "\n", "utf-8")
+    text = '[parameters]\n"damping.torsional_ratios[1]" = {}\n[[decay]]\nfile = "ring.csv"\nchannel = "pulley"\n'
+    report = quick(four, measured(tmp_path, text))
+    assert report["numbers"][0]["measured"] == pytest.approx(0.03, rel=1e-3)
+
+
+def test_a_file_of_targets_alone_is_a_calibration(monkeypatch, tmp_path):
+    """The same function with the same arguments; what the tolerances say of each value is added."""
+    given = {
+        "targets": [
+            {"sensitivities": {"a.b": 0.5, "c.d": -0.5}, "tolerance_percent": 1.0},
+            {"sensitivities": {"a.b": 0.5, "c.d": -0.5}, "tolerance_percent": 1.0},
+        ],
+        "parameters": [
+            {"key": "a.b", "value": 2.0, "low": 1.0, "high": 4.0, "unit": "1"},
+            {"key": "c.d", "value": 2.0, "low": 1.0, "high": 4.0, "unit": "1"},
+        ],
+    }
+    asked = []
+    monkeypatch.setattr("cranktrain.cli.calibrate.run", lambda options: asked.append(options) or dict(given))
+    text = '[targets.t]\nshape = "torsional"\nhz = 238\ntolerance = 0.01\nsource = "test"\n[parameters]\n'
+    report = ct.identify("diesel_i6", measured(tmp_path, text + '"flywheel.mass" = { low = 1, high = 2 }\n'), seed=5)
+    assert asked[0].seed == 5 and asked[0].targets.endswith("measured.toml")
+    (line,) = report["told_apart"]
+    assert "a.b and c.d cannot be told apart" in line.replace("c.d and a.b", "a.b and c.d")
+    # ln 4 over √12 along the sum, which no frequency knows: 40 % for both.
+    assert report["parameters"][0]["deviation_percent"] == pytest.approx(
+        100.0 * math.log(4.0) / math.sqrt(24.0), rel=0.01
+    )
+
+
+BAD = [
+    ('"pulley.polar_inertia" = {}', "orders", {}, {"file": "none.csv"}, "none.csv"),
+    ('"pulley.inertia" = {}', "orders", {}, {}, r"has no key 'inertia'; did you mean 'polar_inertia'"),
+    ('"zero.flywheel" = {}', "orders", {}, {}, r"parameters.'zero.flywheel': no set of orders is called 'flywheel'"),
+    ("load = { low = 1.2, high = 0.8 }", "orders", {}, {}, r"parameters.'load': low 1.2 is not below high 0.8"),
+    ('load = { low = "2 kg" }', "orders", {}, {}, r"parameters.'load'.low"),
+    (
+        "load = {}",
+        "orders",
+        {"phases": False},
+        {},
+        r"order 2 has no phase at 22 of 22 speeds; .*amplitudes_only = true",
+    ),
+    ("load = {}", "orders", {"speeds": SPEEDS * 2.0}, {}, r"\d+ of 22 speeds, 3000 to 10000 rev/min, lie outside"),
+    ("load = {}", "orders", {}, {"orders": "[3]"}, r"orders.csv has no order 3"),
+    ("load = {}", "orders", {}, {"noise": '"2 kg"'}, r"\[\[orders\]\] 'pulley'.noise"),
+    ('"damper.viscosity" = {}', "orders", {}, {}, r"has no table \[damper\]"),
+    ("load = {}", "hold_out", {}, {}, r"hold_out.speeds_rpm: 900 was not measured; the data go from 1500 to 5000"),
+    ("load = {}", "nothing", {}, {}, r"has no data; add \[\[orders\]\]"),
+    ("load = {}", "frequencies", {}, {}, r"900.0 Hz, is not the engine's: with load within their bounds it has \d+"),
+    ("load = {}", "both", {}, {}, "are fitted apart"),
+    ("", "orders", {}, {}, "parameters: none is given"),
+    ('"combustion.heat" = {}\nload = {}\n"mounts.stiffness" = {}', "orders", {}, {}, "mounts"),
+]
+
+
+@pytest.mark.parametrize(("parameters", "sets", "table", "keys", "message"), BAD)
+def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, table, keys, message):
+    write_orders(tmp_path / "orders.csv", truth[3], **table)
+    text = f"[parameters]\n{parameters}\n"
+    orders = {"name": '"pulley"', "file": '"orders.csv"'} | {
+        k: v if v[0] in '["' else f'"{v}"' for k, v in keys.items()
+    }
+    if sets in ("orders", "hold_out", "both"):
+        text += "[[orders]]\n" + "\n".join(f"{key} = {value}" for key, value in orders.items()) + "\n"
+    if sets == "hold_out":
+        text += "[hold_out]\nspeeds_rpm = [900]\n"
+    if sets == "frequencies":
+        text += "[[frequencies]]\nhz = 900\n"
+    if sets == "both":
+        text += '[targets.t]\nshape = "torsional"\nhz = 238\ntolerance = 0.01\nsource = "test"\n'
+    with pytest.raises(InputError, match=message) as error:
+        quick(four, measured(tmp_path, text), out=tmp_path / "new.toml")
+    assert "\n" not in str(error.value) and not (tmp_path / "new.toml").exists()
+
+
+def test_a_parameter_that_nothing_depends_on_is_refused(four, truth, tmp_path):
+    """The second mode's damping, by order 2 far below it, beside noise of its size."""
+    write_orders(tmp_path / "orders.csv", truth[3], noise=1e-4)
+    text = (
+        '[parameters]\n"damping.torsional_ratios[2]" = { low = 0.02, high = 0.04 }\n'
+        + ORDERS_OF_PULLEY
+        + "orders = [2]\n"
+    )
+    with pytest.raises(
+        InputError, match=r"torsional_ratios\[2\]': nothing in the data depends on it; from 0.02 to 0.04"
+    ):
+        quick(four, measured(tmp_path, text), level="linear")
+
+
+def test_sets_that_contradict_are_refused_with_what_each_wants(four, truth, tmp_path):
+    write_orders(tmp_path / "orders.csv", truth[3])
+    text = PARAMETERS + ORDERS_OF_PULLEY + "[[decay]]\ndamping_ratio = 0.08\ndeviation = 0.02\n"
+    with pytest.raises(InputError, match=r"'pulley' and 'decay 1' contradict each other: chi-square \d+ for 1 .*wants"):
+        quick(four, measured(tmp_path, text), level="linear")
+
+
+def test_data_of_another_engine_are_refused(four, truth, tmp_path):
+    """The same orders at speeds a third lower: their resonances lie where no inertia within its bounds puts them."""
+    turned = [np.conj(one[::-1]) for one in truth[3]]
+    write_orders(tmp_path / "orders.csv", turned)
+    with pytest.raises(InputError, match=r"is not the engine's|explain .* of its squared amplitudes"):
+        quick(four, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), level="linear")
+
+
+def test_an_existing_file_is_kept_and_the_command_exits_with_2(four, truth, tmp_path, capsys):
+    write_orders(tmp_path / "orders.csv", truth[3])
+    path, kept = measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), tmp_path / "kept.toml"
+    kept.write_text("mine", "utf-8")
+    assert main(["identify", str(four), str(path), "--out", str(kept), "--json"]) == 2
+    assert "exists and is not overwritten" in json.loads(capsys.readouterr().out)["error"]["what"]
+    assert kept.read_text("utf-8") == "mine"
+
+
+def test_an_interrupt_keeps_the_best_and_says_so(four, truth, tmp_path, monkeypatch, capsys):
+    write_orders(tmp_path / "orders.csv", truth[3])
+    path, calls = measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), []
+    own = TorsionalModel.answers
+
+    def answers(self, values):
+        calls.append(values)
+        if len(calls) == 70:
+            raise KeyboardInterrupt
+        return own(self, values)
+
+    monkeypatch.setattr(TorsionalModel, "answers", answers)
+    assert main(["identify", str(four), str(path), "--out", str(tmp_path / "best.toml")]) == 130
+    assert "the best values so far are in" in capsys.readouterr().err
+    assert (
+        tomllib.loads((tmp_path / "best.toml").read_text("utf-8"))["pulley"]["polar_inertia"]["origin"] == "identified"
+    )
+
+
+def test_a_peak_is_a_clear_one_inside_the_speeds():
+    speeds = np.linspace(100.0, 200.0, 51)
+    resonance = 1.0 / np.abs(1.0 - (speeds / 150.0) ** 2 + 0.04j * speeds / 150.0)
+    assert checks.peak_hz(speeds, resonance, 4.0) == pytest.approx(4.0 * 150.0 / (2.0 * math.pi), rel=0.01)
+    assert checks.peak_hz(speeds, np.linspace(1.0, 9.0, 51), 4.0) is None
+    assert checks.peak_hz(speeds, 1.0 + 0.1 * np.sin(speeds), 4.0) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["diesel_i6", "four_petrol"])
+def test_intervals_hold_the_true_values_in_nine_of_ten_trials(name, monkeypatch, capsys):
+    """A hundred true values by harmonic balance, fitted linearly: a level lower than the truth."""
+    from benchmarks import identify_trials
+
+    monkeypatch.setattr("sys.argv", ["identify_trials", "--engines", name, "--trials", "100"])
+    identify_trials.main()
+    said = json.loads(capsys.readouterr().out.strip().splitlines()[-1])
+    assert said["trials"] == 100
+    for key, covered in said["covered"].items():
+        assert covered >= 90, key
+    assert said["rms_percent"].get("damper.viscosity", 0.0) < 5.0
+    assert said["rms_percent"]["damping.torsional_ratios[1]"] < 10.0

@@ -1,0 +1,292 @@
+"""Identification in closed form: one mass and two masses, whose derivatives, bounds and optima are known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.studies.identification.bias import Bias, Residue, covariance, effective_count, estimated_bias
+from cranktrain.studies.identification.comparison import Comparison
+from cranktrain.studies.identification.confidence import (
+    bootstrap,
+    confidence_of,
+    contradictions,
+    profiles,
+    told_apart,
+    unexcited,
+)
+from cranktrain.studies.identification.data import Data, Scalar, Strand
+from cranktrain.studies.identification.estimate import estimate
+from cranktrain.studies.identification.ladder import Ask, climb
+from cranktrain.studies.identification.model import Answers
+from cranktrain.studies.identification.parameters import Sought
+from cranktrain.studies.identification.residuals import lack_of_fit, runs_probability
+
+
+@pytest.fixture(autouse=True)
+def _one_thread():
+    """As the command does: matrices of forty rows are slower on several threads."""
+    with one_thread():
+        yield
+
+
+SPEEDS = np.linspace(60.0, 140.0, 41)
+TRUE = {"k": 1e4, "c": 6.0, "F": 30.0}
+NOISE = 2e-4
+
+
+def one_mass(values, speeds=SPEEDS):
+    """Order 1 of a mass of 1 kg on a spring and a dashpot under a force of constant amplitude."""
+    k, c, force = values
+    return force / (k - speeds**2 + 1j * speeds * c)
+
+
+class Model:
+    """Answers by a function; ``also`` are those of a higher level."""
+
+    def __init__(self, function, strands=1, also=None, scalars=()):
+        self.function, self.count, self.also, self.numbers = function, strands, also, scalars
+        self.calls = 0
+
+    def answers(self, values):
+        self.calls += 1
+        found = self.function(values)
+        strands = found if isinstance(found, tuple) else (found,) * self.count
+        return Answers(strands, np.array([one(values) for one in self.numbers]), ())
+
+    def balanced(self, values):
+        return (self.also(values),) * self.count
+
+
+def sought(**given):
+    return tuple(Sought(key, start, low, high, math.inf, "1", 1.0) for key, (start, low, high) in given.items())
+
+
+THREE = sought(k=(1.05e4, 7e3, 1.5e4), c=(4.0, 1.0, 30.0), F=(25.0, 10.0, 90.0))
+
+
+def strand(values, name="one", noise=NOISE, held=None, speeds=SPEEDS, phases=True):
+    held = np.zeros(speeds.size, dtype=bool) if held is None else held
+    return Strand(name, "pulley.torsion", 1.0, speeds, values, np.full(speeds.size, noise), held, phases)
+
+
+def noisy(rng, values, noise=NOISE):
+    return values + noise * (rng.normal(size=values.size) + 1j * rng.normal(size=values.size))
+
+
+def compared(values, parameters=THREE, model=None, **of_strand):
+    return Comparison(model or Model(one_mass), Data((strand(values, **of_strand),)), parameters)
+
+
+def bound(speeds=SPEEDS, noise=NOISE):
+    """Cramér and Rao's covariance of ln k, ln c, ln F: (Re JᴴJ/σ²)⁻¹ with the derivatives of the amplitude."""
+    k, c, force = TRUE.values()
+    y = one_mass(TRUE.values(), speeds)
+    slopes = np.stack((-(y**2) / force * k, -(y**2) / force * 1j * speeds * c, y), axis=1)
+    return np.linalg.inv((slopes.conj().T @ slopes).real / noise**2)
+
+
+def test_the_covariance_is_that_of_cramer_and_rao():
+    comparison = compared(one_mass(TRUE.values()))
+    found = estimate(comparison)
+    assert np.exp(found.inner) == pytest.approx(list(TRUE.values()), rel=1e-5)
+    assert np.linalg.inv(found.information) == pytest.approx(bound(), rel=0.02, abs=1e-12)
+
+
+def test_estimates_scatter_as_the_covariance_says():
+    rng, away = np.random.default_rng(4), []
+    for _ in range(30):
+        found = estimate(compared(noisy(rng, one_mass(TRUE.values()))))
+        away.append(found.inner - np.log(list(TRUE.values())))
+    scatter = np.mean(np.square(away), axis=0) / np.diag(bound())
+    assert np.all((scatter > 0.4) & (scatter < 1.9))  # 99.8 % of chi-square over its 30 degrees of freedom
+
+
+def test_bounds_hide_local_minima_but_not_from_the_sequence():
+    """From a start whose resonance is outside the peak, least squares alone end elsewhere."""
+    far = sought(k=(7.2e3, 5e3, 2e4), c=(1.5, 1.0, 30.0), F=(80.0, 10.0, 90.0))
+    found = estimate(compared(one_mass(TRUE.values()), far), seed=3)
+    assert np.exp(found.inner) == pytest.approx(list(TRUE.values()), rel=1e-4)
+
+
+def test_noise_is_found_where_it_is_not_stated():
+    rng = np.random.default_rng(1)
+    comparison = compared(noisy(rng, one_mass(TRUE.values())), noise=math.nan)
+    estimate(comparison)
+    assert comparison.biases["one"].noise == pytest.approx(NOISE, rel=0.25)
+
+
+def test_profiles_are_the_intervals_of_the_covariance_where_the_model_is_nearly_linear():
+    comparison = compared(noisy(np.random.default_rng(2), one_mass(TRUE.values())))
+    found = estimate(comparison)
+    sure = confidence_of(comparison, found, np.zeros(3))
+    for k, (low, high) in enumerate(profiles(comparison, found, sure)):
+        half = sure.reach * sure.deviations[k]
+        assert (found.inner[k] - low, high - found.inner[k]) == pytest.approx((half, half), rel=0.15)
+
+
+def test_the_bootstrap_scatters_as_the_covariance():
+    comparison = compared(noisy(np.random.default_rng(5), one_mass(TRUE.values())))
+    found = estimate(comparison)
+    drawn = bootstrap(comparison, found, 400, 1)
+    ratio = drawn.std(axis=0) / np.sqrt(np.diag(np.linalg.inv(found.information)))
+    assert np.all((ratio > 0.6) & (ratio < 1.6))
+
+
+def bent(values, speeds=SPEEDS):
+    """The same mass with a force that changes by 6 % over the speed, which the model does not know."""
+    return one_mass(values, speeds) * (1.0 + 0.06 * np.sin((speeds - 60.0) / 12.0))
+
+
+def test_bias_of_the_model_widens_the_intervals_so_that_they_hold():
+    """Phase and length of a smooth bias are drawn anew: naive intervals hold few of the true values, these 85 %."""
+    rng, naive, inside, trials = np.random.default_rng(7), 0, 0, 20
+    own = np.log(list(TRUE.values()))
+    for _ in range(trials):
+        length, phase, size = rng.uniform(8.0, 20.0), rng.uniform(0.0, 7.0), rng.uniform(0.02, 0.06)
+        truth = one_mass(TRUE.values()) * (1.0 + size * np.sin((SPEEDS - 60.0) / length + phase))
+        comparison = compared(noisy(rng, truth))
+        found = estimate(comparison)
+        sure = confidence_of(comparison, found, np.zeros(3))
+        naive += np.abs(found.inner - own) <= 1.96 * np.sqrt(np.diag(bound()))
+        inside += np.abs(found.inner - own) <= sure.reach * sure.deviations
+    assert np.all(inside >= 0.85 * trials)
+    assert np.sum(naive) < np.sum(inside) - 0.5 * trials
+
+
+def test_the_restricted_likelihood_finds_noise_bias_and_length():
+    rng = np.random.default_rng(3)
+    speeds, sizes, told = np.linspace(0.0, 200.0, 120), np.ones(120), Bias(0.01, 0.05, 15.0, 1.0)
+    factor = np.linalg.cholesky(covariance(speeds, sizes, np.full(120, math.nan), told))
+    parts = [
+        Residue(speeds, sizes, np.full(120, math.nan), factor @ rng.normal(size=(120, 2)), np.zeros((120, 2, 1)))
+        for _ in range(4)
+    ]
+    found = estimated_bias(parts, np.eye(1))
+    assert found.noise == pytest.approx(told.noise, rel=0.2)
+    assert found.relative == pytest.approx(told.relative, rel=0.3)
+    assert found.length == pytest.approx(told.length, rel=0.4)
+
+
+def test_independent_values_count_one_by_one_and_equal_ones_once():
+    assert effective_count(np.eye(7)) == pytest.approx(7.0)
+    assert effective_count(np.ones((7, 7))) == pytest.approx(1.0)
+
+
+def test_a_product_is_known_and_its_factors_are_not():
+    two = sought(k=(1.05e4, 7e3, 1.5e4), a=(3.0, 0.5, 20.0), b=(2.0, 0.5, 20.0), F=(25.0, 10.0, 90.0))
+    model = Model(lambda v: one_mass((v[0], v[1] * v[2], v[3])))
+    comparison = compared(one_mass(TRUE.values()), two, model)
+    found = estimate(comparison)
+    (line,) = told_apart(found.information, comparison.known, [one.key for one in two])
+    assert "a and b cannot be told apart" in line.replace("b and a", "a and b") and "any factor" in line
+    assert "a^1 · b^1" in line.replace("b^1 · a^1", "a^1 · b^1")
+    values = np.exp(found.inner)
+    assert values[1] * values[2] == pytest.approx(TRUE["c"], rel=1e-3)
+
+
+def test_what_nothing_depends_on_is_named():
+    two = (*THREE, *sought(nothing=(1.0, 0.5, 2.0)))
+    comparison = compared(one_mass(TRUE.values()), two, Model(lambda v: one_mass(v[:3])))
+    assert unexcited(comparison, estimate(comparison)) == [3]
+
+
+def test_sets_that_want_different_values_contradict_each_other_in_numbers():
+    rng = np.random.default_rng(8)
+    one, other = (noisy(rng, one_mass((k, 6.0, 30.0))) for k in (1e4, 1.05e4))
+    data = Data((strand(one, "first"), strand(other, "second")))
+    comparison = Comparison(Model(one_mass, 2), data, THREE)
+    (found,) = contradictions(comparison, estimate(comparison))
+    assert (found.first, found.second, THREE[found.parameter].key) == ("first", "second", "k")
+    assert found.probability < 1e-4 and found.wants[0] < found.wants[1]
+    alike = Comparison(
+        Model(one_mass, 2), Data((strand(one, "a"), strand(noisy(rng, one_mass(TRUE.values())), "b"))), THREE
+    )
+    assert not contradictions(alike, estimate(alike))
+
+
+def test_a_frequency_and_an_order_contradict_each_other():
+    hz = lambda v: math.sqrt(v[0]) / (2.0 * math.pi)  # noqa: E731
+    number = Scalar("bench", "frequency", 1, 1.05 * hz((1e4,)), 0.005, False)
+    data = Data((strand(noisy(np.random.default_rng(1), one_mass(TRUE.values()))),), (number,))
+    comparison = Comparison(Model(one_mass, 1, scalars=(hz,)), data, THREE)
+    (found,) = contradictions(comparison, estimate(comparison))
+    assert {found.first, found.second} == {"one", "bench"} and found.freedom == 1
+    assert found.distance == pytest.approx((math.log(1.05) / 0.005) ** 2, rel=0.1)
+
+
+def test_the_higher_level_is_fitted_by_a_few_of_its_answers():
+    """The linear level lacks the 6 % of the truth's force over the speed; the correction gives its values exactly."""
+    rng = np.random.default_rng(6)
+    model = Model(one_mass, also=bent)
+    comparison = compared(noisy(rng, bent(TRUE.values())), model=model)
+    found = climb(model, comparison, Ask())
+    assert found.steps[-1].answers <= 5
+    away = np.abs(found.estimate.inner - np.log(list(TRUE.values())))
+    assert np.all(away < 3.0 * np.sqrt(np.diag(bound())))
+
+
+def test_without_the_correction_the_next_level_widens_the_interval():
+    """A level that is 5 % too low in force: its residuals are noise, and only the next level tells."""
+    model = Model(one_mass, also=lambda v: 0.95 * one_mass(v))
+    comparison = compared(noisy(np.random.default_rng(9), 0.95 * one_mass(TRUE.values())), model=model)
+    found = climb(model, comparison, Ask("linear"))
+    sure = confidence_of(comparison, found.estimate, found.shift)
+    assert found.shift[2] == pytest.approx(0.05, rel=0.1)
+    assert abs(found.estimate.inner[2] - math.log(30.0)) < sure.reach * sure.deviations[2]
+
+
+def two_masses(values, speeds=SPEEDS):
+    """Rotation of a hub of 1 kg m² on 1e4 N m/rad, with a ring of 0.1 kg m² on a spring and a dashpot."""
+    spring, damper = values
+    mu, s = 0.1, 1j * speeds
+    link = spring + s * damper
+    ring = mu * s**2 * link / (mu * s**2 + link)
+    return 30.0 / (s**2 + 1e4 + 20.0 * s / 10.0 + ring)
+
+
+def test_a_tuned_damper_of_two_masses_is_found():
+    tuned = sought(spring=(500.0, 200.0, 3000.0), damper=(1.0, 0.5, 20.0))
+    values = noisy(np.random.default_rng(2), two_masses((826.0, 3.3)))
+    comparison = compared(values, tuned, Model(two_masses))
+    found = estimate(comparison)
+    assert np.exp(found.inner) == pytest.approx([826.0, 3.3], rel=0.02)
+
+
+def test_amplitudes_alone_serve_where_the_file_says_so():
+    values = np.abs(noisy(np.random.default_rng(3), one_mass(TRUE.values()))).astype(complex)
+    found = estimate(compared(values, phases=False))
+    assert np.exp(found.inner) == pytest.approx(list(TRUE.values()), rel=0.05)
+
+
+def test_an_interrupted_search_keeps_the_best_so_far():
+    class Stops(Model):
+        def answers(self, values):
+            if self.calls == 40:
+                self.calls += 1
+                raise KeyboardInterrupt
+            return super().answers(values)
+
+    model = Stops(one_mass)
+    comparison = compared(one_mass(TRUE.values()), model=model)
+    found = estimate(comparison)
+    fresh = compared(one_mass(TRUE.values()))
+    own = [one_mass(TRUE.values())]
+    fresh.weigh(fresh.first_biases(own), own)
+    assert found.interrupted
+    assert np.sum(fresh.residuals(found.inner) ** 2) < np.sum(fresh.residuals(fresh.start) ** 2)
+
+
+def test_runs_of_one_sign_are_rare_by_chance_and_noise_is_not():
+    smooth = np.sin(np.linspace(0.0, 6.0, 60))[:, None]
+    assert runs_probability(smooth, np.arange(60.0)) < 1e-6
+    assert runs_probability(np.random.default_rng(1).normal(size=(60, 2)), np.arange(60.0)) > 0.01
+
+
+def test_repeated_speeds_tell_a_wrong_model_from_noise():
+    rng, speeds = np.random.default_rng(1), np.repeat(np.arange(20.0), 4)
+    noise = rng.normal(size=(80, 2))
+    assert lack_of_fit(noise, speeds) > 0.01
+    assert lack_of_fit(noise + 3.0 * np.sin(0.3 * speeds)[:, None], speeds) < 1e-6
+    assert lack_of_fit(noise[:20], np.arange(20.0)) is None
