@@ -91,13 +91,17 @@ def _part(table: str, slot: int, what: str) -> tuple[Lumped, ...]:
     )  # fmt: skip
 
 
+def _on_mounts(engine: Engine) -> bool:
+    return engine.block is not None
+
+
 def _mounts() -> tuple[Lumped, ...]:
     """Rows of the mounts."""
     units = {"stiffness": ("N/m", "N.m/rad"), "damping": ("N.s/m", "N.m.s/rad")}
     return tuple(
         Lumped(
             "mounts", f"{key}_{axis}", at.SET_MOUNTS + 6 * first + k, units[key][k > 2],
-            f"{key.capitalize()} of the mount {'about' if k > 2 else 'along'} {axis[-1]}", each=True,
+            f"{key.capitalize()} of the mount {'about' if k > 2 else 'along'} {axis[-1]}", fits=_on_mounts, each=True,
         )
         for first, key in enumerate(units)
         for k, axis in enumerate(("x", "y", "z", "rx", "ry", "rz"))
