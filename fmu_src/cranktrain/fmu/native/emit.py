@@ -50,7 +50,7 @@ class _Called(NamedTuple):
 
 
 SMALL = (
-    "8dynamics5start", "8dynamics5model11preparation", "8dynamics7outputs", "8dynamics3run7observe",
+    "8dynamics5start", "8dynamics5model11preparation", "5model8trimming", "5model10reattached", "8dynamics7outputs", "8dynamics3run7observe",
     "8dynamics6motion4rods11observe_rod", "8dynamics8topology6frames", "8dynamics6motion12added_bodies12factor_added",
     "8dynamics6motion17added_connections4lean", "8dynamics6motion12added_memory", "8dynamics6motion11added_hooks",
     "8dynamics4time14reconstruction", "8dynamics4time9work_limit", "8dynamics4time14error_estimate",
