@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import lump_slots as at
 from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
@@ -42,7 +42,7 @@ def part_moments(numbers, slot, extra, out):
     out[ALONG] += diametral - 0.5 * polar + mass * offset * offset
 
 
-@inlined_kernel
+@kernel
 def fitted_extra(numbers, fitted, extra):
     """What a damper adds to mass, polar and diametral inertia of the pulley, see loads.damper."""
     for k in range(3):
@@ -81,7 +81,7 @@ def moment_changes(lumps, numbers, out):
     return changed
 
 
-@inlined_kernel
+@kernel
 def field_of(shapes, mode, f):
     """Field (12,), row by row of B (3, 4), of a mode at an interface with ``shapes`` (6, r)."""
     x, y, z = shapes[3, mode], shapes[4, mode], shapes[5, mode]
@@ -90,7 +90,7 @@ def field_of(shapes, mode, f):
     f[8], f[9], f[10], f[11] = shapes[2, mode], -y, x, 0.0
 
 
-@inlined_kernel
+@kernel
 def turned_of(f, g):
     """Field of e_z × what a field moves."""
     for k in range(4):
@@ -99,7 +99,7 @@ def turned_of(f, g):
         g[8 + k] = 0.0
 
 
-@inlined_kernel
+@kernel
 def paired(moments, f, g):
     """∫ρ u·v of two fields over parts of these moments."""
     total = 0.0
@@ -145,7 +145,7 @@ def add_changes(lumps, changes, scratch):
         add_stress(lumps, side, moments, scratch)
 
 
-@inlined_kernel
+@kernel
 def paired_turned(moments, turned, g):
     """∫ρ u·(e_z×v) of a field that is turned already and one that is not."""
     total = 0.0
@@ -161,7 +161,7 @@ def paired_turned(moments, turned, g):
     return total
 
 
-@inlined_kernel
+@kernel
 def turn_in_place(g):
     """Replace a field by that of e_z × what it moves."""
     for k in range(4):
@@ -187,7 +187,7 @@ def add_loads(lumps, side, moments, scratch):
             vectors[at.TRANSLATION + k, i] += moments[MASS] * f[4 * k] + moments[FIRST] * f[4 * k + 3]
 
 
-@inlined_kernel
+@kernel
 def outward_field(place, outward):
     """Field of X_⊥ about a place (3,)."""
     for k in range(12):
@@ -257,14 +257,14 @@ def add_stress(lumps, side, moments, scratch):
             stress[j, i] += total
 
 
-@inlined_kernel
+@kernel
 def turn_of_outward(outward, load):
     """Field of e_z×(e_z×X), which is −X_⊥."""
     for k in range(12):
         load[k] = -outward[k]
 
 
-@inlined_kernel
+@kernel
 def skewed(outward, k, load):
     """Field of e_k × X_⊥."""
     a = (k + 1) % 3
@@ -292,7 +292,7 @@ def inverse_of_six(matrix, work, inverse, pivots, column):
     return 0
 
 
-@inlined_kernel
+@kernel
 def ordered(k):
     """Place of a mode in the order of the factorisation: rotation about the axis first, then the others as they are."""
     return 5 if k == 0 else k - 1 if k < 6 else k

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from cranktrain.core.kernel import inlined_kernel, kernel
+from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model import slots as at
@@ -55,7 +55,7 @@ def trim_refusal(model, numbers):
     return OK
 
 
-@inlined_kernel
+@kernel
 def other(lumps, numbers, slot):
     """Whether a number is another than that of the bodies."""
     return numbers[slot] != lumps.values[slot]
@@ -477,7 +477,7 @@ def trim_films(model, numbers):
                 model.scales[port + 1] = clearance
 
 
-@inlined_kernel
+@kernel
 def scale_ports(model, i, clearance):
     """Scale of the ports of main journal i."""
     row = model.connections[i]
