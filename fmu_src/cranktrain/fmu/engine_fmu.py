@@ -86,14 +86,14 @@ def engine_interface(engine: Engine) -> Interface:
         )
         for one in lumped_values(engine)
     )  # fmt: skip
-    used = {variable.unit for variable in (*interface.variables, *data)}
-    units = {name: unit for name, unit in read_units(DESCRIPTION).items() if name in used}
     more = tuple(
         Variable(
             name, "output", f"{name.rpartition('.')[0]}: {name.rpartition('.')[2]}", unit=_fmi_unit(output_unit(name))
         )
         for name in added_outputs(engine)
     )
+    used = {variable.unit for variable in (*interface.variables, *data, *more)}
+    units = {name: unit for name, unit in read_units(DESCRIPTION).items() if name in used}
     return replace(interface, variables=interface.variables + data + more, units=units)
 
 
