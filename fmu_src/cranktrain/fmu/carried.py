@@ -24,9 +24,7 @@ WHERE = {"table": "bearing.level and big_end.level table", "flexible": "block.le
 WORDS = (USUAL, ALL, *SLOW)
 
 
-def carried_levels(
-    engine: Engine, asked: str | Sequence[str] = USUAL, start: Settings | None = None
-) -> frozenset[str]:
+def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL, start: Settings | None = None) -> frozenset[str]:
     """Levels among :data:`SLOW` that an FMU of the engine carries; ``InputError`` for an unknown word.
 
     Parameters

@@ -25,13 +25,15 @@ def with_starts(interface: Interface, starts: Mapping[str, Any]) -> Interface:
     parameters = {v.name: v for v in interface.variables if v.causality == "parameter" and v.start_of is None}
     for name in starts:
         if name not in parameters:
-            raise InputError(f"start: the FMU has no parameter '{name}' to start elsewhere; {nearest(name, parameters)}")
+            raise InputError(
+                f"start: the FMU has no parameter '{name}' to start elsewhere; {nearest(name, parameters)}"
+            )
     changed = {name: replace(parameters[name], start=_value(parameters[name], value)) for name, value in starts.items()}
     return replace(interface, variables=tuple(changed.get(v.name, v) for v in interface.variables))
 
 
 def start_settings(interface: Interface, engine: Engine, starts: Mapping[str, Any]) -> Settings:
-    """Levels at which the FMU of an engine starts, nothing left open; ``InputError`` for levels that do not go together."""
+    """Levels at which the FMU of an engine starts, nothing left open; ``InputError`` where they do not go together."""
     chosen = {
         str(v.setting): v.start for v in with_starts(interface, starts).variables if v.setting in LEVELS
     }  # fmt: skip

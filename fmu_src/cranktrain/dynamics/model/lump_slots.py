@@ -9,7 +9,8 @@ CRANK_MASS, CRANK_CENTRE, TWISTS, LOCKED, FITTED, DAMPING_KIND, DAMPING_A, DAMPI
 # guided pistons and the first of their modes; inertia and arm of a piston's mass in tilting.
 FREE_ENDS, ROD_ALIKE, GUIDED, FIRST_PISTON, PISTONS, TILT_INERTIA, PISTON_ARM = 10, 11, 12, 13, 14, 15, 16
 # 1 where the drive line is one shaft; the row of the axial path in ``shaft_laws`` or −1; speed of the dynamometer over
-# the crank's; 1 where mains, and where big ends, follow another clearance; 1 with a flexible block, its mass and centre.
+# the crank's; 1 where mains, and where big ends, follow another clearance; 1 with a flexible block, its mass (kg) and
+# centre (3, m).
 ONE_SHAFT, PATH_ROW, END_SPEED, MAINS_FREE, ENDS_FREE, FLEXIBLE, BLOCK_MASS, BLOCK_CENTRE = range(17, 25)
 # Inertia of the drive line as the crank feels it; 1 where the damper's stiffness and damping are stated.
 LINE_INERTIA, STATED_DAMPER, TRAITS = 27, 28, 29

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates
-from cranktrain.dynamics.model import numbers
 from cranktrain.dynamics.model import lump_slots as at
+from cranktrain.dynamics.model import numbers
 from cranktrain.dynamics.model.block import DIRECTIONS, BlockArrays
 from cranktrain.dynamics.model.lumped_data import lumped_numbers
 from cranktrain.dynamics.model.settings import Settings

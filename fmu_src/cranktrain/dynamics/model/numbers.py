@@ -1,7 +1,8 @@
 """Slots of the numbers that a run is given: all that its parameters set and that is neither a level nor an input.
 
-One float64 array (NUMBERS + MOUNT_NUMBERS for each mount,) from which :mod:`cranktrain.dynamics.model.preparation` prepares a model. Nothing is
-imported here, so that kernels which read a slot rest on nothing that makes the numbers.
+One float64 array, NUMBERS and then MOUNT_NUMBERS for each mount, from which
+:mod:`cranktrain.dynamics.model.preparation` prepares a model. Nothing is imported here, so that kernels which read a
+slot rest on nothing that makes the numbers.
 """
 
 from __future__ import annotations

@@ -51,6 +51,7 @@ class _Called(NamedTuple):
 
 SMALLEST = (
     "8dynamics5start", "8dynamics5model11preparation", "5model8trimming", "5model10reattached",
+    "5model10ritz_modes", "5model12turned_modes",
 )  # fmt: skip
 """In the names of functions that run once a start: they are made as small as they can be."""
 SMALL = (
