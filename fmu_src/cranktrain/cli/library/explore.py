@@ -52,6 +52,8 @@ def explore(
 ) -> Explorer:  # fmt: skip
     """Knobs that turn an engine's torsional vibration, in a notebook; needs the extra ``explore``.
 
+    Raises ``InputError`` for what cannot be used, and for a package that is missing.
+
         page = ct.explore("diesel_i6")
         page                # last in a cell: the page
         page.engine         # the engine as the knobs stand
@@ -63,8 +65,6 @@ def explore(
     measured : file of measured orders
     compare : engine, or result file of a run-up, that is shown beside
     balance : whether harmonic balance follows when a knob rests
-
-    Raises ``InputError``: what cannot be used, or a package that is missing.
     """
     from cranktrain.cli.explore import explored_of
 
