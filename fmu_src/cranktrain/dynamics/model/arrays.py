@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -193,7 +192,7 @@ class Parts(NamedTuple):
     bodies: Mapping[str, ReducedBody] | None = None  # that the engine's file takes from files of their own
     film_tables: tuple[FilmTable, ...] = ()  # films of added bearings, level ``table``
     big_end_bore: BoreCompliance | None = None  # elastic eyes of the rods, level ``ehd`` of the big ends
-    data: Mapping[str, float] = MappingProxyType({})  # lumped values other than the engine's, see .lumped_data
+    data: Mapping[str, float] | None = None  # lumped values other than the engine's, see .lumped_data
 
 
 def build_model(

@@ -34,7 +34,7 @@ class Lumps(NamedTuple):
     plain: Array  # (b,) 1 where a main has a film
     omega2: Array  # (t,)
     damping: Array  # (t,)
-    gyroscopic: Array  # (t, t) G
+    gyroscopic: Array  # (t, t) G transposed, as the model's
     centrifugal: Array  # (r, r)
     stress: Array  # (r, r)
     spin: Array  # (t, t) as the model's
@@ -101,7 +101,7 @@ def lumps(
         plain=plain,
         omega2=turning.omega**2,
         damping=arrays["damping"][:t].copy(),
-        gyroscopic=np.ascontiguousarray(turning.gyroscopic),
+        gyroscopic=arrays["gyroscopic"].copy(),
         centrifugal=np.ascontiguousarray(turning.centrifugal[:r, :r]),
         stress=np.ascontiguousarray(turning.stress_stiffness[:r, :r]),
         loads=np.stack((turning.centrifugal_load, turning.euler_load)),

@@ -119,7 +119,7 @@ def add_changes(lumps, changes, scratch):
             vectors[at.TRANSLATION + k, i] = lumps.gravity[k, i]
         for j in range(r):
             room[at.MASS, i, j] = 1.0 if i == j else 0.0
-            room[at.GYROSCOPIC, i, j] = lumps.gyroscopic[i, j]
+            room[at.GYROSCOPIC, i, j] = lumps.gyroscopic[j, i]
             room[at.CENTRIFUGAL, i, j] = lumps.centrifugal[i, j]
             room[at.STRESS, i, j] = lumps.stress[i, j]
     f, g, h = scratch[0:12], scratch[12:24], scratch[24:36]

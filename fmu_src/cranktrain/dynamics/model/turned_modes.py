@@ -113,7 +113,7 @@ def turn_matrices(model, changed):
     for i in range(model.spin.shape[0]):
         for j in range(model.spin.shape[0]):
             model.spin[i, j] = lumps.spin[i, j]
-            model.gyroscopic[i, j] = lumps.gyroscopic[j, i]
+            model.gyroscopic[i, j] = lumps.gyroscopic[i, j]
     if changed == 0 or not couples_modes(model):
         return
     # A crank that only twists has terms of its rigid motions alone.
