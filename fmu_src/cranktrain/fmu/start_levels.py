@@ -34,9 +34,8 @@ def with_starts(interface: Interface, starts: Mapping[str, Any]) -> Interface:
 
 def start_settings(interface: Interface, engine: Engine, starts: Mapping[str, Any]) -> Settings:
     """Levels at which the FMU of an engine starts, nothing left open; ``InputError`` where they do not go together."""
-    chosen = {
-        str(v.setting): v.start for v in with_starts(interface, starts).variables if v.setting in LEVELS
-    }  # fmt: skip
+    variables = with_starts(interface, starts).variables
+    chosen: dict[str, Any] = {str(v.setting): v.start for v in variables if v.setting in LEVELS}
     settings = resolved(Settings(**chosen), engine)
     check_levels(settings, engine)
     return settings
