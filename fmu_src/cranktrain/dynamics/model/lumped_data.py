@@ -7,7 +7,7 @@ follows from the values. Bounds are those of the engine file's checks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
@@ -209,7 +209,7 @@ def lumped_values(engine: Engine) -> Iterator[LumpedValue]:
 
 
 @cache
-def _bounds(part: type, key: str) -> tuple[float, float]:
+def _bounds(part: Hashable, key: str) -> tuple[float, float]:
     """Range of a value of a table (SI)."""
     hint = get_type_hints(part, include_extras=True)[key]
     hint = get_args(hint)[0] if get_origin(hint) is tuple else hint

@@ -21,6 +21,16 @@ from cranktrain.dynamics.model.ritz_modes import inverse_of_six
 MASS, FIRST, ACROSS, ALONG, MOMENTS = range(5)
 """Moments of the parts at an interface: Σ m, Σ m o, ∫ρ x², ∫ρ z² about the interface, of offsets o along the axis."""
 FLYWHEEL, PULLEY = range(2)
+ROW_X, ROW_Y, ROW_Z, FIELD = range(0, 16, 4)
+OF_X, OF_Y, OF_Z = 1, 2, 3
+"""Rows of a field (3, 4) laid flat, and columns by the place r in the part; the first is that of the interface."""
+F_FIELD, G_FIELD, H_FIELD = 0, FIELD, 2 * FIELD
+"""Fields in scratch."""
+TURN_X, TURN_Y, TURN_Z = 3, 4, 5
+SPUN, PART = 3, 3
+"""Rotations of an interface; row of the load of a rotation about z; numbers of a part's mass and inertias."""
+NOW, BEFORE, EXTRA = 8, 12, 16
+"""Scratch behind the changes of both interfaces."""
 
 
 @kernel
@@ -57,19 +67,19 @@ def moment_changes(lumps, numbers, out):
     changed = 0
     for side in range(2):
         for k in range(MOMENTS):
-            out[8 + k] = 0.0
-            out[12 + k] = 0.0
+            out[NOW + k] = 0.0
+            out[BEFORE + k] = 0.0
         for which in range(2):
             given = numbers if which == 0 else lumps.values
-            moments = out[8 : 8 + MOMENTS] if which == 0 else out[12 : 12 + MOMENTS]
-            extra = out[16:19]
+            moments = out[NOW : NOW + MOMENTS] if which == 0 else out[BEFORE : BEFORE + MOMENTS]
+            extra = out[EXTRA : EXTRA + PART]
             fitted_extra(given, fitted if side == PULLEY else 0.0, extra)
             part_moments(given, to.SET_FLYWHEEL if side == FLYWHEEL else to.SET_PULLEY, extra, moments)
             if side == FLYWHEEL:
                 fitted_extra(given, 0.0, extra)
                 part_moments(given, to.SET_CLUTCH, extra, moments)
         for k in range(MOMENTS):
-            out[MOMENTS * side + k] = out[8 + k] - out[12 + k]
+            out[MOMENTS * side + k] = out[NOW + k] - out[BEFORE + k]
             if out[MOMENTS * side + k] != 0.0:
                 changed = 1
     return changed
@@ -78,10 +88,10 @@ def moment_changes(lumps, numbers, out):
 @kernel
 def field_of(shapes, mode, f):
     """Field (12,), row by row of B (3, 4), of a mode at an interface with ``shapes`` (6, r)."""
-    x, y, z = shapes[3, mode], shapes[4, mode], shapes[5, mode]
-    f[0], f[1], f[2], f[3] = shapes[0, mode], 0.0, -z, y
-    f[4], f[5], f[6], f[7] = shapes[1, mode], z, 0.0, -x
-    f[8], f[9], f[10], f[11] = shapes[2, mode], -y, x, 0.0
+    x, y, z = shapes[TURN_X, mode], shapes[TURN_Y, mode], shapes[TURN_Z, mode]
+    f[ROW_X], f[ROW_X + OF_X], f[ROW_X + OF_Y], f[ROW_X + OF_Z] = shapes[0, mode], 0.0, -z, y
+    f[ROW_Y], f[ROW_Y + OF_X], f[ROW_Y + OF_Y], f[ROW_Y + OF_Z] = shapes[1, mode], z, 0.0, -x
+    f[ROW_Z], f[ROW_Z + OF_X], f[ROW_Z + OF_Y], f[ROW_Z + OF_Z] = shapes[2, mode], -y, x, 0.0
 
 
 @kernel
@@ -122,7 +132,7 @@ def add_changes(lumps, changes, scratch):
             room[at.GYROSCOPIC, i, j] = lumps.gyroscopic[j, i]
             room[at.CENTRIFUGAL, i, j] = lumps.centrifugal[i, j]
             room[at.STRESS, i, j] = lumps.stress[i, j]
-    f, g, h = scratch[0:12], scratch[12:24], scratch[24:36]
+    f, g, h = scratch[F_FIELD : F_FIELD + FIELD], scratch[G_FIELD : G_FIELD + FIELD], scratch[H_FIELD : H_FIELD + FIELD]
     for side in range(2):
         moments = changes[MOMENTS * side : MOMENTS * side + MOMENTS]
         shapes = lumps.fixed[side]
@@ -170,7 +180,11 @@ def add_loads(lumps, side, moments, scratch):
     """Add centrifugal load, Euler load and translation of parts at an interface."""
     vectors = lumps.vectors
     shapes = lumps.fixed[side]
-    f, outward, around = scratch[0:12], scratch[12:24], scratch[24:36]
+    f, outward, around = (
+        scratch[F_FIELD : F_FIELD + FIELD],
+        scratch[G_FIELD : G_FIELD + FIELD],
+        scratch[H_FIELD : H_FIELD + FIELD],
+    )
     outward_field(lumps.places[side], outward)
     turned_of(outward, around)
     for i in range(lumps.fixed.shape[2]):
@@ -186,8 +200,8 @@ def outward_field(place, outward):
     """Field of X_⊥ about a place (3,)."""
     for k in range(12):
         outward[k] = 0.0
-    outward[0], outward[1] = place[0], 1.0
-    outward[4], outward[6] = place[1], 1.0
+    outward[ROW_X], outward[ROW_X + OF_X] = place[0], 1.0
+    outward[ROW_Y], outward[ROW_Y + OF_Y] = place[1], 1.0
 
 
 @kernel
@@ -204,11 +218,19 @@ def add_stress(lumps, side, moments, scratch):
     lean_x, lean_y = -0.5 * moments[FIRST] * place[0], -0.5 * moments[FIRST] * place[1]
     for i in range(6, r):
         for j in range(6, r):
-            across = shapes[3, i] * shapes[3, j] + shapes[4, i] * shapes[4, j] + 2.0 * shapes[5, i] * shapes[5, j]
-            leaning = lean_x * (shapes[3, i] * shapes[5, j] + shapes[5, i] * shapes[3, j])
-            leaning += lean_y * (shapes[4, i] * shapes[5, j] + shapes[5, i] * shapes[4, j])
+            across = (
+                shapes[TURN_X, i] * shapes[TURN_X, j]
+                + shapes[TURN_Y, i] * shapes[TURN_Y, j]
+                + 2.0 * shapes[TURN_Z, i] * shapes[TURN_Z, j]
+            )
+            leaning = lean_x * (shapes[TURN_X, i] * shapes[TURN_Z, j] + shapes[TURN_Z, i] * shapes[TURN_X, j])
+            leaning += lean_y * (shapes[TURN_Y, i] * shapes[TURN_Z, j] + shapes[TURN_Z, i] * shapes[TURN_Y, j])
             stress[i, j] += moments[ACROSS] * across + leaning
-    f, outward, load = scratch[0:12], scratch[12:24], scratch[24:36]
+    f, outward, load = (
+        scratch[F_FIELD : F_FIELD + FIELD],
+        scratch[G_FIELD : G_FIELD + FIELD],
+        scratch[H_FIELD : H_FIELD + FIELD],
+    )
     to_modes, turned, against = room[at.PRODUCT], room[at.VECTORS], room[at.SQUARES]
     inverse_of_six(lumps.rigid, room[at.TURN], to_modes, lumps.vectors[at.PIVOTS], lumps.vectors[at.HELP])
     outward_field(place, outward)
@@ -220,7 +242,7 @@ def add_stress(lumps, side, moments, scratch):
         # ∫ρ (e_z×r_z)·(e_z×φ_j) with the rotation about z through the origin, which is e_z×X.
         turn_in_place(f)
         turn_of_outward(outward, load)
-        turned[3, j] = paired(moments, load, f)
+        turned[SPUN, j] = paired(moments, load, f)
     for k in range(6):
         for j in range(r):
             against[k, j] = 0.0
@@ -234,10 +256,10 @@ def add_stress(lumps, side, moments, scratch):
     for k in range(6):
         total = 0.0
         for m in range(6):
-            total += turned[3, m] * to_modes[m, k]
-        against[5, k] = total
+            total += turned[SPUN, m] * to_modes[m, k]
+        against[TURN_Z, k] = total
     for k in range(5):
-        against[k, 5] = against[5, k]
+        against[k, TURN_Z] = against[TURN_Z, k]
     for i in range(6):
         for j in range(6):
             for k in range(6):

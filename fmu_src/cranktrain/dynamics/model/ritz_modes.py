@@ -12,6 +12,7 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import lump_slots as at
+from cranktrain.dynamics.model.slots import ROTATION
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 
 SWEEPS = 60
@@ -163,7 +164,7 @@ def keep_twists(lumps):
     if lumps.traits[at.TWISTS] > 0.0:
         for j in range(6, r):
             for i in range(5):
-                turn[5, j] += turn[i, j] * lumps.rigid[5, i] / lumps.rigid[5, 5]
+                turn[ROTATION, j] += turn[i, j] * lumps.rigid[ROTATION, i] / lumps.rigid[ROTATION, ROTATION]
                 turn[i, j] = 0.0
     if lumps.traits[at.LOCKED] > 0.0:
         for j in range(5):

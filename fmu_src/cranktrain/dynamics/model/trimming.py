@@ -18,9 +18,9 @@ from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.reattached import add_changes, moment_changes
+from cranktrain.dynamics.model.reattached import TURN_X, TURN_Z, add_changes, moment_changes
 from cranktrain.dynamics.model.ritz_modes import keep_twists, new_modes
-from cranktrain.dynamics.model.turned_modes import turn_loads, turn_matrices, turn_shapes, weigh_axis
+from cranktrain.dynamics.model.turned_modes import ALONG_AXIS, TOTAL, turn_loads, turn_matrices, turn_shapes, weigh_axis
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 from cranktrain.dynamics.time.status import CLEARANCE_FIXED, NO_RIGID_PART, OK
 from cranktrain.film.laws.parameters import CLEARANCE
@@ -29,6 +29,8 @@ from cranktrain.loads.damper import FLUID, KIND, LOSS_FACTOR, NEWTONIAN, RUBBER,
 VOGEL = 1
 """First of the oil's constants that lumped data hold, see engine.lubricant."""
 ROUNDING = 1.0e-9
+LOAD, LOAD_END, FIELDS = 12, 18, 20
+"""Places in scratch."""
 
 
 @kernel
@@ -68,7 +70,7 @@ def trim_model(model, numbers):
     changes = lumps.scratch
     changed = moment_changes(lumps, numbers, changes)
     if changed != 0:
-        add_changes(lumps, changes, lumps.scratch[20:])
+        add_changes(lumps, changes, lumps.scratch[FIELDS:])
         if new_modes(lumps) != 0:
             return NO_RIGID_PART
         keep_twists(lumps)
@@ -212,7 +214,7 @@ def weigh_block(model, numbers):
             heavier = heavier or other(lumps, numbers, slot)
     if rows == 0 or not heavier:
         return
-    crank, load, supports = lumps.scratch[8:12], lumps.scratch[12:18], lumps.room[of.SQUARES]
+    crank, load, supports = lumps.scratch[TOTAL:LOAD], lumps.scratch[LOAD:LOAD_END], lumps.room[of.SQUARES]
     rods = numbers[to.SET_BIG_END] + numbers[to.SET_SMALL_END] + numbers[to.SET_PISTON]
     rods *= model.cylinders.shape[0]
     mass = traits[of.BLOCK_MASS] + crank[0] + rods
@@ -220,8 +222,8 @@ def weigh_block(model, numbers):
         load[k] = 0.0
     load[1] = -mass
     share = (crank[0] + rods) / crank[0]
-    load[3] = traits[of.BLOCK_MASS] * traits[of.BLOCK_CENTRE + 2] + share * crank[3]
-    load[5] = -(traits[of.BLOCK_MASS] * traits[of.BLOCK_CENTRE] + share * crank[1])
+    load[TURN_X] = traits[of.BLOCK_MASS] * traits[of.BLOCK_CENTRE + 2] + share * crank[ALONG_AXIS]
+    load[TURN_Z] = -(traits[of.BLOCK_MASS] * traits[of.BLOCK_CENTRE] + share * crank[1])
     for i in range(6):
         for j in range(6):
             total = 0.0

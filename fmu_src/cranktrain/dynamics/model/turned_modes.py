@@ -12,8 +12,11 @@ from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import couples_modes
-from cranktrain.dynamics.model.reattached import FIRST, MASS, MOMENTS
+from cranktrain.dynamics.model.reattached import FIRST, MASS, MOMENTS, TURN_X, TURN_Y
 from cranktrain.dynamics.model.ritz_modes import inverse_of_six
+
+TOTAL, ALONG_AXIS = 8, 3
+"""Place in scratch of the crank's mass and its first moments; that along the axis among them."""
 
 
 @kernel
@@ -169,11 +172,13 @@ def turning_stiffness(lumps, n):
         total = 0.0
         for m in range(6):
             for p in range(6):
-                total += fields[m, k] * stress[m, p] * fields[p, 5]
+                total += fields[m, k] * stress[m, p] * fields[p, at.ROTATION]
         lines[k, 0] = total
     for i in range(6):
         for j in range(6):
-            stress[i, j] -= (tells[3, i] * lines[3, 0] + tells[4, i] * lines[4, 0]) * tells[5, j]
+            stress[i, j] -= (tells[TURN_X, i] * lines[TURN_X, 0] + tells[TURN_Y, i] * lines[TURN_Y, 0]) * tells[
+                at.ROTATION, j
+            ]
 
 
 @kernel
@@ -190,7 +195,7 @@ def crank_total(lumps, changed, out):
         out[0] += added
         for k in range(3):
             out[1 + k] += added * lumps.places[side, k]
-        out[3] += lumps.scratch[MOMENTS * side + FIRST]
+        out[ALONG_AXIS] += lumps.scratch[MOMENTS * side + FIRST]
 
 
 @kernel
@@ -200,7 +205,7 @@ def weigh_axis(model, changed):
     count = lumps.mains.shape[0]
     for i in range(count):
         model.axis_weights[i] = lumps.axis_weights[i]
-    total = lumps.scratch[8:12]
+    total = lumps.scratch[TOTAL : TOTAL + MOMENTS]
     crank_total(lumps, changed, total)
     if changed == 0 or count == 0:
         return
@@ -213,4 +218,4 @@ def weigh_axis(model, changed):
     for i in range(count):
         model.axis_weights[i] = 1.0 / count
         if spread > 0.0:
-            model.axis_weights[i] += (lumps.mains[i] - mean) * (total[3] / total[0] - mean) / spread
+            model.axis_weights[i] += (lumps.mains[i] - mean) * (total[ALONG_AXIS] / total[0] - mean) / spread
