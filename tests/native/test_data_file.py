@@ -88,7 +88,7 @@ WRONG = [
     (WHOLE[:-8], "is cut short"),
     (WHOLE[:-3], "is cut short"),
     (WHOLE + bytes(8), "is cut short, or longer than it says"),
-    (WHOLE[:8] + b"\3" + WHOLE[9:], "is of another version"),
+    (WHOLE[:8] + b"\2" + WHOLE[9:], "is of another version"),
     (WHOLE[:12] + WHOLE[15:11:-1] + WHOLE[16:], "is of another order of bytes"),
     (WHOLE[:-20] + bytes([WHOLE[-20] ^ 4]) + WHOLE[-19:], "has changed since it was written"),
     (WHOLE[:40] + b"x" * 40 + WHOLE[80:], "has no GUID"),
@@ -118,8 +118,18 @@ def test_any_length_and_any_changed_byte_is_noticed(unit, tmp_path):
         assert unit(resources=resources(tmp_path, data)).component is None, place
 
 
+@pytest.mark.parametrize("apart", [2, 4, 10])
+def test_two_sign_bits_at_an_even_distance_are_noticed(unit, tmp_path, apart):
+    """Sums of words, and of words times their number, modulo 2⁶⁴, are blind to them."""
+    words = np.frombuffer(mock_unit.native_bin(), dtype="<u8").copy()
+    places = [len(words) - 3 - apart, len(words) - 3]
+    words[places] ^= np.uint64(1 << 63)
+    one = unit(resources=resources(tmp_path, words.tobytes()))
+    assert one.component is None and "has changed since it was written" in one.log[-1][2]
+
+
 MUTATED = """
-import sys
+import sys, zlib
 from pathlib import Path
 import numpy as np
 import mock_unit
@@ -136,7 +146,8 @@ for _ in range(2000):
         words[place] = rng.choice(odd) if rng.random() < 0.7 else words[place] ^ np.uint32(1 << rng.integers(32))
     body = words[24:].view("<u8")
     counts = np.arange(1, body.size + 1, dtype=np.uint64)
-    words[20:24] = np.array([body.sum(dtype=np.uint64), (body * counts).sum(dtype=np.uint64)]).view("<u4")
+    words[20:22] = np.array([zlib.crc32(body.tobytes())], dtype="<u8").view("<u4")
+    words[22:24] = np.array([(body * counts).sum(dtype=np.uint64)]).view("<u4")
     (folder / "native.bin").write_bytes(words.tobytes())
     one = Raw(binary, folder, mock_unit.GUID)
     if one.component is None:

@@ -6,12 +6,13 @@ import zipfile
 
 import gates
 import mock_unit
+import numpy as np
 import pytest
 import real_unit
 from gates import tool
 from mock_unit import compiler
 from plain_host import hosted, plain_host
-from raw_unit import ERROR, Raw
+from raw_unit import ERROR, OK, Raw, summed
 from real_unit import STEP
 
 from cranktrain.core.cache import private_folder
@@ -121,6 +122,22 @@ def test_data_that_are_not_whole_are_refused(real, harm, words, tmp_path):
         (tmp_path / "native.bin").write_bytes(data)
     text = refusal(real, tmp_path)
     assert "native.bin" in text and words in text, text
+
+
+@pytest.mark.parametrize("wrong", [1.0e9, 1.0e14])
+def test_a_step_from_a_state_beyond_any_engine_ends(engine, wrong):
+    """Speeds of a repaired state, and whatever else equals them: the step is given up, or the state is refused."""
+    one = engine.fresh().run(5, step=STEP)
+    speed = one.one("Real", engine.references["speed"])
+    words = np.frombuffer(one.serialized(one.state()), dtype="<u8").copy()
+    inputs = np.flatnonzero(np.isclose(words.view(np.float64), speed, rtol=1.0e-9))
+    words[inputs[1:]] = np.float64(wrong).view(np.uint64)  # the first is the variable itself
+    status, state = one.deserialize(summed(words))
+    if status == OK:
+        one.must("SetFMUstate", state)
+        assert one.step(5 * STEP, STEP) != OK
+        assert "million internal steps" in one.log[-1][2]
+    assert len(inputs) > 2
 
 
 def test_another_guid_is_refused(real):

@@ -151,6 +151,38 @@ def test_states_with_fitting_checksums_and_senseless_values_are_refused_or_harml
     assert bits(one.start().run(4)) == bits(unit().start().run(4))
 
 
+@pytest.mark.parametrize("apart", [2, 4, 10])
+def test_two_sign_bits_at_an_even_distance_are_noticed(unit, apart):
+    """Sums of words, and of words times their number, modulo 2⁶⁴, are blind to them."""
+    one = unit().start().run(3)
+    words = np.frombuffer(one.serialized(one.state()), dtype="<u8").copy()
+    words[[-2 - apart, -2]] ^= np.uint64(1 << 63)
+    status, _ = one.deserialize(words.tobytes())
+    assert status == ERROR and "damaged" in one.log[-1][2]
+
+
+@pytest.mark.parametrize(
+    ("name", "good", "bad"), [("speed", 123.0, 2000.5), ("damping", 0.5, -1.0), ("speed", 123.0, np.nan)]
+)
+def test_numbers_that_no_instance_takes_are_refused_in_states_too(unit, name, good, bad):
+    """Also where the checksum fits: bounds are those of setting the variable."""
+    one = fresh(unit, {}, speed=123.0).start().run(3)
+    words = np.frombuffer(one.serialized(one.state()), dtype="<u8").copy()
+    place = np.flatnonzero(words == np.float64(good).view(np.uint64))[0]
+    words[place] = np.float64(bad).view(np.uint64)
+    status, _ = one.deserialize(summed(words))
+    assert status == ERROR and "not one of a run" in one.log[-1][2], name
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -2.0e15])
+def test_points_of_a_state_must_be_numbers_that_a_run_can_have(unit, bad):
+    one = unit().start().run(3)
+    words = np.frombuffer(one.serialized(one.state()), dtype="<u8").copy()
+    words[1 - 4 * 3 * 8] = np.float64(bad).view(np.uint64)  # behind the time of the present point
+    status, _ = one.deserialize(summed(words))
+    assert status == ERROR and "not one of a run" in one.log[-1][2]
+
+
 def test_calls_without_a_state_are_refused(unit):
     one = unit().start()
     state = one.state()

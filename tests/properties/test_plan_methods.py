@@ -87,3 +87,31 @@ def test_an_accuracy_that_no_step_reaches_names_what_the_finest_leaves_at_all_sp
     plan = chooser({"esdirk4": (0.1, 1.0)})
     with pytest.raises(InputError, match=r"is 0\.05; the nearest valid accuracy is 1e-01"):
         plan._method(judged("beam", "impedance"), ALLOWED)
+
+
+@pytest.mark.parametrize(("compare", "levels"), [(False, {"impedance"}), (True, {"impedance", "table"})])
+def test_charted_levels_run_nothing_above_them_unless_asked(chooser, monkeypatch, compare, levels):
+    """The film table of the next level may take minutes, and the error against the best model is known without it."""
+    plan, runs = chooser({}, outputs='["pulley.torsion", "bearing[4].force.y"]'), set()
+
+    class Counted(Figures):
+        def worst(self, case, reference, speeds):
+            runs.update((case.bearings, reference.bearings))
+            return np.array([1.0e-3, 2.0e-3])
+
+        def settling(self, case, speeds):
+            return np.zeros(2)
+
+    plan.measured, plan.compare = Counted(plan.model, {}), compare
+    assembled = type("Made", (), {"body": type("Body", (), {"n_modes": 7})})
+    monkeypatch.setattr(SceneModel, "assembly", lambda self, case: assembled)
+    chosen = _Judged(("solid", "impedance"), 0.2, True, "", np.array([0.1, 0.2]))
+    made = plan._figures(
+        chosen, plan.model.case("solid", "impedance", "esdirk47", math.radians(5.0)), [chosen], "modes"
+    )
+    assert runs == levels
+    assert made.next.bearings == "table" and (made.next_real_time_factor is None) != compare
+    assert made.total_error == pytest.approx(math.hypot(2.0e-3, 0.2))
+    if not compare:
+        assert made.predicted_error == pytest.approx(made.total_error)
+        assert made.as_dict()["next_level"] is None

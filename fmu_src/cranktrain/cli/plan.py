@@ -42,15 +42,18 @@ def answer(options: argparse.Namespace) -> Plan:
     return made_plan(load_scene(options.scene))[0]
 
 
-def made_plan(scene: Scene) -> tuple[Plan, SceneModel]:
-    """Plan of a scene with its stages shown, and the model that it was measured on."""
+def made_plan(scene: Scene, compare: bool = False) -> tuple[Plan, SceneModel]:
+    """Plan of a scene with its stages shown, and the model that it was measured on.
+
+    ``compare`` it with the next levels even where that takes minutes.
+    """
     from cranktrain.studies.planning.planning import plan
     from cranktrain.studies.planning.scene_model import SceneModel
 
     try:
         with stages(f"{scene.name}: plan") as tell:
             model = SceneModel(scene, tell)
-            return plan(scene, model=model), model
+            return plan(scene, model, compare), model
     except KeyboardInterrupt:
         raise Interrupted("interrupted; finished measurements are kept, repeat the command to continue") from None
 
@@ -60,6 +63,7 @@ def show_plan(made: Plan) -> None:
     scene, found = made.scene, made.as_dict()
     speeds = ", ".join(f"{rpm:.5g}" for rpm in scene.speeds_rpm)
     model = found["predicted_model_error"]
+    against = "against the next level up" if found["next_level"] else "against the best model"
     rows = [
         ("engine", scene.engine.name, f"at {speeds} rev/min"),
         ("crank", found["crank"], f"{found['modes']} modes"),
@@ -68,7 +72,7 @@ def show_plan(made: Plan) -> None:
         ("integrator", found["integrator"], f"{found['step_deg']:g} deg"),
         ("numerical error", f"{found['predicted_numerical_error']:.2g}", "against half the step"),
         ("settling", f"{found['predicted_settling_error']:.2g}", "error that is left when a run ends"),
-        ("model error", "–" if model is None else f"{model:.2g}", "against the next level up"),
+        ("model error", "–" if model is None else f"{model:.2g}", against),
         *([] if made.total_error is None else [("total error", f"{made.total_error:.2g}", made.against)]),
         ("predicted error", f"{found['predicted_error']:.2g}", f"{scene.accuracy:g} is wanted"),
         (
@@ -81,6 +85,10 @@ def show_plan(made: Plan) -> None:
     for reason in made.reasons:
         print(f"- {reason}")
     above = found["next_level"]
+    if above is None and made.total_error is not None:
+        pair = "/".join(made.next.levels)
+        print(f"The next level up, {pair}, was not run; 'cranktrain run --verify' runs it beside this one.")
+        return
     if above is None:
         print(f"There is no level above; --verify runs this level with a step of {math.degrees(made.next.step):g} deg.")
         return

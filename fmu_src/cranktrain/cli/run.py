@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     check_target(output)
     if scene.stress:
         say(f"{scene.name}: 'run' computes no stresses; the solid crank runs with all modes that 'stress' needs")
-    made, model = made_plan(scene)
+    made, model = made_plan(scene, compare=options.verify)
     if not options.json:
         show_plan(made)
     runs = SceneRun(made, model, output)

@@ -185,7 +185,8 @@ def _computed(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
         print(firing_text(engine))
         print(closing_text(found))
         resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
-        print(f"{outcome.seconds:.1f} s on {outcome.workers} workers. Result: {path}{resumed}")
+        workers = "1 worker" if outcome.workers == 1 else f"{outcome.workers} workers"
+        print(f"{outcome.seconds:.1f} s on {workers}. Result: {path}{resumed}")
         print("".join(f"{picture}\n" for picture in said.get("plots", [])), end="")
     return found, said
 

@@ -149,4 +149,5 @@ def _show(variants: Variants, said: dict[str, Any]) -> None:
     if "pareto" in said:
         print(f"Pareto front of {', '.join(variants.about['pareto'])}: {len(said['pareto'])} variants")
     resumed = f", {said['resumed']} of them from an earlier run" if said["resumed"] else ""
-    print(f"{said['seconds']:.1f} s on {said['workers']} workers{resumed}. Result: {said['result']}, {said['picture']}")
+    workers = "1 worker" if said["workers"] == 1 else f"{said['workers']} workers"
+    print(f"{said['seconds']:.1f} s on {workers}{resumed}. Result: {said['result']}, {said['picture']}")

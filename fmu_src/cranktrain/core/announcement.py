@@ -34,17 +34,21 @@ class _Announcement:
 
 @contextmanager
 def announced(instance: str, time: str) -> Iterator[None]:
-    """Let the user of an instance know what takes so long, up to ``time`` in words, while kernels compile.
+    """Let the user of an instance know what takes so long, up to ``time`` in words, while kernels compile."""
+    with heard_compiling(_Announcement(instance, time)):
+        yield
 
-    Numba is loaded when something compiles, if anything does.
-    """
+
+@contextmanager
+def heard_compiling(listener: Any) -> Iterator[None]:
+    """Give numba's events of compiling to a listener; numba is loaded when something compiles, if anything does."""
     with ExitStack() as listening:
 
         def listen() -> None:
             from numba.core import event
 
-            event.Listener.register(_Announcement)
-            listening.enter_context(event.install_listener("numba:compile", _Announcement(instance, time)))
+            event.Listener.register(type(listener))
+            listening.enter_context(event.install_listener("numba:compile", listener))
 
         if compiler.cache_info().currsize:
             listen()

@@ -10,10 +10,12 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from threadpoolctl import threadpool_limits
+
+from cranktrain.core.errors import InputError
 
 LOOK_EVERY = 0.5
 """Seconds between two checks of the workers' reports, and of a worker whether its parent still lives."""
@@ -136,3 +138,32 @@ def leave_to_parent(parent: int) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[tuple[Any, int]]:
+    """Client of the Dask cluster whose scheduler is at ``address``, and how many threads its workers have.
+
+    Raises ``InputError`` where there is no Dask, no such cluster, or no worker in it.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError("--scheduler needs Dask; pip install distributed, or cranktrain[dask]") from None
+    try:
+        client = Client(address, timeout=5, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        reason = str(error).partition("\n")[0] or type(error).__name__
+        raise InputError(
+            f"--scheduler {address}: no Dask scheduler answers ({reason}); start one by 'dask scheduler'"
+        ) from None
+    try:
+        count = sum(client.nthreads().values())
+        if count == 0:
+            raise InputError(
+                f"--scheduler {address}: the cluster has no workers; start some by 'dask worker {address}'"
+            )
+        yield client, count
+    finally:
+        with suppress(Exception):  # a lost cluster does not say good-bye
+            client.close(timeout=2)

@@ -6,11 +6,11 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from typing import Any
 
+from cranktrain.core.announcement import heard_compiling
 from cranktrain.core.cache import cache_folder
-from cranktrain.core.kernel import BEFORE_COMPILING, compiler
 from cranktrain.store.side_by_side import BEFORE_PROCESSES
 
 LATE, AGAIN = 1.0, 10.0
@@ -116,20 +116,5 @@ TEXT = "compiling kernels, which the machine code of this package does not hold;
 @contextmanager
 def told_compiling(line: Callable[[str], None] = print_line) -> Iterator[None]:
     """Tell by a line that kernels compile, if they take more than a second."""
-    with waits(line=line) as told, ExitStack() as listening:
-
-        def listen() -> None:
-            from numba.core import event
-
-            event.Listener.register(_Compiled)
-            listening.enter_context(event.install_listener("numba:compile", _Compiled(told)))
-
-        if compiler.cache_info().currsize:
-            listen()
-            yield
-            return
-        BEFORE_COMPILING.append(listen)
-        try:
-            yield
-        finally:
-            BEFORE_COMPILING.remove(listen)
+    with waits(line=line) as told, heard_compiling(_Compiled(told)):
+        yield

@@ -50,8 +50,10 @@ from cranktrain.dynamics.time.reconstruction import (
     take_rates,
     take_sample,
 )
-from cranktrain.dynamics.time.status import OK, STALLED
+from cranktrain.dynamics.time.status import OK, STALLED, TOO_LONG
 from cranktrain.dynamics.time.step_control import (
+    MAX_HALVINGS,
+    MOST_STEPS,
     PARTS,
     ROUNDED,
     has_stalled,
@@ -186,6 +188,8 @@ def pass_over(model, work, state, inputs, t_end):
         if status != OK:
             return status, taken
         taken += 1
+        if taken > MOST_STEPS:
+            return TOO_LONG, taken
     interpolate_motion(model, work, state, t_end, sampled)
     return OK, taken
 
@@ -209,9 +213,9 @@ def step_beyond(model, work, state, inputs, now, sampled):
     h = state[STEP_REFERENCE]
     begin = state[SUBSTEP_BEGIN]
     keep_end(model, state, BEGIN)
-    status, done, halved = take_part(
-        model, work, state, begin - sampled, h, int(state[PARTS_DONE]), int(state[PARTS_HALVED]), 0.0
-    )
+    done = int(min(max(state[PARTS_DONE], 0.0), PARTS - 1.0))
+    halved = int(min(max(state[PARTS_HALVED], 0.0), 1.0 * MAX_HALVINGS))
+    status, done, halved = take_part(model, work, state, begin - sampled, h, done, halved, 0.0)
     if status != OK:
         return status
     if has_stalled(model, state):
@@ -234,6 +238,8 @@ def advance(model, work, state, inputs, t_end):
     interval = t_end - state[TIME]
     if is_sliver(state, interval):
         return OK
+    if not turning_speed(state, inputs) * interval < MOST_STEPS * model.scalars[at.STEP]:
+        return TOO_LONG
     for i in range(BODY):
         work.backup[0, i] = state[i]
     iterations = work.counters[at.N_ITERATIONS]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-OK, DIVERGED, SINGULAR, FILM_FAILED, STALLED, WORK_SPENT = range(6)
+OK, DIVERGED, SINGULAR, FILM_FAILED, STALLED, WORK_SPENT, TOO_LONG = range(7)
 NOT_EMBEDDED, TOLERANCE_RANGE, STEP_RANGE, DELAY_RANGE, UNKNOWN_METHOD, OIL_RANGE, THIN_OIL = range(16, 23)
 DAMPER_RANGE, BORE_FIXED, TRACE_FIXED, LIMIT_RANGE, NO_RIGID_PART, CLEARANCE_FIXED = range(23, 29)
 NO_EQUILIBRIUM = 32
@@ -25,6 +25,10 @@ REMEDIES = {
     WORK_SPENT: (
         "the work that solver.work_limit allows a communication step is spent and no result within reach",
         "allow more, or use a shorter communication step or a larger solver.step",
+    ),
+    TOO_LONG: (
+        "the communication step takes a million internal steps or more",
+        "use a shorter communication step or a larger solver.step, and a state and a speed that an engine can have",
     ),
     STALLED: (
         "the load torque stalls the engine, which does not run backwards",

@@ -51,6 +51,8 @@ from cranktrain.loads.gas_pressure import CYCLE
 MAX_HALVINGS = 6
 PARTS = 1 << MAX_HALVINGS
 """Least parts of a sub-step in it."""
+MOST_STEPS = 1.0e6
+"""Internal steps of a communication step at most: a state that is not one of a run cannot keep a caller for ever."""
 FILM_HALVINGS = 3
 """Halvings at most because a film changes fast."""
 EVENT_HALVINGS = 1
@@ -212,7 +214,7 @@ def chosen_halvings(model, work, state, begin, h, least):
     """Halvings of a sub-step h for the piece to come: at least so many, more where films close fast or at events."""
     ports_at_state(model, work, state)
     adaptive = model.choices[at.STEP_TOLERANCE] > 0.0
-    halvings = max(least, int(state[HALVINGS])) if adaptive else least
+    halvings = max(least, int(min(state[HALVINGS], MAX_HALVINGS))) if adaptive else least
     piece = h / (1 << halvings)
     rate = film_rate(model, work, state)
     while halvings < FILM_HALVINGS and rate * piece > model.choices[at.FILM_CHANGE]:

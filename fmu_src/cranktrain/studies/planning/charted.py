@@ -8,9 +8,12 @@ without a chart, damper, floating big ends, part load, a measured trace, heat ba
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from cranktrain.core.types import Array
 from cranktrain.studies.answers import plain_name
 from cranktrain.studies.planning.ladder import Pair
 from cranktrain.studies.planning.plan import percent
@@ -27,6 +30,7 @@ class ChartedChoice:
     Attributes
     ----------
     total, model : largest total error, and the largest model error
+    models : the largest model error of each family of outputs
     cost : mean processor seconds per simulated second of a settled cycle
     """
 
@@ -37,6 +41,11 @@ class ChartedChoice:
     total: float
     model: float
     cost: float
+    models: Mapping[str, float]
+
+    def of_outputs(self, scene: Scene) -> Array:
+        """Model error of each of a scene's outputs, which must have charts, (outputs,)."""
+        return np.array([self.models[family] for family in _families(scene, once=False)])
 
     @property
     def pair(self) -> Pair:
@@ -117,15 +126,15 @@ def around(wanted: Sequence[float], measured: Sequence[float]) -> tuple[float, .
     return tuple(sorted(found))
 
 
-def _families(scene: Scene) -> list[str]:
-    """Families of the scene's outputs; none where an output has no chart."""
+def _families(scene: Scene, once: bool = True) -> list[str]:
+    """Families of the scene's outputs, each ``once`` or one an output; none where an output has no chart."""
     found = []
     for output in map(plain_name, scene.outputs):
         family = next((name for name, row in FAMILIES.items() if output in row.outputs), None)
         if family is None:
             return []
         found.append(family)
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(found)) if once else found
 
 
 def _plain(scene: Scene) -> bool:
@@ -143,13 +152,18 @@ def _choices(points: Sequence[TotalPoint], speeds: Sequence[float], families: Se
             groups.setdefault(point.label, []).append(point)
     found = []
     for label, own in groups.items():
-        parts = [point.errors[family] for point in own for family in families if point.total(family) is not None]
+        parts = [(f, point.errors[f]) for point in own for f in families if point.total(f) is not None]
         if len(parts) < len(speeds) * len(families):
             continue
-        totals, shares = [one.total for one in parts if one], [min(one.model, one.total) for one in parts if one]
-        first, cost = own[0], sum(point.cost or 0.0 for point in own) / len(own)
+        models: dict[str, float] = {}
+        for family, part in parts:
+            models[family] = max(models.get(family, 0.0), min(part.model, part.total) if part else 0.0)
+        total, cost = max(part.total for _, part in parts if part), sum(point.cost or 0.0 for point in own) / len(own)
+        first = own[0]
         found.append(
-            ChartedChoice(first.crank, first.bearings, first.block, label, max(totals), max(shares), cost)
+            ChartedChoice(
+                first.crank, first.bearings, first.block, label, total, max(models.values()), cost, models
+            )
         )  # fmt: skip
     return found
 

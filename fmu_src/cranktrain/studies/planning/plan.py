@@ -19,6 +19,7 @@ from cranktrain.studies.scene import Scene
 class Errors:
     """Relative errors of each output, (outputs,); the model error is None at the top, with all modes.
 
+    The model error is that against the next levels up or, by measured total errors, against the best model.
     ``settling`` is the settling error of a run.
     """
 
@@ -44,7 +45,7 @@ class Plan:
     errors : predicted errors of each output
     real_time_factor : predicted wall seconds per simulated second
     next : the case that a check runs: next levels, all modes, half the step; None of the levels at the top
-    next_real_time_factor : of the next levels at the plan's step, or None
+    next_real_time_factor : of the next levels at the plan's step; None where they were not run
     reasons : one line for each part
     within_accuracy, within_budget : whether the scene's demands are met
     total_error, against : error against the best model where measured total errors chose the levels, and which model
@@ -80,7 +81,7 @@ class Plan:
         """Output of ``cranktrain plan --json``."""
         model, outputs = self.errors.model, self.scene.outputs
         above = None
-        if model is not None:
+        if model is not None and self.next_real_time_factor is not None:
             above = {
                 "crank": self.next.crank,
                 "bearings": self.next.bearings,

@@ -24,6 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.film.laws.register import DEAR, bearing_law
 from cranktrain.studies.planning.charted import charted
@@ -74,10 +75,11 @@ LONGEST_MEASUREMENT = 60.0
 are measured."""
 
 
-def plan(scene: Scene | str | Path, model: SceneModel | None = None) -> Plan:
+def plan(scene: Scene | str | Path, model: SceneModel | None = None, compare: bool = False) -> Plan:
     """Plan of a scene, or of the scene in a file.
 
-    Its input is measured on the scene's model, or read if it was measured before.
+    Its input is measured on the scene's model, or read if it was measured before. ``compare``: the next levels up are
+    run also where measured total errors chose the levels, although it may take minutes to prepare them.
 
     Raises
     ------
@@ -85,7 +87,7 @@ def plan(scene: Scene | str | Path, model: SceneModel | None = None) -> Plan:
         an accuracy that no step reaches, levels that the engine lacks
     """
     found = scene if isinstance(scene, Scene) else load_scene(scene)
-    return _Chooser(found, Measured(model or SceneModel(found))).plan()
+    return _Chooser(found, Measured(model or SceneModel(found)), compare).plan()
 
 
 def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:
@@ -100,21 +102,21 @@ def screened(speeds: tuple[float, ...]) -> tuple[float, ...]:
 class _Judged:
     """A pair of levels, its difference from the next pair up (None at the top), and whether that is small enough.
 
-    ``charted``: the difference is that from the best model, by measured total errors.
+    ``charted``: differences by output, where they are those from the best model, by measured total errors.
     """
 
     pair: Pair
     model: float | None
     serves: bool
     text: str
-    charted: bool = False
+    charted: Array | None = None
 
 
 class _Chooser:
     """One choice: the scene, its measurements, and the lines that say why."""
 
-    def __init__(self, scene: Scene, measured: Measured) -> None:
-        self.scene, self.measured, self.model = scene, measured, measured.model
+    def __init__(self, scene: Scene, measured: Measured, compare: bool = False) -> None:
+        self.scene, self.measured, self.model, self.compare = scene, measured, measured.model, compare
         self.speeds = screened(scene.speeds)
         self.too_dear = ""
         self.known = charted(scene, lambda pair: admits(scene, pair))
@@ -140,7 +142,8 @@ class _Chooser:
             return []
         one = known.chosen
         text = f"{one.label} is {percent(one.total)} in all {known.against}, the cheapest within the accuracy"
-        return [_Judged(one.pair, min(one.model, MODEL_SHARE * self.scene.accuracy), True, text, charted=True)]
+        most = MODEL_SHARE * self.scene.accuracy
+        return [_Judged(one.pair, min(one.model, most), True, text, np.minimum(one.of_outputs(self.scene), most))]
 
     def usual(self, pair: Pair) -> Case:
         """Case of a pair at the method and step at which levels are judged."""
@@ -324,23 +327,25 @@ class _Chooser:
         """The plan with its errors, at every speed where that does not take long."""
         scene, above = self.scene, self.above(case)
         cost = self.measured.cost(case, self.speeds)
-        above_cost = None if above is None else self.measured.cost(above, self.speeds)
+        compared = above if chosen.charted is None or self.compare else None
+        above_cost = None if compared is None else self.measured.cost(compared, self.speeds)
         simulated = sum(4.0 * math.pi / v for v in scene.speeds) * (scene.cycles or SETTLED_CYCLES)
         seconds = simulated * (3.0 * cost + (above_cost or 0.0))
         speeds = scene.speeds if seconds <= LONGEST_MEASUREMENT else self.speeds
         numerical = self.measured.worst(case, self.model.refined(case), speeds)
-        model = None if above is None else self.measured.worst(case, above, speeds)
+        model = chosen.charted if compared is None else self.measured.worst(case, compared, speeds)
         errors = Errors(numerical, model, np.nan_to_num(self.measured.settling(case, speeds)))
-        total, in_all = largest(errors.total), None
-        if chosen.charted:
-            total = in_all = math.hypot(largest(replace(errors, model=None).total), chosen.model or 0.0)
+        total, charted = largest(errors.total), chosen.charted is not None
+        if charted:
+            total = math.hypot(largest(replace(errors, model=None).total), chosen.model or 0.0)
         modes = self.model.assembly(case).body.n_modes
         result = Plan(
             scene, case, modes, errors, self.measured.cost(case, speeds),
             self.model.refined(above or case), above_cost, (),
             within_accuracy=total <= scene.accuracy,
             within_budget=scene.budget is None or cost <= scene.budget,
-            total_error=in_all, against=self.known.against if self.known is not None and chosen.charted else "",
+            total_error=total if charted else None,
+            against=self.known.against if self.known is not None and charted else "",
         )  # fmt: skip
         return replace(result, reasons=self._reasons(result, chosen, judged, modes_text, speeds))
 
@@ -354,7 +359,7 @@ class _Chooser:
             if fixed is not None:
                 lines.append(f"{kind} {level}: fixed by the scene")
                 continue
-            if chosen.charted:
+            if chosen.charted is not None:
                 lines.append(f"{kind} {level}: {chosen.text}")
                 continue
             lower = [one.text for one in judged if one.pair != chosen.pair and not one.serves]

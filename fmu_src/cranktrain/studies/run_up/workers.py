@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import Any, Protocol
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.store.side_by_side import worker_pool
+from cranktrain.store.side_by_side import cluster, worker_pool
 from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns, SteadySpeed
 
 PATIENCE = 5.0
@@ -78,42 +78,26 @@ def cluster_workers(job: Job, address: str) -> Iterator[Workers]:
     A task of a worker that is lost runs on another. Raises ``InputError`` where there is no cluster or no Dask,
     ``SolverError`` where it has lost its workers.
     """
-    try:
-        from distributed import Client
+    alone_since: float | None = None
+
+    def check() -> None:
+        nonlocal alone_since
+        if client.status == "running" and client.scheduler_info(n_workers=-1)["workers"]:
+            alone_since = None
+        elif alone_since is None:
+            alone_since = time.monotonic()
+        elif time.monotonic() - alone_since > PATIENCE:
+            raise SolverError(f"the cluster at {address} has no workers left")
+
+    with cluster(address) as (client, count):
         from distributed.scheduler import KilledWorker
-    except ImportError:
-        raise InputError("--scheduler needs Dask; pip install distributed, or cranktrain[dask]") from None
-    try:
-        client = Client(address, timeout=5, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
-        reason = str(error).partition("\n")[0] or type(error).__name__
-        raise InputError(
-            f"--scheduler {address}: no Dask scheduler answers ({reason}); start one by 'dask scheduler'"
-        ) from None
-    try:
-        alone_since: float | None = None
 
-        def check() -> None:
-            nonlocal alone_since
-            if client.status == "running" and client.scheduler_info(n_workers=-1)["workers"]:
-                alone_since = None
-            elif alone_since is None:
-                alone_since = time.monotonic()
-            elif time.monotonic() - alone_since > PATIENCE:
-                raise SolverError(f"the cluster at {address} has no workers left")
-
-        count = sum(client.nthreads().values())
-        if count == 0:
-            raise InputError(
-                f"--scheduler {address}: the cluster has no workers; start some by 'dask worker {address}'"
-            )
-        yield _Pool(client.get_executor(pure=False), count, client.scatter(job, broadcast=True, hash=False), check)
-    except KilledWorker:
-        raise SolverError(f"the cluster at {address} lost several workers over one speed, see their logs") from None
-    except CancelledError:
-        raise SolverError(f"the cluster at {address} has no workers left that know the engine") from None
-    finally:
-        client.close(timeout=2)
+        try:
+            yield _Pool(client.get_executor(pure=False), count, client.scatter(job, broadcast=True, hash=False), check)
+        except KilledWorker:
+            raise SolverError(f"the cluster at {address} lost several workers over one speed, see their logs") from None
+        except CancelledError:
+            raise SolverError(f"the cluster at {address} has no workers left that know the engine") from None
 
 
 def runs_here(job: Job) -> SteadyRuns:

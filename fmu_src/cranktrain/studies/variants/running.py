@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -25,7 +25,7 @@ from cranktrain import __version__
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.sources import source_digest
 from cranktrain.core.types import Array
-from cranktrain.store.side_by_side import processors, worker_pool
+from cranktrain.store.side_by_side import cluster, processors, worker_pool
 from cranktrain.store.variant_files import Column, Row, VariantFiles
 from cranktrain.studies.variants import models
 from cranktrain.studies.variants.models import Model, answered, model_of
@@ -195,31 +195,16 @@ def _cluster(study: Study, address: str) -> Iterator[tuple[Callable[[Array], Fut
     """Workers of a Dask cluster; ``InputError`` where there is none."""
     if study.model == FUNCTION:
         raise InputError("a function of a script runs in its own process; leave scheduler out")
-    try:
-        from distributed import Client
+    with cluster(address) as (client, number):
         from distributed.scheduler import KilledWorker
-    except ImportError:
-        raise InputError("--scheduler needs Dask; pip install distributed, or cranktrain[dask]") from None
-    try:
-        client = Client(address, timeout=5, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
-        reason = str(error).partition("\n")[0] or type(error).__name__
-        raise InputError(
-            f"--scheduler {address}: no Dask scheduler answers ({reason}); start one by 'dask scheduler'"
-        ) from None
-    try:
-        number = sum(client.nthreads().values())
-        if number == 0:
-            raise InputError(
-                f"--scheduler {address}: the cluster has no workers; start some by 'dask worker {address}'"
-            )
-        sent, pool = client.scatter(study, broadcast=True, hash=False), client.get_executor(pure=False)
-        yield lambda values: pool.submit(_variant, sent, values), number
-    except (KilledWorker, CancelledError):
-        raise SolverError(f"the cluster at {address} lost its workers, see their logs; run the study again") from None
-    finally:
-        with suppress(Exception):
-            client.close(timeout=2)
+
+        try:
+            sent, pool = client.scatter(study, broadcast=True, hash=False), client.get_executor(pure=False)
+            yield lambda values: pool.submit(_variant, sent, values), number
+        except (KilledWorker, CancelledError):
+            raise SolverError(
+                f"the cluster at {address} lost its workers, see their logs; run the study again"
+            ) from None
 
 
 def _begin(study: Study) -> None:

@@ -7,7 +7,7 @@
 static const char MAGIC[8] = "CRNKNAT";
 static const char NAME[] = "native.bin";
 static const char REMEDY[] = "build the FMU again with build_fmu.py --native, or unpack it again";
-enum { VERSION = 2, BYTE_ORDER_MARK = 0x01020304, OTHER_ORDER = 0x04030201, GUID_BYTES = 40, DIGEST_BYTES = 16 };
+enum { VERSION = 3, BYTE_ORDER_MARK = 0x01020304, OTHER_ORDER = 0x04030201, GUID_BYTES = 40, DIGEST_BYTES = 16 };
 
 struct header {
     char magic[8];
@@ -46,16 +46,35 @@ static const struct {
 };
 enum { N_SECTIONS = sizeof SECTIONS / sizeof SECTIONS[0] };
 
+/* Remainders of CRC-32 (IEEE 802.3) for a byte that 0 to 7 other bytes follow. */
+static void fill_remainders(uint32_t remainders[8][256]) {
+    for (uint32_t byte = 0; byte < 256; ++byte) {
+        uint32_t r = byte;
+        for (int bit = 0; bit < 8; ++bit) r = (r >> 1) ^ ((r & 1) != 0 ? 0xEDB88320u : 0);
+        remainders[0][byte] = r;
+    }
+    for (int k = 1; k < 8; ++k) {
+        for (uint32_t byte = 0; byte < 256; ++byte) {
+            const uint32_t before = remainders[k - 1][byte];
+            remainders[k][byte] = (before >> 8) ^ remainders[0][before & 0xFF];
+        }
+    }
+}
+
 void ct_sums(const void *bytes, size_t n_words, uint64_t sums[2]) {
     const unsigned char *at = bytes;
-    uint64_t first = 0, second = 0;
-    for (size_t i = 0; i < n_words; ++i) {
+    uint32_t remainders[8][256], crc = 0xFFFFFFFFu;
+    uint64_t second = 0;
+    fill_remainders(remainders);
+    for (size_t i = 0; i < n_words; ++i, at += sizeof(uint64_t)) {
         uint64_t word;
-        memcpy(&word, at + i * sizeof word, sizeof word);
-        first += word;
+        memcpy(&word, at, sizeof word);
         second += (i + 1) * word;
+        word ^= crc; /* the order of bytes is that of the file, little end first */
+        crc = 0;
+        for (int k = 0; k < 8; ++k) crc ^= remainders[7 - k][(word >> (8 * k)) & 0xFF];
     }
-    sums[0] = first;
+    sums[0] = crc ^ 0xFFFFFFFFu;
     sums[1] = second;
 }
 

@@ -84,7 +84,7 @@ const struct ct_array *ct_member_array(const struct ct_file *file, const struct 
 /* Text of an entry of INFO; NULL where there is none. */
 const char *ct_info_text(const struct ct_file *file, const char *name);
 
-/* Sum of n words, and of the words times their number from 1 on, modulo 2^64. */
+/* CRC-32 (IEEE 802.3) of n words, and the sum of the words times their number from 1 on, modulo 2^64. */
 void ct_sums(const void *bytes, size_t n_words, uint64_t sums[2]);
 
 #endif

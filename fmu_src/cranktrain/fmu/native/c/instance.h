@@ -94,6 +94,12 @@ static inline uint64_t ct_padded(uint64_t bytes) { return (bytes + CT_ALIGNMENT 
 /* Float64 numbers of a point of a variant. */
 uint64_t ct_point(const struct ct_file *file, const struct ct_variant *variant);
 
+/* Largest number of a point: pressures of films, in Pa, come to 1e10. */
+#define CT_LARGEST 1e15
+
+/* Whether a run can have the numbers of a point; NaN stands for a rate that is not given. */
+bool ct_is_point(const struct ct_file *file, const struct ct_variant *variant, const double *numbers);
+
 /* Fill an array's memory with what it holds at the start; ``records`` are the addresses for its fixups. */
 void ct_fill(const struct ct_file *file, const struct ct_array *array, unsigned char *memory, const uint64_t *records);
 

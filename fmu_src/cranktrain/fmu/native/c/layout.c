@@ -1,5 +1,6 @@
 #include "instance.h"
 
+#include <math.h>
 #include <string.h>
 
 /* What a point is made of, in this order, each part from a multiple of 64 bytes on. */
@@ -15,6 +16,17 @@ uint64_t ct_point(const struct ct_file *file, const struct ct_variant *variant) 
     uint64_t bytes = 0;
     for (int part = 0; part < N_POINT; ++part) bytes += part_bytes(file, variant, POINT[part]);
     return bytes / sizeof(double);
+}
+
+bool ct_is_point(const struct ct_file *file, const struct ct_variant *variant, const double *numbers) {
+    for (int part = 0; part < N_POINT; ++part) {
+        const double *end = numbers + part_bytes(file, variant, POINT[part]) / sizeof *numbers;
+        for (; numbers < end; ++numbers) {
+            const bool not_given = POINT[part] == CT_INPUT_RATES && isnan(*numbers);
+            if (!(fabs(*numbers) <= CT_LARGEST || not_given)) return false;
+        }
+    }
+    return true;
 }
 
 static uint64_t words_of(const struct ct_file *file, const struct ct_variant *variant, uint32_t first, uint32_t n) {

@@ -1,4 +1,6 @@
 /* FMU states: copies of what an instance has in ``now``. */
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 #include "instance.h"
@@ -6,6 +8,7 @@
 static const char FOREIGN[] = "the FMU state is not one of cranktrain; serialize it from an instance of this FMU";
 static const char OTHER_BUILD[] = "the FMU state comes from another build of the FMU; serialize it from this one";
 static const char DAMAGED[] = "the FMU state is damaged (checksum differs); serialize it again";
+static const char IMPOSSIBLE[] = "the FMU state is not one of a run: its numbers cannot be; serialize it from a run";
 static const char MAGIC[8] = "CRNKNST";
 
 bool ct_is_state(const struct ct_snapshot *state) { return memcmp(state->magic, MAGIC, sizeof MAGIC) == 0; }
@@ -40,13 +43,35 @@ fmi2Status ct_get_state(struct ct_instance *one, struct ct_snapshot **state) {
     return fmi2OK;
 }
 
-/* Whether values of a state are such that an instance could have: a serialized one may have been made by anybody. */
-static bool has_sound_values(const struct ct_instance *one, const double *values) {
+/* Whether a variable can have a value; outputs are found anew. */
+static bool can_be(const struct ct_file *file, const struct ct_variable *variable, double value) {
+    if (variable->type == CT_STRING || variable->type == CT_ENUMERATION) {
+        const uint32_t n = variable->index == CT_NONE ? 1 : file->choices[variable->index].n_options;
+        return value >= 0.0 && value < n && value == (uint32_t)value;
+    }
+    if (variable->causality != CT_PARAMETER && variable->causality != CT_INPUT) return true;
+    return isfinite(value) && variable->min <= value && value <= variable->max;
+}
+
+/* Whether numbers of a state are such that an instance could have: a serialized one may have been made by anybody. */
+static bool has_sound_numbers(const struct ct_instance *one, const struct ct_snapshot *state) {
+    const double *values = (const double *)(const void *)(state + 1);
+    const double *rates = values + one->n_variables, *origin = rates + one->n_inputs;
+    const double *points = (const double *)(const void *)((const char *)state + head_bytes(one));
+    if (!(fabs(state->start_time) <= CT_LARGEST && fabs(state->end_time) <= CT_LARGEST)) return false;
+    if (isnan(state->stop_time)) return false;
     for (uint32_t k = 0; k < one->n_variables; ++k) {
-        const struct ct_variable *variable = one->file.variables + k;
-        if (variable->type != CT_STRING && variable->type != CT_ENUMERATION) continue;
-        const uint32_t n = variable->index == CT_NONE ? 1 : one->file.choices[variable->index].n_options;
-        if (!(values[k] >= 0.0 && values[k] < n) || values[k] != (uint32_t)values[k]) return false;
+        if (!can_be(&one->file, one->file.variables + k, values[k])) return false;
+    }
+    for (uint32_t k = 0; k < one->n_inputs; ++k) {
+        const struct ct_variable *variable = one->file.variables + one->inputs[k].reference;
+        /* Before a start there is no origin. */
+        if (is_running(state) && !can_be(&one->file, variable, origin[k])) return false;
+        if (!(isnan(rates[k]) || fabs(rates[k]) <= DBL_MAX)) return false;
+    }
+    for (int k = 0; k < 1 + CT_PLACES && is_running(state); ++k) {
+        const struct ct_variant *variant = one->file.variants + state->variant;
+        if (!ct_is_point(&one->file, variant, points + (size_t)k * state->n_point)) return false;
     }
     return true;
 }
@@ -68,7 +93,7 @@ static const char *check_state(const struct ct_instance *one, const struct ct_sn
         return DAMAGED;
     }
     if (state->bytes != bytes || bytes != head_bytes(one) + point_bytes(state)) return DAMAGED;
-    return has_sound_values(one, (const double *)(const void *)(state + 1)) ? NULL : DAMAGED;
+    return has_sound_numbers(one, state) ? NULL : IMPOSSIBLE;
 }
 
 /* Whether the model of the instance is the one that a state was taken from. */
