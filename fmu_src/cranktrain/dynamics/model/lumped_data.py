@@ -7,9 +7,10 @@ follows from the values. Bounds are those of the engine file's checks.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
+from types import UnionType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -197,7 +198,7 @@ def lumped_values(engine: Engine) -> Iterator[LumpedValue]:
         part = getattr(engine, row.table)
         if part is None or not row.fits(engine):
             continue
-        low, high = _bounds(type(part), row.key)
+        low, high = _bounds(row.table, row.key)
         if not row.each:
             value = float(getattr(part, row.key))
             # What a file leaves out is a default, which may lie below what a file may state.
@@ -209,8 +210,10 @@ def lumped_values(engine: Engine) -> Iterator[LumpedValue]:
 
 
 @cache
-def _bounds(part: Hashable, key: str) -> tuple[float, float]:
+def _bounds(table: str, key: str) -> tuple[float, float]:
     """Range of a value of a table (SI)."""
+    kind = get_type_hints(Engine)[table]
+    part = get_args(kind)[0] if isinstance(kind, UnionType) else kind
     hint = get_type_hints(part, include_extras=True)[key]
     hint = get_args(hint)[0] if get_origin(hint) is tuple else hint
     assert get_origin(hint) is Annotated
