@@ -176,6 +176,7 @@ class Emission(Compiling):
         for function in whole.functions:
             if function.is_declaration:
                 continue
+            function.add_function_attribute("nounwind")  # nothing raises, so that tables for unwinding are of no use
             if any(part in function.name for part in SMALL):
                 function.add_function_attribute("optsize")
                 function.add_function_attribute("noinline")  # into a fast one, where it would not be small
