@@ -65,8 +65,8 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
         levels that do not go together, that the engine lacks, or whose data the FMU was built without; geometry that
         the bodies were not made for
     """
-    engine, rest = with_geometry(model.engine, chosen, names)
-    data, rest = split_data(engine, rest)
+    data, rest = split_data(model.engine, chosen)
+    engine, rest = with_geometry(model.engine, rest, names)
     given = Settings(**rest)
     settings = resolved(given, engine)
     check_levels(settings, engine)
