@@ -30,6 +30,24 @@ from cranktrain.modules.register import module_files, module_of, module_path  # 
 
 def main(arguments: list[str] | None = None) -> int:
     """Build from the command line; 2 where the input cannot be used, 70 after a fault of this program."""
+    chosen = _parser().parse_args(arguments)
+    try:
+        path = _described(chosen) if chosen.description else _built(chosen)
+    except CranktrainError as error:
+        _say(f"build_fmu: {one_line(str(error))}")
+        return 2
+    except KeyboardInterrupt:
+        _say("build_fmu: interrupted; no FMU was written")
+        return 130
+    except Exception as error:
+        _say(f"build_fmu: {fault(error)}")
+        return 70
+    print(path)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    """Parser of the options."""
     parser = argparse.ArgumentParser(description="Build the FMU of an engine, a scene, or a module.")
     add = parser.add_argument
     modules = ", ".join(module_files())
@@ -44,6 +62,11 @@ def main(arguments: list[str] | None = None) -> int:
         help=f"levels that the FMU carries. {USUAL} (default): all but bearing.level and big_end.level table and "
         f"block.level flexible, whose data take minutes at the first build, unless the engine starts at one; {ALL}; or "
         "table, flexible beside the usual ones, comma between them",
+    )  # fmt: skip
+    add(
+        "--start", metavar="NAME=VALUE", action="append", type=_start, default=[],
+        help="start value of a parameter of an engine's FMU: the level of a part (crank.level=torsional), or a number "
+        "in SI (flywheel.mass=40); may be given several times",
     )  # fmt: skip
     add(
         "--no-film-table", dest="film_table", action="store_false",
@@ -72,43 +95,51 @@ def main(arguments: list[str] | None = None) -> int:
         help="platforms of a native FMU, comma between them: linux64, win64, aarch64-linux",
     )  # fmt: skip
     add("--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it")
-    chosen = parser.parse_args(arguments)
-    try:
-        module = module_path(chosen.engine)
-        of_engines = (
-            chosen.description or not (chosen.film_table and chosen.block) or chosen.body or chosen.levels is not None
+    return parser
+
+
+def _check(chosen: argparse.Namespace) -> None:
+    """Refuse options that do not go with each other or with what is built; ``InputError``."""
+    of_engines = chosen.description or chosen.body or chosen.start or chosen.levels is not None
+    module = module_path(chosen.engine)
+    if (of_engines or not (chosen.film_table and chosen.block)) and (module is not None or is_scene(chosen.engine)):
+        what = "scene" if module is None else "module"
+        raise InputError(
+            "--description, --levels, --start, --no-film-table, --no-block and --body belong to an engine, not to a "
+            f"{what}"
         )
-        if of_engines and (module is not None or is_scene(chosen.engine)):
-            what = "scene" if module is None else "module"
-            raise InputError(
-                f"--description, --levels, --no-film-table, --no-block and --body belong to an engine, not to a {what}"
-            )
-        if chosen.python and chosen.platforms is not None:
-            raise InputError("--platform belongs to a native FMU; leave --python out, or --platform")
-        if chosen.reference and chosen.platforms and this_platform() not in chosen.platforms:
-            raise InputError(f"--reference runs the FMU here; name {this_platform()} among the platforms")
-        if chosen.description:
-            path = DESCRIPTION / "modelDescription.xml"
-            write_whole(path, model_description(load_engine(chosen.engine)), XML)
-        else:
-            parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body}
-            parts["levels"] = chosen.levels
-            platforms = () if chosen.python else chosen.platforms
-            path = build_fmu(chosen.engine, chosen.output, **parts, platforms=platforms, say=_say)
-            if chosen.reference:
-                interface = full_interface() if module is None else module_interface(module_of(module))
-                write_reference(path, interface, _say)
-    except CranktrainError as error:
-        _say(f"build_fmu: {one_line(str(error))}")
-        return 2
-    except KeyboardInterrupt:
-        _say("build_fmu: interrupted; no FMU was written")
-        return 130
-    except Exception as error:
-        _say(f"build_fmu: {fault(error)}")
-        return 70
-    print(path)
-    return 0
+    if chosen.python and chosen.platforms is not None:
+        raise InputError("--platform belongs to a native FMU; leave --python out, or --platform")
+    if chosen.reference and chosen.platforms and this_platform() not in chosen.platforms:
+        raise InputError(f"--reference runs the FMU here; name {this_platform()} among the platforms")
+
+
+def _described(chosen: argparse.Namespace) -> Path:
+    """The model description, written anew."""
+    _check(chosen)
+    path = DESCRIPTION / "modelDescription.xml"
+    write_whole(path, model_description(load_engine(chosen.engine)), XML)
+    return path
+
+
+def _built(chosen: argparse.Namespace) -> Path:
+    """The FMU, with its reference results where they are asked for."""
+    _check(chosen)
+    parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body, "levels": chosen.levels}
+    platforms = () if chosen.python else chosen.platforms
+    path = build_fmu(chosen.engine, chosen.output, **parts, starts=dict(chosen.start), platforms=platforms, say=_say)
+    if chosen.reference:
+        module = module_path(chosen.engine)
+        write_reference(path, full_interface() if module is None else module_interface(module_of(module)), _say)
+    return path
+
+
+def _start(text: str) -> tuple[str, str]:
+    """Name and value of ``NAME=VALUE``."""
+    name, sign, value = text.partition("=")
+    if not (sign and name.strip() and value.strip()):
+        raise argparse.ArgumentTypeError(f"'{text}' is no NAME=VALUE; give e.g. crank.level=torsional")
+    return name.strip(), value.strip()
 
 
 def _listed(names: str) -> list[str]:

@@ -448,7 +448,8 @@ def test_native_simulation_and_fmu_agree_to_the_bit(fmu, engine, body, script):
 
 
 def test_parameters_start_as_the_settings_do(fmu, engine):
-    """And geometry as the engine."""
+    """And geometry and lumped data as the engine."""
+    from cranktrain.dynamics.model.lumped_data import lumped_values, split_data
     from cranktrain.dynamics.simulation import Settings
     from cranktrain.fmu.geometry import with_geometry
 
@@ -456,5 +457,7 @@ def test_parameters_start_as_the_settings_do(fmu, engine):
         about = json.loads(archive.read("resources/variables.json"))
     starts = {v["setting"]: v["start"] for v in about["variables"] if v["causality"] == "parameter"}
     told, rest = with_geometry(engine, starts, {})
-    assert told is engine and len(rest) == len(starts) - 11
+    data, rest = split_data(engine, rest)
+    assert data == {one.name: one.value for one in lumped_values(engine)}
+    assert told is engine and len(rest) == len(starts) - 11 - len(data)
     assert {name: getattr(Settings(), name) for name in rest} == rest

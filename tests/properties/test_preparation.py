@@ -25,6 +25,7 @@ from cranktrain.dynamics.model.numbers import (
     SET_OIL_TEMPERATURE,
     SET_STEP,
     SET_TOLERANCE,
+    SET_VOGEL_A,
     SET_WORK_LIMIT,
 )
 from cranktrain.dynamics.model.preparation import prepare_model
@@ -36,7 +37,6 @@ from cranktrain.dynamics.start.mean_motion import ORDERS, carried, lean, rigid_m
 from cranktrain.dynamics.time import status
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.file import load_engine
-from cranktrain.engine.lubricant import OIL_FIRST
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.fmu.flat import FlatModel
@@ -234,7 +234,7 @@ def test_oil_too_thin_for_its_law_is_refused():
     name, levels = "diesel_i6", {"bearings": "ehd"}
     engine = engine_of(name)
     model, numbers = model_of(name, levels, WARM), run_numbers(Settings(crank="rigid", **levels), engine_of(name))
-    model.basis.oil[OIL_FIRST] *= 1e-3
+    numbers[SET_VOGEL_A] *= 1e-3
     assert prepare_model(model, numbers, np.zeros(len(engine.crankshaft.main_widths)), WARM) == status.THIN_OIL
 
 

@@ -66,7 +66,7 @@ def make_run(
     counts = output_counts(engine, parts.topology)
     outputs = observers(counts, model, work, state, np.zeros(len(output_needs(counts))))
     temperatures = np.zeros(len(engine.crankshaft.main_widths))
-    return Run(model, work, state, inputs, outputs, run_numbers(settings, engine), temperatures)
+    return Run(model, work, state, inputs, outputs, run_numbers(settings, engine, parts.data), temperatures)
 
 
 @kernel

@@ -328,7 +328,8 @@ class Simulation(SteppedModel):
         temperatures = np.zeros(len(self.engine.crankshaft.main_widths))
         if self._temperatures is not None:
             temperatures[:] = self._temperatures
-        numbers = run_numbers(replace(self.settings, oil_temperature=self._oil_temperature), self.engine)
+        settings = replace(self.settings, oil_temperature=self._oil_temperature)
+        numbers = run_numbers(settings, self.engine, self.parts.data)
         run = Run(model, work, state, self._inputs, observed, numbers, temperatures)
         return RunEntries("cranktrain", run, run_record)
 

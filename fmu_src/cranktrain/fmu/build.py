@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,6 +25,7 @@ from cranktrain.fmu.module_fmu import build_module, module_product
 from cranktrain.fmu.native.link import checked_platform
 from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
+from cranktrain.fmu.start_levels import start_settings, with_starts
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.modules.register import module_path
 from cranktrain.store.waits import print_line, waits
@@ -34,6 +35,7 @@ from cranktrain.structure.assembly import check_mesh
 from cranktrain.studies.scene import Scene, load_scene
 
 
+# In one piece: the entry of a build, whose callers name the few choices that they make.
 def build_fmu(
     source: str | Path | Engine | Scene,
     folder: str | Path = "dist",
@@ -42,6 +44,7 @@ def build_fmu(
     film_table: bool = True,
     block: bool = True,
     body: str | Path | None = None,
+    starts: Mapping[str, Any] | None = None,
     platforms: Sequence[str] | None = None,
     say: Progress | None = None,
 ) -> Path:
@@ -56,6 +59,8 @@ def build_fmu(
     film_table : False: without the film tables of bearing and big-end level ``table``
     block : False: without the block of block level ``flexible``
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
+    starts : start values of an engine's parameters other than the usual ones, by name: levels as texts
+        (``{"crank.level": "torsional"}``), numbers in SI (``{"flywheel.mass": 40.0}``)
     platforms : of a native FMU, which needs no Python (``linux64``, ``win64``), without any this machine's; empty: the
         Python FMU
     say : gets each stage of long work; not given: what takes more than a second is told on stderr
@@ -66,7 +71,7 @@ def build_fmu(
         for input that cannot be read or built
     """
     with waits() as told:
-        parts = _Parts(levels, film_table, block, body)
+        parts = _Parts(levels, film_table, block, body, starts or {})
         return _built(source, Path(folder), parts, platforms, (say or told.tell, say or print_line))
 
 
@@ -77,16 +82,19 @@ class _Parts(NamedTuple):
     film_table: bool
     block: bool
     body: str | Path | None
+    starts: Mapping[str, Any]
 
     @property
     def chosen(self) -> bool:
         """Whether any was given."""
-        return self.levels is not None or self.body is not None or not (self.film_table and self.block)
+        given = self.levels is not None or self.body is not None or bool(self.starts)
+        return given or not (self.film_table and self.block)
 
     def carried(self, engine: Engine, say: Progress) -> dict[str, bool]:
         """Keywords of :func:`whole_model`; says which levels are left out that were not refused."""
         whole = self.film_table and self.block
-        carried = carried_levels(engine, self.levels or (USUAL if whole else ALL))
+        start = start_settings(engine_interface(engine), engine, self.starts)
+        carried = carried_levels(engine, self.levels or (USUAL if whole else ALL), start)
         carried -= {level for level, kept in (("table", self.film_table), ("flexible", self.block)) if not kept}
         if whole and (text := left_out_text(engine, carried)):
             say(f"{engine.name}: {text}")
@@ -107,7 +115,7 @@ def _built(
     module = module_path(source) if isinstance(source, str | Path) else None
     if module is not None:
         if parts.chosen:
-            raise InputError("levels, film table, block and body belong to an engine's FMU, not to a module's")
+            raise InputError("levels, film table, block, body and starts belong to an engine's FMU, not to a module's")
         return build_module(module, folder, say, platforms)
     if isinstance(source, str | Path) and is_scene(source):
         source = load_scene(source)
@@ -115,14 +123,15 @@ def _built(
         if parts.body is not None:
             raise InputError("an own body can be built into an engine's FMU, not into a scene's; name the engine")
         if parts.chosen:
-            raise InputError("levels, film table and block are chosen for an engine's FMU, not for a scene's")
+            raise InputError("levels, film table, block and starts are chosen for an engine's FMU, not for a scene's")
         check_target(folder, source.engine)
         return build_scene(source, folder, say, platforms)
     engine = load_engine(source)
     check_target(folder, engine)
     check_mesh(parts.body, "journal surfaces")
     model = whole_model(engine, **parts.carried(engine, note), body=parts.body, say=say)
-    return build(model, folder, say, platforms=platforms)
+    interface = with_starts(engine_interface(model.engine), parts.starts)
+    return build(model, folder, say, interface, platforms=platforms)
 
 
 def usual_platforms(say: Progress) -> Sequence[str]:

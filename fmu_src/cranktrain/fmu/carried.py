@@ -24,13 +24,14 @@ WHERE = {"table": "bearing.level and big_end.level table", "flexible": "block.le
 WORDS = (USUAL, ALL, *SLOW)
 
 
-def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL) -> frozenset[str]:
+def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL, start: Settings | None = None) -> frozenset[str]:
     """Levels among :data:`SLOW` that an FMU of the engine carries; ``InputError`` for an unknown word.
 
     Parameters
     ----------
     asked : ``usual``: those that the start values need; ``all``; or names of :data:`SLOW`, which are added to the usual
         ones; several are a list, or one text with commas
+    start : levels at which the FMU starts; not given: the usual ones
     """
     given = [asked] if isinstance(asked, str) else list(asked)
     words = [word.strip() for text in given for word in text.split(",")]
@@ -39,7 +40,7 @@ def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL) -> frozen
             raise InputError(f"levels '{word}' do not exist; {nearest(word, WORDS)}")
     possible = {"flexible"} if engine.block is not None and engine.mounts is not None else set()
     possible |= {"table"} if engine.main_bearing is not None or engine.big_end_bearing is not None else set()
-    needed = needed_parts(engine, resolved(Settings(), engine))
+    needed = needed_parts(engine, resolved(start or Settings(), engine))
     at_start = {level for level, parts in SLOW.items() if any(part in needed for part in parts)}
     wanted = possible if ALL in words else possible & set(words)
     return frozenset(wanted | (possible & at_start))

@@ -132,6 +132,11 @@ def read_interface(folder: str | Path, units_folder: str | Path | None = None) -
     return Interface(**listed["model"], variables=tuple(variables), units=units, reference=listed["reference"])
 
 
+def read_units(folder: str | Path) -> dict[str, Any]:
+    """All units of units.toml of a folder, by name."""
+    return _toml(Path(folder) / "units.toml")
+
+
 def _from_register(entry: dict[str, Any], where: str) -> dict[str, Any]:
     """Entry of a variable with the names of a register behind its choices, their titles behind its description.
 

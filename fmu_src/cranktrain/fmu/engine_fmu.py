@@ -9,11 +9,12 @@ from types import MappingProxyType
 from typing import Any
 
 from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.lumped_data import lumped_values
 from cranktrain.dynamics.topology.tables import added_outputs
 from cranktrain.engine.model import Engine
 from cranktrain.fmu import archive
 from cranktrain.fmu.archive import DESCRIPTION, Product, fmu_path, need_sources, write_fmu
-from cranktrain.fmu.description import Interface, Variable, read_interface
+from cranktrain.fmu.description import Interface, Variable, read_interface, read_units
 from cranktrain.fmu.flat import FlatModel, to_bytes
 from cranktrain.fmu.geometry import start_values
 from cranktrain.fmu.native.archive import write_native_fmu
@@ -76,15 +77,24 @@ def full_interface() -> Interface:
 
 
 def engine_interface(engine: Engine) -> Interface:
-    """The full interface with the outputs of bodies and connections that an engine's file adds."""
+    """The full interface with an engine's lumped data, and outputs of bodies and connections that its file adds."""
     interface = full_interface()
+    data = tuple(
+        Variable(
+            one.name, "parameter", one.row.title, unit=one.row.unit, display_unit=one.row.display_unit,
+            start=one.value, min=one.low, max=one.high, setting=one.name,
+        )
+        for one in lumped_values(engine)
+    )  # fmt: skip
     more = tuple(
         Variable(
             name, "output", f"{name.rpartition('.')[0]}: {name.rpartition('.')[2]}", unit=_fmi_unit(output_unit(name))
         )
         for name in added_outputs(engine)
     )
-    return replace(interface, variables=interface.variables + more)
+    used = {variable.unit for variable in (*interface.variables, *data, *more)}
+    units = {name: unit for name, unit in read_units(DESCRIPTION).items() if name in used}
+    return replace(interface, variables=interface.variables + data + more, units=units)
 
 
 def _fmi_unit(unit: str) -> str:

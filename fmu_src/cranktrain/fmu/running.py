@@ -10,6 +10,7 @@ from cranktrain.core.announcement import announced
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.dynamics.model.arrays import Parts
+from cranktrain.dynamics.model.lumped_data import split_data
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
@@ -64,14 +65,15 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
         levels that do not go together, that the engine lacks, or whose data the FMU was built without; geometry that
         the bodies were not made for
     """
-    engine, rest = with_geometry(model.engine, chosen, names)
+    data, rest = split_data(model.engine, chosen)
+    engine, rest = with_geometry(model.engine, rest, names)
     given = Settings(**rest)
     settings = resolved(given, engine)
     check_levels(settings, engine)
     bore = model.block_bore if settings.block == "flexible" else model.bore
     parts = Parts(
         model.table, bore, model.big_end_table, model.block, bodies=model.added, film_tables=model.film_tables,
-        big_end_bore=model.big_end_bore,
+        big_end_bore=model.big_end_bore, data=data,
     )  # fmt: skip
     for part in needed_parts(engine, settings):
         if getattr(parts, part) is None:

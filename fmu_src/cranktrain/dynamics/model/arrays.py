@@ -29,6 +29,7 @@ from cranktrain.dynamics.model.bodies import (
 )
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.connections import big_end_films, laws_of
+from cranktrain.dynamics.model.lumps import Lumps, lumps
 from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY, main_bearings
 from cranktrain.dynamics.model.ports import lay_ports, with_added_ports
 from cranktrain.dynamics.model.preparation import prepare_model
@@ -120,6 +121,7 @@ class ModelArrays(NamedTuple):
     choices: Array  # (CHOICES,) see dynamics.model.slots
     stages: Array  # the integrator's table, see dynamics.time.table, filled up with zeros
     basis: Basis  # what the preparation of a run reads
+    lumps: Lumps  # what lumped data are part of
     build: NDArray[np.void]  # (0,) see core.build_mark
 
     @property
@@ -190,6 +192,7 @@ class Parts(NamedTuple):
     bodies: Mapping[str, ReducedBody] | None = None  # that the engine's file takes from files of their own
     film_tables: tuple[FilmTable, ...] = ()  # films of added bearings, level ``table``
     big_end_bore: BoreCompliance | None = None  # elastic eyes of the rods, level ``ehd`` of the big ends
+    data: Mapping[str, float] | None = None  # lumped values other than the engine's, see .lumped_data
 
 
 def build_model(
@@ -215,7 +218,7 @@ def build_model(
         raise InputError(f"film temperatures of the form {np.shape(temperatures)}; give one for each of {count} mains")
     given = np.zeros(count) if temperatures is None else np.array(temperatures, dtype=float)
     _check_temperatures(engine, settings, speed, () if temperatures is None else given.tolist())
-    status = prepare_model(model, run_numbers(settings, engine), given, speed)
+    status = prepare_model(model, run_numbers(settings, engine, parts.data), given, speed)
     if status != OK:
         raise InputError(REFUSALS[status])
     return model
@@ -297,29 +300,37 @@ def structure(
     least_smooth = np.zeros(KINKS)
     # Where cylinders differ, kinks are those of their mean.
     fill_kinks(trace if len(trace) == 2 else trace.reshape(-1, 2, *trace.shape[1:]).mean(axis=0), least_smooth)
-    return ModelArrays(
-        omega2=contiguous(np.concatenate((turning.omega, stationary.omega, more.omega)) ** 2),
-        damping=np.concatenate(
+    made_of = {
+        "ports": ports.turning,
+        "tilts": contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
+        "ends": contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
+        "axis_weights": axis_weights(turning.positions[tilted, 2], float(body.centre[2])),
+        "spin": contiguous(turning_stiffness(turning).T),
+        "gyroscopic": contiguous(turning.gyroscopic.T),
+        "gravity": np.concatenate((turning.translation, stationary.translation, more.bodies.translation), axis=1),
+        "damping": np.concatenate(
             (structural_damping(engine, turning), _stationary_damping(engine, stationary), more.damping)
         ),
-        gyroscopic=contiguous(turning.gyroscopic.T),
-        spin=contiguous(turning_stiffness(turning).T),
+        **drive_line,
+    }
+    scalars = _scalars(engine, settings, gas, line, float(pulley[5, 5]))
+    standing = block_arrays(engine, stationary, block, body.mass, body.centre)
+    of_line = {
+        "line_laws": line.laws, "line_inertia": scalars[[at.LINE_INERTIA]], "end_speed": np.array([line.end_speed])
+    }  # fmt: skip
+    return ModelArrays(
+        omega2=contiguous(np.concatenate((turning.omega, stationary.omega, more.omega)) ** 2),
         centrifugal_load=contiguous(turning.centrifugal_load),
         euler_load=contiguous(turning.euler_load),
-        gravity=np.concatenate((turning.translation, stationary.translation, more.bodies.translation), axis=1),
-        ports=ports.turning,
         ports_transposed=contiguous(ports.turning.T),
         block_ports=ports.block,
         block_ports_transposed=contiguous(ports.block.T),
         pairs=ports.pairs,
         axial=ports.axial,
-        **drive_line,
-        axis_weights=axis_weights(turning.positions[tilted, 2], float(body.centre[2])),
+        **made_of,
         bodies=more.bodies,
         links=more.connections,
-        block=block_arrays(engine, stationary, block, body.mass, body.centre),
-        ends=contiguous(np.array([flywheel[5], pulley[5], pulley[2], flywheel[2]])),
-        tilts=contiguous(shapes[tilted, 3:5].reshape(-1, turning.n_modes)),
+        block=standing,
         bearings=mains,
         pins=contiguous(turning.positions[pins, :2]),
         big_ends=big_ends,
@@ -332,11 +343,12 @@ def structure(
         cylinders=np.hstack((cylinder_parameters(engine, free_big_ends, topology.cylinders), ports.cylinders)),
         gas=trace,
         laws=laws,
-        scalars=_scalars(engine, settings, gas, line, float(pulley[5, 5])),
+        scalars=scalars,
         kinks=least_smooth,
         choices=np.zeros(at.CHOICES),
         stages=np.zeros(constants.tables.shape[1:]),
         basis=constants,
+        lumps=lumps(engine, settings, body, turning, block, guided, made_of | of_line, standing),
         build=build_mark(),
     )
 

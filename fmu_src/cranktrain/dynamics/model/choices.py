@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Mapping
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.model.lumped_data import lumped_numbers
 from cranktrain.dynamics.model.numbers import (
     LEVEL_FILM_CHANGE,
     LEVEL_HELD_METHOD,
     LEVEL_METHOD,
     LEVEL_STEP,
     LEVEL_TOLERANCE,
-    NUMBERS,
     SET_ADAPTIVE,
     SET_BORE,
     SET_COMPRESSION,
@@ -87,9 +87,12 @@ def level_numbers(settings: Settings, engine: Engine) -> dict[int, float]:
     }
 
 
-def run_numbers(settings: Settings, engine: Engine) -> Array:
-    """All numbers of a run, (NUMBERS,); ``settings`` of words that exist, with or without what is left open."""
-    numbers = np.zeros(NUMBERS)
+def run_numbers(settings: Settings, engine: Engine, data: Mapping[str, float] | None = None) -> Array:
+    """All numbers of a run; ``settings`` of words that exist, with or without what is left open.
+
+    ``data`` are lumped values other than the engine's, see :mod:`cranktrain.dynamics.model.lumped_data`.
+    """
+    numbers = lumped_numbers(engine, data)
     for name, slot in NUMBER_SLOTS.items():
         numbers[slot] = getattr(settings, name) or 0.0
     for name, slot in GEOMETRY_SLOTS.items():

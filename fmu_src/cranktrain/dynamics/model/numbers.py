@@ -1,7 +1,8 @@
 """Slots of the numbers that a run is given: all that its parameters set and that is neither a level nor an input.
 
-One float64 array (NUMBERS,) from which :mod:`cranktrain.dynamics.model.preparation` prepares a model. Nothing is
-imported here, so that kernels which read a slot rest on nothing that makes the numbers.
+One float64 array, NUMBERS and then MOUNT_NUMBERS for each mount, from which
+:mod:`cranktrain.dynamics.model.preparation` prepares a model. Nothing is imported here, so that kernels which read a
+slot rest on nothing that makes the numbers.
 """
 
 from __future__ import annotations
@@ -22,7 +23,20 @@ SET_WORK_LIMIT = 16
 # for inputs that are held, step (rad).
 LEVEL_TOLERANCE, LEVEL_FILM_CHANGE, LEVEL_METHOD, LEVEL_HELD_METHOD, LEVEL_STEP = range(17, 22)
 # 1 where internal steps pass over communication points.
-SET_DENSE, NUMBERS = 22, 23
+SET_DENSE = 22
+# Lumped data of the engine, SI, by :mod:`cranktrain.engine.tunable`. Of flywheel, pulley and clutch four each: mass,
+# polar and diametral inertia, offset. Masses and inertias of the damper's parts, of rod and piston; connecting shaft
+# and dynamometer; axial path; clearances of mains and big ends; constants of Vogel's law; the damper's fluid or spring,
+# with its loss factor or damping. Then of each mount six stiffnesses and six dampings.
+SET_FLYWHEEL, SET_PULLEY, SET_CLUTCH, LUMPED = 23, 27, 31, 23
+PART_MASS, PART_POLAR, PART_DIAMETRAL, PART_OFFSET = range(4)
+SET_DAMPER_MASS, SET_HOUSING, SET_RING, SET_BIG_END, SET_SMALL_END, SET_ROD_INERTIA, SET_PISTON = range(35, 42)
+SET_LINE_STIFFNESS, SET_LINE_DAMPING, SET_DYNAMOMETER, SET_PATH_MASS, SET_PATH_STIFFNESS = range(42, 47)
+SET_PATH_DAMPING, SET_MAIN_CLEARANCE, SET_PIN_CLEARANCE, SET_VOGEL_A, SET_VOGEL_B, SET_VOGEL_C = range(47, 53)
+SET_FLUID, SET_SPRING, SET_SPRING_LOSS, SET_MOUNTS = range(53, 57)
+MOUNT_NUMBERS = 12
+NUMBERS = SET_MOUNTS
+"""How many there are beside those of mounts."""
 LEAST_STEP = 1.0e-5
 """Shortest step that may be asked for, rad."""
 MOST_DELAY = 2.0

@@ -40,6 +40,7 @@ from cranktrain.dynamics.model.numbers import (
     SET_TOLERANCE,
     SET_WORK_LIMIT,
 )
+from cranktrain.dynamics.model.trimming import trim_model, trim_oil, trim_refusal
 from cranktrain.dynamics.time.status import (
     BORE_FIXED,
     DAMPER_RANGE,
@@ -75,11 +76,18 @@ def prepare_model(model, numbers, temperatures, speed):
 
     Parameters
     ----------
-    numbers : (NUMBERS,) see :mod:`cranktrain.dynamics.model.numbers`
+    numbers : of the run, see :mod:`cranktrain.dynamics.model.numbers`
     temperatures : (mains,) of the main bearings' films, K; 0: the oil's
     speed : at which tables over speed are read, rad/s
     """
+    status = trim_refusal(model, numbers)
+    if status != OK:
+        return status
+    trim_oil(model, numbers)
     status = refusal(model, numbers, temperatures, speed)
+    if status != OK:
+        return status
+    status = trim_model(model, numbers)
     if status != OK:
         return status
     scalars = model.scalars

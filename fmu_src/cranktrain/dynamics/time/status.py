@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 OK, DIVERGED, SINGULAR, FILM_FAILED, STALLED, WORK_SPENT, TOO_LONG = range(7)
 NOT_EMBEDDED, TOLERANCE_RANGE, STEP_RANGE, DELAY_RANGE, UNKNOWN_METHOD, OIL_RANGE, THIN_OIL = range(16, 23)
-DAMPER_RANGE, BORE_FIXED, TRACE_FIXED, LIMIT_RANGE = 23, 24, 25, 26
+DAMPER_RANGE, BORE_FIXED, TRACE_FIXED, LIMIT_RANGE, NO_RIGID_PART, CLEARANCE_FIXED = range(23, 29)
 NO_EQUILIBRIUM = 32
 NOT_AHEAD = 10
 INPUT_NOT_FINITE, INPUT_NEGATIVE = 1000, 2000
@@ -55,6 +55,11 @@ REFUSALS = {
     THIN_OIL: "Roelands' law needs oil of a higher viscosity; give a lower temperature",
     DAMPER_RANGE: "the damper's temperature lies outside the range of its law",
     TRACE_FIXED: "the gas trace is given and belongs to another bore or compression ratio; leave them there",
+    NO_RIGID_PART: "no rigid part has the inertias of flywheel, pulley or clutch: the polar one is at most twice the "
+    "diametral one; change both",
+    CLEARANCE_FIXED: "the films of this level were made for their clearance; leave main_bearing.clearance and "
+    "big_end_bearing.clearance, choose bearing.level impedance or linear, or build the FMU of an engine file with the "
+    "new clearance",
     BORE_FIXED: "the flexible block was made for another bore; leave it there",
 }
 """Why a model cannot be prepared."""

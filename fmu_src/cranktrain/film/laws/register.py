@@ -61,6 +61,7 @@ class Law:
     film : whether it has an oil film: gap, pressure, friction, flow
     oil : laws of the oil under pressure that its films follow, keys of the engine file's [oil]
     clearance : whether journals have play; without, the thrust bearing has none either
+    any_clearance : whether its bearings follow another clearance than the one that they were made for
     square_collar : whether the thrust bearing's collar is taken as square to its axis; otherwise its tilt is included
     usual_for : kinds of bearing, or crank levels, for which it is the default level
     cost : class of cost
@@ -76,6 +77,7 @@ class Law:
     film: bool = False
     oil: tuple[str, ...] = ()
     clearance: bool = True
+    any_clearance: bool = False
     square_collar: bool = False
     usual_for: tuple[str, ...] = ()
     cost: str = CHEAP
@@ -172,10 +174,18 @@ for _law in (
         "no bearings: journals locked on their axis",
         {PLAIN: Form(), ROLLER: Form()},
         clearance=False,
+        any_clearance=True,
         usual_for=("torsional",),
         step_deg=6.0,
     ),
-    Law("rigid", "no film: pins locked in their rods", {BIG_END: Form()}, clearance=False, usual_for=(BIG_END,)),
+    Law(
+        "rigid",
+        "no film: pins locked in their rods",
+        {BIG_END: Form()},
+        clearance=False,
+        any_clearance=True,
+        usual_for=(BIG_END,),
+    ),
     Law(
         "linear",
         "springs and dampers",
@@ -184,6 +194,7 @@ for _law in (
             ROLLER: Form(f"{_HERE}.roller:roller_law", f"{_HERE}.roller:linear_seats", tilt=True),
         },
         clearance=False,
+        any_clearance=True,
         tolerance=1.0e-6,
     ),
     Law(
@@ -194,6 +205,7 @@ for _law in (
             for kind in (PLAIN, BIG_END)
         },
         film=True,
+        any_clearance=True,
         # Two unknowns more than the journals have, and no better axial motion: docs/decisions/0006-thrust-film.md.
         square_collar=True,
         usual_for=(PLAIN,),
@@ -221,6 +233,7 @@ for _law in (
         "roller",
         "cylindrical rollers",
         {ROLLER: Form(f"{_HERE}.roller:roller_law", f"{_HERE}.roller:roller_seats", tilt=True)},
+        any_clearance=True,
         usual_for=(ROLLER,),
         block="flexible",
         step_deg=3.0,

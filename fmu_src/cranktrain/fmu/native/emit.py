@@ -49,8 +49,13 @@ class _Called(NamedTuple):
     loaded: Loaded
 
 
+SMALLEST = (
+    "8dynamics5start", "8dynamics5model11preparation", "5model8trimming", "5model10reattached",
+    "5model10ritz_modes", "5model12turned_modes",
+)  # fmt: skip
+"""In the names of functions that run once a start: they are made as small as they can be."""
 SMALL = (
-    "8dynamics5start", "8dynamics5model11preparation", "8dynamics7outputs", "8dynamics3run7observe",
+    *SMALLEST, "8dynamics7outputs", "8dynamics3run7observe",
     "8dynamics6motion4rods11observe_rod", "8dynamics8topology6frames", "8dynamics6motion12added_bodies12factor_added",
     "8dynamics6motion17added_connections4lean", "8dynamics6motion12added_memory", "8dynamics6motion11added_hooks",
     "8dynamics4time14reconstruction", "8dynamics4time9work_limit", "8dynamics4time14error_estimate",
@@ -171,11 +176,14 @@ class Emission(Compiling):
         for function in whole.functions:
             if function.is_declaration:
                 continue
+            function.add_function_attribute("nounwind")  # nothing raises, so that tables for unwinding are of no use
             if any(part in function.name for part in SMALL):
                 function.add_function_attribute("optsize")
                 function.add_function_attribute("noinline")  # into a fast one, where it would not be small
             elif compact:
                 function.add_function_attribute("optsize")
+            if compact or any(part in function.name for part in SMALLEST):
+                function.add_function_attribute("minsize")
         for function in list(whole.functions):
             if function.name in self.symbols:
                 function.name = self.symbols[function.name]

@@ -7,6 +7,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.choices import GEOMETRY_SLOTS, NUMBER_SLOTS, option_slots
+from cranktrain.dynamics.model.lumped_data import lumped_values
 from cranktrain.dynamics.model.settings import resolved
 from cranktrain.dynamics.model.state import EACH_POINT, LIMITED
 from cranktrain.dynamics.outputs.register import families_of, output_counts, output_names
@@ -49,7 +50,7 @@ def engine_model(model: FlatModel, product: Product, say: Callable[[str], None] 
         kind=KIND,
         inputs=input_names(model.engine),
         outputs=output_names(counts),
-        slots=NUMBER_SLOTS | GEOMETRY_SLOTS,
+        slots=NUMBER_SLOTS | GEOMETRY_SLOTS | {one.name: one.slot for one in lumped_values(model.engine)},
         options=option_slots(),
         levels={str(v.setting): v.choices for v in product.variables if v.setting in (*LEVELS, WARMTH)},
         variant=variants.row,
@@ -59,6 +60,10 @@ def engine_model(model: FlatModel, product: Product, say: Callable[[str], None] 
         leaves=variants.leaves,
         tables=variants.tables,
     )
+
+
+_LUMPS = "model.lumps."
+_SCRATCH = tuple(_LUMPS + name for name in ("room", "vectors", "scratch"))
 
 
 class _Variants:
@@ -101,5 +106,7 @@ class _Variants:
 
 
 def is_constant(path: str) -> bool:
-    """Whether no kernel writes an array of a run or of a law's record: the tables of films, which are large."""
+    """Whether no kernel writes an array of a run or of a law's record: tables of films, constants of lumped data."""
+    if path.startswith(_LUMPS):
+        return path not in _SCRATCH
     return ".table." in path or path.endswith(".table")

@@ -185,7 +185,7 @@ def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, pr
         # Windows: the compiler's own C library is 150 kB smaller without what debuggers read, and code counts there.
         own = ["-s", "-Os"]
         if platform.suffix == ".so":
-            own = ["-s", "-lm", "-Wl,-z,relro,-z,now,-z,noexecstack", "-fPIC"]
+            own = ["-s", "-lm", "-Wl,-z,relro,-z,now,-z,noexecstack,-z,noseparate-code", "-fPIC"]
         run = [
             *command,
             *FLAGS,

@@ -1,0 +1,163 @@
+"""What lumped data of the engine are part of: constants from which a model of other values is made.
+
+The arrays are those of the model as its bodies were made; :mod:`cranktrain.dynamics.model.trimming` makes the model's
+own from them. Nothing writes to them but to the scratch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates
+from cranktrain.dynamics.model import lump_slots as at
+from cranktrain.dynamics.model import numbers
+from cranktrain.dynamics.model.block import DIRECTIONS, BlockArrays
+from cranktrain.dynamics.model.lumped_data import lumped_numbers
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.levels import CRANKS
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import bearing_law
+
+
+class Lumps(NamedTuple):
+    """Constants of a model: t turning modes, of which the first r are the crank's, n modes in all, j mounts."""
+
+    values: Array  # (numbers,) lumped values that the arrays hold, by slot
+    traits: Array  # (TRAITS,)
+    fixed: Array  # (2, 6, r) shapes of flywheel and pulley
+    places: Array  # (2, 3) of both
+    rigid: Array  # (6, 6) rigid motions about the origin in the crank's rigid modes
+    mains: Array  # (b,) places of the main journals along the axis
+    plain: Array  # (b,) 1 where a main has a film
+    omega2: Array  # (t,)
+    damping: Array  # (t,)
+    gyroscopic: Array  # (t, t) G transposed, as the model's
+    centrifugal: Array  # (r, r)
+    stress: Array  # (r, r)
+    spin: Array  # (t, t) as the model's
+    loads: Array  # (2, t) centrifugal and Euler load
+    gravity: Array  # (3, n)
+    ports: Array  # (m, t)
+    tilts: Array  # (2b, t)
+    ends: Array  # (4, t)
+    shafts: Array  # (s, t)
+    lag: Array  # (t,)
+    rotor: Array  # (t,)
+    axis_weights: Array  # (b,)
+    grown: Array  # (t,) slot of the mass or inertia that a mode has to itself, or NOT_LUMPED
+    block_stiffness: Array  # (n_b, n_b)
+    block_damping: Array  # (n_b, n_b)
+    weight: Array  # (n_s,)
+    mount_weight: Array  # (6j,)
+    mount_motion: Array  # (6j, 6) of each mount in the block's rigid motions about the origin
+    piston_shape: Array  # (2, 2)
+    piston_inverse: Array  # (2, 2)
+    room: Array  # (ROOMS, r, r) scratch
+    vectors: Array  # (VECTOR_ROWS, t) scratch
+    scratch: Array  # (64,)
+
+
+def lumps(
+    engine: Engine, settings: Settings, body: ReducedBody, turning: ReducedBody, block: ReducedBody | None,
+    guided: Sequence[int], arrays: dict[str, Array], stationary: BlockArrays,
+) -> Lumps:  # fmt: skip
+    """Gather them.
+
+    Parameters
+    ----------
+    settings : nothing left open
+    body : the crank
+    turning : all that turns
+    guided : cylinders (from 0) with guided pistons
+    arrays : of the model, by name
+    stationary : block and pistons
+    """
+    r, t, z = body.n_modes, turning.n_modes, np.zeros
+    values = lumped_numbers(engine)
+    rows = [body.index("flywheel"), body.index("pulley")]
+    mains = [turning.index(f"main[{i + 1}]") for i in range(len(arrays["axis_weights"]))]
+    plain = z(len(mains))
+    plain[[i for i in engine.plain_numbers if i < len(mains)]] = 1.0
+    mounts = stationary.mounts.shape[0]
+    motion = z((mounts, DIRECTIONS))
+    if block is not None:
+        motion = np.ascontiguousarray(stationary.mounts[:, :DIRECTIONS] @ np.linalg.inv(rigid_coordinates(block)))
+    grown = np.full(t, at.NOT_LUMPED)
+    for mode in range(r, t):
+        grown[mode] = _slot(turning, mode)
+    keep = {name: np.ascontiguousarray(arrays[name]).copy() for name in (
+        "ports", "tilts", "ends", "shafts", "lag", "rotor", "axis_weights", "spin", "gravity",
+    )}  # fmt: skip
+    return Lumps(
+        values=values,
+        traits=_traits(engine, settings, body, block, guided, arrays),
+        fixed=np.ascontiguousarray(body.shapes[rows]),
+        places=np.ascontiguousarray(body.positions[rows]),
+        rigid=rigid_coordinates(body),
+        mains=np.ascontiguousarray(turning.positions[mains, 2]),
+        plain=plain,
+        omega2=turning.omega**2,
+        damping=arrays["damping"][:t].copy(),
+        gyroscopic=arrays["gyroscopic"].copy(),
+        centrifugal=np.ascontiguousarray(turning.centrifugal[:r, :r]),
+        stress=np.ascontiguousarray(turning.stress_stiffness[:r, :r]),
+        loads=np.stack((turning.centrifugal_load, turning.euler_load)),
+        grown=grown,
+        block_stiffness=stationary.stiffness.copy(),
+        block_damping=stationary.damping.copy(),
+        weight=stationary.weight.copy(),
+        mount_weight=np.ascontiguousarray(stationary.mount_laws[:, 3]),
+        mount_motion=motion,
+        piston_shape=stationary.piston_shape.copy(),
+        piston_inverse=stationary.piston_inverse.copy(),
+        room=z((at.ROOMS, r, r)),
+        vectors=z((at.VECTOR_ROWS, t)),
+        scratch=z(64),
+        **keep,
+    )
+
+
+def _slot(turning: ReducedBody, mode: int) -> float:
+    """Slot of the lumped value that a mode behind the crank's has to itself."""
+    name = turning.interfaces[int(np.argmax(np.abs(turning.shapes[:, :, mode]).max(axis=1)))]
+    slots = {"ring": numbers.SET_RING, "rotor": numbers.SET_DYNAMOMETER, "shaft": numbers.SET_PATH_MASS}
+    return float(numbers.SET_BIG_END if name.startswith("rod[") else slots.get(name, at.NOT_LUMPED))
+
+
+def _traits(
+    engine: Engine, settings: Settings, body: ReducedBody, block: ReducedBody | None, guided: Sequence[int],
+    arrays: dict[str, Array],
+) -> Array:  # fmt: skip
+    mains, ends = bearing_law(settings.bearings), bearing_law(settings.big_ends)
+    row, damping = CRANKS[settings.crank], engine.damping
+    traits = np.zeros(at.TRAITS)
+    traits[at.CRANK_MASS] = body.mass
+    traits[at.CRANK_CENTRE : at.CRANK_CENTRE + 3] = body.centre
+    traits[at.TWISTS] = row.elastic and not row.bends
+    traits[at.LOCKED] = not mains.carries
+    traits[at.FITTED] = settings.damper == "fitted"
+    stated = at.MODAL if damping.kind == "modal" else at.RAYLEIGH
+    traits[at.DAMPING_KIND] = at.OWN_DAMPING if body.damping.size else stated
+    traits[at.DAMPING_A] = damping.ratio if damping.kind == "modal" else damping.alpha
+    traits[at.DAMPING_B] = damping.beta
+    traits[at.FREE_ENDS], traits[at.ROD_ALIKE] = ends.carries, not any(engine.articulations)
+    traits[at.PATH_ROW], traits[at.END_SPEED] = -1.0, arrays["end_speed"][0]
+    traits[at.ONE_SHAFT] = engine.drive_line_chain is None
+    if len(arrays["shaft_laws"]) > len(arrays["line_laws"]):
+        traits[at.PATH_ROW] = len(arrays["line_laws"])
+    traits[at.LINE_INERTIA] = arrays["line_inertia"][0]
+    traits[at.STATED_DAMPER] = engine.damper is not None and not engine.damper.frequencies
+    traits[at.MAINS_FREE] = mains.any_clearance
+    traits[at.ENDS_FREE] = ends.any_clearance
+    if engine.piston_guidance is not None:
+        guidance = engine.piston_guidance
+        traits[at.GUIDED], traits[at.PISTONS] = 1.0, len(guided)
+        traits[at.TILT_INERTIA], traits[at.PISTON_ARM] = guidance.tilt_inertia, guidance.mass_height
+    traits[at.FIRST_PISTON] = arrays["gyroscopic"].shape[0] + (block.n_modes if block is not None else 0)
+    if block is not None:
+        traits[at.FLEXIBLE], traits[at.BLOCK_MASS] = 1.0, block.mass
+        traits[at.BLOCK_CENTRE : at.BLOCK_CENTRE + 3] = block.centre
+    return traits

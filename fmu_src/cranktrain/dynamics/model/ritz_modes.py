@@ -1,0 +1,172 @@
+"""The Ritz problem of a crankshaft with other masses: kernels.
+
+Modes are orthonormalised from the mass matrix by Cholesky's factors, the rotation about the axis first, and turned by
+Jacobi's rotations until they are orthogonal in the stiffness too.
+
+Source: G. H. Golub, C. F. Van Loan, *Matrix Computations*, section 8.5 (cyclic Jacobi).
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.dynamics.model import lump_slots as at
+from cranktrain.dynamics.model.slots import ROTATION
+from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
+
+SWEEPS = 60
+SMALL = 1.0e-17
+"""Most sweeps of Jacobi's rotations, and the share of the diagonal from which an element is rotated away."""
+
+
+@kernel
+def inverse_of_six(matrix, work, inverse, pivots, column):
+    """Inverse of a matrix (6, 6) into the leading block of ``inverse``; 0, or 1 where it is singular."""
+    for i in range(6):
+        for j in range(6):
+            work[i, j] = matrix[i, j]
+    if factor_lu(work, 6, pivots) != 0:
+        return 1
+    for j in range(6):
+        for i in range(6):
+            column[i] = 1.0 if i == j else 0.0
+        solve_lu(work, 6, pivots, column)
+        for i in range(6):
+            inverse[i, j] = column[i]
+    return 0
+
+
+@kernel
+def ordered(k):
+    """Place of a mode in the order of the factorisation: rotation about the axis first, then the others as they are."""
+    return 5 if k == 0 else k - 1 if k < 6 else k
+
+
+@kernel
+def new_modes(lumps):
+    """Fill TURN of ``room`` with the new modes (r, r) as columns and OMEGA2 of ``vectors`` with their ω²; 0 or 1.
+
+    MASS holds the mass matrix. 1: that is not positive definite.
+    """
+    room = lumps.room
+    r = lumps.fixed.shape[2]
+    mass, factor, turn = room[at.MASS], room[at.PRODUCT], room[at.TURN]
+    for i in range(r):
+        for j in range(i + 1):
+            total = mass[ordered(i), ordered(j)]
+            for k in range(j):
+                total -= factor[i, k] * factor[j, k]
+            if i > j:
+                factor[i, j] = total / factor[j, j]
+            elif not total > 0.0:
+                return 1
+            else:
+                factor[i, i] = math.sqrt(total)
+    # The inverse of the factor, by columns, below the diagonal; its transposed are orthonormal vectors.
+    inverse = room[at.VECTORS]
+    for j in range(r):
+        for i in range(r):
+            inverse[i, j] = 0.0
+        inverse[j, j] = 1.0 / factor[j, j]
+        for i in range(j + 1, r):
+            total = 0.0
+            for k in range(j, i):
+                total -= factor[i, k] * inverse[k, j]
+            inverse[i, j] = total / factor[i, i]
+    for i in range(r):
+        for j in range(r):
+            turn[ordered(i), ordered(j)] = inverse[j, i]
+        lumps.vectors[at.OMEGA2, i] = 0.0
+    elastic_modes(lumps)
+    return 0
+
+
+@kernel
+def elastic_modes(lumps):
+    """Turn the vectors in TURN behind the rigid ones into modes, by frequency, the largest component positive."""
+    room, vectors = lumps.room, lumps.vectors
+    r = lumps.fixed.shape[2]
+    turn, squares, modes, product = room[at.TURN], room[at.SQUARES], room[at.VECTORS], room[at.PRODUCT]
+    for a in range(6, r):
+        for b in range(6, r):
+            total = 0.0
+            for i in range(6, r):
+                total += turn[i, a] * lumps.omega2[i] * turn[i, b]
+            squares[a, b] = total
+            modes[a, b] = 1.0 if a == b else 0.0
+    diagonalise(squares, modes, 6, r)
+    for i in range(r):
+        for j in range(6, r):
+            total = 0.0
+            for k in range(6, r):
+                total += turn[i, k] * modes[k, j]
+            product[i, j] = total
+    order = vectors[at.ORDER]
+    for j in range(6, r):
+        order[j] = j
+        k = j
+        while k > 6 and squares[int(order[k - 1]), int(order[k - 1])] > squares[j, j]:
+            order[k] = order[k - 1]
+            k -= 1
+        order[k] = j
+    for j in range(6, r):
+        source = int(order[j])
+        vectors[at.OMEGA2, j] = squares[source, source]
+        largest = 0.0
+        for i in range(r):
+            if abs(product[i, source]) > abs(largest):
+                largest = product[i, source]
+        for i in range(r):
+            turn[i, j] = -product[i, source] if largest < 0.0 else product[i, source]
+
+
+@kernel
+def diagonalise(a, v, first, end):
+    """Jacobi's rotations on rows and columns ``first`` to ``end`` of a symmetric ``a``; ``v`` takes them along."""
+    for _ in range(SWEEPS):
+        turned = 0
+        for p in range(first, end - 1):
+            for q in range(p + 1, end):
+                if abs(a[p, q]) <= SMALL * math.sqrt(abs(a[p, p] * a[q, q])):
+                    continue
+                turned += 1
+                half = 0.5 * (a[q, q] - a[p, p]) / a[p, q]
+                t = 1.0 / (abs(half) + math.sqrt(half * half + 1.0))
+                t = -t if half < 0.0 else t
+                c = 1.0 / math.sqrt(t * t + 1.0)
+                s = t * c
+                for k in range(first, end):
+                    one, other = a[k, p], a[k, q]
+                    a[k, p] = c * one - s * other
+                    a[k, q] = s * one + c * other
+                for k in range(first, end):
+                    one, other = a[p, k], a[q, k]
+                    a[p, k] = c * one - s * other
+                    a[q, k] = s * one + c * other
+                    one, other = v[k, p], v[k, q]
+                    v[k, p] = c * one - s * other
+                    v[k, q] = s * one + c * other
+                a[p, q] = 0.0
+                a[q, p] = 0.0
+        if turned == 0:
+            return
+
+
+@kernel
+def keep_twists(lumps):
+    """Fold what moves a twist as a rigid body across into its rotation about the axis, and lock what is locked.
+
+    A crank that only twists keeps its place across (:func:`cranktrain.structure.crank.torsional.twist_only`).
+    """
+    turn = lumps.room[at.TURN]
+    r = lumps.fixed.shape[2]
+    if lumps.traits[at.TWISTS] > 0.0:
+        for j in range(6, r):
+            for i in range(5):
+                turn[ROTATION, j] += turn[i, j] * lumps.rigid[ROTATION, i] / lumps.rigid[ROTATION, ROTATION]
+                turn[i, j] = 0.0
+    if lumps.traits[at.LOCKED] > 0.0:
+        for j in range(5):
+            for i in range(r):
+                turn[i, j] = 0.0

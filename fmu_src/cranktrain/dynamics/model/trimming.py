@@ -1,0 +1,291 @@
+"""A model for other lumped data than its bodies were made for: kernels that run as a model is prepared.
+
+Each array is made anew from the constants of :mod:`cranktrain.dynamics.model.lumps`, so that nothing of an earlier
+preparation is left; with the engine file's values the arrays are, to the bit, those that were built.
+
+* Flywheel, clutch, pulley and the damper's housing: the crank's modes, :mod:`.reattached`; q = T q', so shapes, loads
+  and G, C, K_σ follow by T.
+* What has a mode to itself (a free big end, the damper's ring, the dynamometer's rotor, the connecting shaft's mass):
+  its shape is 1/√m, its load √m.
+* Rods, pistons, connecting shaft, mounts, clearances, oil and damper: their rows, by the formulas of the builder.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.dynamics.model import lump_slots as of
+from cranktrain.dynamics.model import numbers as to
+from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.reattached import TURN_X, TURN_Z, add_changes, moment_changes
+from cranktrain.dynamics.model.ritz_modes import keep_twists, new_modes
+from cranktrain.dynamics.model.turned_modes import ALONG_AXIS, TOTAL, turn_loads, turn_matrices, turn_shapes, weigh_axis
+from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
+from cranktrain.dynamics.time.status import CLEARANCE_FIXED, NO_RIGID_PART, OK
+from cranktrain.film.laws.parameters import CLEARANCE
+from cranktrain.loads.damper import FLUID, KIND, LOSS_FACTOR, NEWTONIAN, RUBBER, SPRING
+
+VOGEL = 1
+"""First of the oil's constants that lumped data hold, see engine.lubricant."""
+ROUNDING = 1.0e-9
+LOAD, LOAD_END, FIELDS = 12, 18, 20
+"""Places in scratch."""
+
+
+@kernel
+def trim_refusal(model, numbers):
+    """Why a model cannot have these lumped data; a status."""
+    lumps = model.lumps
+    traits = lumps.traits
+    for slot in (to.SET_FLYWHEEL, to.SET_PULLEY, to.SET_CLUTCH):
+        polar = numbers[slot + to.PART_POLAR]
+        if polar > 2.0 * numbers[slot + to.PART_DIAMETRAL] * (1.0 + ROUNDING):
+            return NO_RIGID_PART
+    if traits[of.MAINS_FREE] == 0.0 and other(lumps, numbers, to.SET_MAIN_CLEARANCE):
+        return CLEARANCE_FIXED
+    if traits[of.ENDS_FREE] == 0.0 and other(lumps, numbers, to.SET_PIN_CLEARANCE):
+        return CLEARANCE_FIXED
+    return OK
+
+
+@kernel
+def other(lumps, numbers, slot):
+    """Whether a number is another than that of the bodies."""
+    return numbers[slot] != lumps.values[slot]
+
+
+@kernel
+def trim_oil(model, numbers):
+    """Constants of Vogel's law."""
+    if model.lumps.values[to.SET_VOGEL_A] > 0.0:
+        for k in range(3):
+            model.basis.oil[VOGEL + k] = numbers[to.SET_VOGEL_A + k]
+
+
+@kernel
+def trim_model(model, numbers):
+    """Write lumped data into a model; a status. ``numbers`` as of :func:`trim_refusal`, which has passed them."""
+    lumps = model.lumps
+    changes = lumps.scratch
+    changed = moment_changes(lumps, numbers, changes)
+    if changed != 0:
+        add_changes(lumps, changes, lumps.scratch[FIELDS:])
+        if new_modes(lumps) != 0:
+            return NO_RIGID_PART
+        keep_twists(lumps)
+    for i in range(lumps.vectors.shape[1]):
+        slot = int(lumps.grown[i])
+        lumps.vectors[of.SCALE, i] = 1.0
+        if slot >= 0 and other(lumps, numbers, slot):
+            lumps.vectors[of.SCALE, i] = math.sqrt(lumps.values[slot] / numbers[slot])
+    turn_shapes(model, changed)
+    turn_loads(model, changed)
+    turn_matrices(model, changed)
+    weigh_axis(model, changed)
+    trim_rods(model, numbers)
+    trim_line(model, numbers)
+    trim_pistons(model, numbers)
+    trim_mounts(model, numbers)
+    weigh_block(model, numbers)
+    trim_films(model, numbers)
+    trim_damper(model, numbers)
+    return OK
+
+
+@kernel
+def trim_rods(model, numbers):
+    """Rods and pistons, whose masses are eliminated onto the pins."""
+    traits = model.lumps.traits
+    if traits[of.ROD_ALIKE] == 0.0:
+        return
+    big, small, piston = numbers[to.SET_BIG_END], numbers[to.SET_SMALL_END], numbers[to.SET_PISTON]
+    for k in range(model.cylinders.shape[0]):
+        row = model.cylinders[k]
+        if row[at.OWN_ROD] == 0.0:
+            continue
+        mass = big + small
+        b = row[at.ROD] * small / mass
+        row[at.M_SMALL] = small
+        row[at.M_BIG] = 0.0 if traits[of.FREE_ENDS] > 0.0 else big
+        row[at.M_OSC] = small + piston
+        row[at.DELTA_J] = numbers[to.SET_ROD_INERTIA] - mass * b * (row[at.ROD] - b)
+
+
+@kernel
+def trim_line(model, numbers):
+    """Connecting shaft and axial path."""
+    traits = model.lumps.traits
+    if traits[of.ONE_SHAFT] > 0.0:
+        model.shaft_laws[0, 0] = numbers[to.SET_LINE_STIFFNESS]
+        model.shaft_laws[0, 1] = numbers[to.SET_LINE_DAMPING]
+        model.scalars[at.SHAFT_K] = numbers[to.SET_LINE_STIFFNESS]
+        model.scalars[at.SHAFT_C] = numbers[to.SET_LINE_DAMPING]
+        model.scalars[at.WINDUP_K] = numbers[to.SET_LINE_STIFFNESS]
+        model.scalars[at.LINE_INERTIA] = numbers[to.SET_DYNAMOMETER]
+    elif other(model.lumps, numbers, to.SET_DYNAMOMETER):
+        more = numbers[to.SET_DYNAMOMETER] - model.lumps.values[to.SET_DYNAMOMETER]
+        model.scalars[at.LINE_INERTIA] = traits[of.LINE_INERTIA] + more * traits[of.END_SPEED] ** 2
+    else:
+        model.scalars[at.LINE_INERTIA] = traits[of.LINE_INERTIA]
+    path = int(traits[of.PATH_ROW])
+    if path >= 0:
+        model.shaft_laws[path, 0] = numbers[to.SET_PATH_STIFFNESS]
+        model.shaft_laws[path, 1] = numbers[to.SET_PATH_DAMPING]
+
+
+@kernel
+def trim_pistons(model, numbers):
+    """Guided pistons, whose two modes are those of their mass with the rod's small end."""
+    lumps, block = model.lumps, model.block
+    traits = lumps.traits
+    stationary = model.lumps.weight.shape[0]
+    first = lumps.vectors.shape[1]
+    for k in range(3):
+        for j in range(first, first + stationary):
+            model.gravity[k, j] = lumps.gravity[k, j]
+    for i in range(2):
+        for j in range(2):
+            block.piston_shape[i, j] = lumps.piston_shape[i, j]
+            block.piston_inverse[i, j] = lumps.piston_inverse[i, j]
+    if traits[of.GUIDED] == 0.0:
+        return
+    piston = numbers[to.SET_PISTON]
+    arm = traits[of.PISTON_ARM]
+    block.guidance[block.guidance.shape[0] - 1] = piston * arm
+    if not (other(lumps, numbers, to.SET_PISTON) or other(lumps, numbers, to.SET_SMALL_END)):
+        return
+    one = math.sqrt(piston + numbers[to.SET_SMALL_END])
+    before = math.sqrt(lumps.values[to.SET_PISTON] + lumps.values[to.SET_SMALL_END])
+    lean = -piston * arm / one
+    rest = math.sqrt(traits[of.TILT_INERTIA] + piston * arm * arm - lean * lean)
+    shape = block.piston_shape
+    shape[0, 0] = 1.0 / one
+    shape[0, 1] = -lean / (one * rest)
+    shape[1, 0] = 0.0
+    shape[1, 1] = 1.0 / rest
+    for i in range(2):
+        for j in range(2):
+            block.piston_inverse[i, j] = shape[i, 0] * shape[j, 0] + shape[i, 1] * shape[j, 1]
+    start = int(traits[of.FIRST_PISTON])
+    for c in range(int(traits[of.PISTONS])):
+        for k in range(3):
+            model.gravity[k, start + 2 * c] *= one / before
+            model.gravity[k, start + 2 * c + 1] = 0.0
+
+
+@kernel
+def trim_mounts(model, numbers):
+    """Stiffness and damping of the mounts in the block's modes."""
+    lumps, block = model.lumps, model.block
+    mounts = block.mounts.shape[0]
+    modes = lumps.block_stiffness.shape[0]
+    for i in range(modes):
+        for j in range(modes):
+            block.stiffness[i, j] = lumps.block_stiffness[i, j]
+            block.damping[i, j] = lumps.block_damping[i, j]
+    for row in range(mounts):
+        slot = to.SET_MOUNTS + to.MOUNT_NUMBERS * (row // 6) + row % 6
+        for which in range(2):
+            column = at.MOUNT_STIFFNESS if which == 0 else at.MOUNT_DAMPING
+            block.mount_laws[row, column] = numbers[slot + 6 * which]
+            if not other(lumps, numbers, slot + 6 * which):
+                continue
+            more = numbers[slot + 6 * which] - lumps.values[slot + 6 * which]
+            matrix = block.stiffness if which == 0 else block.damping
+            for i in range(modes):
+                for j in range(modes):
+                    matrix[i, j] += more * block.mounts[row, i] * block.mounts[row, j]
+
+
+@kernel
+def weigh_block(model, numbers):
+    """Forces of the mounts that carry the engine at rest, see dynamics.model.block."""
+    lumps, block = model.lumps, model.block
+    traits = lumps.traits
+    rows = block.mounts.shape[0]
+    for i in range(lumps.weight.shape[0]):
+        block.weight[i] = lumps.weight[i]
+    for row in range(rows):
+        block.mount_laws[row, at.MOUNT_WEIGHT] = lumps.mount_weight[row]
+    heavier = False
+    for slot in range(lumps.values.shape[0]):
+        if to.LUMPED <= slot <= to.SET_PISTON or slot >= to.SET_MOUNTS:
+            heavier = heavier or other(lumps, numbers, slot)
+    if rows == 0 or not heavier:
+        return
+    crank, load, supports = lumps.scratch[TOTAL:LOAD], lumps.scratch[LOAD:LOAD_END], lumps.room[of.SQUARES]
+    rods = numbers[to.SET_BIG_END] + numbers[to.SET_SMALL_END] + numbers[to.SET_PISTON]
+    rods *= model.cylinders.shape[0]
+    mass = traits[of.BLOCK_MASS] + crank[0] + rods
+    for k in range(6):
+        load[k] = 0.0
+    load[1] = -mass
+    share = (crank[0] + rods) / crank[0]
+    load[TURN_X] = traits[of.BLOCK_MASS] * traits[of.BLOCK_CENTRE + 2] + share * crank[ALONG_AXIS]
+    load[TURN_Z] = -(traits[of.BLOCK_MASS] * traits[of.BLOCK_CENTRE] + share * crank[1])
+    for i in range(6):
+        for j in range(6):
+            total = 0.0
+            for row in range(rows):
+                stiff = block.mount_laws[row, at.MOUNT_STIFFNESS]
+                total += stiff * lumps.mount_motion[row, i] * lumps.mount_motion[row, j]
+            supports[i, j] = total
+    if factor_lu(supports, 6, lumps.vectors[of.PIVOTS]) != 0:
+        return
+    solve_lu(supports, 6, lumps.vectors[of.PIVOTS], load)
+    for i in range(block.weight.shape[0]):
+        block.weight[i] = 0.0
+    for row in range(rows):
+        carried = 0.0
+        for k in range(6):
+            carried += lumps.mount_motion[row, k] * load[k]
+        carried *= -block.mount_laws[row, at.MOUNT_STIFFNESS]
+        block.mount_laws[row, at.MOUNT_WEIGHT] = carried
+        for i in range(block.weight.shape[0]):
+            block.weight[i] += block.mounts[row, i] * carried
+
+
+@kernel
+def trim_films(model, numbers):
+    """Clearances of mains and big ends."""
+    lumps = model.lumps
+    clearance = numbers[to.SET_MAIN_CLEARANCE]
+    for i in range(model.bearings.shape[0]):
+        if lumps.plain[i] > 0.0 and clearance > 0.0:
+            model.bearings[i, CLEARANCE] = clearance
+            scale_ports(model, i, clearance)
+    clearance = numbers[to.SET_PIN_CLEARANCE]
+    if clearance > 0.0:
+        for k in range(model.big_ends.shape[0]):
+            model.big_ends[k, CLEARANCE] = clearance
+            port = int(model.cylinders[k, at.END_PORT])
+            if port >= 0:
+                model.scales[port] = clearance
+                model.scales[port + 1] = clearance
+
+
+@kernel
+def scale_ports(model, i, clearance):
+    """Scale of the ports of main journal i."""
+    row = model.connections[i]
+    for k in range(int(row[at.COUPLED])):
+        model.scales[int(row[at.FIRST + k])] = clearance
+
+
+@kernel
+def trim_damper(model, numbers):
+    """Fluid or spring of the damper."""
+    damper = model.basis.damper
+    lumps = model.lumps
+    if lumps.traits[of.FITTED] == 0.0:
+        return
+    if lumps.values[to.SET_FLUID] > 0.0:
+        damper[FLUID] = numbers[to.SET_FLUID]
+    elif damper[KIND] == RUBBER:
+        damper[SPRING] = numbers[to.SET_SPRING]
+        damper[LOSS_FACTOR] = numbers[to.SET_SPRING_LOSS]
+    elif damper[KIND] == NEWTONIAN and lumps.traits[of.STATED_DAMPER] > 0.0:
+        damper[SPRING] = numbers[to.SET_SPRING]
+        if other(lumps, numbers, to.SET_SPRING_LOSS):
+            damper[FLUID] = numbers[to.SET_SPRING_LOSS]

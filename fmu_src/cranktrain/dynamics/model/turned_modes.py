@@ -1,0 +1,221 @@
+"""Arrays of what turns in the modes of a crankshaft with other masses: kernels.
+
+With q = T q' shapes become Φ T, loads Tᵀ f, matrices Tᵀ G T (:mod:`.reattached` makes T). A body with a mode to itself
+has the shape 1/√m and the load √m.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cranktrain.core.kernel import kernel
+from cranktrain.dynamics.model import lump_slots as of
+from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.layout import couples_modes
+from cranktrain.dynamics.model.reattached import FIRST, MASS, MOMENTS, TURN_X, TURN_Y
+from cranktrain.dynamics.model.ritz_modes import inverse_of_six
+
+TOTAL, ALONG_AXIS = 8, 3
+"""Place in scratch of the crank's mass and its first moments; that along the axis among them."""
+
+
+@kernel
+def turned_row(lumps, base, out, changed, power):
+    """A row over the turning modes in the new ones; ``power`` 1 of shapes, −1 of what goes with the mass."""
+    turn = lumps.room[of.TURN]
+    r = lumps.fixed.shape[2]
+    for j in range(r):
+        if changed == 0:
+            out[j] = base[j]
+            continue
+        total = 0.0
+        for i in range(r):
+            total += base[i] * turn[i, j]
+        out[j] = total
+    for j in range(r, lumps.vectors.shape[1]):
+        scale = lumps.vectors[of.SCALE, j]
+        out[j] = base[j] * scale if power > 0 else base[j] / scale
+
+
+@kernel
+def turn_shapes(model, changed):
+    """Shapes of ports and of what outputs and shafts are read from."""
+    lumps = model.lumps
+    for k in range(model.ports.shape[0]):
+        turned_row(lumps, lumps.ports[k], model.ports[k], changed, 1)
+        for j in range(model.ports.shape[1]):
+            model.ports_transposed[j, k] = model.ports[k, j]
+    for k in range(model.tilts.shape[0]):
+        turned_row(lumps, lumps.tilts[k], model.tilts[k], changed, 1)
+    for k in range(model.ends.shape[0]):
+        turned_row(lumps, lumps.ends[k], model.ends[k], changed, 1)
+    for k in range(model.shafts.shape[0]):
+        turned_row(lumps, lumps.shafts[k], model.shafts[k], changed, 1)
+    r = lumps.fixed.shape[2]
+    for j in range(model.lag.shape[0]):
+        scale = lumps.vectors[of.SCALE, j] if j >= r else 1.0
+        model.lag[j] = lumps.lag[j] / scale
+        model.rotor[j] = lumps.rotor[j] * scale
+    model.scalars[at.RIGID_ROTATION] = lumps.ends[at.PULLEY_ROTATION, at.ROTATION]
+    if changed != 0:
+        model.scalars[at.RIGID_ROTATION] *= lumps.room[of.TURN, at.ROTATION, at.ROTATION]
+
+
+@kernel
+def turn_loads(model, changed):
+    """Loads by turning and by gravity, frequencies and damping."""
+    lumps = model.lumps
+    vectors = lumps.vectors
+    r = lumps.fixed.shape[2]
+    t = vectors.shape[1]
+    for i in range(r):
+        if changed == 0:
+            vectors[of.CENTRIFUGAL_LOAD, i] = lumps.loads[0, i]
+            vectors[of.EULER_LOAD, i] = lumps.loads[1, i]
+            for k in range(3):
+                vectors[of.TRANSLATION + k, i] = lumps.gravity[k, i]
+    for i in range(r, t):
+        vectors[of.CENTRIFUGAL_LOAD, i] = lumps.loads[0, i]
+        vectors[of.EULER_LOAD, i] = lumps.loads[1, i]
+        for k in range(3):
+            vectors[of.TRANSLATION + k, i] = lumps.gravity[k, i]
+    turned_row(lumps, vectors[of.CENTRIFUGAL_LOAD], model.centrifugal_load, changed, -1)
+    turned_row(lumps, vectors[of.EULER_LOAD], model.euler_load, changed, -1)
+    for k in range(3):
+        turned_row(lumps, vectors[of.TRANSLATION + k], model.gravity[k], changed, -1)
+    if changed != 0 and lumps.traits[of.TWISTS] > 0.0:
+        for j in range(6, r):
+            model.centrifugal_load[j] = 0.0
+            model.euler_load[j] = 0.0
+            for k in range(3):
+                model.gravity[k, j] = 0.0
+    for i in range(r):
+        model.omega2[i] = vectors[of.OMEGA2, i] if changed != 0 else lumps.omega2[i]
+        model.damping[i] = damping_of(lumps, i, model.omega2[i]) if changed != 0 else lumps.damping[i]
+
+
+@kernel
+def damping_of(lumps, mode, square):
+    """Structural damping of a new mode of the crank, 1/s; of a body that brings its own, that in the new mode."""
+    traits = lumps.traits
+    if traits[of.DAMPING_KIND] == of.MODAL:
+        return 2.0 * traits[of.DAMPING_A] * math.sqrt(square)
+    if traits[of.DAMPING_KIND] == of.RAYLEIGH:
+        return traits[of.DAMPING_A] + traits[of.DAMPING_B] * square if mode >= 6 else 0.0
+    total = 0.0
+    for i in range(lumps.fixed.shape[2]):
+        total += lumps.room[of.TURN, i, mode] ** 2 * lumps.damping[i]
+    return total
+
+
+@kernel
+def turn_matrices(model, changed):
+    """G and K_σ − C of the crank."""
+    lumps = model.lumps
+    r = lumps.fixed.shape[2]
+    for i in range(model.spin.shape[0]):
+        for j in range(model.spin.shape[0]):
+            model.spin[i, j] = lumps.spin[i, j]
+            model.gyroscopic[i, j] = lumps.gyroscopic[i, j]
+    if changed == 0 or not couples_modes(model):
+        return
+    # A crank that only twists has terms of its rigid motions alone.
+    n = 6 if lumps.traits[of.TWISTS] > 0.0 else r
+    room = lumps.room
+    turn, product = room[of.TURN], room[of.PRODUCT]
+    for which in (of.GYROSCOPIC, of.CENTRIFUGAL, of.STRESS):
+        matrix = room[which]
+        for i in range(n):
+            for j in range(n):
+                total = 0.0
+                for k in range(n):
+                    total += matrix[i, k] * turn[k, j]
+                product[i, j] = total
+        for i in range(n):
+            for j in range(n):
+                total = 0.0
+                for k in range(n):
+                    total += turn[k, i] * product[k, j]
+                matrix[i, j] = total
+    for i in range(n):
+        for j in range(n):
+            model.gyroscopic[j, i] = room[of.GYROSCOPIC, i, j]
+    turning_stiffness(lumps, n)
+    for i in range(n):
+        for j in range(n):
+            model.spin[j, i] = room[of.STRESS, i, j] - room[of.CENTRIFUGAL, i, j]
+
+
+@kernel
+def turning_stiffness(lumps, n):
+    """Take from STRESS what no force or moment is, see :func:`cranktrain.core.reduced_body.turning_stiffness`."""
+    room = lumps.room
+    stress, tells, fields, lines = room[of.STRESS], room[of.PRODUCT], room[of.VECTORS], room[of.SQUARES]
+    for k in range(6):
+        for i in range(6):
+            total = 0.0
+            for m in range(6):
+                total += lumps.rigid[k, m] * room[of.TURN, m, i]
+            tells[k, i] = total
+    inverse_of_six(tells, room[of.MASS], fields, lumps.vectors[of.PIVOTS], lumps.vectors[of.HELP])
+    for k in range(3):
+        for j in range(n):
+            total = 0.0
+            for m in range(6):
+                total += fields[m, k] * stress[m, j]
+            lines[k, j] = total
+    for i in range(6):
+        for j in range(n):
+            for k in range(3):
+                stress[i, j] -= tells[k, i] * lines[k, j]
+    for k in range(3, 5):
+        total = 0.0
+        for m in range(6):
+            for p in range(6):
+                total += fields[m, k] * stress[m, p] * fields[p, at.ROTATION]
+        lines[k, 0] = total
+    for i in range(6):
+        for j in range(6):
+            stress[i, j] -= (tells[TURN_X, i] * lines[TURN_X, 0] + tells[TURN_Y, i] * lines[TURN_Y, 0]) * tells[
+                at.ROTATION, j
+            ]
+
+
+@kernel
+def crank_total(lumps, changed, out):
+    """Mass of the crank and its first moments about the origin, in ``out[0:4]``."""
+    mass = lumps.traits[of.CRANK_MASS]
+    for k in range(3):
+        out[1 + k] = mass * lumps.traits[of.CRANK_CENTRE + k]
+    out[0] = mass
+    if changed == 0:
+        return
+    for side in range(2):
+        added = lumps.scratch[MOMENTS * side + MASS]
+        out[0] += added
+        for k in range(3):
+            out[1 + k] += added * lumps.places[side, k]
+        out[ALONG_AXIS] += lumps.scratch[MOMENTS * side + FIRST]
+
+
+@kernel
+def weigh_axis(model, changed):
+    """Weights of the main journals for the axis, see dynamics.model.arrays.axis_weights."""
+    lumps = model.lumps
+    count = lumps.mains.shape[0]
+    for i in range(count):
+        model.axis_weights[i] = lumps.axis_weights[i]
+    total = lumps.scratch[TOTAL : TOTAL + MOMENTS]
+    crank_total(lumps, changed, total)
+    if changed == 0 or count == 0:
+        return
+    mean = 0.0
+    for i in range(count):
+        mean += lumps.mains[i] / count
+    spread = 0.0
+    for i in range(count):
+        spread += (lumps.mains[i] - mean) ** 2
+    for i in range(count):
+        model.axis_weights[i] = 1.0 / count
+        if spread > 0.0:
+            model.axis_weights[i] += (lumps.mains[i] - mean) * (total[ALONG_AXIS] / total[0] - mean) / spread

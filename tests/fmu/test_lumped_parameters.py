@@ -1,0 +1,206 @@
+"""Masses, stiffnesses, clearances and oil as parameters: the FMU of another engine file without a build."""
+
+import json
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from coarse_engines import NATIVE, built
+from fmpy import read_model_description
+from fmpy.validation import validate_fmu
+
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.lumped_data import lumped_values
+from cranktrain.engine.file import load_engine
+from cranktrain.fmu.build import build_fmu
+from cranktrain.fmu.carried import carried_levels
+from cranktrain.fmu.engine_fmu import engine_interface
+from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.start_levels import start_settings, with_starts
+from cranktrain.loads.damper import with_damper_housing
+from cranktrain.structure.crank.level import bare_crank, running_crank
+
+RUN = """
+parameters = json.loads(sys.argv[2])
+unit = Unit(sys.argv[1])
+unit.start({"speed": 150.0, **parameters}).run(150)
+print(json.dumps({"names": unit.outputs, "bits": unit.bits()}))
+"""
+CASES = {
+    "diesel_i6": ("torsional", {"damper.level": "fitted"}),
+    "single_petrol": ("beam", {}),
+    "v12_petrol": ("torsional", {"bearing.level": "impedance"}),
+    "diesel_v8": ("rigid", {"bearing.level": "roller", "block.level": "ground", "damper.level": "fitted"}),
+}
+"""Of each engine the crank level that its FMU carries, and the levels of its runs: no finite elements are made."""
+
+
+@cache
+def base(name):
+    """The engine with all modes of a crank from formulas or beams."""
+    engine = replace(load_engine(name), block=None)
+    reduction = replace(engine.reduction, running_cutoff_hz=1e6, torsional_source="ker-wilson")
+    return replace(engine, reduction=reduction)
+
+
+def flat(engine, level, bare):
+    fitted = None if engine.damper is None else with_damper_housing(engine)
+    damped = {} if fitted is None else {level: running_crank(fitted, level, bare)}
+    return FlatModel(engine, {level: running_crank(engine, level, bare)}, damped)
+
+
+def others(name):
+    """Another value of each parameter; of main clearances those that a level follows."""
+    factors = {"diametral_inertia": 1.3, "offset": 0.5, "vogel_a": 1.05, "vogel_b": 1.01, "vogel_c": 0.99}
+    found = list(lumped_values(base(name)))
+    return {one.name: one.value * factors.get(one.row.key, (1.2, 0.8, 1.1)[k % 3]) for k, one in enumerate(found)}
+
+
+def with_values(engine, values):
+    tables = {}
+    for name, value in values.items():
+        table, key = name.split(".")
+        tables.setdefault(table, {})[key] = value
+    return replace(engine, **{table: replace(getattr(engine, table), **own) for table, own in tables.items()})
+
+
+@pytest.fixture(scope="module", params=list(CASES))
+def case(request, tmp_path_factory):
+    """Name of an engine, its native FMU, and that of the engine with other values."""
+    name = request.param
+    level, _ = CASES[name]
+    bare = bare_crank(base(name), level)
+    folder = tmp_path_factory.mktemp(name)
+    try:
+        own = built(flat(base(name), level, bare), folder / "own", NATIVE)
+        other = built(flat(with_values(base(name), others(name)), level, bare), folder / "other", NATIVE)
+    except InputError as error:
+        pytest.skip(str(error))
+    return name, own, other
+
+
+def outputs(script, fmu, parameters):
+    done = json.loads(script("import json\n" + RUN, fmu, json.dumps(parameters)).stdout)
+    return done["names"], np.array([float.fromhex(bits) for bits in done["bits"]])
+
+
+def levels_of(name):
+    level, levels = CASES[name]
+    return {"crank.level": level, **levels}
+
+
+def test_parameters_give_what_a_rebuilt_fmu_gives(case, script):
+    name, own, other = case
+    names, found = outputs(script, own, levels_of(name) | others(name))
+    _, wanted = outputs(script, other, levels_of(name))
+    _, before = outputs(script, own, levels_of(name))
+    counted = np.array([not re.match(r"solver\.", key) for key in names])
+    assert not np.allclose(found[counted], before[counted], rtol=1e-3)
+    size = np.maximum(np.abs(wanted), np.abs(before))
+    far = counted & (np.abs(found - wanted) > 1e-6 * size + 1e-12)
+    assert not far.any(), [(names[k], found[k], wanted[k]) for k in np.flatnonzero(far)]
+
+
+def test_the_description_has_the_engine_files_values_and_the_ranges_of_its_checks(case):
+    name, own, _ = case
+    variables = {v.name: v for v in read_model_description(str(own)).modelVariables}
+    assert validate_fmu(str(own)) == []
+    for one in lumped_values(base(name)):
+        variable = variables[one.name]
+        assert float(variable.start) == one.value and (variable.causality, variable.variability) == (
+            "parameter",
+            "fixed",
+        )
+        assert (float(variable.min), float(variable.max)) == (one.low, one.high) and variable.unit == one.row.unit
+
+
+def test_out_of_range_is_one_line_and_the_instance_goes_on(case, script):
+    name, own, _ = case
+    script(
+        """
+import json
+levels = json.loads(sys.argv[2])
+unit = Unit(sys.argv[1])
+status, text = unit.refusal(lambda: unit.set_named("flywheel.mass", -3.0))
+assert status == 3 and "'flywheel.mass' is -3" in text and "between 1e-06 and 100000" in text, (status, text)
+status, text = unit.refusal(lambda: unit.set_named("rod.inertia", NAN))
+assert status == 3 and "'rod.inertia' is" in text, (status, text)
+unit.start({"speed": 150.0, **levels})
+unit.run(3)
+status, text = unit.refusal(lambda: unit.set_named("flywheel.mass", 30.0))
+assert status == 3 and "fixed after initialization" in text, (status, text)
+unit.fmu.reset()
+status, text = unit.refusal(lambda: unit.start({"speed": 150.0, **levels, "flywheel.polar_inertia": 90.0}))
+assert status == 3 and "no rigid part" in text, (status, text)
+""",
+        own, json.dumps(levels_of(name)),
+    )  # fmt: skip
+
+
+def test_states_and_resets_carry_them(case, script):
+    """A state taken under other values goes on in an instance that was started with the engine's own."""
+    name, own, _ = case
+    script(
+        """
+import json
+levels, values = json.loads(sys.argv[2]), json.loads(sys.argv[3])
+one, two = Unit(sys.argv[1]), Unit(sys.argv[1], "other")
+one.start({"speed": 150.0, **levels, **values}).run(40)
+kept = one.fmu.serializeFMUstate(one.fmu.getFMUState())
+one.run(20, first=40)
+two.start({"speed": 150.0, **levels}).run(7)
+two.fmu.setFMUState(two.fmu.deSerializeFMUstate(kept))
+assert two.get(*values) == list(values.values())
+two.run(20, first=40)
+assert one.bits() == two.bits()
+two.fmu.reset()
+plain = Unit(sys.argv[1], "plain").start({"speed": 150.0, **levels}).run(20)
+assert two.start({"speed": 150.0, **levels}).run(20).bits() == plain.bits()
+""",
+        own, json.dumps(levels_of(name)), json.dumps(others(name)),
+    )  # fmt: skip
+
+
+def test_native_and_python_fmu_are_equal_to_the_bit(script, tmp_path):
+    name = "single_petrol"
+    level, _ = CASES[name]
+    model = flat(base(name), level, bare_crank(base(name), level))
+    chosen = levels_of(name) | others(name)
+    _, native = outputs(script, built(model, tmp_path / "native", NATIVE), chosen)
+    _, python = outputs(script, built(model, tmp_path / "python"), chosen)
+    assert np.array_equal(native, python)
+
+
+def test_clearances_that_films_were_made_for_stay(script, tmp_path):
+    name = "single_petrol"
+    model = flat(base(name), "rigid", bare_crank(base(name), "rigid"))
+    script(
+        """
+unit = Unit(sys.argv[1])
+parameters = {"crank.level": "rigid", "bearing.level": "reynolds", "main_bearing.clearance": 31e-6}
+status, text = unit.refusal(lambda: unit.start(parameters))
+assert status == 3 and "were made for their clearance" in text and len(text.splitlines()) == 1, (status, text)
+""",
+        built(model, tmp_path, NATIVE),
+    )
+
+
+def test_a_build_chooses_where_its_fmu_starts(tmp_path):
+    """Levels by name, their data carried; what does not exist or go together is one line before any work."""
+    engine = load_engine("diesel_i6")
+    interface = with_starts(engine_interface(engine), {"crank.level": "torsional", "flywheel.mass": "38"})
+    starts = {v.name: v.start for v in interface.variables}
+    assert starts["crank.level"] == "torsional" and starts["flywheel.mass"] == 38.0
+    settings = start_settings(engine_interface(engine), engine, {"block.level": "flexible"})
+    assert settings.block == "flexible" and "flexible" in carried_levels(engine, start=settings)
+    for wrong, words in (
+        ({"crank.level": "torsonal"}, "did you mean 'torsional'"),
+        ({"crank.levels": "rigid"}, "did you mean 'crank.level'"),
+        ({"flywheel.mass": "heavy"}, "between 1e-06 and 100000 kg"),
+        ({"crank.level": "solid", "bearing.level": "held"}, "locks the axis"),
+    ):
+        with pytest.raises(InputError, match=re.escape(words)) as caught:
+            build_fmu("diesel_i6", tmp_path, starts=wrong)
+        assert "\n" not in str(caught.value) and not list(tmp_path.iterdir())

@@ -1,0 +1,248 @@
+"""A model for other lumped data is the one whose bodies were made for them: array by array, on several engines."""
+
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from box_block import box_block
+from scipy.linalg import eigh
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import attach
+from cranktrain.dynamics.model.arrays import Parts, build_model
+from cranktrain.dynamics.model.choices import run_numbers
+from cranktrain.dynamics.model.lumped_data import lumped_numbers, lumped_values
+from cranktrain.dynamics.model.preparation import prepare_model
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.time.status import CLEARANCE_FIXED, NO_RIGID_PART, OK
+from cranktrain.engine.file import load_engine
+from cranktrain.loads.damper import with_damper_housing
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.structure.crank.level import bare_crank, running_crank
+
+SPEED = 200.0
+WHOLE_HZ = 1e6
+"""Above all modes of a crank of beams: nothing is cut."""
+RICH = {"big_ends": "impedance", "damper": "fitted", "boundary": "torque"}
+FLEXIBLE = {"block": "flexible", "pistons": "guided"}
+CASES = [
+    ("diesel_i6", "rigid", {"bearings": "linear"}),
+    ("diesel_i6", "rigid", {"bearings": "impedance", **RICH, **FLEXIBLE}),
+    ("diesel_i6", "torsional", {"bearings": "held", "boundary": "torque"}),
+    ("diesel_i6", "torsional", {"bearings": "impedance", "damper": "fitted"}),
+    ("diesel_v8", "rigid", {"bearings": "roller", **RICH, **FLEXIBLE}),
+    ("four_petrol", "torsional", {"bearings": "held"}),
+    ("single_petrol", "rigid", {"bearings": "impedance", "big_ends": "impedance", "boundary": "torque"}),
+    ("v_twin", "rigid", {"bearings": "impedance"}),
+    ("four_petrol", "rigid", {"bearings": "linear", "boundary": "torque"}),
+    ("v12_petrol", "torsional", {"bearings": "held"}),
+    ("generator_four", "rigid", {"bearings": "impedance", "boundary": "torque"}),
+]
+SHAPES = ("ports", "ports_transposed", "tilts", "ends", "shafts", "gravity", "centrifugal_load", "euler_load", "spin")
+LEAST = {"spin": 1.0, "centrifugal_load": 1e-3}
+"""Sizes of arrays, in modes of unit mass, that are zero but for rounding where journals are locked on their axis."""
+NOT_COMPARED = re.compile(r"lumps\.|.*numbers$|.*\.out$|layout$|gyroscopic$")
+
+
+@cache
+def engine_of(name):
+    engine = load_engine(name)
+    reduction = replace(engine.reduction, running_cutoff_hz=WHOLE_HZ, torsional_source="ker-wilson")
+    return replace(engine, reduction=reduction)
+
+
+def changed(engine, values):
+    """The engine with other values, a number of each mount by its name."""
+    tables = {}
+    for name, value in values.items():
+        table, key, number = re.fullmatch(r"(\w+)\.(\w+?)(?:\[(\d+)\])?", name).groups()
+        own = tables.setdefault(table, {})
+        if number is None:
+            own[key] = value
+        else:
+            own.setdefault(key, list(getattr(getattr(engine, table), key)))[int(number) - 1] = value
+    listed = {t: {k: tuple(v) if isinstance(v, list) else v for k, v in own.items()} for t, own in tables.items()}
+    return replace(engine, **{table: replace(getattr(engine, table), **own) for table, own in listed.items()})
+
+
+def others(engine):
+    """Another value for each lumped value of an engine, all that go together as rigid parts."""
+    factors = {"diametral_inertia": 1.3, "offset": 0.5, "vogel_a": 1.05, "vogel_b": 1.01, "vogel_c": 0.99}
+    found = list(lumped_values(engine))
+    return {one.name: one.value * factors.get(one.row.key, (1.2, 0.8, 1.1)[k % 3]) for k, one in enumerate(found)}
+
+
+def alone(values):
+    """Each value by itself; a smaller diametral inertia than that of a ring is none of a rigid part."""
+    for name, value in values.items():
+        more = name.replace("polar", "diametral")
+        yield {name: value, more: values[more]} if name.endswith("polar_inertia") else {name: value}
+
+
+def body_of(engine, base, level, levels):
+    fitted = with_damper_housing(engine) if levels.get("damper") == "fitted" else engine
+    return running_crank(fitted, level, bare_crank(base, level))
+
+
+def model_of(engine, base, level, levels, data=None):
+    parts = Parts(block=box_block(base) if levels.get("block") == "flexible" else None, data=data or {})
+    settings = Settings(crank=level, **levels)
+    body = body_of(engine, base, level, levels)
+    return build_model(engine, body, settings, SPEED, GasTrace.from_engine(engine), parts)
+
+
+def arrays(record, name=""):
+    for field, value in zip(record._fields, record, strict=True):
+        if isinstance(value, tuple):
+            yield from arrays(value, f"{name}{field}.")
+        elif value.dtype == np.float64 and not NOT_COMPARED.match(f"{name}{field}"):
+            yield name + field, value
+
+
+def signs(found, wanted):
+    """Sign of each turning mode of one model in the other's."""
+    rows = np.abs(wanted.ports).argmax(axis=0), np.arange(wanted.ports.shape[1])
+    return np.where(found.ports[rows] * wanted.ports[rows] < 0.0, -1.0, 1.0)
+
+
+def differences(found, wanted, tolerance=1e-9):
+    """Names of the arrays that differ, with their relative difference."""
+    sign, turning = signs(found, wanted), wanted.ports.shape[1]
+    result = {}
+    for (name, one), (_, other) in zip(arrays(found), arrays(wanted), strict=True):
+        for axis, size in enumerate(one.shape if name in SHAPES else ()):
+            # Modes are the last axis of all, the first of those that are matrices of them.
+            if axis == one.ndim - 1 or name == "spin" or (name == "ports_transposed" and axis == 0):
+                if name == "ports_transposed" and axis == 1:
+                    continue
+                both = np.ones(size)
+                both[:turning] = sign
+                one = one * np.expand_dims(both, tuple(a for a in range(one.ndim) if a != axis))
+        size = max(np.abs(other).max(initial=0.0), LEAST.get(name, 0.0))
+        if not np.allclose(one, other, rtol=0.0, atol=tolerance * size):
+            result[name] = np.abs(one - other).max() / size
+    return result
+
+
+@pytest.mark.parametrize(("name", "level", "levels"), CASES)
+def test_lumped_data_make_the_model_that_an_engine_file_with_them_makes(name, level, levels):
+    """All at once, on every array of the running model."""
+    engine = engine_of(name)
+    values = others(engine)
+    wanted = model_of(changed(engine, values), engine, level, levels)
+    assert differences(model_of(engine, engine, level, levels), wanted)
+    assert differences(model_of(engine, engine, level, levels, values), wanted) == {}
+
+
+@pytest.mark.parametrize(("name", "level", "levels"), [CASES[1], CASES[2], CASES[6]])
+def test_each_of_them_does_so_by_itself(name, level, levels):
+    engine = engine_of(name)
+    values = {key: value for key, value in others(engine).items() if not re.search(r"\[[2-9]\]", key)}
+    for one in alone(values):
+        wanted = model_of(changed(engine, one), engine, level, levels)
+        assert differences(model_of(engine, engine, level, levels, one), wanted) == {}, one
+
+
+@pytest.mark.parametrize("name", ["single_petrol", "v_twin"])
+def test_twists_of_an_unbalanced_crank_are_close(name):
+    """Its twists take no part in the motion across, but the rebuilt crank counts that in their inertia: 2e-4."""
+    engine = engine_of(name)
+    values, levels = others(engine), {"bearings": "held"}
+    wanted = model_of(changed(engine, values), engine, "torsional", levels)
+    assert differences(model_of(engine, engine, "torsional", levels, values), wanted, 2e-4) == {}
+
+
+def test_a_crank_that_bends_has_the_modes_of_its_new_masses():
+    """Of beams, all modes kept, in films with a damper."""
+    engine = load_engine("single_petrol")
+    engine = replace(engine, reduction=replace(engine.reduction, running_cutoff_hz=WHOLE_HZ))
+    values = {key: value for key, value in others(engine).items() if key.startswith(("flywheel", "pulley"))}
+    levels = {"bearings": "impedance"}
+    wanted = model_of(changed(engine, values), engine, "beam", levels)
+    found = model_of(engine, engine, "beam", levels, values)
+    assert differences(found, wanted) == {}
+    crank = int(found.layout[0])
+    assert np.abs(found.gyroscopic[:crank, :crank] + found.gyroscopic[:crank, :crank].T).max() < 1e-12
+
+
+def test_a_crank_that_was_cut_takes_other_masses_in_its_own_modes():
+    """Ritz: no mode of the cut crank lies below that of the whole one, and the first ones lie within 0.1 %."""
+    engine = load_engine("diesel_i6")
+    values = {"flywheel.mass": 40.0, "flywheel.polar_inertia": 0.8, "pulley.mass": 12.0, "pulley.polar_inertia": 0.06}
+    levels = {"bearings": "impedance"}
+    found = model_of(engine, engine, "beam", levels, values)
+    whole = replace(engine, reduction=replace(engine.reduction, running_cutoff_hz=WHOLE_HZ))
+    wanted = model_of(changed(whole, values), engine, "beam", levels)
+    crank = int(found.layout[0])
+    assert crank < int(wanted.layout[0])
+    ours, theirs = (np.sqrt(model.omega2[6:crank]) for model in (found, wanted))
+    assert np.all(ours > theirs * (1.0 - 1e-9))
+    assert np.all(ours[:10] < 1.001 * theirs[:10])
+
+
+def test_modes_are_those_of_the_matrices():
+    """ω² of (K, I + Bᵀ ΔZ B), against LAPACK."""
+    engine = engine_of("v12_petrol")
+    values = {"flywheel.polar_inertia": 1.5, "flywheel.diametral_inertia": 0.8}
+    found = model_of(engine, engine, "torsional", {"bearings": "held"}, values)
+    body = body_of(engine, engine, "torsional", {})
+    shape = body.shapes[body.index("flywheel"), 5]
+    mass = np.eye(body.n_modes) + (1.5 - engine.flywheel.polar_inertia) * np.outer(shape, shape)
+    squares = eigh(np.diag(body.omega**2), mass, eigvals_only=True)
+    assert found.omega2[6 : body.n_modes] == pytest.approx(squares[6:], rel=1e-9)
+
+
+def test_a_part_that_grows_is_a_part_more():
+    """Independent of the builder's order of parts: the heavier flywheel is the first one with another fixed to it."""
+    engine = engine_of("single_petrol")
+    wheel = engine.flywheel
+    values = {
+        "flywheel.mass": wheel.mass + 3.0, "flywheel.polar_inertia": wheel.polar_inertia + 0.02,
+        "flywheel.diametral_inertia": wheel.diametral_inertia + 0.011,
+    }  # fmt: skip
+    levels = {"bearings": "linear"}
+    found = model_of(engine, engine, "rigid", levels, values)
+    more = attach(body_of(engine, engine, "rigid", levels), "flywheel", 3.0, np.diag([0.011, 0.011, 0.02]),
+                  (0.0, 0.0, wheel.offset))  # fmt: skip
+    wanted = build_model(engine, more, Settings(crank="rigid", **levels), SPEED, GasTrace.from_engine(engine), Parts())
+    assert differences(found, wanted) == {}
+
+
+def test_preparing_again_leaves_nothing_behind():
+    """To the bit: back to the engine's values, the model is that which was built."""
+    engine = engine_of("diesel_i6")
+    levels = {"bearings": "impedance", **RICH, **FLEXIBLE}
+    model = model_of(engine, engine, "rigid", levels)
+    before = {name: array.copy() for name, array in arrays(model)}
+    settings, films = Settings(crank="rigid", **levels), np.zeros(7)
+    for data in (others(engine), {}):
+        numbers = run_numbers(settings, engine, data)
+        assert prepare_model(model, numbers, films, SPEED) == OK
+        assert (data == {}) == all(np.array_equal(array, before[name]) for name, array in arrays(model))
+
+
+def test_what_cannot_be_is_refused_and_changes_nothing():
+    engine = engine_of("diesel_i6")
+    levels = {"bearings": "reynolds"}
+    model = model_of(engine, engine, "rigid", levels)
+    before = {name: array.copy() for name, array in arrays(model)}
+    for data, status in (
+        ({"main_bearing.clearance": 50e-6}, CLEARANCE_FIXED),
+        ({"flywheel.polar_inertia": 2.1 * engine.flywheel.diametral_inertia}, NO_RIGID_PART),
+    ):
+        numbers = run_numbers(Settings(crank="rigid", **levels), engine, data)
+        assert prepare_model(model, numbers, np.zeros(7), SPEED) == status
+        assert all(np.array_equal(array, before[name]) for name, array in arrays(model))
+
+
+def test_names_and_ranges_are_those_of_the_engine_file():
+    engine = engine_of("diesel_i6")
+    for one in lumped_values(engine):
+        assert one.low <= one.value <= one.high
+    with pytest.raises(InputError, match=r"no value 'flywheel.mas' to change; did you mean 'flywheel.mass'"):
+        lumped_numbers(engine, {"flywheel.mas": 1.0})
+    with pytest.raises(InputError, match=r"'flywheel.mass' is -1; it must be a finite number, between 1e-06 and"):
+        lumped_numbers(engine, {"flywheel.mass": -1.0})
+    assert {one.name for one in lumped_values(engine)}.isdisjoint({"damper.stiffness", "clutch.mass"})
