@@ -8,6 +8,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import OFF, SEAL, code_digest, is_whole, this_platform
 from cranktrain.fmu import archive
 from cranktrain.fmu.build import build_fmu
+from cranktrain.modules.register import module_files
 
 RUN = """
 unit = Unit(sys.argv[1], "mine")
@@ -16,6 +17,7 @@ unit.run(20)
 print("numba" in sys.modules, *unit.bits())
 """
 PLACE = "/fmu/native/lib/"
+MODULES = [name for name in module_files() if name.endswith("_i6")]
 
 
 def carried(fmu):
@@ -46,6 +48,8 @@ def test_an_fmu_carries_the_library_of_its_kind_and_the_digest_of_its_sources(li
     assert is_whole(path, digest)
 
 
+# Numba compiles all kernels of the cranktrain for minutes; those of the modules are the quick check.
+@pytest.mark.parametrize("shipped", [pytest.param("cranktrain", marks=pytest.mark.slow), *MODULES], indirect=True)
 def test_an_fmu_starts_without_numba_and_gives_numba_s_bits(shipped, libraries, script, cache):
     numba, *bits = script(RUN, shipped).stdout.split()
     assert numba == "False"

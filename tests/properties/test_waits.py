@@ -225,7 +225,12 @@ def test_an_fmu_carries_slow_levels_on_demand_or_where_it_starts_at_them():
 )
 def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, parts):
     asked = []
-    monkeypatch.setattr("cranktrain.fmu.build.whole_model", lambda engine, body, say, **given: asked.append(given))
+
+    def whole_model(engine, body, say, **given):
+        asked.append(given)
+        return SimpleNamespace(engine=engine)
+
+    monkeypatch.setattr("cranktrain.fmu.build.whole_model", whole_model)
     monkeypatch.setattr("cranktrain.fmu.build.build", lambda *_, **__: tmp_path / "made.fmu")
     build_fmu("diesel_i6", tmp_path, platforms=(), **keywords)
     assert asked == [parts]

@@ -12,7 +12,6 @@ from cranktrain.studies.harness.entries import (
     MEASURES,
     ORDER,
     RMS,
-    SWING,
     Assertion,
     Bounds,
     Ending,
@@ -52,8 +51,6 @@ def assertion(
         raise InputError(f"{at}: ratio_to: '{other}' is no other scenario; {nearest(other, names)}")
     output = None if table.output is None else variable(table.output, f"{at}: output", units)
     unit, bounds = named(table.unit, at), _bounds(at, table)
-    if measure in (RMS, SWING, ORDER) and (most := bounds.largest) < 0.0:
-        raise InputError(f"{at}: {measure} is never below zero, so that none is at most {most:g}; correct the bound")
     return Assertion(table.name, output, table.residual, measure, order or 0.0, cycles, begin, end, bounds, unit, other)
 
 
