@@ -12,6 +12,7 @@ from cranktrain.studies.harness.entries import (
     MEASURES,
     ORDER,
     RMS,
+    SWING,
     Assertion,
     Bounds,
     Ending,
@@ -51,6 +52,8 @@ def assertion(
         raise InputError(f"{at}: ratio_to: '{other}' is no other scenario; {nearest(other, names)}")
     output = None if table.output is None else variable(table.output, f"{at}: output", units)
     unit, bounds = named(table.unit, at), _bounds(at, table)
+    if measure in (RMS, SWING):
+        refuse_below_zero(measure, bounds, at)
     return Assertion(table.name, output, table.residual, measure, order or 0.0, cycles, begin, end, bounds, unit, other)
 
 
@@ -67,6 +70,14 @@ def check_ratios(scenarios: Sequence[Scenario], cycle: float | None) -> None:
                     f"scenario '{scenario.name}': assert {k}: ratio_to: '{one.ratio_to}' takes "
                     f"{stops[one.ratio_to]:.6g} s, the window needs {needed:.6g} s; let it take longer"
                 )
+
+
+def refuse_below_zero(measure: str, bounds: Bounds, at: str) -> None:
+    """``InputError`` where a size would have to be negative."""
+    if bounds.largest < 0.0:
+        raise InputError(
+            f"{at}: {measure} is never below zero, so that none is at most {bounds.largest:g}; correct the bound"
+        )
 
 
 def _bounds(at: str, table: AssertTable) -> Bounds:

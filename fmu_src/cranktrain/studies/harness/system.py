@@ -16,7 +16,8 @@ from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.run import Bond
 from cranktrain.coupling.unit import Unit
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
-from cranktrain.studies.harness.entries import NAN, ORDER, RMS, SWING, Change, Harness, Scenario, Variable
+from cranktrain.studies.harness.assertion_entries import refuse_below_zero
+from cranktrain.studies.harness.entries import NAN, ORDER, Change, Harness, Scenario, Variable
 from cranktrain.studies.harness.measures import MEASURED, between, named
 from cranktrain.studies.harness.signals import SIGNALS, Curve, DroppedOut, Faulty, Noisy, Signals, in_turn
 
@@ -80,13 +81,10 @@ def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
                 + (nearest(assertion.residual, bonds) if bonds else "add a table [power.NAME]")
             )
         unit, name = assertion.output or ("", "")
-        if assertion.measure == ORDER and not counted:
-            raise InputError(f"{where}: orders need angle or speed_rpm in the file")
-        measure, most = assertion.measure, assertion.bounds.largest
-        if measure in (RMS, SWING, ORDER) and most < 0.0:
-            raise InputError(
-                f"{where}: {measure} is never below zero, so that none is at most {most:g}; correct the bound"
-            )
+        if assertion.measure == ORDER:
+            if not counted:
+                raise InputError(f"{where}: orders need angle or speed_rpm in the file")
+            refuse_below_zero(ORDER, assertion.bounds, where)
         if assertion.unit:
             port = system.units[unit].outputs[name] if name else MEASURED["W"]
             between(assertion.unit, port, where)
