@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from bodies import rigid_crank
 
+from cranktrain.core.run_entries import RunEntries
 from cranktrain.dynamics import run_record
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
@@ -124,16 +125,16 @@ def test_rates_are_in_the_state():
     assert np.array_equal(first.outputs, other.outputs) and np.array_equal(first.state, other.state)
 
 
-@pytest.mark.slow
 def test_a_driver_without_python_gives_them_in_the_workspace():
     simulation = begun()
     run = run_record.make_run(
         ENGINE, rigid_crank(ENGINE), Settings(**HELD, step=math.radians(0.25)), GasTrace.from_engine(ENGINE), Parts()
     )
     run.inputs[:] = values(0.0)[0]
-    assert run_record.prepare(run) == run_record.start(run, 0.0) == 0
+    entries = RunEntries("cranktrain", run, run_record)
+    assert entries.prepare() == entries.start(0.0) == 0
     for k in range(3):
         simulation.inputs[:], simulation.input_rates[:] = run.inputs[:], run.work.input_rates[:] = values(1e-3 * k)
         simulation.step(1e-3 * (k + 1))
-        assert run_record.advance_run(run, 1e-3 * (k + 1)) == 0
+        assert entries.advance(1e-3 * (k + 1)) == 0
     assert np.array_equal(simulation.outputs, run.outputs.values)

@@ -9,6 +9,7 @@ import pytest
 from bodies import rigid_crank
 from box_block import box_block
 
+from cranktrain.core.run_entries import RunEntries
 from cranktrain.dynamics import run_record
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import Parts, build_model, dimensions
@@ -164,18 +165,18 @@ def test_a_run_by_its_record_is_the_simulation(name, levels):
     assert (
         run.numbers[SET_METHOD] == -1 and run.numbers[SET_NEWTON_TOLERANCE] == run.numbers[SET_STEP] == 0.0
     )  # left open
+    entries = RunEntries("cranktrain", run, run_record)
     run.inputs[0] = COLD
-    assert run_record.prepare(run) == run_record.start(run, 0.0) == run_record.advance_run(run, 1e-4) == status.OK
+    assert entries.prepare() == entries.start(0.0) == entries.advance(1e-4) == status.OK
     run.inputs[0] = WARM
     run.numbers[:] = run_numbers(settings, other)
-    assert run_record.prepare(run) == run_record.start(run, 2.0) == status.OK
-    assert run_record.observe_run(run) == status.OK
+    assert entries.prepare() == entries.start(2.0) == entries.observe() == status.OK
     simulation = Simulation(other, body, settings, parts=parts)
     simulation.inputs[0] = WARM
     simulation.initialize(2.0)
     assert np.array_equal(run.outputs.values, simulation.outputs)
     for k in range(3):
-        assert run_record.advance_run(run, 2.0 + (k + 1) * 1e-4) == status.OK
+        assert entries.advance(2.0 + (k + 1) * 1e-4) == status.OK
         simulation.step(2.0 + (k + 1) * 1e-4)
         assert np.array_equal(run.outputs.values, simulation.outputs)
         assert np.array_equal(run.state, simulation.state)
@@ -248,7 +249,8 @@ def test_a_driver_is_told_of_inputs_and_steps_that_no_run_has():
         Parts(),
     )
     run.inputs[0] = WARM
-    assert run_record.prepare(run) == run_record.start(run, 0.0) == status.OK
+    entries = RunEntries("cranktrain", run, run_record)
+    assert entries.prepare() == entries.start(0.0) == status.OK
     before = run.state.copy()
     for place, value, expected in (
         (0, -1.0, status.INPUT_NEGATIVE),
@@ -258,13 +260,13 @@ def test_a_driver_is_told_of_inputs_and_steps_that_no_run_has():
     ):
         kept = run.inputs[place]
         run.inputs[place] = value
-        assert run_record.advance_run(run, 1e-4) == run_record.start(run, 0.0) == expected
+        assert entries.advance(1e-4) == entries.start(0.0) == expected
         run.inputs[place] = kept
     for t_end in (0.0, -1.0, 1.5, math.nan):
-        assert run_record.advance_run(run, t_end) == status.NOT_AHEAD
+        assert entries.advance(t_end) == status.NOT_AHEAD
     assert np.array_equal(run.state, before)
     run.inputs[7:9] = -1.0  # torques have a sign
-    assert run_record.advance_run(run, 1e-4) == status.OK
+    assert entries.advance(1e-4) == status.OK
 
 
 def plain_start(model, speed):

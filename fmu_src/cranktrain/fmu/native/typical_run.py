@@ -11,6 +11,7 @@ from cranktrain.dynamics.run_record import Run, make_run
 from cranktrain.dynamics.settled.motion import motion_of
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.start.mean_motion import carried
+from cranktrain.dynamics.start.settling import settle
 from cranktrain.dynamics.tangents import tangents_at_state
 from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.step_control import ports_at_state
@@ -52,6 +53,8 @@ def typical_calls(run: Run) -> None:
     # Rods about a rigid rotation: steady states in the frequency domain, Campbell diagrams, modes in motion.
     rod_forces(engine, stand_in(engine), 200.0, np.zeros(2), GasTrace.from_engine(engine), 1.0)
     end_step_here(run.model, run.work, run.state)
+    # Starts from other places, of maps of stability.
+    settle(run.model, run.work, run.state, run.inputs, 0.0, 0.0, 0.0)
 
 
 def stand_in(engine: Engine) -> ReducedBody:
