@@ -173,7 +173,9 @@ def test_each_order_of_a_set_has_a_bias_of_its_own():
     """A large order wrong by 1 % beside a small one wrong by 30 %, noise far below both."""
     rng, speeds, parts = np.random.default_rng(4), np.linspace(0.0, 200.0, 60), []
     for size, relative in ((1.0, 0.01), (0.05, 0.3)):
-        factor = np.linalg.cholesky(covariance(speeds, np.full(60, size), np.full(60, 1e-4), Bias(1e-4, relative, 15.0)))
+        factor = np.linalg.cholesky(
+            covariance(speeds, np.full(60, size), np.full(60, 1e-4), Bias(1e-4, relative, 15.0))
+        )
         rows = factor @ rng.normal(size=(60, 2))
         parts.append(Residue(speeds, np.full(60, size), np.full(60, math.nan), rows, np.zeros((60, 2, 1))))
     found = estimated_bias(parts, np.eye(1))

@@ -1,10 +1,10 @@
 """Frequencies of the crank that bends, in its block on its mounts: [targets] and mount frequencies beside other sets.
 
 Orders and decays are answered by a crank that only twists. Targets are those of a calibration
-(:mod:`cranktrain.studies.calibration.targets`): modes of the cranktrain at rest, matched by their shapes. Frequencies of
-the engine as a whole on its mounts are the lowest six of the cranktrain in its block, by their size. All follow the
-engine's values in some milliseconds (:mod:`cranktrain.studies.calibration.train`), so they stand in every answer of an
-identification, whatever the level of the other sets.
+(:mod:`cranktrain.studies.calibration.targets`): modes of the cranktrain at rest, matched by their shapes. Frequencies
+of the engine as a whole on its mounts are the lowest six of the cranktrain in its block, numbered from the lowest. All
+follow the engine's values in some milliseconds (:mod:`cranktrain.studies.calibration.train`), so every answer of an
+identification contains them, whatever the level of the other sets.
 """
 
 from __future__ import annotations
@@ -105,8 +105,8 @@ class Bending:
 
 def target_scalars(targets: Sequence[Target], names: Sequence[str]) -> tuple[Scalar, ...]:
     """Targets as measured numbers: their tolerances are deviations."""
-    taken = set(names)
-    return tuple(
-        Scalar(one.name if one.name not in taken else f"targets.{one.name}", TARGET, one.number, one.hz, one.tolerance, False)
-        for one in targets
-    )  # fmt: skip
+    found = []
+    for one in targets:
+        name = f"targets.{one.name}" if one.name in names else one.name
+        found.append(Scalar(name, TARGET, one.number, one.hz, one.tolerance, False))
+    return tuple(found)
