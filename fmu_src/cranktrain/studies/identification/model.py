@@ -85,6 +85,7 @@ class TorsionalModel:
         a parameter that shapes the finite elements of the crank, an engine without linear run-up
     """
 
+    # In one piece: an engine, its data and how its crank is made, which callers know by name.
     def __init__(
         self, engine: Engine, data: Data, sought: Sequence[Sought], load: float, damper: bool, inherit: bool,
         say: Progress = lambda stage: None, bending: Bending | None = None,
