@@ -1,11 +1,16 @@
 """Coverage of identified intervals: synthetic measurements with noise, fitted by a model of a lower level.
 
-    python -m benchmarks.identify_trials --engines diesel_i6 diesel_v8 --trials 100
+    python -m benchmarks.identify_trials --engines diesel_i6 diesel_v8 --trials 100 --record trials.jsonl
 
-Each trial draws true parameters, answers for them by the level above (harmonic balance; with ``--truth time`` a run in
-time of ``--crank``), adds noise, and identifies by the level below. A parameter is covered if its interval of 95 %
-holds the true value. Engines without a damper are given none. Prints a row for each parameter, and a JSON line for each
-engine with the machine's load.
+Each trial draws true parameters, answers for them by a level above the fitted one (harmonic balance, or with ``--truth
+time`` a run in time of ``--crank``), adds noise, and identifies. The data are those of a torsional measurement: all
+half orders up to 12 that rise above the noise for the engine as it is, at the pulley, with ``--flywheel`` at both ends.
+A parameter is covered if the interval of 95 % that the command prints, that of the profile, holds the true value.
+Engines without a damper are given none. A crank in time has a stiffness and damping of its own; both are sought as for
+a real engine, and count for nothing.
+
+``--record FILE`` keeps truths and trials as lines of JSON and goes on from there. Prints a row for each parameter, and
+a line of JSON for each engine with the machine's load.
 """
 
 from __future__ import annotations
@@ -16,36 +21,34 @@ import math
 import os
 import time
 import warnings
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cranktrain.core.errors import CranktrainError
+from cranktrain.core.types import Array
 from cranktrain.engine.file import load_engine
-from cranktrain.engine.model import Engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.identification.comparison import Comparison
-from cranktrain.studies.identification.confidence import confidence_of
+from cranktrain.studies.identification.confidence import confidence_of, profiles
 from cranktrain.studies.identification.data import Data, Strand
 from cranktrain.studies.identification.estimate import estimate
-from cranktrain.studies.identification.ladder import Ask, climb
+from cranktrain.studies.identification.ladder import Ask, Climbed, climb, moved_by
 from cranktrain.studies.identification.model import TorsionalModel
-from cranktrain.studies.identification.parameters import (
-    Sought,
-    inner_values,
-    outer_values,
-    sought_parameters,
-)
-from cranktrain.studies.identification.tables import MeasuredTable, SoughtTable
+from cranktrain.studies.identification.parameters import Sought, inner_values, outer_values, sought_parameters
+from cranktrain.studies.identification.tables import SoughtTable
 
-SPEEDS, ORDERS = 24, 5
+HIGHEST = 12.0
 NOISE = 0.004
-"""Noise over the root mean square of the largest order."""
+"""Noise over the root mean square of the largest order at the pulley."""
 RATIOS = (0.02, 0.03)
 """Damping ratios about which true ones are drawn, in place of those that a run of the crank above would give."""
 SPREAD = {"damper.viscosity": 0.3, "damping.torsional_ratios[1]": 0.3, "load": 0.05, "crank.stiffness": 0.02}
 """Half width of the logarithm from which a true value is drawn; bounds are three times as far."""
+OWN = ("damping.torsional_ratios[1]", "crank.stiffness")
+"""Parameters of a torsional crank that a crank of another level does not have."""
 
 
 def main() -> None:
@@ -54,124 +57,197 @@ def main() -> None:
     add = options.add_argument
     add("--engines", nargs="+", default=["diesel_i6", "diesel_v8", "four_petrol"])
     add("--trials", type=int, default=100)
-    add("--truth", choices=["harmonic-balance", "time"], default="harmonic-balance")
+    add("--truth", choices=["linear", "harmonic-balance", "time"], default="harmonic-balance")
     add("--crank", default="beam", help="of runs in time")
     add("--level", choices=["linear", "harmonic-balance"], default="linear")
+    add("--speeds", type=int, default=24)
+    add("--flywheel", action="store_true", help="measured at the flywheel too")
     add("--draws", type=int, default=100, help="different true parameters; then noise alone differs")
     add("--sobol", action="store_true", help="with the starts of a Sobol sequence, as the command takes them")
     add("--seed", type=int, default=1)
+    add("--record", type=Path, help="lines of JSON to go on from")
     given = options.parse_args()
     warnings.simplefilter("ignore")
     for name in given.engines:
         with one_thread():
-            _trials(name, given)
+            Trials(name, given).run()
 
 
-def _trials(name: str, given: argparse.Namespace) -> None:
-    engine = load_engine(name).without_additions
-    damper = engine.damper is not None and engine.damper.kind == "viscous"
-    keys = [key for key in SPREAD if damper or not key.startswith("damper.")]
-    if given.truth == "time" and given.crank != "torsional":
-        # Stiffness and damping of a torsional crank stand for those of the crank above, which has others.
-        keys = [key for key in keys if not key.startswith("crank.")]
-    read = MeasuredTable(parameters={key: SoughtTable() for key in keys})
-    engine = replace(engine, damping=replace(engine.damping, torsional_ratios=RATIOS))
-    sought = tuple(_bounded(one) for one in sought_parameters(engine, read.parameters, ["pulley"], 1.0))
-    model = TorsionalModel(engine, _empty(engine), sought, 1.0, damper, True)
-    rng, rows, seconds, truths = np.random.default_rng(given.seed), [], [], []
-    widths = [SPREAD[one.key] for one in sought]
-    for trial in range(given.trials):
-        if trial < given.draws:
-            u = inner_values(sought, [one.start for one in sought]) + rng.uniform(-1, 1, len(sought)) * widths
-            truths.append((u, _true(model, outer_values(sought, u), given)))
-        u, orders = truths[trial % len(truths)]
-        if orders is None:
-            continue
-        noise = NOISE * max(math.sqrt(float(np.mean(np.abs(one) ** 2))) for one in orders)
-        model.data = _noisy(model.data, orders, noise, rng)
-        began = time.perf_counter()
-        comparison = Comparison(model, model.data, sought)
-        if given.sobol or given.level != "linear":
-            found = climb(model, comparison, Ask(given.level, seed=trial))
-        else:
-            found = _without_starts(model, comparison)
+@dataclass(frozen=True)
+class Drawn:
+    """True parameters (p,) u, and the orders of each strand."""
+
+    inner: Array
+    orders: tuple[Any, ...]
+
+
+class Trials:
+    """Trials of one engine."""
+
+    def __init__(self, name: str, given: argparse.Namespace) -> None:
+        self.name, self.given = name, given
+        engine = load_engine(name).without_additions
+        damper = engine.damper is not None and engine.damper.kind == "viscous"
+        keys = [key for key in SPREAD if damper or not key.startswith("damper.")]
+        self.engine = replace(engine, damping=replace(engine.damping, torsional_ratios=RATIOS))
+        read = {key: SoughtTable() for key in keys}
+        self.sought = tuple(_bounded(one) for one in sought_parameters(self.engine, read, ["pulley"], 1.0))
+        self.low: Array = inner_values(self.sought, [one.start for one in self.sought])
+        self.model = TorsionalModel(self.engine, self._places(), self.sought, 1.0, damper, True)
+        own = self.model.answers(outer_values(self.sought, self.low)).strands
+        sizes = [_rms(one) for one in own]
+        # Chosen for the engine as it is: what a tester sees of the first run-up.
+        seen = [s for s, size in zip(self.model.data.strands, sizes, strict=True) if size > NOISE * max(sizes)]
+        self.model = TorsionalModel(self.engine, Data(tuple(seen)), self.sought, 1.0, damper, True)
+        scored = given.truth != "time" or given.crank == "torsional"
+        self.counted = [k for k, one in enumerate(self.sought) if scored or one.key not in OWN]
+        self.key = f"{name}, {given.truth} {given.crank}, {given.level}, {given.speeds}, {given.flywheel}, {given.seed}"
+        self.drawn: dict[int, Drawn | None] = {}
+        self.rows: dict[int, dict[str, Any]] = {}
+        self._read()
+
+    def _places(self) -> Data:
+        """Places of the data: half orders over the engine's speeds."""
+        count = self.given.speeds
+        speeds, still = np.linspace(*self.engine.speeds, count), np.zeros(count)
+        strands = [
+            Strand(
+                place, f"{place}.torsion", 0.5 * k, speeds, still.astype(complex), still + math.nan, still > 1.0, True
+            )
+            for place in (["pulley", "flywheel"] if self.given.flywheel else ["pulley"])
+            for k in range(1, round(2.0 * HIGHEST) + 1)
+        ]
+        return Data(tuple(strands))
+
+    def run(self) -> None:
+        """All trials that the record does not have; prints and records them."""
+        for trial in range(self.given.trials):
+            if trial in self.rows:
+                continue
+            truth = self._truth(trial % self.given.draws)
+            if truth is None:
+                continue
+            began = time.perf_counter()
+            self.rows[trial] = self._trial(trial, truth) | {"seconds": time.perf_counter() - began}
+            self._write({"trial": trial, **self.rows[trial]})
+            if (trial + 1) % 20 == 0:
+                self._print()
+        print(json.dumps(self._said()), flush=True)
+
+    def _trial(self, trial: int, truth: Drawn) -> dict[str, Any]:
+        rng = np.random.default_rng([self.given.seed, trial, 1])
+        noise = NOISE * max(map(_rms, truth.orders))
+        strands = [
+            replace(one, values=own + noise * (rng.normal(size=own.size) + 1j * rng.normal(size=own.size)))
+            for one, own in zip(self.model.data.strands, truth.orders, strict=True)
+        ]
+        self.model.data = Data(tuple(strands))
+        comparison = Comparison(self.model, self.model.data, self.sought)
+        found = self._fitted(comparison, trial)
         sure = confidence_of(comparison, found.estimate, found.shift)
-        seconds.append(time.perf_counter() - began)
-        away = found.estimate.inner - u
-        rows.append((away, sure.deviations, np.abs(away) <= sure.reach * sure.deviations))
-        if (trial + 1) % 10 == 0:
-            _print(name, sought, rows, seconds)
-    print(json.dumps(_said(name, sought, rows, seconds, given)), flush=True)
+        ends = profiles(comparison, found.estimate, sure)
+        away = found.estimate.inner - truth.inner
+        return {
+            "away": away.tolist(), "deviation": sure.deviations.tolist(),
+            "covered": [low <= u <= high for (low, high), u in zip(ends, truth.inner.tolist(), strict=True)],
+            "by_covariance": (np.abs(away) <= sure.reach * sure.deviations).tolist(),
+        }  # fmt: skip
+
+    def _fitted(self, comparison: Comparison, trial: int) -> Climbed:
+        """As the command does it; without ``--sobol`` from the engine's own values alone."""
+        if self.given.sobol or self.given.level != "linear":
+            return climb(self.model, comparison, Ask(self.given.level, seed=trial))
+        found = estimate(comparison, 1, start=comparison.start)
+        high = self.model.balanced(outer_values(self.sought, found.inner))
+        return Climbed(found, (), moved_by(comparison, found, high, comparison.answers(found.inner).strands))
+
+    def _truth(self, draw: int) -> Drawn | None:
+        if draw in self.drawn:
+            return self.drawn[draw]
+        rng = np.random.default_rng([self.given.seed, draw, 0])
+        u = self.low + rng.uniform(-1, 1, self.low.size) * [SPREAD[one.key] for one in self.sought]
+        values = outer_values(self.sought, u)
+        try:
+            if self.given.truth == "time":
+                plain = self.given.crank == "torsional"
+                kept = self.model.sought
+                # A crank that bends has no factor on its stiffness.
+                self.model.sought = tuple(one for one in kept if plain or one.key not in OWN)
+                some = [v for v, one in zip(values.tolist(), kept, strict=True) if plain or one.key not in OWN]
+                try:
+                    orders = self.model.in_time(np.array(some), self.given.crank, 1e-3)
+                finally:
+                    self.model.sought = kept
+            else:
+                answer = self.model.balanced if self.given.truth != "linear" else self._linear
+                orders = answer(values)
+        except CranktrainError as error:
+            print(f"no truth: {error}")
+            self.drawn[draw] = None
+            return None
+        self.drawn[draw] = Drawn(u, orders)
+        listed = [[one.real.tolist(), one.imag.tolist()] for one in orders]
+        self._write({"truth": draw, "inner": u.tolist(), "orders": listed})
+        return self.drawn[draw]
+
+    def _linear(self, values: Array) -> Any:
+        return self.model.answers(values).strands
+
+    def _read(self) -> None:
+        if self.given.record is None or not self.given.record.is_file():
+            return
+        for line in self.given.record.read_text("utf-8").splitlines():
+            row = json.loads(line)
+            if row.pop("key") != self.key:
+                continue
+            if "trial" in row:
+                self.rows[row.pop("trial")] = row
+            else:
+                orders = tuple(np.array(re) + 1j * np.array(im) for re, im in row["orders"])
+                self.drawn[row["truth"]] = Drawn(np.array(row["inner"]), orders)
+
+    def _write(self, row: dict[str, Any]) -> None:
+        if self.given.record is not None:
+            with self.given.record.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({"key": self.key, **row}) + "\n")
+
+    def _print(self) -> None:
+        rows = list(self.rows.values())
+        print(f"{self.name}: {len(rows)} trials, load {os.getloadavg()[0]:.1f}")
+        for k in self.counted:
+            away, spread = (np.array([row[part][k] for row in rows]) for part in ("away", "deviation"))
+            inside = sum(row["covered"][k] for row in rows)
+            print(
+                f"  {self.sought[k].key:28s} covered {inside:3d} of {len(rows)}, error rms "
+                f"{100 * np.sqrt(np.mean(away**2)):6.2f} %, 95 % of them within "
+                f"{100 * np.percentile(np.abs(away), 95):6.2f} %, mean deviation {100 * spread.mean():6.2f} %",
+                flush=True,
+            )
+
+    def _said(self) -> dict[str, Any]:
+        rows = list(self.rows.values())
+
+        def of(value: Any) -> dict[str, Any]:
+            return {self.sought[k].key: value(k) for k in self.counted}
+
+        return {
+            "engine": self.name, "seed": self.given.seed, "trials": len(rows), "truth": self.given.truth,
+            "level": self.given.level, "orders": len(self.model.data.strands), "speeds": self.given.speeds,
+            "load": os.getloadavg()[0], "seconds": float(np.mean([row["seconds"] for row in rows])) if rows else None,
+            "covered": of(lambda k: sum(row["covered"][k] for row in rows)),
+            "by_covariance": of(lambda k: sum(row["by_covariance"][k] for row in rows)),
+            "rms_percent": of(lambda k: 100.0 * math.sqrt(float(np.mean([row["away"][k] ** 2 for row in rows])))),
+            "deviation_percent": of(lambda k: 100.0 * float(np.mean([row["deviation"][k] for row in rows]))),
+        }  # fmt: skip
 
 
-def _without_starts(model: TorsionalModel, comparison: Comparison) -> Any:
-    """Linear level from the engine's own values, and what harmonic balance would move."""
-    from cranktrain.studies.identification.ladder import Climbed, moved_by
-
-    found = estimate(comparison, 1, start=comparison.start)
-    high = model.balanced(outer_values(comparison.sought, found.inner))
-    return Climbed(found, (), moved_by(comparison, found, high, comparison.answers(found.inner).strands))
-
-
-def _true(model: TorsionalModel, values: Any, given: argparse.Namespace) -> Any:
-    try:
-        return model.balanced(values) if given.truth != "time" else model.in_time(values, given.crank, 1e-3)
-    except CranktrainError as error:
-        print(f"no truth: {error}")
-        return None
+def _rms(values: Any) -> float:
+    return math.sqrt(float(np.mean(np.abs(values) ** 2)))
 
 
 def _bounded(one: Sought) -> Sought:
     far = math.exp(3.0 * SPREAD[one.key])
     return replace(one, low=one.start / far, high=one.start * far)
-
-
-def _empty(engine: Engine) -> Data:
-    """Places of the data: the major orders of the engine from its third half order on, over its speeds."""
-    low, high = engine.speeds
-    speeds = np.linspace(low, high, SPEEDS)
-    firing = engine.firings
-    orders = [firing * k for k in (0.5, 1.0, 1.5, 2.0, 3.0)][:ORDERS]
-    strands = tuple(
-        Strand("pulley", "pulley.torsion", order, speeds, np.zeros(SPEEDS, dtype=complex), np.full(SPEEDS, math.nan),
-               np.zeros(SPEEDS, dtype=bool), True)
-        for order in orders
-        if order <= 24.0
-    )  # fmt: skip
-    return Data(strands)
-
-
-def _noisy(data: Data, orders: Any, noise: float, rng: np.random.Generator) -> Data:
-    strands = []
-    for one, own in zip(data.strands, orders, strict=True):
-        drawn = noise * (rng.normal(size=own.size) + 1j * rng.normal(size=own.size))
-        strands.append(replace(one, values=own + drawn))
-    return replace(data, strands=tuple(strands))
-
-
-def _print(name: str, sought: Any, rows: Any, seconds: Any) -> None:
-    print(f"{name}: {len(rows)} trials, {np.mean(seconds):.1f} s each, load {os.getloadavg()[0]:.1f}")
-    for k, one in enumerate(sought):
-        away, spread = (np.array([row[j][k] for row in rows]) for j in (0, 1))
-        inside = sum(bool(row[2][k]) for row in rows)
-        print(
-            f"  {one.key:28s} covered {inside:3d} of {len(rows)}, error rms {100 * np.sqrt(np.mean(away**2)):6.2f} %, "
-            f"95 % of them within {100 * np.percentile(np.abs(away), 95):6.2f} %, mean deviation "
-            f"{100 * spread.mean():6.2f} %",
-            flush=True,
-        )
-
-
-def _said(name: str, sought: Any, rows: Any, seconds: Any, given: argparse.Namespace) -> dict[str, Any]:
-    return {
-        "engine": name, "seed": given.seed, "trials": len(rows),
-        "truth": given.truth, "level": given.level, "load": os.getloadavg()[0],
-        "seconds": float(np.mean(seconds)) if seconds else None,
-        "covered": {one.key: int(sum(bool(row[2][k]) for row in rows)) for k, one in enumerate(sought)},
-        "rms_percent": {
-            one.key: 100.0 * float(np.sqrt(np.mean([row[0][k] ** 2 for row in rows]))) for k, one in enumerate(sought)
-        },
-    }  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -231,7 +231,7 @@ BAD = [
     ("load = {}", "hold_out", {}, {}, r"hold_out.speeds_rpm: 900 was not measured; the data go from 1500 to 5000"),
     ("load = {}", "nothing", {}, {}, r"has no data; add \[\[orders\]\]"),
     ("load = {}", "frequencies", {}, {}, r"900.0 Hz, is not the engine's: with load within their bounds it has \d+"),
-    ("load = {}", "both", {}, {}, "are fitted apart"),
+    ("load = {}", "both", {}, {}, "derived: serves files of .targets. alone"),
     ("", "orders", {}, {}, "parameters: none is given"),
     ('"combustion.heat" = {}\nload = {}\n"mounts.stiffness" = {}', "orders", {}, {}, "mounts"),
 ]
@@ -252,6 +252,7 @@ def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, table, k
         text += "[[frequencies]]\nhz = 900\n"
     if sets == "both":
         text += '[targets.t]\nshape = "torsional"\nhz = 238\ntolerance = 0.01\nsource = "test"\n'
+        text += '[derived]\n"flywheel.mass" = { formula = "pulley.mass" }\n'
     with pytest.raises(InputError, match=message) as error:
         quick(four, measured(tmp_path, text), out=tmp_path / "new.toml")
     assert "\n" not in str(error.value) and not (tmp_path / "new.toml").exists()
@@ -312,6 +313,30 @@ def test_an_interrupt_keeps_the_best_and_says_so(four, truth, tmp_path, monkeypa
     assert (
         tomllib.loads((tmp_path / "best.toml").read_text("utf-8"))["pulley"]["polar_inertia"]["origin"] == "identified"
     )
+
+
+def test_a_peak_that_no_values_within_the_bounds_give_is_refused_with_its_frequency(four, truth, tmp_path):
+    """The same orders at speeds a fifth higher, of which those within the engine's are measured."""
+    speeds = 1.2 * SPEEDS
+    keep = speeds <= SPEEDS[-1]
+    write_orders(tmp_path / "orders.csv", [one[keep] for one in truth[3]], speeds=speeds[keep])
+    text = '[parameters]\nload = {}\n"pulley.polar_inertia" = { low = "-5 %", high = "+5 %" }\n' + ORDERS_OF_PULLEY
+    with pytest.raises(InputError, match=r"the peak of order \d at \d+ rev/min, \d+\.\d Hz, is not the engine's: with"):
+        quick(four, measured(tmp_path, text), level="linear")
+
+
+def test_an_interrupt_in_a_higher_level_keeps_what_the_linear_one_found(four, truth, tmp_path, monkeypatch, capsys):
+    write_orders(tmp_path / "orders.csv", truth[3])
+    path = measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY)
+
+    def balanced(self, values):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(TorsionalModel, "balanced", balanced)
+    assert main(["identify", str(four), str(path), "--out", str(tmp_path / "best.toml")]) == 130
+    assert "the best values so far are in" in capsys.readouterr().err
+    found = load_engine(tmp_path / "best.toml").pulley.polar_inertia
+    assert found == pytest.approx(TRUE["pulley.polar_inertia"] * load_engine(four).pulley.polar_inertia, rel=0.02)
 
 
 def test_a_peak_is_a_clear_one_inside_the_speeds():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.identification.bias import Bias, Residue, covariance, effective_count, estimated_bias
+from cranktrain.studies.identification.bias import Bias, Residue, _unlikely, covariance, effective_count, estimated_bias
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import (
     bootstrap,
@@ -157,7 +157,7 @@ def test_bias_of_the_model_widens_the_intervals_so_that_they_hold():
 
 def test_the_restricted_likelihood_finds_noise_bias_and_length():
     rng = np.random.default_rng(3)
-    speeds, sizes, told = np.linspace(0.0, 200.0, 120), np.ones(120), Bias(0.01, 0.05, 15.0, 1.0)
+    speeds, sizes, told = np.linspace(0.0, 200.0, 120), np.ones(120), Bias(0.01, 0.05, 15.0)
     factor = np.linalg.cholesky(covariance(speeds, sizes, np.full(120, math.nan), told))
     parts = [
         Residue(speeds, sizes, np.full(120, math.nan), factor @ rng.normal(size=(120, 2)), np.zeros((120, 2, 1)))
@@ -167,6 +167,34 @@ def test_the_restricted_likelihood_finds_noise_bias_and_length():
     assert found.noise == pytest.approx(told.noise, rel=0.2)
     assert found.relative == pytest.approx(told.relative, rel=0.3)
     assert found.length == pytest.approx(told.length, rel=0.4)
+
+
+def test_each_order_of_a_set_has_a_bias_of_its_own():
+    """A large order wrong by 1 % beside a small one wrong by 30 %, noise far below both."""
+    rng, speeds, parts = np.random.default_rng(4), np.linspace(0.0, 200.0, 60), []
+    for size, relative in ((1.0, 0.01), (0.05, 0.3)):
+        factor = np.linalg.cholesky(
+            covariance(speeds, np.full(60, size), np.full(60, 1e-4), Bias(1e-4, relative, 15.0))
+        )
+        rows = factor @ rng.normal(size=(60, 2))
+        parts.append(Residue(speeds, np.full(60, size), np.full(60, math.nan), rows, np.zeros((60, 2, 1))))
+    found = estimated_bias(parts, np.eye(1))
+    assert found.of(0).relative == pytest.approx(0.01, rel=0.4)
+    assert found.of(1).relative == pytest.approx(0.3, rel=0.4)
+
+
+def test_derivatives_of_the_restricted_likelihood_are_its_differences():
+    rng = np.random.default_rng(1)
+    parts = [
+        Residue(np.sort(rng.uniform(50.0, 200.0, 9)), rng.uniform(0.1, 1.0, 9), noise, rng.normal(size=(9, 2)),
+                rng.normal(size=(9, 2, 3)))
+        for noise in (np.full(9, math.nan), np.where(np.arange(9) < 4, 0.1, math.nan))
+    ]  # fmt: skip
+    at = np.array([-1.0, 3.0, -2.0, -1.0, -2.5])
+    own = _unlikely(at, parts, np.eye(3))[1]
+    for k, step in enumerate(1e-5 * np.eye(5)):
+        ends = [_unlikely(at + side * step, parts, np.eye(3))[0] for side in (1.0, -1.0)]
+        assert own[k] == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-5)
 
 
 def test_independent_values_count_one_by_one_and_equal_ones_once():

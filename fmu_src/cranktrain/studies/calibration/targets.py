@@ -184,7 +184,7 @@ def _task(document: dict[str, Any], engine: Engine) -> Task:
     flexible = read.block != GROUND
     if flexible and (engine.block is None or engine.mounts is None):
         raise InputError(f"block: engine '{engine.name}' has no [block] with [mounts]; write block = \"{GROUND}\"")
-    targets = tuple(_target(name, entry) for name, entry in read.targets.items())
+    targets = tuple(target_of(name, entry) for name, entry in read.targets.items())
     parameters = tuple(_parameter(key, entry, engine) for key, entry in read.parameters.items())
     if not targets or not parameters:
         raise InputError(f"{'parameters' if targets else 'targets'}: none is given; a calibration needs at least one")
@@ -201,7 +201,8 @@ def _task(document: dict[str, Any], engine: Engine) -> Task:
     return Task(flexible, targets, parameters, derived)
 
 
-def _target(name: str, entry: TargetTable) -> Target:
+def target_of(name: str, entry: TargetTable) -> Target:
+    """Target of a table; ``InputError``."""
     where, moves = f"targets.{name}", entry.of == MOTION
     torsional, number, hz = entry.shape == "torsional", entry.number, entry.hz
     if number not in (0, 1, 2) or (number and not torsional) or (entry.of == "crankshaft" and not number):

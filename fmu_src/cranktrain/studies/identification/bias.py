@@ -5,21 +5,24 @@ order are therefore taken as noise and a random function of the speed Ω (Kenned
 
     C(Ω, Ω') = σ² 1(Ω = Ω') + δ² (s(Ω) s(Ω') + (S/10)²) (1 + ρ(|Ω − Ω'|/ℓ)),   ρ(d) = (1 + √3 d) exp(−√3 d),
 
-with the model's own amplitude s, their root mean square S, the relative bias δ, a length ℓ, and ρ of Matérn. A relative
-bias turns with the phase of the model's order, so residuals are taken in phase with it and a quarter ahead; both have
-this covariance. The bias is relative because at a resonance, where parameters take it up, it can only be judged by what
-is left beside the resonance; an additive bias of its own size would explain that away. As much of it as changes over
-the speed is common to all speeds of an order: no number of speeds averages a wrong torque away.
+with the model's own amplitude s of the order, its root mean square S over the speeds, the relative bias δ of the order,
+a length ℓ, and ρ of Matérn. A relative bias turns with the phase of the model's order, so residuals are taken in phase
+with it and a quarter ahead; both have this covariance. The bias is relative because at a resonance, where parameters
+take it up, it can only be judged by what is left beside the resonance; an additive bias of its own size would explain
+that away. As much of it as changes over the speed is common to all speeds of an order: no number of speeds averages a
+wrong torque away.
 
-The numbers of a set follow from the restricted likelihood (Patterson and
-Thompson, Biometrika 58, 1971), which accounts for the part of the bias that the parameters have taken up:
+Noise and length are those of a set. Each order has a relative bias of its own, because a small order that large ones
+feed by the rods' inertia may be wrong by a third where the large ones are right to a per cent. The biases of a set
+scatter about a common one by a factor of :data:`APART`. These numbers follow from the restricted likelihood (Patterson
+and Thompson 1971), which accounts for the part of the bias that the parameters have taken up:
 
-    −2 L = Σ log|C| + rᵀ C⁻¹ r − gᵀ A⁻¹ g + log|A|,     A = Jᵀ C⁻¹ J + P,   g = Jᵀ C⁻¹ r.
+    −2 L = Σ log|C| + rᵀ C⁻¹ r − gᵀ A⁻¹ g + log|A| + Σ (ln δ_o/δ)²/ln²(APART),   A = Jᵀ C⁻¹ J + P,   g = Jᵀ C⁻¹ r.
 
 Each set has its own parameters in this, so that sets that contradict each other do not hide it as bias.
 
 Sources: M. C. Kennedy, A. O'Hagan, J. R. Statist. Soc. B 63 (2001) 425; C. E. Rasmussen, C. K. I. Williams, *Gaussian
-Processes for Machine Learning* (2006).
+Processes for Machine Learning* (2006); H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545.
 """
 
 from __future__ import annotations
@@ -37,18 +40,24 @@ from cranktrain.core.types import Array
 LEAST, MOST = 1e-4, 1.0
 """Bounds of the relative bias."""
 LOW = 0.1
-"""Part of the bias that does not fall with the amplitude, over that at the root mean square of amplitudes."""
+"""Part of the bias that does not fall with the amplitude, over that at the root mean square of the amplitudes."""
+APART = 3.0
+"""Factor between the relative biases of orders of a set, one standard deviation of their logarithms."""
 _QUIET = 1e-5
 """Least noise of a set, over the root mean square of its amplitudes."""
 
 
 class Bias(NamedTuple):
-    """Numbers of a set: noise σ in its unit, relative bias δ, length ℓ in rad/s, root mean square S of amplitudes."""
+    """Numbers of a set: noise σ in its unit, relative bias δ, length ℓ in rad/s, and the bias of each of its orders."""
 
     noise: float
     relative: float
     length: float
-    size: float
+    orders: tuple[float, ...] = ()
+
+    def of(self, k: int) -> Bias:
+        """Numbers of the ``k``-th order of the set."""
+        return self._replace(relative=self.orders[k], orders=()) if self.orders else self
 
 
 class Residue(NamedTuple):
@@ -69,21 +78,29 @@ class Residue(NamedTuple):
 
 
 def covariance(speeds: Array, sizes: Array, noise: Array, bias: Bias) -> Array:
-    """Covariance (n, n) of one component of an order."""
-    apart = np.abs(speeds[:, None] - speeds) * (math.sqrt(3.0) / bias.length)
-    alike = (1.0 + apart) * np.exp(-apart)
+    """Covariance (n, n) of one component of an order, ``bias`` its own."""
     own = np.where(np.isfinite(noise), noise, bias.noise)
-    size = bias.relative**2 * (np.outer(sizes, sizes) + (LOW * bias.size) ** 2)
-    return np.asarray(size * (1.0 + alike) + np.diag(own**2))
+    return np.asarray(bias.relative**2 * _shape(sizes) * (1.0 + _alike(speeds, bias.length)[0]) + np.diag(own**2))
+
+
+def _shape(sizes: Array) -> Array:
+    """Covariance (n, n) of a relative bias of one, of all speeds alike."""
+    return np.asarray(np.outer(sizes, sizes) + LOW**2 * float(np.mean(sizes**2)))
+
+
+def _alike(speeds: Array, length: float) -> tuple[Array, Array]:
+    """Correlation ρ (n, n) of speeds, and its derivative by ln ℓ."""
+    apart = np.abs(speeds[:, None] - speeds) * (math.sqrt(3.0) / length)
+    fall = np.exp(-apart)
+    return (1.0 + apart) * fall, apart**2 * fall
 
 
 def first_bias(parts: Sequence[Residue], relative: float = 0.1) -> Bias:
     """Bias from which a search starts: a fraction of the amplitudes, over a tenth of the speeds."""
-    rms = _rms(parts)
     span = max(float(np.ptp(one.speeds)) for one in parts)
     known = np.concatenate([one.noise[np.isfinite(one.noise)] for one in parts])
-    noise = float(np.sqrt(np.mean(known**2))) if known.size else 0.02 * rms
-    return Bias(noise, relative, max(0.1 * span, 1e-3), rms)
+    noise = float(np.sqrt(np.mean(known**2))) if known.size else 0.02 * _rms(parts)
+    return Bias(noise, relative, max(0.1 * span, 1e-3), len(parts) * (relative,))
 
 
 def noise_of_differences(parts: Sequence[Residue]) -> float:
@@ -117,61 +134,74 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
     span = max(float(np.ptp(one.speeds)) for one in parts)
     steps = [np.diff(np.unique(one.speeds)) for one in parts]
     step = min(float(np.median(one)) for one in steps if one.size) if any(one.size for one in steps) else span
-    known = all(np.isfinite(one.noise).all() for one in parts)
-    low = np.log([_QUIET * rms, LEAST, max(step, 1e-6)])
-    high = np.log([rms, MOST, max(0.5 * span, 1.5 * step, 2e-6)])
-    start = np.clip(np.log([max(noise_of_differences(parts), _QUIET * rms), first.relative, first.length]), low, high)
-
-    free = np.array([not known, True, True])
-
-    def whole(values: Array) -> Array:
-        found = start.copy()
-        found[free] = values
-        return found
-
-    def cost(values: Array) -> float:
-        return _unlikely(parts, prior, _bias(whole(values), rms))
-
-    best, least = start, cost(start[free])
+    count = len(parts) + 1
+    low = np.log([_QUIET * rms, max(step, 1e-6), *(count * [LEAST])])
+    high = np.log([rms, max(0.5 * span, 1.5 * step, 2e-6), *(count * [MOST])])
+    noise = max(noise_of_differences(parts), _QUIET * rms)
+    bounds = list(zip(low, high, strict=True))
+    if all(np.isfinite(one.noise).all() for one in parts):
+        noise, bounds[0] = first.noise, (math.log(first.noise), math.log(first.noise))
+    best, least = None, math.inf
     # Once found, the numbers hardly change; the first time a small bias and a large one are tried.
     for relative in (first.relative, 0.02) if before is None else (max(first.relative, 0.02),):
-        begin = start.copy()
-        begin[1] = np.clip(math.log(relative), low[1], high[1])
-        bounds = list(zip(low[free], high[free], strict=True))
+        begin = np.log([noise, first.length, *(count * [relative])])
+        begin = np.clip(begin, [one for one, _ in bounds], [one for _, one in bounds])
         found = minimize(
-            cost, begin[free], method="L-BFGS-B", bounds=bounds, options={"maxiter": 25, "eps": 1e-3, "ftol": 1e-6}
-        )
+            _unlikely, begin, (parts, prior), method="L-BFGS-B", jac=True, bounds=bounds,
+            options={"maxiter": 60, "ftol": 1e-7},
+        )  # fmt: skip
         if found.fun < least:
-            best, least = np.clip(whole(found.x), low, high), float(found.fun)
-    return _bias(best, rms)
+            best, least = found.x, float(found.fun)
+    noise, length, relative, *orders = np.exp(begin if best is None else best).tolist()
+    return Bias(noise, relative, length, tuple(orders))
 
 
-def _bias(values: Array, rms: float) -> Bias:
-    """The bias of logarithms (3,) of noise, relative bias and length."""
-    noise, relative, length = np.exp(values).tolist()
-    return Bias(noise, relative, length, rms)
+# In one piece: the likelihood and its derivatives, which share all factors.
+def _unlikely(values: Array, parts: Sequence[Residue], prior: Array) -> tuple[float, Array]:
+    """Minus twice the logarithm of the restricted likelihood, and its derivatives (m,).
 
-
-def _unlikely(parts: Sequence[Residue], prior: Array, bias: Bias) -> float:
-    """Minus twice the logarithm of the restricted likelihood."""
-    total, slope, information = 0.0, np.zeros(prior.shape[0]), prior.copy()
-    for one in parts:
+    ``values`` (m,) are logarithms of noise, length, the common relative bias, and that of each order. With e = r − J
+    A⁻¹ g, w = C⁻¹ e and Z = C⁻¹ J the derivative by a number of C is Σ dC ∘ (C⁻¹ − w wᵀ − Z A⁻¹ Zᵀ) of the components.
+    """
+    noise, length = np.exp(values[:2]).tolist()
+    apart = (values[3:] - values[2]) / math.log(APART)
+    total = float(apart @ apart)
+    slopes = np.zeros_like(values)
+    slopes[3:] = 2.0 * apart / math.log(APART)
+    slopes[2] = -slopes[3:].sum()
+    slope, information, kept = np.zeros(prior.shape[0]), prior.copy(), []
+    for one, relative in zip(parts, np.exp(values[3:]).tolist(), strict=True):
+        alike, change = _alike(one.speeds, length)
+        shape = relative**2 * _shape(one.sizes)
+        known = np.isfinite(one.noise)
+        matrix = shape * (1.0 + alike) + np.diag(np.where(known, one.noise, noise) ** 2)
         try:
-            factor = cho_factor(covariance(one.speeds, one.sizes, one.noise, bias), lower=True)
+            factor = cho_factor(matrix, lower=True)
         except np.linalg.LinAlgError:
-            return 1e12
-        count = one.residuals.shape[1]
+            return 1e12, np.zeros_like(values)
+        n, count, p = one.slopes.shape
         total += 2.0 * count * float(np.log(np.diag(factor[0])).sum())
-        weighted = cho_solve(factor, one.residuals)
+        inverse = cho_solve(factor, np.eye(n))
+        weighted = inverse @ one.residuals
         total += float(np.sum(one.residuals * weighted))
-        n, _, p = one.slopes.shape
-        by = cho_solve(factor, one.slopes.reshape(n, -1)).reshape(n, count, p)
-        slope += np.einsum("ncp,nc->p", by, one.residuals)
-        information += np.einsum("ncp,ncq->pq", one.slopes, by)
+        by = (inverse @ one.slopes.reshape(n, -1)).reshape(n, count, p)
+        flat = by.reshape(-1, p)
+        slope += one.residuals.ravel() @ flat
+        information += one.slopes.reshape(-1, p).T @ flat
+        kept.append((inverse, weighted, by, shape, alike, change, known))
     sign, size = np.linalg.slogdet(information)
     if sign <= 0.0:
-        return 1e12
-    return total - float(slope @ np.linalg.solve(information, slope)) + float(size)
+        return 1e12, np.zeros_like(values)
+    spread = np.linalg.inv(information)
+    moved = spread @ slope
+    total += float(size) - float(slope @ moved)
+    for k, (inverse, weighted, by, shape, alike, change, known) in enumerate(kept):
+        left, flat = weighted - by @ moved, by.reshape(by.shape[0], -1)
+        parted = by.shape[1] * inverse - left @ left.T - (by @ spread).reshape(flat.shape) @ flat.T
+        slopes[0] += 2.0 * noise**2 * float(np.diag(parted)[~known].sum())
+        slopes[1] += float(np.sum(parted * shape * change))
+        slopes[3 + k] += 2.0 * float(np.sum(parted * shape * (1.0 + alike)))
+    return total, slopes
 
 
 def effective_count(matrix: Array) -> float:

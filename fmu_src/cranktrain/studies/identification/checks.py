@@ -13,9 +13,9 @@ from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.types import Array
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import contradictions, unexcited
-from cranktrain.studies.identification.data import Scalar, Strand
+from cranktrain.studies.identification.data import RATIO, Strand
 from cranktrain.studies.identification.estimate import Estimate
-from cranktrain.studies.identification.model import TorsionalModel, mode_of
+from cranktrain.studies.identification.model import TorsionalModel
 from cranktrain.studies.identification.parameters import outer_values
 
 SAMPLES = 16
@@ -88,9 +88,10 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
 def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) -> None:
     """Refuse resonances and frequencies that no parameters within their bounds give; ``InputError``."""
     points = _points(comparison, seed)
-    for scalar in (one for one in model.data.scalars if one.kind == "frequency"):
-        own = [found for found in (_hz(model, point, scalar) for point in points) if found is not None]
-        if own:
+    numbers = [found for found in (_numbers(model, point) for point in points) if found is not None]
+    for k, scalar in enumerate(model.data.scalars if numbers else ()):
+        if scalar.kind != RATIO:
+            own = [float(found[k]) for found in numbers]
             reach = max(REACH, 3.0 * scalar.deviation)
             _check(f"'{scalar.name}'", scalar.value, min(own), max(own), comparison, reach)
     peaks = [(one, hz) for one in model.data.strands if (hz := peak_hz(one.speeds, np.abs(one.values), one.order))]
@@ -136,9 +137,11 @@ def _points(comparison: Comparison, seed: int) -> list[Array]:
     return [outer_values(comparison.sought, comparison.low + share * width) for share in shares]
 
 
-def _hz(model: TorsionalModel, values: Array, one: Scalar) -> float | None:
+def _numbers(model: TorsionalModel, values: Array) -> Array | None:
+    if not model.data.scalars:
+        return None
     try:
-        return mode_of(model.assembly(values), one)[0]
+        return model.numbers(values)
     except (CranktrainError, ArithmeticError, np.linalg.LinAlgError):
         return None
 

@@ -112,10 +112,17 @@ class Comparison:
     def weigh(self, biases: dict[str, Bias], own: Sequence[NDArray[np.complex128]]) -> None:
         """Take a covariance for each set, with the model's ``own`` orders (n,)."""
         self.biases, self._factors, self._turns = dict(biases), [], [_turn(one) for one in own]
-        for one, size in zip(self.data.strands, map(np.abs, own), strict=True):
-            keep = ~one.held
-            matrix = covariance(one.speeds[keep], size[keep], one.noise[keep], biases[one.name])
-            self._factors.append(np.asarray(np.linalg.cholesky(matrix)))
+        for k, one in enumerate(self.data.strands):
+            keep = np.flatnonzero(~one.held)
+            self._factors.append(
+                np.asarray(np.linalg.cholesky(self.covariance_of(k, np.abs(own[k]))[np.ix_(keep, keep)]))
+            )
+
+    def covariance_of(self, k: int, sizes: Array) -> Array:
+        """Covariance (n, n) of one component of the ``k``-th order, with the model's amplitudes ``sizes`` (n,)."""
+        one = self.data.strands[k]
+        place = sum(other.name == one.name for other in self.data.strands[:k])
+        return covariance(one.speeds, sizes, one.noise, self.biases[one.name].of(place))
 
     def first_biases(self, own: Sequence[NDArray[np.complex128]]) -> dict[str, Bias]:
         """Covariances before anything is fitted: a tenth of the amplitudes."""

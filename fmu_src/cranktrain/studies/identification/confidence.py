@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, t
 
 from cranktrain.core.types import Array
-from cranktrain.studies.identification.bias import covariance, effective_count
+from cranktrain.studies.identification.bias import effective_count
 from cranktrain.studies.identification.comparison import Comparison, Piece
 from cranktrain.studies.identification.estimate import Estimate, information_of
 from cranktrain.studies.identification.ladder import linear_move
@@ -93,10 +93,9 @@ def confidence_of(comparison: Comparison, found: Estimate, shift: Array) -> Conf
     own = np.linalg.inv(found.information + comparison.known)
     count = float(len(comparison.data.scalars) + sum(one.values.size for one in comparison.data.shapes))
     sizes = [np.abs(own) for own in comparison.own(found.inner)]
-    for one, size in zip(comparison.data.strands, sizes, strict=True):
-        keep = ~one.held
-        matrix = covariance(one.speeds[keep], size[keep], one.noise[keep], comparison.biases[one.name])
-        count += effective_count(matrix) * (2 if one.phases else 1)
+    for k, one in enumerate(comparison.data.strands):
+        keep = np.flatnonzero(~one.held)
+        count += effective_count(comparison.covariance_of(k, sizes[k])[np.ix_(keep, keep)]) * (2 if one.phases else 1)
     free = count - found.inner.size + int((np.diag(comparison.prior) > 0.0).sum())
     # Deviations of numbers and shapes are stated, not found from residuals.
     freedom = max(free, FEWEST) if comparison.data.strands else 1e6

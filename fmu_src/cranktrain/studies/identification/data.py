@@ -33,6 +33,8 @@ from cranktrain.studies.run_up.free_decay import largest_decay
 from cranktrain.studies.torsion.frequency_run_up import HIGHEST_ORDER, shaft_output
 
 RPM = math.pi / 30.0
+FREQUENCY, RATIO, TARGET, MOUNTS = "frequency", "damping ratio", "target", "mount frequency"
+"""Kinds of measured numbers: of twist, and of the crank that bends, in its block."""
 BEYOND = 0.05
 """Distance beyond the engine's speeds, over them, up to which measured speeds are taken."""
 FEWEST = 4
@@ -67,8 +69,9 @@ class Strand:
 
 @dataclass(frozen=True)
 class Scalar:
-    """A measured natural frequency, Hz, or damping ratio of a torsional mode; ``deviation`` is relative.
+    """A measured number of one of the kinds: a frequency, Hz, or the damping ratio of a torsional mode.
 
+    ``deviation`` is relative.
     ``damper``: with the damper's ring, as warm as at ``speed``, rad/s (None: the engine's highest).
     """
 
@@ -133,7 +136,10 @@ def read_data(engine: Engine, read: MeasuredTable, path: Path) -> Data:
         strands += _strands(engine, table, name, f"[[{kind}]] '{name}'", path)
     held = [] if read.hold_out is None else read.hold_out.speeds_rpm
     strands = _held(strands, held) if held else strands
-    scalars = [_frequency(one, _name(one.name or f"frequency {one.number}", names)) for one in read.frequencies]
+    scalars = [
+        _frequency(one, _name(one.name or f"{one.of} frequency {one.number}".removeprefix("torsion "), names))
+        for one in read.frequencies
+    ]
     scalars += [_decay(one, _name(one.name or f"decay {one.number}", names), path) for one in read.decay]
     shapes = [_shape(engine, one, _name(one.name or f"mode {one.number}", names)) for one in read.modes]
     return Data(tuple(strands), tuple(scalars), tuple(shapes))
@@ -270,7 +276,9 @@ def _reach(speeds: Array) -> float:
 
 
 def _frequency(table: FrequencyTable, name: str) -> Scalar:
-    where = f"[[frequencies]] '{name}'"
+    where, mounts = f"[[frequencies]] '{name}'", table.of == "mounts"
+    if mounts and (table.number > 6 or table.damper or table.hz is None):
+        raise InputError(f"{where}: of mounts take hz and a number from 1 to 6, counted from the lowest")
     if (table.hz is None) == (table.order is None and table.rpm is None):
         raise InputError(f"{where}: give either hz, or order and rpm of a critical speed")
     hz = table.hz
@@ -279,7 +287,7 @@ def _frequency(table: FrequencyTable, name: str) -> Scalar:
             raise InputError(f"{where}: {'order' if table.order is None else 'rpm'} is missing; give both of them")
         hz = table.order * table.rpm / 60.0
     speed = None if table.rpm is None else table.rpm * RPM
-    return Scalar(name, "frequency", table.number, hz, table.deviation, table.damper, speed)
+    return Scalar(name, MOUNTS if mounts else FREQUENCY, table.number, hz, table.deviation, table.damper, speed)
 
 
 def _decay(table: DecayTable, name: str, path: Path) -> Scalar:
@@ -293,7 +301,7 @@ def _decay(table: DecayTable, name: str, path: Path) -> Scalar:
         ratio = table.log_decrement / math.hypot(2.0 * math.pi, table.log_decrement)
     else:
         ratio = _measured_decay(table, where, path)
-    return Scalar(name, "damping ratio", table.number, ratio, table.deviation, table.damper)
+    return Scalar(name, RATIO, table.number, ratio, table.deviation, table.damper)
 
 
 def _measured_decay(table: DecayTable, where: str, path: Path) -> float:

@@ -25,6 +25,7 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.calibration.engine_text import new_path
 from cranktrain.studies.identification import checks
+from cranktrain.studies.identification.bending import Bending, target_scalars, targets_of
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import (
     Confidence,
@@ -33,7 +34,7 @@ from cranktrain.studies.identification.confidence import (
     profiles,
     told_apart,
 )
-from cranktrain.studies.identification.data import RPM, read_data
+from cranktrain.studies.identification.data import MOUNTS, RPM, read_data
 from cranktrain.studies.identification.ladder import Ask, Climbed, climb
 from cranktrain.studies.identification.model import TorsionalModel
 from cranktrain.studies.identification.parameters import RATIOS, Sought, outer_values, sought_parameters
@@ -109,20 +110,21 @@ def identify(
 
 def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> tuple[TorsionalModel, Comparison]:
     """Model and data of a measured file, with what needs no search refused; ``InputError``."""
-    if read.targets or read.derived:
-        both = "[targets] and sets of data" if read.targets and read.has_sets else "[targets] and [derived]"
-        raise InputError(
-            f"{both} are fitted apart: [targets] by shapes of the crank that bends ('cranktrain calibrate'), sets by "
-            "torsion; make a file of each"
-        )
     if not read.has_sets:
+        if read.targets:
+            raise InputError("has [targets] alone, which are a calibration; use 'cranktrain calibrate'")
         raise InputError("has no data; add [[orders]], [[torque]], [[frequencies]], [[decay]] or [[modes]]")
-    data = read_data(base, read, place)
+    targets, data = targets_of(read), read_data(base, read, place)
+    # Numbers of the crank that bends last, in the order of their answers.
+    mounts = [one for one in data.scalars if one.kind == MOUNTS]
+    twist = [one for one in data.scalars if one.kind != MOUNTS]
+    data = replace(data, scalars=(*twist, *target_scalars(targets, data.names), *mounts))
     checks.check_data(data.strands)
     damper = base.damper is not None if read.damper is None else read.damper
     engine = with_ratios(base, read, damper, say)
     sought = sought_parameters(engine, read.parameters, data.order_sets, read.load)
-    model = TorsionalModel(engine, data, sought, read.load, damper, read.inherit, say)
+    bending = Bending(base, read, data.scalars, say) if targets or mounts else None
+    model = TorsionalModel(engine, data, sought, read.load, damper, read.inherit, say, bending)
     values = np.array([one.start for one in sought])
     model.check(values)
     try:

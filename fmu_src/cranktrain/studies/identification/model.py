@@ -30,18 +30,20 @@ from cranktrain.engine.model import Engine
 from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.structure.crank.modal import cranktrain_matrices
-from cranktrain.studies.identification.data import Data, Scalar, Shape, Strand
+from cranktrain.studies.identification.bending import Bending
+from cranktrain.studies.identification.data import FREQUENCY, RATIO, Data, Scalar, Shape, Strand
 from cranktrain.studies.identification.parameters import CRANK, LOAD, SCALE, ZERO, Sought, engine_with
 from cranktrain.studies.identification.tables import LEVELS, TWIST
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.damper_link import DamperLink
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
+from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 from cranktrain.studies.variants.design import Design
 from cranktrain.studies.variants.distributions import Distribution
 from cranktrain.studies.variants.models import EngineModel
 from cranktrain.studies.variants.study import ENGINE, Levels, Study, Varied
-from cranktrain.studies.variants.torsional import SolvedOrders, against_frame, solved_orders
+from cranktrain.studies.variants.torsional import SolvedOrders, against_frame, solved_orders, structure_of
 
 ComplexArray = NDArray[np.complex128]
 LINEAR, BALANCE, TIME = LEVELS
@@ -49,6 +51,8 @@ _TWISTS = slice(5, None)
 """Coordinates of a torsional crank that twist: rotation about the axis, and the elastic modes."""
 _KEPT = 6
 """Cranks that are kept: derivatives by values of the damper or the load take the same one."""
+_FEWEST_ORDERS = 12.0
+"""Highest order of the linear level at least: higher ones hardly twist the damper, so lower ones do not feel them."""
 _ROUNDS = 6
 """Iterations of a frequency with a damper whose stiffness depends on it."""
 
@@ -73,6 +77,7 @@ class TorsionalModel:
     damper : whether it is fitted
     inherit : whether the crank takes the damping of the level above
     say : told the stages of making the crank
+    bending : what answers for targets and for the engine on its mounts
 
     Raises
     ------
@@ -80,10 +85,12 @@ class TorsionalModel:
         a parameter that shapes the finite elements of the crank, an engine without linear run-up
     """
 
+    # In one piece: an engine, its data and how its crank is made, which callers know by name.
     def __init__(
         self, engine: Engine, data: Data, sought: Sequence[Sought], load: float, damper: bool, inherit: bool,
-        say: Progress = lambda stage: None,
+        say: Progress = lambda stage: None, bending: Bending | None = None,
     ) -> None:  # fmt: skip
+        self._bending = bending
         self.engine, self.data, self.sought, self._load = engine.without_additions, data, tuple(sought), load
         self.damper, self._inherit = damper, inherit
         speeds = np.unique(np.concatenate([one.speeds for one in data.strands])) if data.strands else np.zeros(0)
@@ -103,7 +110,9 @@ class TorsionalModel:
         except InputError as error:
             raise InputError(str(error).replace("vary.'", "parameters.'")) from None
         self.evaluations = 0
+        self._highest = max([_FEWEST_ORDERS, *(one.order for one in data.strands)])
         self._bodies: list[tuple[Any, Any]] = []
+        self._structures: list[tuple[Any, ShaftOrders]] = []
 
     def check(self, values: Array) -> Engine:
         """Checked engine of sought values (p,), SI; ``InputError`` for values that do not fit together."""
@@ -120,14 +129,31 @@ class TorsionalModel:
     def assembly(self, values: Array) -> Assembly:
         """Torsional crank of sought values; ``InputError``."""
         named, engine = self._named(values), self.engine_of(values)
-        damper = engine.damper
-        # The crank carries the damper's housing, and nothing else of the damper.
-        key = replace(engine, damper=None), None if damper is None else (damper.housing_inertia, damper.mass)
+        damper, ratios = engine.damper, engine.damping.torsional_ratios
+        # The crank carries the damper's housing, and nothing else of the damper; its damping ratios are put on last.
+        key = (
+            replace(engine, damper=None, damping=replace(engine.damping, torsional_ratios=ratios[:0])), len(ratios),
+            None if damper is None else (damper.housing_inertia, damper.mass),
+        )  # fmt: skip
         body = next((kept for made_from, kept in self._bodies if made_from == key), None)
         made = self._variants.assembly_of(engine, named.get(LOAD, self._load), body)
         if body is None:
             self._bodies = [(key, made.body), *self._bodies[: _KEPT - 1]]
         return made if CRANK not in named else replace(made, body=_stiffer(made.body, named[CRANK]))
+
+    def _structure(self, made: Assembly) -> ShaftOrders:
+        """Linear structure of an assembly, from a kept one that differs in load, viscosity, damping or stiffness."""
+        engine, damper, body = made.engine, made.engine.damper, made.body
+        key = (
+            replace(engine, damper=None, damping=replace(engine.damping, torsional_ratios=())),
+            None if damper is None else damper.ring_inertia, body.shapes.shape,
+        )  # fmt: skip
+        found = next((kept for made_from, kept in self._structures if made_from == key), None)
+        if found is None:
+            found = structure_of(made, self._highest)
+            self._structures = [(key, found), *self._structures[: _KEPT - 1]]
+        squares, damping = body.omega[_TWISTS] ** 2, structural_damping(engine, body)[_TWISTS]
+        return found.with_crank(squares, damping).at_load(made.settings.gas_load)
 
     def answers(self, values: Array) -> Answers:
         """Linear answers for sought values (p,), SI; ``InputError``, ``SolverError``."""
@@ -135,10 +161,10 @@ class TorsionalModel:
         made, named = self.assembly(values), self._named(values)
         strands = tuple(
             self._measured(one, self._orders(one, solved)[rows], named)
-            for solved in ([solved_orders(made, self.speeds)] if self.data.strands else [])
+            for solved in ([solved_orders(made, self.speeds, self._structure(made))] if self.data.strands else [])
             for one, rows in zip(self.data.strands, self._rows, strict=True)
         )
-        return Answers(strands, self._scalars(made), self._shapes(made))
+        return Answers(strands, self._scalars(made, values), self._shapes(made))
 
     def balanced(self, values: Array) -> tuple[ComplexArray, ...]:
         """Orders of each strand by harmonic balance; ``InputError``, ``SolverError``."""
@@ -202,13 +228,18 @@ class TorsionalModel:
         names = [f"shaft[{name}].torque" for name in structure.link.names]
         return np.asarray(torques[:, at, names.index(one.output)])
 
-    def _scalars(self, made: Assembly) -> Array:
-        """Frequency, Hz, or damping ratio beside each measured one."""
+    def numbers(self, values: Array) -> Array:
+        """Frequencies (Hz) and damping ratios beside all measured numbers; ``InputError``, ``SolverError``."""
+        return self._scalars(self.assembly(values), values)
+
+    def _scalars(self, made: Assembly, values: Array) -> Array:
+        """Frequency, Hz, or damping ratio beside each measured one; those of the crank that bends last."""
         found = []
         for one in self.data.scalars:
-            hz, ratio = mode_of(made, one)
-            found.append(hz if one.kind == "frequency" else ratio)
-        return np.array(found)
+            if one.kind in (FREQUENCY, RATIO):
+                found.append(mode_of(made, one)[0 if one.kind == FREQUENCY else 1])
+        bent = [] if self._bending is None else self._bending.frequencies(self.engine_of(values)).tolist()
+        return np.array([*found, *bent])
 
     def _shapes(self, made: Assembly) -> tuple[Array, ...]:
         """Shape of unit length beside each measured one, of the same sign."""
@@ -261,7 +292,7 @@ def _with_ring(made: Assembly, one: Scalar, matrices: tuple[Array, Array, Array]
     twist = np.append(made.body.shapes[made.body.index("pulley"), 5, _TWISTS], -1.0)
     whole = np.zeros((n + 1, n + 1))
     whole[:n, :n], whole[n, n] = mass, made.engine.damper.ring_inertia
-    hz, found = 2.0 * math.pi * one.value if one.kind == "frequency" else 0.0, None
+    hz, found = 2.0 * math.pi * one.value if one.kind == FREQUENCY else 0.0, None
     hz = hz or float(2.0 * math.pi * damped_modes(stiffness, damping, mass).hz[0])
     for _ in range(_ROUNDS):
         law = DamperLink(made.engine, made.settings, np.array([speed]), np.array([[0.0, hz]])).stiffness[0, 1]

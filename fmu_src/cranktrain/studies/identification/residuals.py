@@ -6,13 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import f as fisher
 from scipy.stats import norm
 
 from cranktrain.core.types import Array
-from cranktrain.studies.identification.bias import covariance
-from cranktrain.studies.identification.comparison import Comparison, Piece
+from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import Confidence
 from cranktrain.studies.identification.data import RPM
 from cranktrain.studies.identification.estimate import Estimate
@@ -112,28 +110,17 @@ def held_out(comparison: Comparison, found: Estimate, confidence: Confidence) ->
     """A row for each held-out point: measured, predicted, half of the band of 95 %, whether it is inside."""
     rows: list[dict[str, Any]] = []
     sizes = [np.abs(own) for own in comparison.own(found.inner)]
-    for one, piece, size in zip(comparison.data.strands, found.pieces, sizes, strict=False):
+    for j, (one, piece, size) in enumerate(zip(comparison.data.strands, found.pieces, sizes, strict=False)):
+        own = np.diag(comparison.covariance_of(j, size))
         for k in np.flatnonzero(piece.held).tolist():
-            band = confidence.reach * np.sqrt(np.diag(_spread(comparison, one.name, piece, k, one, size, confidence)))
-            away = piece.rows[k]
-            measured = one.values[k]
-            predicted = float(size[k])
+            slopes = piece.slopes[k]
+            spread = slopes @ confidence.covariance @ slopes.T + own[k] * np.eye(slopes.shape[0])
+            band = confidence.reach * np.sqrt(np.diag(spread))
             rows.append(
                 {
                     "set": one.name, "order": one.order, "rpm": float(one.speeds[k] / RPM),
-                    "measured": float(abs(measured)), "predicted": predicted, "band": float(np.max(band)),
-                    "inside": bool(np.all(np.abs(away) <= band)),
+                    "measured": float(abs(one.values[k])), "predicted": float(size[k]), "band": float(np.max(band)),
+                    "inside": bool(np.all(np.abs(piece.rows[k]) <= band)),
                 }
             )  # fmt: skip
     return rows
-
-
-# In one piece: a point and all that its band is made of.
-def _spread(
-    comparison: Comparison, name: str, piece: Piece, k: int, one: Any, size: Array, confidence: Confidence
-) -> NDArray[np.float64]:  # fmt: skip
-    """Covariance (c, c) of a predicted point: parameters, bias of the model, and noise."""
-    at = slice(k, k + 1)
-    own = covariance(one.speeds[at], size[at], one.noise[at], comparison.biases[name])[0, 0]
-    slopes = piece.slopes[k]
-    return np.asarray(slopes @ confidence.covariance @ slopes.T + own * np.eye(slopes.shape[0]))

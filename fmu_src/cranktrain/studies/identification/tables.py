@@ -35,8 +35,15 @@ deviation = 0.03
 [hold_out]                               # measured, not fitted, predicted with bands
 speeds_rpm = [1500, 1900]
 
-A file may have ``[targets]`` in place of these sets, with ``block`` and ``[derived]``: frequencies of the cranktrain by
-their shapes, see :mod:`cranktrain.studies.calibration.targets`, whose tables they are.
+[targets.bending_1]                      # frequencies of the cranktrain that bends, by their shapes; ``block`` beside
+shape = "bending"
+hz = 106
+tolerance = 0.02
+source = "modal test"
+
+A file of ``[targets]`` alone is a calibration and may have ``[derived]``, see
+:mod:`cranktrain.studies.calibration.targets`, whose tables they are. ``of = "mounts"`` in ``[[frequencies]]`` is one of
+the six frequencies of the engine as a whole on its mounts.
 """
 
 from __future__ import annotations
@@ -95,8 +102,9 @@ class TorqueTable(Table, kw_only=True):
 
 
 class FrequencyTable(Table, kw_only=True):
-    """A measured natural frequency of torsion, or a critical speed of an order."""
+    """A measured natural frequency of torsion or of the engine on its mounts, or the critical speed of an order."""
 
+    of: Literal["torsion", "mounts"] = "torsion"
     number: _Number = 1
     hz: Annotated[float, between(0.01, 1e5, "Hz", "frequency")] | None = None
     order: Annotated[float, between(0.5, 100.0, "per revolution")] | None = None

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -124,6 +125,7 @@ class ShaftOrders:
         shafts, laws = model.shafts[:, own], model.shaft_laws
         self._stiffness: Array = np.diag(model.omega2[own]) + shafts.T @ (laws[:, STIFFNESS, None] * shafts)
         self._damping: Array = np.diag(model.damping[own]) + shafts.T @ (laws[:, DAMPING, None] * shafts)
+        self._crank: tuple[Array, Array] = model.omega2[own], model.damping[own]
         self._scale = float(self._stiffness.max())
         # The ring is appended to the crank's modes.
         self._ring = [sizes.crank_modes - slots.ROTATION] if sizes.damper >= 0 else []
@@ -131,6 +133,27 @@ class ShaftOrders:
         self.inertia: ComplexArray = np.fft.rfft(self.on_pins(still.inertia), axis=0) / self.samples
         self._gas_means(still.arm)
         self.still = self._spectra(still)
+
+    def at_load(self, load: float) -> ShaftOrders:
+        """The same structure at another fraction of the full-load burn."""
+        other = copy(self)
+        other._burn = np.array([load, *self._burn[1:]])
+        return other
+
+    def with_crank(self, squares: Array, damping: Array) -> ShaftOrders:
+        """The same structure with other stiffness (m,) 1/s² and damping (m,) 1/s of the crank's own modes.
+
+        The m modes are those of its body from the rotation about the axis on.
+        """
+        other, own = copy(self), np.arange(squares.size)
+        other._stiffness, other._damping = self._stiffness.copy(), self._damping.copy()
+        for matrix, before, now in (
+            (other._stiffness, self._crank[0], squares), (other._damping, self._crank[1], damping)
+        ):  # fmt: skip
+            matrix[own, own] += now - before[: now.size]
+        other._crank = squares, damping
+        other._scale = float(other._stiffness.max())
+        return other
 
     def on_pins(self, values: Array) -> Array:
         """Sums (…, p) over the rods of each pin of values (…, c)."""

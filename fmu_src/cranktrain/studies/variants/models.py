@@ -165,12 +165,14 @@ class EngineModel:
     def assembly_of(self, engine: Engine, load: float, body: Any = None) -> Assembly:
         """Assembly of a variant of the engine, which differs in varied values or in parts attached to the crank.
 
-        ``body`` is its running crank where that is known.
+        ``body`` is its running crank where that is known but for damping ratios that the engine states.
         """
         fitted = fitted_engine(engine, self._base.settings)
         own = fitted if self._torsional else engine  # a run in time adds the housing itself
         if body is None:
             body = self._running(fitted, engine)
+        elif self._torsional and engine.damping.torsional_ratios:
+            body = with_stated_damping(fitted, body)
         return with_load(replace(self._base, engine=own, body=body), load)
 
     @property

@@ -98,10 +98,18 @@ class SolvedOrders(NamedTuple):
     link: DamperLink | None
 
 
-def solved_orders(made: Assembly, speeds: Array) -> SolvedOrders:
-    """Linear motion of one variant at ``speeds`` (s,) rad/s; ``InputError``, ``SolverError``."""
+def structure_of(made: Assembly, highest: float = HIGHEST_ORDER) -> ShaftOrders:
+    """Linear structure of one variant, of orders up to ``highest``; ``InputError``."""
+    return ShaftOrders(made.engine, made.body, made.settings, GasTrace.from_engine(made.engine), highest)
+
+
+def solved_orders(made: Assembly, speeds: Array, structure: ShaftOrders | None = None) -> SolvedOrders:
+    """Linear motion of one variant at ``speeds`` (s,) rad/s, of its ``structure`` where that is known.
+
+    Raises ``InputError``, ``SolverError``.
+    """
     engine, settings = made.engine, made.settings
-    structure = ShaftOrders(engine, made.body, settings, GasTrace.from_engine(engine), HIGHEST_ORDER)
+    structure = structure_of(made) if structure is None else structure
     moved = structure.answers(speeds, structure.known(speeds), structure.friction(speeds))
     motion = moved[..., 0]
     if settings.damper != "fitted":

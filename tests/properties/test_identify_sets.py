@@ -1,0 +1,171 @@
+"""Sets of data beside orders of the pulley: shaft torque, targets of the crank that bends, mounts, runs in time."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import cranktrain as ct
+from cranktrain.core.typed_file import record
+from cranktrain.core.types import Array
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.studies.identification.bending import Bending
+from cranktrain.studies.identification.data import FREQUENCY, MOUNTS, RPM, TARGET, Data, Scalar, Strand
+from cranktrain.studies.identification.model import TorsionalModel, mode_of
+from cranktrain.studies.identification.parameters import sought_parameters
+from cranktrain.studies.identification.tables import MeasuredTable, SoughtTable
+
+SPEEDS: Array = np.linspace(1000.0, 4500.0, 12) * RPM
+SHAFT = "flywheel to secondary"
+
+
+@pytest.fixture(scope="module")
+def four(tmp_path_factory):
+    """File of a four with stated damping ratios, so that no level above is run."""
+    text = engine_path("four_petrol").read_text("utf-8")
+    entry = 'torsional_ratios = { value = [0.03, 0.03], unit = "1", origin = "chosen" }'
+    path = tmp_path_factory.mktemp("four") / "four.toml"
+    path.write_text(text.replace("\n[damping]\n", f"\n[damping]\n{entry}\n"), "utf-8")
+    return path
+
+
+def places(output, orders, speeds=SPEEDS):
+    """Strands without values."""
+    still = np.zeros(speeds.size)
+    return Data(
+        tuple(Strand("own", output, one, speeds, still + 0j, still + math.nan, still > 1.0, True) for one in orders)
+    )
+
+
+def model_of(path, parameters, data):
+    """Model of the four with sought parameters, and their own values."""
+    engine = load_engine(path)
+    sought = sought_parameters(engine, {key: SoughtTable() for key in parameters}, [], 1.0)
+    return TorsionalModel(engine, data, sought, 1.0, False, True), np.array([one.start for one in sought])
+
+
+def write_orders(path, data, values, unit, factor=1.0, noise=0.0):
+    """Table of orders as ``cranktrain measured`` writes it."""
+    rng, lines = np.random.default_rng(1), ["speed_rpm,order,amplitude,unit,phase_deg"]
+    for one, own in zip(data.strands, values, strict=True):
+        spread = noise * np.abs(own).max()
+        for speed, value in zip(
+            one.speeds, own + spread * (rng.normal(size=own.size) + 1j * rng.normal(size=own.size)), strict=True
+        ):
+            amplitude, phase = factor * abs(value), math.degrees(np.angle(value))
+            lines.append(f"{speed / RPM:.4f},{one.order:g},{amplitude:.9g},{unit},{phase:.5f}")
+    path.write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def identified(engine, path, text, **more):
+    """Rows of the parameters by key, and the report, without profiles and bootstrap."""
+    path.write_text(text, "utf-8")
+    report = ct.identify(engine, path, profile=False, bootstrap=0, **more)
+    return {row["key"]: row for row in report["parameters"]}, report
+
+
+def test_the_torque_of_a_shaft_knows_its_stiffness_and_damping(four, tmp_path):
+    """Orders 2 and 4 in the bow springs, 1 % of noise: within three of their deviations and 5 % of the stiffness."""
+    keys = ("drive_line_chain.stiffnesses[1]", "load")
+    data = places(f"shaft[{SHAFT}].torque", (2.0, 4.0))
+    with one_thread():
+        model, own = model_of(four, keys, data)
+        values = model.answers(own * [1.2, 0.95]).strands
+    write_orders(tmp_path / "torque.csv", data, values, "N m", noise=0.01)
+    text = (
+        "".join(["[parameters]\n", *(f'"{key}" = {{}}\n' for key in keys)])
+        + f'[[torque]]\nfile = "torque.csv"\nshaft = "{SHAFT}"\n'
+    )
+    found, report = identified(four, tmp_path / "measured.toml", text, level="linear")
+    for key, true in zip(keys, own * [1.2, 0.95], strict=True):
+        si = found[key]["value"] / true
+        assert abs(math.log(si)) < 0.03 * found[key]["deviation_percent"] and si == pytest.approx(1.0, abs=0.05), key
+    assert report["orders"][0]["output"] == f"shaft[{SHAFT}].torque"
+
+
+def test_runs_in_time_correct_what_harmonic_balance_found(four, tmp_path):
+    """Data by runs in time of a torsional crank: its steady cycle's orders are those of harmonic balance to 1 %."""
+    data = places("pulley.torsion", (2.0, 4.0), np.array([1500.0, 2000.0, 2500.0, 3000.0]) * RPM)
+    with one_thread():
+        model, own = model_of(four, ("load",), data)
+        values = model.in_time(own * 0.9, "torsional", 1e-3)
+    write_orders(tmp_path / "orders.csv", data, values, "deg", 180.0 / math.pi)
+    text = '[parameters]\nload = { low = 0.7, high = 1.2 }\n[[orders]]\nfile = "orders.csv"\n'
+    found, report = identified(four, tmp_path / "measured.toml", text, level="time", crank="torsional")
+    assert [step["level"] for step in report["levels"]] == ["linear", "harmonic-balance", "time"]
+    assert report["levels"][1]["values"]["load"] == pytest.approx(0.9, rel=0.01)
+    assert found["load"]["value"] == pytest.approx(0.9, rel=2e-3)
+
+
+def test_targets_and_mounts_stand_beside_frequencies_of_twist(tmp_path):
+    """A bending target and the lowest frequency on the mounts, of softer mounts and a heavier pulley, found again."""
+    engine = load_engine("diesel_i6")
+    soft = replace(
+        engine, mounts=replace(engine.mounts, stiffness_y=tuple(0.7 * one for one in engine.mounts.stiffness_y)),
+        pulley=replace(
+            engine.pulley, polar_inertia=1.15 * engine.pulley.polar_inertia,
+            diametral_inertia=1.15 * engine.pulley.diametral_inertia,
+        ),
+    )  # fmt: skip
+    read = record(MeasuredTable, {
+        "block": "flexible",
+        "targets": {"bending": {"shape": "bending", "hz": 200.0, "tolerance": 0.01, "source": "test"}},
+    })  # fmt: skip
+    with one_thread():
+        bending, vertical = Bending(
+            engine, read, [Scalar("mounts", MOUNTS, 1, 1.0, 0.01, False)], lambda stage: None
+        ).frequencies(soft)  # fmt: skip
+        # The crank of the engine itself: one that is made for another pulley is tuned to that.
+        sought = sought_parameters(engine, {"pulley.polar_inertia": SoughtTable()}, [], 1.0)
+        model = TorsionalModel(engine, Data(), sought, 1.0, False, False)
+        first = Scalar("first", FREQUENCY, 1, 200.0, 0.01, False)
+        twist, _ = mode_of(model.assembly(np.array([soft.pulley.polar_inertia])), first)
+    text = f"""damper = false
+inherit = false
+block = "flexible"
+[parameters]
+"mounts.stiffness_y" = {{}}
+"pulley.polar_inertia" = {{}}
+[[frequencies]]
+hz = {twist:.4f}
+[[frequencies]]
+of = "mounts"
+hz = {vertical:.5f}
+[targets.bending]
+shape = "bending"
+hz = {bending:.3f}
+tolerance = 0.01
+source = "test"
+"""
+    found, report = identified("diesel_i6", tmp_path / "measured.toml", text)
+    assert found["pulley.polar_inertia"]["value"] == pytest.approx(soft.pulley.polar_inertia, rel=5e-3)
+    assert found["mounts.stiffness_y"]["value"] == pytest.approx(0.7 * engine.mounts.stiffness_y[0], rel=0.02)
+    kinds = {row["kind"]: row["over_deviation"] for row in report["numbers"]}
+    assert set(kinds) == {FREQUENCY, TARGET, MOUNTS} and max(map(abs, kinds.values())) < 0.1
+    assert not report["told_apart"]
+
+
+@pytest.mark.slow
+def test_identify_and_calibrate_find_the_same_values_of_the_same_file(tmp_path):
+    """One search and one file form: values, file and deviations are equal."""
+    text = """[targets.first_torsion]
+shape = "torsional"
+number = 1
+hz = 240
+tolerance = 0.002
+source = "test"
+[parameters]
+"pulley.polar_inertia" = { low = 0.045, high = 0.06, unit = "kg m^2" }
+"""
+    (tmp_path / "six.targets.toml").write_text(text, "utf-8")
+    one = ct.calibrate("diesel_i6", tmp_path / "six.targets.toml", out=tmp_path / "one.toml", evaluations=20000)
+    other = ct.identify("diesel_i6", tmp_path / "six.targets.toml", out=tmp_path / "other.toml")
+    assert not one["confirmed"] and one["targets"] == other["targets"]
+    assert [row["value"] for row in one["parameters"]] == [row["value"] for row in other["parameters"]]
+    assert (tmp_path / "one.toml").read_text("utf-8") == (tmp_path / "other.toml").read_text("utf-8")
+    # A tolerance of 0.2 % over the sensitivity of the frequency, within the uniform prior of the bounds.
+    slope = one["targets"][0]["sensitivities"]["pulley.polar_inertia"]
+    known = 1.0 / math.hypot(slope / 0.002, math.sqrt(12.0) / math.log(0.06 / 0.045))
+    assert other["parameters"][0]["deviation_percent"] == pytest.approx(100.0 * known, rel=1e-6)
