@@ -26,8 +26,10 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.connections import Connection, checked, wiring
+from cranktrain.coupling.kernels.exchange import MEAN, READ, STEP, WRITE
 from cranktrain.coupling.quasi_newton import QuasiNewton
 from cranktrain.coupling.reconstruction import DEGREES, Samples
+from cranktrain.coupling.turns import Turns
 from cranktrain.coupling.unit import Unit, UnitError
 
 PASSES = 4
@@ -127,6 +129,8 @@ class Master:
         self._turned = self._last = 0.0
         self._quasi_newton = QuasiNewton()
         self._states: dict[str, Any] = {}
+        self._turns: Turns | None = None
+        self._independent = sum(not self._wirings[unit.name].names for unit in self._order)
 
     def find(self, unit: str, variable: str) -> tuple[str, int]:
         """Where :meth:`value` finds an output that is read, or a connected input; ``InputError``: neither."""
@@ -156,6 +160,17 @@ class Master:
                 self._read(unit)
             self.means[:] = self.start[:] = self.newest
         self._arrive(self.newest)
+        self._take_directly()
+
+    def _take_directly(self) -> None:
+        """Leave the turns of loaded FMUs to compiled code, where their outputs follow from their steps alone."""
+        direct = {unit.name: unit for unit in self._order if unit not in self._feeding}
+        turns = Turns(self._order, direct, self._wirings, self._parts, self._known, self._samples.values)
+        for name, values in turns.inputs.items():
+            if name in self.written:
+                values[:] = self.written[name]
+            self.written[name] = values
+        self._turns = turns if turns.inputs else None
 
     def step(self, end: float) -> None:
         """Go to ``end`` (s) in one step; ``UnitError`` or ``SolverError`` where it fails, with unit and time."""
@@ -202,6 +217,7 @@ class Master:
 
     def close(self) -> None:
         """End all units."""
+        self._turns = None
         for unit in self._order:
             unit.close()
 
@@ -241,16 +257,44 @@ class Master:
         except UnitError as error:
             raise UnitError(f"{unit.name}, step from {self.time:.6g} s to {self.time + size:.6g} s: {error}") from None
 
-    def _one_by_one(self, units: Sequence[Unit], size: float, place: float) -> None:
-        """Step units one after the other, each with the outputs of the previous units at the step's end."""
-        for unit in units:
+    def _one_by_one(self, first: int, end: int, size: float, place: float) -> None:
+        """Step units, by their places, each with the outputs of the previous units at the step's end."""
+        if self._turns is not None:
+            self._turns.weigh(self._samples.weights_to(place, self._degree))
+        self._let(WRITE | STEP | READ | MEAN, first, end, size, place)
+
+    def _let(self, what: int, first: int, end: int, size: float, place: float) -> None:
+        """Let the units from one place to another write, step and read in turn, whatever ``what`` has of it."""
+        k = first
+        while k < end:
+            until = k if self._turns is None else min(end, self._turns.until[k])
+            if until > k:
+                self._let_directly(what, k, until, size)
+            else:
+                self._let_one(self._order[k], what, size, place)
+            k = max(until, k + 1)
+
+    def _let_one(self, unit: Unit, what: int, size: float, place: float) -> None:
+        if what & WRITE:
             self._write(unit)
+        if what & STEP:
             self._advance(unit, size)
-            if unit in self._feeding:
-                self._expect(unit, place)
+        if what & MEAN and unit in self._feeding:
+            self._expect(unit, place)
+        if what & READ:
             self._read(unit)
+        if what & MEAN:
             part = self._parts[unit.name]
             self.means[part] = self._samples.mean_to(place, self.newest[part], part, self._degree)
+
+    def _let_directly(self, what: int, first: int, end: int, size: float) -> None:
+        assert self._turns is not None
+        try:
+            self._turns.take(what, first, end, self.time, size)
+        except UnitError as error:
+            unit, stepped = self._turns.failed
+            when = f", step from {self.time:.6g} s to {self.time + size:.6g} s" if stepped else f" at {self.time:.6g} s"
+            raise UnitError(f"{unit.name}{when}: {error}") from None
 
     def _expect(self, unit: Unit, place: float) -> None:
         """Set a unit's inputs to known or extrapolated values at the step's end, for outputs that depend on them."""
@@ -299,15 +343,10 @@ def jacobi(master: Master, size: float, place: float) -> None:
     """All units at once, with the values known at the step's start."""
     samples, first = master._samples, master._samples.places[0]
     master.means[:] = samples.mean(first, place, master._degree)
-    count = sum(not master._wirings[unit.name].names for unit in master._order)
-    master._one_by_one(master._order[:count], size, place)
-    together = master._order[count:]
-    for unit in together:
-        master._write(unit)
-    for unit in together:
-        master._advance(unit, size)
-    for unit in together:
-        master._read(unit)
+    count, everyone = master._independent, len(master._order)
+    master._one_by_one(0, count, size, place)
+    for what in (WRITE, STEP, READ):
+        master._let(what, count, everyone, size, place)
     master.sweeps += 1
 
 
@@ -315,7 +354,7 @@ def gauss_seidel(master: Master, size: float, place: float) -> None:
     """One unit after the other."""
     samples = master._samples
     master.means[:] = samples.mean(samples.places[0], place, master._degree)
-    master._one_by_one(master._order, size, place)
+    master._one_by_one(0, len(master._order), size, place)
     master.sweeps += 1
 
 
@@ -335,7 +374,7 @@ def iterative(master: Master, size: float, place: float) -> None:
         if sweep:
             for unit in master._order:
                 unit.restore(master._states[unit.name])
-        master._one_by_one(master._order, size, place)
+        master._one_by_one(0, len(master._order), size, place)
         master.sweeps += 1
         change = (master.newest[coupled] - expected[coupled]) / scales
         if not coupled.size or float(np.abs(change).max()) <= exchange.tolerance:

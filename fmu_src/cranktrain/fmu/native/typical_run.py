@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.coupling.turns import no_turns
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.run_record import Run, make_run
@@ -52,6 +53,7 @@ def typical_calls(run: Run) -> None:
     # Rods about a rigid rotation: steady states in the frequency domain, Campbell diagrams, modes in motion.
     rod_forces(engine, stand_in(engine), 200.0, np.zeros(2), GasTrace.from_engine(engine), 1.0)
     end_step_here(run.model, run.work, run.state)
+    no_turns()
 
 
 def stand_in(engine: Engine) -> ReducedBody:
