@@ -43,11 +43,12 @@ SAMPLES = round(720 / STEPS_DEG[-1])
 def coupled(fmus: tuple[Path, Path, Path], speed: float, way: str, step_deg: float) -> Coupled:
     """One run."""
     scheme, reconstruction, values = WAYS[way]
-    engine = virtual_engine(Partners(*fmus[:2], values, fmus[2]), speed, scheme, reconstruction)
+    step = math.radians(step_deg) / speed
+    engine = virtual_engine(Partners(*fmus[:2], values, fmus[2]), speed, scheme, reconstruction, step)
     master = engine.master()
     try:
         master.initialize()
-        return run(master, CYCLES * 4.0 * math.pi / speed, Steps(math.radians(step_deg) / speed), engine.bonds)
+        return run(master, CYCLES * 4.0 * math.pi / speed, Steps(step), engine.bonds)
     finally:
         master.close()
 

@@ -118,8 +118,12 @@ class FmuUnit:
         """Value that a real variable starts with."""
         return float(self._values.get(name, _start(self._variables[name])))
 
-    def set_start(self, name: str, value: float) -> None:
-        """Let a real variable start with a value."""
+    def has(self, name: str) -> bool:
+        """Whether a variable is there."""
+        return name in self._variables
+
+    def set_start(self, name: str, value: Any) -> None:
+        """Let a variable start with a value."""
         self._values[name] = self._checked(name, value)
 
     def write(self, values: Array) -> None:

@@ -29,7 +29,7 @@ from cranktrain.coupling.connections import Connection, checked, wiring
 from cranktrain.coupling.kernels.exchange import MEAN, READ, STEP, WRITE
 from cranktrain.coupling.quasi_newton import QuasiNewton
 from cranktrain.coupling.reconstruction import DEGREES, Samples
-from cranktrain.coupling.turns import Turns
+from cranktrain.coupling.turns import Turns, Vectors
 from cranktrain.coupling.unit import Unit, UnitError
 
 PASSES = 4
@@ -122,9 +122,9 @@ class Master:
         self._feeding = [unit for unit in self._order if self._feeds(unit)]
         self._known = np.zeros(3 * n)
         self.means, self.newest, self.start = self._known[:n], self._known[n : 2 * n], self._known[2 * n :]
-        self.written: dict[str, Array] = {}
+        self.written = {name: np.zeros(len(taken.names)) for name, taken in self._wirings.items()}
         self._samples = Samples(n)
-        self._low, self._high = np.full(n, math.inf), np.full(n, -math.inf)
+        self._extremes = np.array([np.full(n, math.inf), np.full(n, -math.inf)])
         self._coupled = np.unique([at[c.source] for c in connections]) if connections else np.empty(0, dtype=np.intp)
         self._turned = self._last = 0.0
         self._quasi_newton = QuasiNewton()
@@ -144,8 +144,13 @@ class Master:
 
     def value(self, place: tuple[str, int]) -> float:
         """Newest value of an output, or what was last written to an input."""
+        values, k = self.vector(place)
+        return float(values[k])
+
+    def vector(self, place: tuple[str, int]) -> tuple[Array, int]:
+        """The vector that holds such a value from the initialization on, and its place there."""
         unit, k = place
-        return float(self.written[unit][k] if unit else self.newest[k])
+        return (self.written[unit] if unit else self.newest), k
 
     def initialize(self, time: float = 0.0) -> None:
         """Start all units, with their own start values for unconnected inputs, and exchange their first outputs."""
@@ -165,10 +170,10 @@ class Master:
     def _take_directly(self) -> None:
         """Leave the turns of loaded FMUs to compiled code, where their outputs follow from their steps alone."""
         direct = {unit.name: unit for unit in self._order if unit not in self._feeding}
-        turns = Turns(self._order, direct, self._wirings, self._parts, self._known, self._samples.values)
+        vectors = Vectors(self._known, self._samples.values, self._extremes)
+        turns = Turns(self._order, direct, self._wirings, self._parts, vectors)
         for name, values in turns.inputs.items():
-            if name in self.written:
-                values[:] = self.written[name]
+            values[:] = self.written[name]
             self.written[name] = values
         self._turns = turns if turns.inputs else None
 
@@ -188,7 +193,7 @@ class Master:
     @property
     def scales(self) -> Array:
         """Range of each output so far (n,); 1 where it never moved."""
-        span = self._high - self._low
+        span = self._extremes[1] - self._extremes[0]
         return np.where(span > 0.0, span, 1.0)
 
     @property
@@ -236,7 +241,8 @@ class Master:
     def _write(self, unit: Unit) -> None:
         taken = self._wirings[unit.name]
         if taken.names:
-            self.written[unit.name] = values = taken.of(self._known, self.time)
+            values = self.written[unit.name]
+            values[:] = taken.of(self._known, self.time)
             self._asked(unit, unit.write, values)
 
     def _read(self, unit: Unit) -> None:
@@ -322,13 +328,15 @@ class Master:
 
     def _arrive(self, values: Array) -> None:
         """Remember the values of a communication point; ``UnitError`` where one is not a number."""
-        if not math.isfinite(values.sum()):
+        remembered = self._turns is not None and self._turns.arrive()
+        if not remembered:
             bad = np.flatnonzero(~np.isfinite(values))
             if bad.size:
                 unit, name = list(self._at)[int(bad[0])]
                 raise UnitError(f"{unit}: {name} is {values[bad[0]]} at {self.time:.6g} s; units before it are finite")
-        np.minimum(self._low, values, out=self._low)
-        np.maximum(self._high, values, out=self._high)
+            low, high = self._extremes
+            np.minimum(low, values, out=low)
+            np.maximum(high, values, out=high)
         place = self.time
         if self.exchange.abscissa is not None:
             place = float(values[self._at[self.exchange.abscissa]])
@@ -336,7 +344,10 @@ class Master:
                 gone = self.time - self._last
                 self._turned = (place - self._samples.places[0]) / gone if gone > 0.0 else self._turned
         self._last = self.time
-        self._samples.add(place, values)
+        if remembered:
+            self._samples.stand(place)
+        else:
+            self._samples.add(place, values)
 
 
 def jacobi(master: Master, size: float, place: float) -> None:

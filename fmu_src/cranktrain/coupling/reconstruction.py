@@ -48,11 +48,15 @@ class Samples:
         self.places: list[float] = []
 
     def add(self, place: float, values: Array) -> None:
-        """Take the values of a communication point; if the abscissa does not move, earlier points are discarded."""
-        if self.places and place == self.places[0]:
-            self.places = []
+        """Take the values of a communication point."""
         self.values[1:] = self.values[:-1]
         self.values[0] = values
+        self.stand(place)
+
+    def stand(self, place: float) -> None:
+        """Take the abscissa of the newest values; if it does not move, earlier points are discarded."""
+        if self.places and place == self.places[0]:
+            self.places = []
         self.places = [place, *self.places[: POINTS - 1]]
 
     def at(self, place: float, degree: int) -> Array:

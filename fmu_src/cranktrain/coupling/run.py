@@ -51,6 +51,12 @@ class Steps:
             raise InputError(f"communication step {self.size:g} s is not within {self.least:g} and {self.most:g} s")
 
 
+    @property
+    def longest(self) -> float:
+        """Longest step, s."""
+        return self.size if self.error is None else self.most
+
+
 class Bond(NamedTuple):
     """Power that two units exchange, computed on each side.
 
@@ -185,8 +191,7 @@ class Record:
 
     def take(self) -> None:
         """Take the present communication point."""
-        master = self._master
-        self._take([_power(master, given) - _power(master, taken) for given, taken in self._bonds])
+        self._take([_power(given) - _power(taken) for given, taken in self._bonds])
 
     def _take(self, residuals: Sequence[float]) -> None:
         if self._count == len(self._rows):
@@ -214,18 +219,18 @@ class Record:
         )  # fmt: skip
 
 
-_Place = tuple[str, int]
+_Product = tuple[Array, int, Array, int]
 
 
-def _products(master: Master, pairs: Sequence[tuple[tuple[str, str], tuple[str, str]]]) -> list[tuple[_Place, _Place]]:
-    return [(master.find(*first), master.find(*second)) for first, second in pairs]
+def _products(master: Master, pairs: Sequence[tuple[tuple[str, str], tuple[str, str]]]) -> list[_Product]:
+    return [(*master.vector(master.find(*first)), *master.vector(master.find(*second))) for first, second in pairs]
 
 
-def _power(master: Master, pairs: Sequence[tuple[_Place, _Place]]) -> float:
+def _power(products: Sequence[_Product]) -> float:
     """Sum of products of values at the present communication point, W."""
-    total, value = 0.0, master.value
-    for first, second in pairs:
-        total += value(first) * value(second)
+    total = 0.0
+    for first, k, second, j in products:
+        total += first.item(k) * second.item(j)
     return total
 
 

@@ -53,6 +53,14 @@ class Direct(NamedTuple):
     place: int = 0
 
 
+class Vectors(NamedTuple):
+    """Vectors of a master: known values (3 n,), those of earlier points (POINTS, n), least and largest so far (2, n)."""
+
+    known: Array
+    samples: Array
+    extremes: Array
+
+
 class Turns:
     """Turns of the units that are direct, by their places in the order of a master's units.
 
@@ -65,9 +73,10 @@ class Turns:
 
     def __init__(
         self, order: Sequence[Unit], asked: Mapping[str, Unit], wirings: Mapping[str, Wiring],
-        parts: Mapping[str, slice], known: Array, samples: Array,
+        parts: Mapping[str, slice], vectors: Vectors,
     ) -> None:  # fmt: skip
         """Ask ``asked`` of the units in ``order`` for their functions; they have these wirings and parts of outputs."""
+        known = vectors.known
         found = {name: _direct(unit) for name, unit in asked.items()}
         chosen = {name: one for name, one in found.items() if one is not None and not wirings[name].modified}
         count = sum(len(wirings[name].names) for name in chosen)
@@ -95,7 +104,7 @@ class Turns:
             first = end
         self._control, self._numbers = np.zeros(at.CONTROLS, dtype=np.int64), np.zeros(at.OLD_WEIGHT + POINTS)
         notes = np.zeros(at.NOTE_SLOTS, dtype=np.int64) if notes is None else notes
-        arrays = self._units, self._wires, self._places, self._values, known, samples, notes
+        arrays = self._units, self._wires, self._places, self._values, *vectors, notes
         self.arguments = (self._control, self._numbers, *arrays)
         self.until = self._ends()
         if chosen:
@@ -131,6 +140,11 @@ class Turns:
             call, status = int(control[at.CALL]), int(control[at.STATUS])
             self._chosen[unit.name].fail(call, status, self.inputs[unit.name])
 
+    def arrive(self) -> bool:
+        """Remember the newest values as those of a communication point, if all are finite; whether they are."""
+        self._control[at.WHAT], self._control[at.END] = at.ARRIVE, self._control[at.FIRST]
+        return self._call() == at.DONE
+
     @property
     def failed(self) -> tuple[Unit, bool]:
         """The unit whose call failed last, and whether that was its step."""
@@ -139,7 +153,7 @@ class Turns:
 
 def no_turns() -> None:
     """Call the kernel for no unit: where its machine code is made."""
-    turns = Turns([], {}, {}, {}, np.zeros(3), np.zeros((POINTS, 1)))
+    turns = Turns([], {}, {}, {}, Vectors(np.zeros(3), np.zeros((POINTS, 1)), np.zeros((2, 1))))
     at.take_turns(*turns.arguments)
 
 

@@ -7,6 +7,8 @@ is noted in memory that a supervising process reads.
 
 from __future__ import annotations
 
+import math
+
 from cranktrain.core.foreign_function import call_foreign
 from cranktrain.core.kernel import inlined_kernel, kernel
 
@@ -21,7 +23,7 @@ SCALE, SHIFT, LOW, HIGH, WIRES = range(5)
 """Columns of an input's row."""
 WHAT, FIRST, END, OLDER, FAILED, CALL, STATUS, CONTROLS = range(8)
 """What to do for which units; how many earlier points a mean takes; row, call and status of a unit that failed."""
-WRITE, STEP, READ, MEAN = 1, 2, 4, 8
+WRITE, STEP, READ, MEAN, ARRIVE = 1, 2, 4, 8, 16
 """Bits of ``WHAT``."""
 TIME, SIZE, NEW_WEIGHT, OLD_WEIGHT = range(4)
 """Time (s) and size (s) of the step; weights of the mean over it: of the newest value, and of earlier points."""
@@ -29,17 +31,18 @@ NOTE_UNIT, NOTE_CALL, NOTE_COUNT, NOTE_STOP, NOTE_SLOTS = range(5)
 """Integers of the notes: unit and call under way, how many calls have begun and ended, whether to stop."""
 NOTHING, INITIALIZATION, INPUTS, OUTPUTS, STEPPING, STATE, CLOSING = range(7)
 """Calls."""
-DONE, REFUSED, STOPPED = range(3)
+DONE, REFUSED, STOPPED, NOT_FINITE = range(4)
 _WARNING = 1
 """Highest status of FMI that is good."""
 
 
 @kernel
-def take_turns(control, numbers, units, wires, places, inputs, known, samples, notes):
-    """Let units write, step and read as ``control`` says; DONE, REFUSED with the call in ``control``, or STOPPED.
+def take_turns(control, numbers, units, wires, places, inputs, known, samples, extremes, notes):
+    """Let units write, step and read as ``control`` says, and at last remember the values of a communication point.
 
     ``units`` (u, COLUMNS), ``wires`` (i, WIRES) and ``places`` (i,) of all inputs, ``known`` (3 n,), ``samples``
-    (points, n) the values at earlier communication points, newest first.
+    (points, n) the values at earlier communication points, newest first, ``extremes`` (2, n) the least and largest so
+    far. Returns DONE, REFUSED with the call in ``control``, STOPPED, or NOT_FINITE, where nothing is remembered.
     """
     n = samples.shape[1]
     what = control[WHAT]
@@ -78,6 +81,23 @@ def take_turns(control, numbers, units, wires, places, inputs, known, samples, n
                 for j in range(control[OLDER]):
                     mean += numbers[OLD_WEIGHT + j] * samples[j, k]
                 known[k] = mean
+    if what & ARRIVE:
+        return arrive(known[n : 2 * n], samples, extremes)
+    return DONE
+
+
+@inlined_kernel
+def arrive(newest, samples, extremes):
+    """Remember the values of a communication point; DONE, or NOT_FINITE."""
+    for k in range(newest.shape[0]):
+        if not math.isfinite(newest[k]):
+            return NOT_FINITE
+    for k in range(newest.shape[0]):
+        extremes[0, k] = min(extremes[0, k], newest[k])
+        extremes[1, k] = max(extremes[1, k], newest[k])
+        for j in range(samples.shape[0] - 1, 0, -1):
+            samples[j, k] = samples[j - 1, k]
+        samples[0, k] = newest[k]
     return DONE
 
 
