@@ -132,5 +132,5 @@ def test_a_value_that_is_no_number_is_told_with_its_time():
             return 0
 
     master, bonds = coupled("gauss-seidel", "linear", Gone)
-    with pytest.raises(UnitError, match="second: .* is nan at 1.1 s"):
+    with pytest.raises(UnitError, match=r"second: .* is nan at 1\.1 s"):
         run(master, STOP, Steps(0.05), bonds)

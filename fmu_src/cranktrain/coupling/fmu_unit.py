@@ -155,9 +155,9 @@ class FmuUnit:
     def direct(self) -> Direct | None:
         """See :mod:`cranktrain.coupling.turns`."""
         functions = (self._set_real, self._do_step, self._get_real)
-        addresses = [int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in functions]
-        references = [np.frombuffer(own, np.uint32) for own in (self._in_refs, self._out_refs)]
-        return Direct(*addresses, int(self._component), *references, not self.restorable, self._fail)
+        set_, step, get = (int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in functions)
+        taken, given = (np.frombuffer(own, np.uint32) for own in (self._in_refs, self._out_refs))
+        return Direct(set_, step, get, int(self._component), taken, given, not self.restorable, self._fail)
 
     def _fail(self, call: int, status: int, inputs: Array) -> NoReturn:
         """Raise ``UnitError`` for a call that compiled code made."""

@@ -50,7 +50,6 @@ class Steps:
         if not 0.0 <= self.least <= self.size <= self.most:
             raise InputError(f"communication step {self.size:g} s is not within {self.least:g} and {self.most:g} s")
 
-
     @property
     def longest(self) -> float:
         """Longest step, s."""

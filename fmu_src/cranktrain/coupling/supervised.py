@@ -269,7 +269,7 @@ def _run_into(points: Path, master: Master, stop: float, steps: Steps, bonds: Se
     with points.open("wb", buffering=0) as file:
 
         def tell(record: Record) -> None:
-            left = memoryview(record.newest).cast("B")
+            left = record.newest.data.cast("B")
             while left.nbytes:  # a disk that becomes full takes a part first
                 left = left[file.write(left) or 0 :]
             notes.time, notes.sweeps, notes.refused = master.time, master.sweeps, record.refused

@@ -54,7 +54,7 @@ class Direct(NamedTuple):
 
 
 class Vectors(NamedTuple):
-    """Vectors of a master: known values (3 n,), those of earlier points (POINTS, n), least and largest so far (2, n)."""
+    """Vectors of a master: known values (3 n,), of earlier points (POINTS, n), least and largest so far (2, n)."""
 
     known: Array
     samples: Array

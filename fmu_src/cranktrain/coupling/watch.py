@@ -59,7 +59,7 @@ class Watched(Around):
         found: Direct | None = None if offer is None else offer()
         if found is None:
             return None
-        return found._replace(notes=np.frombuffer(self._notes, np.int64, NOTE_SLOTS), place=self._place)
+        return found._replace(notes=np.frombuffer(memoryview(self._notes), np.int64, NOTE_SLOTS), place=self._place)
 
     def _on(self, call: str, *arguments: Any) -> Any:
         """Call, and report the current call meanwhile."""
