@@ -28,13 +28,13 @@ class Notes(ctypes.Structure):
     """Entries of the report.
 
     ``unit`` counts in the master's order, ``call`` as above, ``count`` rises with each call and each end of one;
-    ``time`` (s) is the last communication point, ``seconds`` the run's wall time, ``stop`` asks the process to end.
-    The first NOTE_SLOTS entries are those of the kernel's notes, in its order.
+    ``points`` counts the communication points in the file, ``time`` (s) is the last one, ``seconds`` the run's wall
+    time, ``stop`` asks the process to end. The first NOTE_SLOTS entries are those of the kernel's notes, in its order.
     """
 
     _fields_ = (
         ("unit", ctypes.c_int64), ("call", ctypes.c_int64), ("count", ctypes.c_int64), ("stop", ctypes.c_int64),
-        ("sweeps", ctypes.c_int64), ("refused", ctypes.c_int64), ("time", ctypes.c_double),
+        ("sweeps", ctypes.c_int64), ("refused", ctypes.c_int64), ("points", ctypes.c_int64), ("time", ctypes.c_double),
         ("seconds", ctypes.c_double),
     )  # fmt: skip
 
