@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import Interrupted, bar, number, say, show_rows, word
 from cranktrain.cli.run_options import add_source_options, engine_of, option_of, pressures_text
 from cranktrain.core.errors import CranktrainError, InputError
-from cranktrain.coupling.schemes import SCHEMES
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS, VALVETRAIN
+from cranktrain.coupling.schemes import SCHEMES
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 
 if TYPE_CHECKING:
