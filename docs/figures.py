@@ -513,6 +513,20 @@ def foreign_masters() -> str:
     return table(header, rows)
 
 
+def coupling_cost() -> str:
+    """Processor time of the coupled six by unit, in one process and supervised."""
+    found = benchmark("coupling_cost")
+    alone = found.pop("crank_alone")
+    titles = {
+        "one_process": "one process", "supervised": "supervised", "cranktrain": "cranktrain",
+        "combustion": "combustion", "valvetrain": "valve train", "master": "master and record",
+        "usual_method": "one process, `solver.integrator = auto`", "python": "one process, calls from Python",
+    }  # fmt: skip
+    rows = [(title, *(f"{by_step[key]:.2f}" for by_step in found.values())) for key, title in titles.items()]
+    note = f"The cranktrain alone with built-in gas, at communication steps of 5°: {alone:.2f}."
+    return table(("processor time over simulated time", *(f"{step}°" for step in found)), rows) + "\n\n" + note
+
+
 def virtual_engine() -> str:
     """Scheme and reconstruction of the reference master by communication step."""
     found = benchmark("virtual_engine")
@@ -769,6 +783,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "combustion": ("combustion.md", combustion),
     "combustion_coupling": ("combustion.md", combustion_coupling),
     "foreign_masters": ("how-to/couple.md", foreign_masters),
+    "coupling_cost": ("how-to/couple.md", coupling_cost),
     "virtual_engine": ("how-to/couple.md", virtual_engine),
     "valve_train": ("valve_train.md", valve_train),
     "valve_train_cost": ("valve_train.md", valve_train_cost),

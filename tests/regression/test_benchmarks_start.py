@@ -53,6 +53,7 @@ STARTS = {
     "code_variants": Start("linear", {"CYCLES": 2}),
     "collar": Start("--speeds 1000", {"BEFORE": 1, "AFTER": 1}, quick=True),
     "combustion_coupling": Start("torsional", {"STEPS_DEG": [4.0], "FINE_DEG": 2.0, "CYCLES": 2}, quick=True),
+    "coupling_cost": Start(constants={"STEPS_DEG": [3.0], "BLOCKS": 2, "BLOCK": 20, "CYCLES": (1, 2)}),
     "cost_law": Start(
         constants={
             "ROUNDS": 1,

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import Interrupted, bar, number, say, show_rows, word
 from cranktrain.cli.run_options import add_source_options, engine_of, option_of, pressures_text
 from cranktrain.core.errors import CranktrainError, InputError
-from cranktrain.coupling.master import SCHEMES
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS, VALVETRAIN
+from cranktrain.coupling.schemes import SCHEMES
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 
 if TYPE_CHECKING:
-    from cranktrain.coupling.run import Coupled
+    from cranktrain.coupling.run import Coupled, Steps
     from cranktrain.coupling.supervised import System
     from cranktrain.coupling.trace_unit import MeasuredPressures
     from cranktrain.coupling.virtual_engine import VirtualEngine
@@ -85,7 +85,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="cranktrain-couple-") as folder:
         cranktrain, combustion, valvetrain = fmus(options, Path(folder))
         partners = Partners(cranktrain, combustion, values, valvetrain)
-        make = partial(virtual_engine, partners, speed, options.scheme, options.reconstruction)
+        longest = steps_of(options, speed).longest
+        make = partial(virtual_engine, partners, speed, options.scheme, options.reconstruction, longest)
         engine = make()
         if options.export_ssp is not None:
             return _export(Path(options.export_ssp), engine, speed, options)
@@ -161,14 +162,21 @@ def start_values(texts: list[str]) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _run_into(output: Path, make: Callable[[], System], speed: float, options: argparse.Namespace) -> Coupled:
-    """Run in a process of its own; the result file keeps what there is however the run ends."""
-    from cranktrain.coupling.run import Steps, keep_run
-    from cranktrain.coupling.supervised import run_supervised
+def steps_of(options: argparse.Namespace, speed: float) -> Steps:
+    """Communication steps; ``InputError``."""
+    from cranktrain.coupling.run import Steps
 
     size = math.radians(options.step_deg) / speed
+    return Steps(size, options.error, 1e-3 * size, 20.0 * size) if options.error else Steps(size)
+
+
+def _run_into(output: Path, make: Callable[[], System], speed: float, options: argparse.Namespace) -> Coupled:
+    """Run in a process of its own; the result file keeps what there is however the run ends."""
+    from cranktrain.coupling.run import keep_run
+    from cranktrain.coupling.supervised import run_supervised
+
     stop = options.cycles * 4.0 * math.pi / speed
-    steps = Steps(size, options.error, 1e-3 * size, 20.0 * size) if options.error else Steps(size)
+    steps = steps_of(options, speed)
     ended: BaseException | None = None
     try:
         with bar(f"{options.engine}, {options.speed_rpm:g} rev/min") as advance:

@@ -27,7 +27,7 @@ import warnings
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache, cached_property, update_wrapper
+from functools import cache, cached_property, partial, update_wrapper
 from pathlib import Path
 from typing import Any
 
@@ -266,6 +266,17 @@ def typed_kernel(function: Any, *arguments: Any) -> Callable[..., Any]:
     """
     entry: Callable[..., Any] = overload(function, arguments).entry_point
     return entry
+
+
+def bound_call(function: Any, arguments: tuple[Any, ...]) -> Callable[[], int]:
+    """A kernel that returns an integer, to be called again and again with the same arrays; takes under a microsecond.
+
+    ``arguments`` are arrays, whose memory stays theirs, and numbers, which stay as they are.
+    """
+    call = calls_of(kernel_name(function)).get(layout(arguments))
+    if call is not None:
+        return call.bound(arguments)
+    return partial(typed_kernel(function, *arguments), *arguments)
 
 
 class Intrinsic:

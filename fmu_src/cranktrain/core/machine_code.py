@@ -28,7 +28,7 @@ LIBRARIES = ROOT / "fmu" / "native" / "lib"
 SEAL = "sealed.txt"
 """File beside them that gives their digest where the sources cannot: in an FMU, which carries a part of them."""
 RESTS_ON = {
-    "cranktrain": ("core", "engine", "film", "loads", "dynamics"),
+    "cranktrain": ("core", "engine", "film", "loads", "dynamics", "coupling/kernels"),
     "combustion": ("core", "modules"),
     "valvetrain": ("core", "modules"),
 }
@@ -96,6 +96,19 @@ class Call:
         if self._single:
             return found[0]
         return found or None
+
+    def bound(self, arguments: tuple[Any, ...]) -> Callable[[], int]:
+        """The kernel, whose result is one integer, with these arguments; their arrays are used in place."""
+        out = np.zeros(1)
+        image = record_image((out, *arguments))
+        entry, address = self._entry, int(image.ctypes.data)
+        owned = (image, arguments)
+
+        def call(kept: Any = owned) -> int:
+            entry(address, 0.0)
+            return int(out[0])
+
+        return call
 
 
 class Library:

@@ -12,7 +12,7 @@ import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 from weakref import WeakValueDictionary
 
 import fmpy
@@ -26,6 +26,8 @@ from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.user_file import ending
 from cranktrain.coupling.fmu_archive import check_archive, check_room
+from cranktrain.coupling.kernels.exchange import OUTPUTS, STEPPING
+from cranktrain.coupling.turns import Direct
 from cranktrain.coupling.unit import DIMENSIONS, Port, UnitError
 
 STATUS = {fmi2.fmi2Warning: "warning", fmi2.fmi2Discard: "discard", fmi2.fmi2Error: "error", fmi2.fmi2Fatal: "fatal"}
@@ -116,8 +118,12 @@ class FmuUnit:
         """Value that a real variable starts with."""
         return float(self._values.get(name, _start(self._variables[name])))
 
-    def set_start(self, name: str, value: float) -> None:
-        """Let a real variable start with a value."""
+    def has(self, name: str) -> bool:
+        """Whether a variable is there."""
+        return name in self._variables
+
+    def set_start(self, name: str, value: Any) -> None:
+        """Let a variable start with a value."""
         self._values[name] = self._checked(name, value)
 
     def write(self, values: Array) -> None:
@@ -145,6 +151,20 @@ class FmuUnit:
     def restore(self, state: Any) -> None:
         """See the protocol."""
         self._direct("its state", self._set_state, self._component, state)
+
+    def direct(self) -> Direct | None:
+        """See :mod:`cranktrain.coupling.turns`."""
+        functions = (self._set_real, self._do_step, self._get_real)
+        set_, step, get = (int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in functions)
+        taken, given = (np.frombuffer(own, np.uint32) for own in (self._in_refs, self._out_refs))
+        return Direct(set_, step, get, int(self._component), taken, given, not self.restorable, self._fail)
+
+    def _fail(self, call: int, status: int, inputs: Array) -> NoReturn:
+        """Raise ``UnitError`` for a call that compiled code made."""
+        self._in[:] = inputs
+        what = {STEPPING: "step", OUTPUTS: "its outputs"}.get(call, "")
+        self._direct(what or self._refused_input(status), lambda: status)
+        raise AssertionError(status)
 
     def close(self) -> None:
         """See the protocol."""

@@ -8,9 +8,6 @@ others.
 
 If an output depends on an input without a step, it must belong to the newest inputs. These inputs are therefore set,
 and the outputs read, once more at the communication point.
-
-Sources of the schemes: Busch, ZAMM 96 (2016) 1061–1081; Gomes, Thule, Broman, Larsen, Vangheluwe, *Co-simulation: a
-survey*, ACM Computing Surveys 51 (2018) 49.
 """
 
 from __future__ import annotations
@@ -23,19 +20,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import InputError, SolverError, nearest
+from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.connections import Connection, checked, wiring
+from cranktrain.coupling.kernels.exchange import MEAN, READ, STEP, WRITE
 from cranktrain.coupling.quasi_newton import QuasiNewton
 from cranktrain.coupling.reconstruction import DEGREES, Samples
+from cranktrain.coupling.schemes import SCHEMES
+from cranktrain.coupling.turns import Turns, Vectors
 from cranktrain.coupling.unit import Unit, UnitError
 
 PASSES = 4
 """Times at most that inputs are handed through outputs which they feed at a communication point."""
 STEADY = 1.0e-12
 """Relative change of such outputs that ends this iteration."""
-RESOLVED = 1.0e-6
-"""Least range of an output, over its size, on which scheme ``iterative`` judges its change."""
 
 
 @dataclass(frozen=True)
@@ -120,13 +118,15 @@ class Master:
         self._feeding = [unit for unit in self._order if self._feeds(unit)]
         self._known = np.zeros(3 * n)
         self.means, self.newest, self.start = self._known[:n], self._known[n : 2 * n], self._known[2 * n :]
-        self.written: dict[str, Array] = {}
+        self.written = {name: np.zeros(len(taken.names)) for name, taken in self._wirings.items()}
         self._samples = Samples(n)
-        self._low, self._high = np.full(n, math.inf), np.full(n, -math.inf)
+        self._extremes = np.array([np.full(n, math.inf), np.full(n, -math.inf)])
         self._coupled = np.unique([at[c.source] for c in connections]) if connections else np.empty(0, dtype=np.intp)
         self._turned = self._last = 0.0
         self._quasi_newton = QuasiNewton()
         self._states: dict[str, Any] = {}
+        self._turns: Turns | None = None
+        self._independent = sum(not self._wirings[unit.name].names for unit in self._order)
 
     def find(self, unit: str, variable: str) -> tuple[str, int]:
         """Where :meth:`value` finds an output that is read, or a connected input; ``InputError``: neither."""
@@ -140,8 +140,13 @@ class Master:
 
     def value(self, place: tuple[str, int]) -> float:
         """Newest value of an output, or what was last written to an input."""
+        values, k = self.vector(place)
+        return float(values[k])
+
+    def vector(self, place: tuple[str, int]) -> tuple[Array, int]:
+        """The vector that holds such a value from the initialization on, and its place there."""
         unit, k = place
-        return float(self.written[unit][k] if unit else self.newest[k])
+        return (self.written[unit] if unit else self.newest), k
 
     def initialize(self, time: float = 0.0) -> None:
         """Start all units, with their own start values for unconnected inputs, and exchange their first outputs."""
@@ -156,6 +161,17 @@ class Master:
                 self._read(unit)
             self.means[:] = self.start[:] = self.newest
         self._arrive(self.newest)
+        self._take_directly()
+
+    def _take_directly(self) -> None:
+        """Leave the turns of loaded FMUs to compiled code, where their outputs follow from their steps alone."""
+        direct = {unit.name: unit for unit in self._order if unit not in self._feeding}
+        vectors = Vectors(self._known, self._samples.values, self._extremes)
+        turns = Turns(self._order, direct, self._wirings, self._parts, vectors)
+        for name, values in turns.inputs.items():
+            values[:] = self.written[name]
+            self.written[name] = values
+        self._turns = turns if turns.inputs else None
 
     def step(self, end: float) -> None:
         """Go to ``end`` (s) in one step; ``UnitError`` or ``SolverError`` where it fails, with unit and time."""
@@ -173,7 +189,7 @@ class Master:
     @property
     def scales(self) -> Array:
         """Range of each output so far (n,); 1 where it never moved."""
-        span = self._high - self._low
+        span = self._extremes[1] - self._extremes[0]
         return np.where(span > 0.0, span, 1.0)
 
     @property
@@ -202,6 +218,7 @@ class Master:
 
     def close(self) -> None:
         """End all units."""
+        self._turns = None
         for unit in self._order:
             unit.close()
 
@@ -220,7 +237,8 @@ class Master:
     def _write(self, unit: Unit) -> None:
         taken = self._wirings[unit.name]
         if taken.names:
-            self.written[unit.name] = values = taken.of(self._known, self.time)
+            values = self.written[unit.name]
+            values[:] = taken.of(self._known, self.time)
             self._asked(unit, unit.write, values)
 
     def _read(self, unit: Unit) -> None:
@@ -241,16 +259,44 @@ class Master:
         except UnitError as error:
             raise UnitError(f"{unit.name}, step from {self.time:.6g} s to {self.time + size:.6g} s: {error}") from None
 
-    def _one_by_one(self, units: Sequence[Unit], size: float, place: float) -> None:
-        """Step units one after the other, each with the outputs of the previous units at the step's end."""
-        for unit in units:
+    def _one_by_one(self, first: int, end: int, size: float, place: float) -> None:
+        """Step units, by their places, each with the outputs of the previous units at the step's end."""
+        if self._turns is not None:
+            self._turns.weigh(self._samples.weights_to(place, self._degree))
+        self._let(WRITE | STEP | READ | MEAN, first, end, size, place)
+
+    def _let(self, what: int, first: int, end: int, size: float, place: float) -> None:
+        """Let the units from one place to another write, step and read in turn, whatever ``what`` has of it."""
+        k = first
+        while k < end:
+            until = k if self._turns is None else min(end, self._turns.until[k])
+            if until > k:
+                self._let_directly(what, k, until, size)
+            else:
+                self._let_one(self._order[k], what, size, place)
+            k = max(until, k + 1)
+
+    def _let_one(self, unit: Unit, what: int, size: float, place: float) -> None:
+        if what & WRITE:
             self._write(unit)
+        if what & STEP:
             self._advance(unit, size)
-            if unit in self._feeding:
-                self._expect(unit, place)
+        if what & MEAN and unit in self._feeding:
+            self._expect(unit, place)
+        if what & READ:
             self._read(unit)
+        if what & MEAN:
             part = self._parts[unit.name]
             self.means[part] = self._samples.mean_to(place, self.newest[part], part, self._degree)
+
+    def _let_directly(self, what: int, first: int, end: int, size: float) -> None:
+        assert self._turns is not None
+        try:
+            self._turns.take(what, first, end, self.time, size)
+        except UnitError as error:
+            unit, stepped = self._turns.failed
+            when = f", step from {self.time:.6g} s to {self.time + size:.6g} s" if stepped else f" at {self.time:.6g} s"
+            raise UnitError(f"{unit.name}{when}: {error}") from None
 
     def _expect(self, unit: Unit, place: float) -> None:
         """Set a unit's inputs to known or extrapolated values at the step's end, for outputs that depend on them."""
@@ -278,13 +324,15 @@ class Master:
 
     def _arrive(self, values: Array) -> None:
         """Remember the values of a communication point; ``UnitError`` where one is not a number."""
-        if not math.isfinite(values.sum()):
+        remembered = self._turns is not None and self._turns.arrive()
+        if not remembered:
             bad = np.flatnonzero(~np.isfinite(values))
             if bad.size:
                 unit, name = list(self._at)[int(bad[0])]
                 raise UnitError(f"{unit}: {name} is {values[bad[0]]} at {self.time:.6g} s; units before it are finite")
-        np.minimum(self._low, values, out=self._low)
-        np.maximum(self._high, values, out=self._high)
+            low, high = self._extremes
+            np.minimum(low, values, out=low)
+            np.maximum(high, values, out=high)
         place = self.time
         if self.exchange.abscissa is not None:
             place = float(values[self._at[self.exchange.abscissa]])
@@ -292,68 +340,10 @@ class Master:
                 gone = self.time - self._last
                 self._turned = (place - self._samples.places[0]) / gone if gone > 0.0 else self._turned
         self._last = self.time
-        self._samples.add(place, values)
-
-
-def jacobi(master: Master, size: float, place: float) -> None:
-    """All units at once, with the values known at the step's start."""
-    samples, first = master._samples, master._samples.places[0]
-    master.means[:] = samples.mean(first, place, master._degree)
-    count = sum(not master._wirings[unit.name].names for unit in master._order)
-    master._one_by_one(master._order[:count], size, place)
-    together = master._order[count:]
-    for unit in together:
-        master._write(unit)
-    for unit in together:
-        master._advance(unit, size)
-    for unit in together:
-        master._read(unit)
-    master.sweeps += 1
-
-
-def gauss_seidel(master: Master, size: float, place: float) -> None:
-    """One unit after the other."""
-    samples = master._samples
-    master.means[:] = samples.mean(samples.places[0], place, master._degree)
-    master._one_by_one(master._order, size, place)
-    master.sweeps += 1
-
-
-def iterative(master: Master, size: float, place: float) -> None:
-    """One after the other, again and again from the same start, until all agree on the step's end."""
-    exchange, samples, coupled = master.exchange, master._samples, master._coupled
-    everything = slice(0, len(master.names))
-    for unit in master._order:
-        master._states[unit.name] = unit.keep(master._states.get(unit.name))
-    expected = samples.at(place, max(1, master._degree))
-    # A signal that has hardly changed yet need not agree more closely than its rounding.
-    scales = np.maximum(master.scales[coupled], RESOLVED * np.abs(master.newest[coupled]))
-    master._quasi_newton.begin()
-    for sweep in range(exchange.sweeps):
-        master.newest[:] = expected
-        master.means[:] = samples.mean_to(place, expected, everything, master._degree)
-        if sweep:
-            for unit in master._order:
-                unit.restore(master._states[unit.name])
-        master._one_by_one(master._order, size, place)
-        master.sweeps += 1
-        change = (master.newest[coupled] - expected[coupled]) / scales
-        if not coupled.size or float(np.abs(change).max()) <= exchange.tolerance:
-            return
-        expected = master.newest.copy()
-        expected[coupled] = scales * master._quasi_newton.next(expected[coupled] / scales, change)
-    left = float(np.abs(change).max())
-    worst, name = list(master._at)[int(coupled[np.abs(change).argmax()])]
-    raise SolverError(
-        f"units do not agree at {master.time + size:.6g} s: {worst}.{name} still changes by {left:.1e} of its range "
-        f"after {exchange.sweeps} sweeps; take shorter steps, or a tolerance above {exchange.tolerance:g}"
-    )
-
-
-SCHEMES: dict[str, Callable[[Master, float, float], None]] = {
-    "jacobi": jacobi, "gauss-seidel": gauss_seidel, "iterative": iterative,
-}  # fmt: skip
-"""How the units of a step follow one another."""
+        if remembered:
+            self._samples.stand(place)
+        else:
+            self._samples.add(place, values)
 
 
 def _independent_first(units: Sequence[Unit], connections: Sequence[Connection]) -> list[Unit]:

@@ -48,32 +48,46 @@ class Samples:
         self.places: list[float] = []
 
     def add(self, place: float, values: Array) -> None:
-        """Take the values of a communication point; if the abscissa does not move, earlier points are discarded."""
-        if self.places and place == self.places[0]:
-            self.places = []
+        """Take the values of a communication point."""
         self.values[1:] = self.values[:-1]
         self.values[0] = values
+        self.stand(place)
+
+    def stand(self, place: float) -> None:
+        """Take the abscissa of the newest values; if it does not move, earlier points are discarded."""
+        if self.places and place == self.places[0]:
+            self.places = []
         self.places = [place, *self.places[: POINTS - 1]]
 
     def at(self, place: float, degree: int) -> Array:
         """Values (n,) of the polynomial of this degree, or what the known points allow, at an abscissa."""
         nodes = self.places[: degree + 1]
-        return np.asarray(np.array(weights_at(place, nodes)) @ self.values[: len(nodes)])
+        return self._sum(weights_at(place, nodes))
 
     def mean(self, first: float, last: float, degree: int) -> Array:
         """Its mean (n,) between two abscissae; may be the values themselves."""
         if degree == 0:
             return self.values[0]
         nodes = self.places[: degree + 1]
-        return np.asarray(np.array(weights_of_mean(first, last, nodes)) @ self.values[: len(nodes)])
+        return self._sum(weights_of_mean(first, last, nodes))
+
+    def weights_to(self, last: float, degree: int) -> list[float]:
+        """Weights of the mean from the newest point to ``last``: of the value there, then of the known points."""
+        return [1.0] if degree == 0 else weights_of_mean(self.places[0], last, [last, *self.places[:degree]])
 
     def mean_to(self, last: float, new: Array, part: slice, degree: int) -> Array:
         """Mean of a part of the values from the newest point to ``last``, where it is ``new``; may be ``new``."""
         if degree == 0:
             return new
-        nodes = [last, *self.places[:degree]]
-        first, *others = weights_of_mean(self.places[0], last, nodes)
+        first, *others = self.weights_to(last, degree)
         found = first * new
         for k, weight in enumerate(others):
             found += weight * self.values[k, part]
+        return np.asarray(found)
+
+    def _sum(self, weights: list[float]) -> Array:
+        """Weighted sum (n,) of the newest points' values, in their order."""
+        found = weights[0] * self.values[0]
+        for k in range(1, len(weights)):
+            found += weights[k] * self.values[k]
         return np.asarray(found)

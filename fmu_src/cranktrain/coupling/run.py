@@ -50,6 +50,11 @@ class Steps:
         if not 0.0 <= self.least <= self.size <= self.most:
             raise InputError(f"communication step {self.size:g} s is not within {self.least:g} and {self.most:g} s")
 
+    @property
+    def longest(self) -> float:
+        """Longest step, s."""
+        return self.size if self.error is None else self.most
+
 
 class Bond(NamedTuple):
     """Power that two units exchange, computed on each side.
@@ -167,54 +172,65 @@ def _controlled(master: Master, stop: float, steps: Steps, record: Record) -> It
         yield None
 
 
+_FIRST_ROWS = 1024
+"""Communication points that a record has room for at first; the room is doubled when they are taken."""
+
+
 class Record:
     """Recorded communication points of a run."""
 
     def __init__(self, master: Master, bonds: Sequence[Bond]) -> None:
         self._master = master
-        self._bonds = {bond.name: (_products(master, bond.given), _products(master, bond.taken)) for bond in bonds}
-        self._times: list[float] = [master.time]
-        self._rows: list[Array] = [master.newest.copy()]
-        self._residuals: list[list[float]] = []
-        self._start, self.refused = time.perf_counter(), 0
+        self._bonds = [(_products(master, bond.given), _products(master, bond.taken)) for bond in bonds]
+        self._names = [bond.name for bond in bonds]
+        self._width = 1 + len(bonds)
+        self._rows = np.empty((_FIRST_ROWS, self._width + len(master.names)))
+        self._count, self._start, self.refused = 0, time.perf_counter(), 0
+        self._take([0.0] * len(bonds))
 
     def take(self) -> None:
         """Take the present communication point."""
-        master = self._master
-        self._times.append(master.time)
-        self._rows.append(master.newest.copy())
-        if self._bonds:
-            self._residuals.append(
-                [_power(master, given) - _power(master, taken) for given, taken in self._bonds.values()]
-            )
+        self._take([_power(given) - _power(taken) for given, taken in self._bonds])
+
+    def _take(self, residuals: Sequence[float]) -> None:
+        if self._count == len(self._rows):
+            self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
+        row = self._rows[self._count]
+        row[0] = self._master.time
+        row[self._width :] = self._master.newest
+        for k, residual in enumerate(residuals, start=1):
+            row[k] = residual
+        self._count += 1
 
     @property
-    def newest(self) -> list[float]:
+    def newest(self) -> Array:
         """Time (s), residuals of the bonds and outputs of the last communication point, one behind the other."""
-        residuals = self._residuals[-1] if self._residuals else [0.0] * len(self._bonds)
-        return [self._times[-1], *residuals, *self._rows[-1].tolist()]
+        return np.asarray(self._rows[self._count - 1])
 
     def result(self, ended: str = "") -> Coupled:
         """The run so far."""
-        master, residuals = self._master, np.array(self._residuals).reshape(len(self._residuals), len(self._bonds))
+        master, rows, width = self._master, self._rows[: self._count], self._width
         return Coupled(
             master.names, tuple(master.ports[name].unit for name in master.names),
-            np.array(self._times), np.array(self._rows),
-            {name: residuals[:, k] for k, name in enumerate(self._bonds)},
-            len(self._times) - 1, self.refused, master.sweeps, time.perf_counter() - self._start, ended,
+            rows[:, 0].copy(), rows[:, width:].copy(),
+            {name: rows[1:, k].copy() for k, name in enumerate(self._names, start=1)},
+            self._count - 1, self.refused, master.sweeps, time.perf_counter() - self._start, ended,
         )  # fmt: skip
 
 
-_Place = tuple[str, int]
+_Product = tuple[Array, int, Array, int]
 
 
-def _products(master: Master, pairs: Sequence[tuple[tuple[str, str], tuple[str, str]]]) -> list[tuple[_Place, _Place]]:
-    return [(master.find(*first), master.find(*second)) for first, second in pairs]
+def _products(master: Master, pairs: Sequence[tuple[tuple[str, str], tuple[str, str]]]) -> list[_Product]:
+    return [(*master.vector(master.find(*first)), *master.vector(master.find(*second))) for first, second in pairs]
 
 
-def _power(master: Master, pairs: Sequence[tuple[_Place, _Place]]) -> float:
+def _power(products: Sequence[_Product]) -> float:
     """Sum of products of values at the present communication point, W."""
-    return sum(master.value(first) * master.value(second) for first, second in pairs)
+    total = 0.0
+    for first, k, second, j in products:
+        total += first.item(k) * second.item(j)
+    return total
 
 
 def keep_run(path: Path, run: Coupled, attributes: Mapping[str, str | int | float]) -> None:

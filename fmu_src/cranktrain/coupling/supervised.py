@@ -1,9 +1,9 @@
 """Coupled runs in a process of their own: a unit that hangs or dies ends its own run only.
 
-The process writes each communication point to a file at once, and writes the current call and unit to shared memory.
-The supervising process ends it if a call takes too long, or notices that it died, and keeps the file. It asks the
-system for the exit code, because a process that a unit started keeps pipes open. FMU instances and their extracted
-files are removed with the process and its folder.
+The process writes each communication point to a file that is mapped into its memory, and writes the current call and
+unit to shared memory. The supervising process ends it if a call takes too long, or notices that it died, and keeps the
+file. It asks the system for the exit code, because a process that a unit started keeps pipes open. FMU instances and
+their extracted files are removed with the process and its folder.
 """
 
 from __future__ import annotations
@@ -22,11 +22,10 @@ from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-
 from cranktrain.core.errors import CranktrainError, InputError, StoreError
 from cranktrain.coupling.connections import Connection
 from cranktrain.coupling.master import Exchange, Master
+from cranktrain.coupling.points import PointsFile, read_points
 from cranktrain.coupling.run import Bond, Coupled, Record, Steps, run
 from cranktrain.coupling.unit import Unit, UnitError
 from cranktrain.coupling.watch import INITIALIZATION, WORDS, Notes, Watched
@@ -205,8 +204,7 @@ class _Watcher:
             return None
         b = len(header.bonds)
         width = 1 + b + len(header.outputs)
-        values = np.fromfile(self._points, dtype=np.float64)
-        rows = values[: len(values) // width * width].reshape(-1, width)
+        rows = read_points(self._points, width, notes.points)
         if not len(rows):
             return None
         residuals = {name: rows[1:, 1 + k] for k, name in enumerate(header.bonds)}
@@ -265,14 +263,11 @@ def _work(
 
 def _run_into(points: Path, master: Master, stop: float, steps: Steps, bonds: Sequence[Bond], notes: Notes) -> None:
     """Run with each communication point written as it comes."""
-    began = time.perf_counter()
-    with points.open("wb", buffering=0) as file:
+    began, file = time.perf_counter(), PointsFile(points, 1 + len(bonds) + len(master.names))
 
-        def tell(record: Record) -> None:
-            left = memoryview(np.array(record.newest).tobytes())
-            while left.nbytes:  # a disk that becomes full takes a part first
-                left = left[file.write(left) or 0 :]
-            notes.time, notes.sweeps, notes.refused = master.time, master.sweeps, record.refused
-            notes.seconds = time.perf_counter() - began
+    def tell(record: Record) -> None:
+        notes.points = file.take(record.newest)
+        notes.time, notes.sweeps, notes.refused = master.time, master.sweeps, record.refused
+        notes.seconds = time.perf_counter() - began
 
-        run(master, stop, steps, bonds, told=tell)
+    run(master, stop, steps, bonds, told=tell)

@@ -5,9 +5,21 @@ from __future__ import annotations
 import ctypes
 from typing import Any
 
+import numpy as np
+
+from cranktrain.coupling.kernels.exchange import (
+    CLOSING,
+    INITIALIZATION,
+    INPUTS,
+    NOTE_SLOTS,
+    NOTHING,
+    OUTPUTS,
+    STATE,
+    STEPPING,
+)
+from cranktrain.coupling.turns import Direct
 from cranktrain.coupling.unit import Around, Unit
 
-NOTHING, INITIALIZATION, INPUTS, OUTPUTS, STEP, STATE, END = range(7)
 WORDS = ("after a call", "initialization", "its inputs", "its outputs", "step", "its state", "its end")
 """Calls in words."""
 
@@ -16,19 +28,20 @@ class Notes(ctypes.Structure):
     """Entries of the report.
 
     ``unit`` counts in the master's order, ``call`` as above, ``count`` rises with each call and each end of one;
-    ``time`` (s) is the last communication point, ``seconds`` the run's wall time, ``stop`` asks the process to end.
+    ``points`` counts the communication points in the file, ``time`` (s) is the last one, ``seconds`` the run's wall
+    time, ``stop`` asks the process to end. The first NOTE_SLOTS entries are those of the kernel's notes, in its order.
     """
 
     _fields_ = (
-        ("unit", ctypes.c_int), ("call", ctypes.c_int), ("count", ctypes.c_longlong), ("time", ctypes.c_double),
-        ("seconds", ctypes.c_double), ("sweeps", ctypes.c_longlong), ("refused", ctypes.c_longlong),
-        ("stop", ctypes.c_int),
+        ("unit", ctypes.c_int64), ("call", ctypes.c_int64), ("count", ctypes.c_int64), ("stop", ctypes.c_int64),
+        ("sweeps", ctypes.c_int64), ("refused", ctypes.c_int64), ("points", ctypes.c_int64), ("time", ctypes.c_double),
+        ("seconds", ctypes.c_double),
     )  # fmt: skip
 
 
 CALLS = {
-    "initialize": INITIALIZATION, "write": INPUTS, "read": OUTPUTS, "step": STEP, "keep": STATE, "restore": STATE,
-    "close": END,
+    "initialize": INITIALIZATION, "write": INPUTS, "read": OUTPUTS, "step": STEPPING, "keep": STATE,
+    "restore": STATE, "close": CLOSING,
 }  # fmt: skip
 """Calls that are reported."""
 
@@ -39,6 +52,14 @@ class Watched(Around):
     def __init__(self, unit: Unit, place: int, notes: Notes) -> None:
         super().__init__(unit)
         self._place, self._notes = place, notes
+
+    def direct(self) -> Direct | None:
+        """The unit's own offer to compiled code, which then reports the calls."""
+        offer = getattr(self._unit, "direct", None)
+        found: Direct | None = None if offer is None else offer()
+        if found is None:
+            return None
+        return found._replace(notes=np.frombuffer(memoryview(self._notes), np.int64, NOTE_SLOTS), place=self._place)
 
     def _on(self, call: str, *arguments: Any) -> Any:
         """Call, and report the current call meanwhile."""

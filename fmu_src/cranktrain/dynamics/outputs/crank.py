@@ -84,9 +84,8 @@ def observe_structure(model, work, state):
     energy = 0.0
     for i in range(t):
         carried = model.euler_load[i] * v[i] + omega * model.centrifugal_load[i] * q[i]
-        for j in range(t):
-            # Arrays are kept transposed.
-            carried += (v[j] * model.gyroscopic[i, j] - 0.5 * omega * q[j] * model.spin[i, j]) * q[i]
+        # Arrays are kept transposed.
+        carried += (dot(model.gyroscopic[i], v, t) - 0.5 * omega * dot(model.spin[i], q, t)) * q[i]
         energy += omega * carried
     for i in range(n):
         energy += 0.5 * (v[i] * v[i] + model.omega2[i] * q[i] * q[i])

@@ -18,17 +18,21 @@ that steps to every point does.
 
 from __future__ import annotations
 
+import math
+
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
     BODY,
     EACH_POINT,
+    INPUTS_NOW,
     ITERATIONS,
     LAST_INTERVAL,
     LIMITED,
     ONLINE_FILMS,
     PARTS_DONE,
     PARTS_HALVED,
+    RATES_GIVEN,
     RESIDUAL,
     SAMPLES,
     STEP_BEGIN,
@@ -67,6 +71,8 @@ WORTH = 0.9
 """Fraction of the internal step up to which a communication step is passed over: beyond it little would be saved."""
 SHORTEST, LONGEST = 0.85, 1.02
 """Lengths, in internal steps, between which a step keeps its length as the speed changes, and with it its factors."""
+MOVED = 1.0e-9
+"""Relative difference of a pressure from its last sample beyond which a partner has changed it."""
 ON_LINE = 1.0e-12
 """Relative difference of an input from the line that was foreseen, by rounding of who computes it."""
 
@@ -113,6 +119,22 @@ def go_on(model, work, state, reach, builtin):
     return True
 
 
+@inlined_kernel
+def pressures_move(model, work, state, inputs):
+    """Whether a partner's pressures change at this point, so that nothing needs to be foreseen: no line meets them.
+
+    It is so where one is neither the very same as before nor given with a rate, now or before.
+    """
+    if model.choices[at.RECONSTRUCTION] != 3.0 or state[SAMPLES] < 2.0 or built_in(model, state):
+        return False
+    for k in range(1, model.cylinders.shape[0] + 1):
+        before = state[INPUTS_NOW + k]
+        given = state[RATES_GIVEN + k] > 0.0 or math.isfinite(work.input_rates[k])
+        if not given and abs(inputs[k] - before) > MOVED * max(abs(inputs[k]), abs(before)):
+            return True
+    return False
+
+
 @kernel
 def take_inputs(model, work, state, inputs, interval):
     """Take in the inputs of this point, from which a step of ``interval`` (s) begins; whether they go on as foreseen.
@@ -120,12 +142,14 @@ def take_inputs(model, work, state, inputs, interval):
     Fills ``work.inputs``.
     """
     before = built_in(model, state)
-    foresee_inputs(model, work, state)
+    anew = pressures_move(model, work, state, inputs)
+    if not anew:
+        foresee_inputs(model, work, state)
     take_sample(model, state, inputs, interval)
     take_rates(state, work.input_rates, interval)
     reconstruct(model, work, state)
     builtin = built_in(model, state)
-    anew = state[EACH_POINT] > 0.0
+    anew = anew or state[EACH_POINT] > 0.0
     state[EACH_POINT] = 0.0
     if anew or builtin != before:
         return False

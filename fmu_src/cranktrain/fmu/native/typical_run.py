@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.coupling.turns import no_turns
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.run_record import Run, make_run
@@ -55,6 +56,7 @@ def typical_calls(run: Run) -> None:
     end_step_here(run.model, run.work, run.state)
     # Starts from other places, of maps of stability.
     settle(run.model, run.work, run.state, run.inputs, 0.0, 0.0, 0.0)
+    no_turns()
 
 
 def stand_in(engine: Engine) -> ReducedBody:

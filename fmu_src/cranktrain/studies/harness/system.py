@@ -119,7 +119,8 @@ def _of_virtual_engine(
             raise InputError(f"the virtual engine has no unit '{name}'; {nearest(name, known)}, or give [connections]")
     assert harness.speed is not None
     partners = Partners(**fmus, values=starts)
-    made = virtual_engine(partners, harness.speed, scenario.way.scheme, scenario.way.reconstruction)
+    way = scenario.way
+    made = virtual_engine(partners, harness.speed, way.scheme, way.reconstruction, way.steps.longest)
     units = {name: unit for name, unit in made.units.items() if isinstance(unit, FmuUnit)}
     return units, list(made.connections), made.exchange, made.outputs, list(made.bonds)
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, field
 
 from cranktrain.core.typed_file import Table, between, measure, quantities
-from cranktrain.coupling.master import SCHEMES
+from cranktrain.coupling.schemes import SCHEMES
 from cranktrain.studies.harness.entries import BY_FAILURE, ENDS, GIVES, KINDS, LAST, MEASURES
 
 StartValue = Annotated[

@@ -1,0 +1,33 @@
+"""Calls of C functions at their addresses, for kernels: those of an FMU's library.
+
+Arguments are integers of 64 bits and doubles, the result is a C ``int``. Addresses, sizes and C's shorter integers and
+booleans take a register of 64 bits each in the calling conventions of x86-64 (Linux, Windows, macOS) and of ARM64, so
+an integer serves for all of them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cranktrain.core.kernel import Intrinsic, compiler
+
+
+def _calling() -> Any:
+    types = compiler().types
+    from llvmlite import ir
+
+    def call_foreign(typing_context: Any, address: Any, arguments: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            pointer, packed = values
+            kinds = [ir.DoubleType() if kind == types.float64 else ir.IntType(64) for kind in arguments.types]
+            callee = builder.inttoptr(pointer, ir.FunctionType(ir.IntType(32), kinds).as_pointer())
+            result = builder.call(callee, [builder.extract_value(packed, k) for k in range(len(kinds))])
+            return builder.sext(result, ir.IntType(64))
+
+        return types.int64(address, arguments), generate
+
+    return call_foreign
+
+
+call_foreign: Any = Intrinsic(_calling)
+"""Call the C function at an address with a tuple of arguments, each an int64 or a float64."""

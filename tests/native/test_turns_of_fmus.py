@@ -1,0 +1,79 @@
+"""Native FMUs under the master: compiled turns, calls from Python and a supervised run give the same bits."""
+
+import math
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import real_unit
+
+from cranktrain.coupling.connections import START, Connection
+from cranktrain.coupling.fmu_unit import FmuUnit
+from cranktrain.coupling.master import Exchange, Master
+from cranktrain.coupling.run import Steps, run
+from cranktrain.coupling.supervised import run_supervised
+from cranktrain.coupling.unit import Around
+
+SPEED = 209.4
+STEP = math.radians(1.0) / SPEED
+STOP = 240 * STEP
+
+
+class System(NamedTuple):
+    units: dict
+    connections: list
+    exchange: Exchange
+    outputs: dict
+    bonds: tuple = ()
+
+
+def valves(scheme, reconstruction, valvetrain, combustion):
+    """A valve train at constant speed, whose lifts a combustion takes."""
+    units = {
+        "valvetrain": FmuUnit(valvetrain, "valvetrain", {"crank.speed": SPEED} | real_unit.TURNING),
+        "combustion": FmuUnit(
+            combustion, "combustion", {"crank.speed": SPEED, "lift.source": "input"} | real_unit.TURNING
+        ),
+    }
+    lifts = [name for name in units["combustion"].inputs if name.endswith("_lift")]
+    connections = [Connection(("valvetrain", name), ("combustion", name), START) for name in lifts]
+    pressures = [f"cylinder[{c + 1}].pressure" for c in range(len(lifts) // 2)]
+    return System(units, connections, Exchange(scheme, reconstruction), {"combustion": pressures})
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    """Valve train and combustion."""
+    folder = tmp_path_factory.mktemp("valves")
+    return [real_unit.built(name, folder) for name in ("valvetrain_i6", "combustion_i6")]
+
+
+def ran(system, units):
+    master = Master(units, system.connections, system.exchange, system.outputs)
+    master.initialize()
+    try:
+        return master, run(master, STOP, Steps(STEP))
+    finally:
+        master.close()
+
+
+@pytest.mark.parametrize("scheme", ["jacobi", "gauss-seidel", "iterative"])
+@pytest.mark.parametrize("reconstruction", ["hold", "quadratic"])
+def test_compiled_turns_give_the_bits_of_calls_from_python(fmus, scheme, reconstruction):
+    found = []
+    for wrap in (Around, lambda unit: unit):
+        system = valves(scheme, reconstruction, *fmus)
+        found.append(ran(system, [wrap(unit) for unit in system.units.values()])[1])
+    plain, compiled = found
+    assert np.array_equal(plain.values, compiled.values) and plain.sweeps == compiled.sweeps
+    pressures = plain.of("combustion.cylinder[1].pressure")
+    assert np.ptp(pressures) > 0.0
+
+
+def test_a_supervised_run_has_the_same_bits(fmus):
+    make = partial(valves, "gauss-seidel", "hold", *fmus)
+    system = make()
+    _, plain = ran(system, list(system.units.values()))
+    found = run_supervised(make, STOP, Steps(STEP))
+    assert np.array_equal(found.values, plain.values) and np.array_equal(found.times, plain.times)
