@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from cranktrain.cli.console import bar, number, numbers, of_words, show_rows
+from cranktrain.cli.console import number, of_words, show_rows
+from cranktrain.cli.measured import order_range
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, LINEAR
 from cranktrain.studies.watch.model import OUTPUTS
 
@@ -34,7 +35,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     output = add("--output", default=OUTPUTS[0], metavar="NAME", help=f"watched output: {', '.join(OUTPUTS)} "
                  f"(default {OUTPUTS[0]})")  # fmt: skip
     of_words(output, OUTPUTS)
-    add("--orders", type=numbers(0.5, 24.0), default=[], metavar="LIST", help="orders that count (default: all)")
+    add("--orders", type=order_range, default=[], metavar="LIST", help="orders that count (default: all)")
     add(
         "--false-alarms", type=number(1e-3, 0.5, ""), default=0.01, metavar="RATE",
         help="fraction of healthy recordings that may raise an alarm (default 0.01)",
@@ -55,13 +56,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     one_of("--output", options.output, OUTPUTS)
     one_of("--level", options.level, RULES)
-    with labelled_bar("watch") as (tell, _):
+    with labelled_bar("watch") as (tell, follow):
         report = watch(
             options.engine, options.measured, options.healthy,
             Request(
                 options.output, options.orders, options.false_alarms, options.load, options.damper, options.level,
                 options.inherit, options.seed,
-            ), tell,
+            ), tell, follow,
         )  # fmt: skip
     if not options.json:
         _show(report)
@@ -79,7 +80,7 @@ def _show(report: dict[str, Any]) -> None:
     ]  # fmt: skip
     speeds = ", ".join(f"{one:.0f}" for one in report["speeds_rpm"])
     show_rows(
-        f"{report['engine']} at {speeds} rev/min, {len(report['orders'])} orders, {report['healthy']} healthy recordings",
+        f"{report['engine']} at {speeds} rev/min, {len(report['orders'])} orders, {report['healthy']} healthy",
         ("cause", "statistic", "severity", "probability", "smallest", "taken for"), rows,
     )  # fmt: skip
     for line in report["said"]:

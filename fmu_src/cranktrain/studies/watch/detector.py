@@ -116,7 +116,7 @@ class Detector:
     """
 
     # In one piece: everything that a detector is made of.
-    def __init__(  # noqa: PLR0913
+    def __init__(
         self, paths: Sequence[Path], healthy: Array, scatter: Scatter, directions: Array, counts: tuple[int, int],
         model_error: float, rate: float, seed: int = 1,
     ) -> None:  # fmt: skip

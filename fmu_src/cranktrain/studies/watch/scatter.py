@@ -5,8 +5,9 @@ At each operating point the orders of a recording, as real vectors y of real and
     y = μ + λ g + φ z + Σ_k β_k h_k + e,   λ ~ N(0, σ_λ²),  φ ~ N(0, σ_φ²),  β_k ~ N(0, σ_β²),  e ~ N(0, D),
 
 g being the model's derivative by the load, z = i n y that of an encoder's zero, h_k that by the burn of cylinder k, and
-D diagonal with one variance for each order, common to all points. The variances follow from the recordings less their means by expectation maximisation
-(Dempster, Laird and Rubin, J. R. Statist. Soc. B 39, 1977); μ, which holds every error of the model, is left free.
+D diagonal with one variance for each order, common to all points. The variances follow from the recordings less their
+means by expectation maximisation (Dempster, Laird and Rubin, J. R. Statist. Soc. B 39, 1977); μ, which holds every
+error of the model, is left free.
 """
 
 from __future__ import annotations

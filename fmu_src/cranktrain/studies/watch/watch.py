@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from cranktrain.studies.watch.model import ComplexArray, Place, TorsionalAnswers
 from cranktrain.studies.watch.recordings import RPM, Recordings, read_recordings
 from cranktrain.studies.watch.scatter import real_rows, scatter_of
 
+Follow = Callable[[float], None]
 FEWEST = 3
 """Fewest healthy recordings, of which scatter can be known."""
 EXPLAINED = 0.5
@@ -65,7 +66,7 @@ class Watch:
     ----------
     answers : the model
     place : what is looked at, where
-    say : told each stage
+    say, follow : told each stage, and the fraction done
 
     Attributes
     ----------
@@ -73,18 +74,24 @@ class Watch:
     paths : signatures of the defects
     """
 
-    def __init__(self, answers: TorsionalAnswers, place: Place, say: Progress = lambda stage: None) -> None:
+    def __init__(
+        self, answers: TorsionalAnswers, place: Place, say: Progress = lambda stage: None,
+        follow: Follow = lambda share: None,
+    ) -> None:  # fmt: skip
         self.place, self.defects = place, defects_of(answers.engine, answers.damper)
         self.own: ComplexArray = answers.orders(answers.healthy, place)
-        self.paths = [self._path(answers, defect, say) for defect in self.defects]
+        self.paths = []
+        for k, defect in enumerate(self.defects):
+            say(defect.words)
+            self.paths.append(self._path(answers, defect))
+            follow((k + 1) / len(self.defects))
         less, more = (one.of(answers.healthy, STEP) for one in self.defects if one.kind == LOAD)
         self._by_load: Array = real_rows(answers.orders(more, place) - answers.orders(less, place)) / (2.0 * STEP)
         misfires = [path for path, one in zip(self.paths, self.defects, strict=True) if one.kind == MISFIRE]
         self._by_burn = [-path.changes[1] / path.severities[1] for path in misfires] if len(misfires) > 1 else []
 
-    def _path(self, answers: TorsionalAnswers, defect: Defect, say: Progress) -> detectors.Path:
+    def _path(self, answers: TorsionalAnswers, defect: Defect) -> detectors.Path:
         """Signatures of a defect; severities at which the model has no answer end it."""
-        say(defect.words)
         kept, changes = [0.0], [np.zeros_like(self.own)]
         for severity in defect.severities:
             try:
@@ -112,14 +119,12 @@ class Watch:
         directions = np.stack((self._by_load, turned, *self._by_burn), axis=-1)
         scatter = scatter_of(real_rows(healthy), directions)
         error = max(LEAST_ERROR, self.model_error(mean))
-        return Detector(
-            self.paths, real_rows(mean), scatter, directions, (count, healthy.shape[0]), error, rate, seed
-        )
+        return Detector(self.paths, real_rows(mean), scatter, directions, (count, healthy.shape[0]), error, rate, seed)
 
 
 def watch(
     engine: str | Path, measured: Sequence[str | Path], healthy: Sequence[str | Path], request: Request | None = None,
-    say: Progress = lambda stage: None,
+    say: Progress = lambda stage: None, follow: Follow = lambda share: None,
 ) -> dict[str, Any]:  # fmt: skip
     """Report, JSON-able, on recordings of an engine beside healthy ones; each file is one recording.
 
@@ -146,7 +151,7 @@ def watch(
             answers.engine, measured, healthy, request.output, request.orders,
             lambda place: answers.orders(answers.healthy, place),
         )  # fmt: skip
-        watched = Watch(answers, read.place, say)
+        watched = Watch(answers, read.place, say, follow)
         check_engine_of(watched, read.healthy, base.name)
         found = watched.detector(read.healthy, read.watched.shape[0], request.rate, request.seed)
         verdict = found.judge(real_rows(read.watched.mean(axis=0)))
