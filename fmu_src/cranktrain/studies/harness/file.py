@@ -109,12 +109,12 @@ def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
 
 def _recording(path: Path, read: HarnessTable) -> Recording | None:
     """Measurement that takes the place of the combustion; None where the file has none."""
-    if read.measured is None:
+    if read.recording is None:
         return None
     if read.engine is None or read.connections is not None:
         raise InputError("[measured] takes the place of an engine's combustion; name the engine, without [connections]")
     engine = load_engine(str(beside(path, read.engine)) if ends(read.engine) == ".toml" else read.engine)
-    return read_recording(path, read.measured, engine)
+    return read_recording(path, read.recording, engine)
 
 
 def _check_files(names: Sequence[str]) -> None:

@@ -49,7 +49,8 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
     compare: list[str] = []
     if recorded is not None:
         units, connections, exchange, outputs = _of_recording(harness, scenario, fmus, starts, recorded)
-        compare, bonds = compared(recorded.recording, units[CRANKTRAIN]), []
+        compare = compared(recorded.recording, units[CRANKTRAIN])
+        bonds: list[Bond] = []
         outputs[CRANKTRAIN] += compare
     elif harness.links is None:
         units, connections, exchange, outputs, bonds = _of_virtual_engine(harness, scenario, fmus, starts)
@@ -159,8 +160,8 @@ def _of_recording(
     )
     if cylinders != taken:
         raise InputError(
-            f"measured: {recording.name} has pressures of {cylinders} cylinders, {fmus[CRANKTRAIN].name} takes those of "
-            f"{taken}; take the FMU of engine and measurement"
+            f"measured: {recording.name} has pressures of {cylinders} cylinders, {fmus[CRANKTRAIN].name} takes those "
+            f"of {taken}; take the FMU of engine and measurement"
         )
     outputs = {UNIT: list(recorded.outputs), CRANKTRAIN: ["crank.angle", "crank.speed"]}
     exchange = gas_exchange(scenario.way.scheme, scenario.way.reconstruction)

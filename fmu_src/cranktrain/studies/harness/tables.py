@@ -222,7 +222,7 @@ class ScenarioTable(WayTable, kw_only=True, rename={"assert_": "assert"}):
     remedy = 'give one of letters, digits and blanks, name = "normal"'
 
 
-class HarnessTable(WayTable, kw_only=True):
+class HarnessTable(WayTable, kw_only=True, rename={"recording": "measured"}):
     """Units, connections, scenarios and assertions."""
 
     scenario: list[ScenarioTable]
@@ -237,6 +237,6 @@ class HarnessTable(WayTable, kw_only=True):
     units: dict[str, UnitTable] = field(default_factory=dict)
     connections: ConnectionsTable | None = None
     power: dict[str, PowerTable] = field(default_factory=dict)
-    measured: RecordingTable | None = None
+    recording: RecordingTable | None = None
 
     remedy = "give at least one [[scenario]], with a name"

@@ -25,7 +25,7 @@ _NAME = re.compile(r"[A-Za-z]\w*")
 def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
     """Units of a file, those of its engine among them."""
     tables, own = document.units, document.connections is not None
-    if document.measured is not None:
+    if document.recording is not None:
         for name in (COMBUSTION, VALVETRAIN, *RESERVED):
             if name in tables:
                 raise InputError(f"units.{name}: [measured] takes the place of it; leave one of them out")
@@ -50,7 +50,7 @@ def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
         found[name] = UnitEntry(fmu, build, start_values(table.start, f"{where}.start"), table.record)
     if not found:
         raise InputError('no units; name an engine, engine = "diesel_i6", or give [units.NAME]')
-    needed = {CRANKTRAIN} if document.measured is not None else {CRANKTRAIN, COMBUSTION}
+    needed = {CRANKTRAIN} if document.recording is not None else {CRANKTRAIN, COMBUSTION}
     if not own and not needed <= set(found):
         missing = ", ".join(sorted(needed - set(found)))
         raise InputError(f"the virtual engine needs unit {missing}; give it, or your own [connections]")
@@ -69,7 +69,7 @@ def _defaults(path: Path, document: HarnessTable) -> dict[str, str]:
     engine = _built(path, document.engine, "engine")
     name = load_engine(engine).name
     found = {CRANKTRAIN: engine}
-    if document.measured is not None:
+    if document.recording is not None:
         return found
     own = tables.get(COMBUSTION, UnitTable())
     if own.fmu is None and own.build is None:

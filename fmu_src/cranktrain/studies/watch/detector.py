@@ -14,7 +14,7 @@ probabilities, among the least of that of the draws.
 
 Which defect: signatures of the model are in error too, so residuals of path i have the covariance C + E(Δ) with
 
-    E = δ² (|Δ_o|² + (R/10)²)/2   for each part of order o,   R the root mean square of |Δ_o| at the point,
+    E = δ² (|Δ_o|² + (R/5)²)/2   for each part of order o,   R the root mean square of |Δ_o| at the point,
 
 δ being the model's error on the healthy engine, over its orders. With equal probabilities before, those afterwards are
 in proportion to the likelihood of the best severity.
@@ -38,8 +38,8 @@ from cranktrain.studies.watch.scatter import Scatter, groups
 
 DRAWS = 20_000
 """Draws without a change."""
-LOW = 0.1
-"""Part of a signature's error that does not fall with the order's own size."""
+LOW = 0.2
+"""Part of a signature's error that does not fall with the order's own size: rods couple orders that differ by two."""
 LEFT = 1e-3
 """Probability of what a defect leaves, below which it does not explain a change."""
 SHARE = 0.9
@@ -191,7 +191,7 @@ class Detector:
         size = signature[:, :half] ** 2 + signature[:, half:] ** 2
         error = 0.5 * self._error**2 * (size + LOW**2 * size.mean(axis=1, keepdims=True))
         whole = self._covariance + np.concatenate((error, error), axis=1)[:, :, None] * np.eye(2 * half)
-        return np.linalg.cholesky(whole)
+        return np.asarray(np.linalg.cholesky(whole))
 
     def smallest(self, k: int) -> float:
         """Smallest severity of path ``k`` that is found at the rate ``SHARE``; not a number where none is."""

@@ -51,9 +51,9 @@ def groups(count: int) -> NDArray[np.intp]:
     return np.minimum(np.arange(count), 2)
 
 
-def real_rows(orders: Array) -> Array:
+def real_rows(orders: NDArray[np.complex128]) -> Array:
     """Complex orders (…, o) as real and imaginary parts (…, 2 o)."""
-    return np.concatenate((orders.real, orders.imag), axis=-1)
+    return np.asarray(np.concatenate((orders.real, orders.imag), axis=-1))
 
 
 def scatter_of(healthy: Array, directions: Array) -> Scatter:

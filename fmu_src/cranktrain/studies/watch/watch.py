@@ -27,7 +27,7 @@ FEWEST = 3
 """Fewest healthy recordings, of which scatter can be known."""
 EXPLAINED = 0.5
 """Least part of the squared healthy orders that the model must explain."""
-LEAST_ERROR = 0.03
+LEAST_ERROR = 0.05
 """Least error of the model's signatures, over them: what a torsional crank leaves out is not seen in the healthy."""
 LIKELY = 0.05
 """Probability from which another defect counts as possible."""
@@ -176,7 +176,7 @@ def _report(watched: Watch, read: Recordings, found: Detector, verdict: Verdict)
     words = {defect.key: defect.words for defect in watched.defects}
     harmless = {defect.key for defect in watched.defects if defect.harmless}
     places = {path.key: k for k, path in enumerate(found.paths)}
-    rows = []
+    rows: list[dict[str, Any]] = []
     for one in verdict.findings:
         k = places[one.key]
         at = one.severity if verdict.alarm and one.severity > 0.0 else float(found.paths[k].severities[-1])
