@@ -139,8 +139,8 @@ def _grid(angle: Array, file: str) -> tuple[int, Array]:
     cycles = int((float(angle[-1] - angle[0]) + 1.001 * step) / CYCLE)
     if cycles < 1:
         raise InputError(
-            f"measured: {file} covers {math.degrees(float(angle[-1] - angle[0])):.0f} deg of crank angle, less than the "
-            "720 of a cycle"
+            f"measured: {file} covers {math.degrees(float(angle[-1] - angle[0])):.0f} deg of crank angle, less than "
+            "the 720 of a cycle"
         )
     count = round(CYCLE / step)
     if count < FEWEST:
