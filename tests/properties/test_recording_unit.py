@@ -116,5 +116,5 @@ def test_a_measurement_takes_the_place_of_the_combustion(tmp_path):
     with pytest.raises(InputError, match=r"units.combustion: \[measured\] takes the place of it"):
         load_harness(path)
     path.write_text(SCENARIO.format(more="").replace('engine = "four_petrol"\n', ""), "utf-8")
-    with pytest.raises(InputError, match="name the engine"):
+    with pytest.raises(InputError, match="name an engine"):
         load_harness(path)

@@ -31,6 +31,8 @@ LEAST_ERROR = 0.05
 """Least error of the model's signatures, over them: what a torsional crank leaves out is not seen in the healthy."""
 LIKELY = 0.05
 """Probability from which another defect counts as possible."""
+TURN = math.radians(30.0)
+"""Largest distance between the zero of the encoder and firing dead centre of the first cylinder."""
 STEP = 0.02
 """Step of load by which its direction is found."""
 
@@ -112,6 +114,12 @@ class Watch:
         """Error of the model's healthy orders, over them, for ``healthy`` (s, o) measured ones."""
         return math.sqrt(float(np.sum(np.abs(healthy - self.own) ** 2) / np.sum(np.abs(healthy) ** 2)))
 
+    def zero_of(self, healthy: ComplexArray) -> float:
+        """Angle, rad, within ± ``TURN`` by which the encoder of ``healthy`` (s, o) counts ahead of the model."""
+        angles = np.linspace(-TURN, TURN, 2401)
+        products = np.sum(np.conj(self.own) * healthy, axis=0)
+        return float(angles[np.argmax((np.exp(-1j * np.outer(angles, self.place.orders)) @ products).real)])
+
     def detector(self, healthy: ComplexArray, count: int, rate: float, seed: int = 1) -> Detector:
         """Detector of ``healthy`` recordings (n, s, o), for the mean of ``count`` watched ones; ``InputError``."""
         mean = healthy.mean(axis=0)
@@ -152,10 +160,15 @@ def watch(
             lambda place: answers.orders(answers.healthy, place),
         )  # fmt: skip
         watched = Watch(answers, read.place, say, follow)
+        zero = watched.zero_of(read.healthy.mean(axis=0))
+        back = np.exp(-1j * zero * read.place.orders)
+        read = read._replace(watched=read.watched * back, healthy=read.healthy * back)
         check_engine_of(watched, read.healthy, base.name)
         found = watched.detector(read.healthy, read.watched.shape[0], request.rate, request.seed)
         verdict = found.judge(real_rows(read.watched.mean(axis=0)))
-    return _report(watched, read, found, verdict) | {"engine": base.name, "false_alarms": request.rate}
+    return _report(watched, read, found, verdict) | {
+        "engine": base.name, "false_alarms": request.rate, "zero_deg": math.degrees(zero),
+    }  # fmt: skip
 
 
 def check_engine_of(watched: Watch, healthy: ComplexArray, name: str) -> None:
