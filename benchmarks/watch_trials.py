@@ -3,8 +3,8 @@
 ``python -m benchmarks.watch_trials [--picture docs/watch.png]``: true orders are those of runs in time with a crank of
 beams on fluid films, one level above the detector's torsional crank. Every recording has its own load, encoder zero
 and burn of each cylinder, and noise on every order. A set of healthy recordings makes a detector, which judges
-recordings of each defect and severity, and healthy ones. Prints one JSON object an engine, and rows of tables in
-Markdown.
+recordings of each defect and severity, and healthy ones. Prints JSON, and rows of a table in Markdown on
+stderr.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -201,12 +202,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     whole = []
     with one_thread():
         for name in given.engines:
-            found = trials(name, given.crank, given.seed)
-            print(json.dumps(said(found)), flush=True)
-            whole.append(found)
-    print("| engine | defect | severity: detected / named, % |\n| --- | --- | --- |")
-    for found in whole:
-        print(table(found))
+            whole.append(trials(name, given.crank, given.seed))
+            print(table(whole[-1]), file=sys.stderr, flush=True)
+    print(json.dumps([said(found) for found in whole]))
     if given.picture:
         draw(whole, given.picture, RATE, SHOWN)
     return 0
