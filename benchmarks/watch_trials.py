@@ -79,7 +79,10 @@ def engine_of(name: str) -> Engine:
     assert own is not None
     stiffness = own.ring_inertia * (2.0 * math.pi * 190.0) ** 2
     damping = 0.3 * math.sqrt(stiffness * own.ring_inertia)
-    springs = Damper("linear", own.ring_inertia, own.housing_inertia, own.mass, stiffness=stiffness, damping=damping)
+    springs = Damper(
+        kind="linear", ring_inertia=own.ring_inertia, housing_inertia=own.housing_inertia, mass=own.mass,
+        stiffness=stiffness, damping=damping,
+    )  # fmt: skip
     return replace(engine, damper=springs)
 
 
