@@ -21,14 +21,16 @@ SHORT = {
 }  # fmt: skip
 
 
-def draw(engines: Sequence[dict[str, Any]], path: str, rate: float, shown: Mapping[str, float]) -> None:
-    """One row of three panels an engine."""
+def draw(
+    engines: Sequence[dict[str, Any]], path: str, rate: float, shown: Mapping[str, float], large: Mapping[str, float]
+) -> None:
+    """One row of three panels an engine: curves at severities ``shown``, the matrix at ``large`` ones."""
     figure = Figure(figsize=(14.5, 4.3 * len(engines)), dpi=110, layout="constrained")
     axes = np.atleast_2d(figure.subplots(len(engines), 3, width_ratios=(1.0, 1.0, 1.15)))
     for row, found in zip(axes, engines, strict=True):
         _against_alarms(row[0], found, rate, shown)
         _over_severity(row[1], found, rate)
-        _matrix(row[2], found, shown)
+        _matrix(row[2], found, large)
     save_figure(figure, path)
 
 
@@ -68,26 +70,25 @@ def _against_alarms(ax: Any, found: dict[str, Any], rate: float, shown: Mapping[
     ax.set(xscale="log", xlim=(LEAST, 1.0), ylim=(0.0, 1.03), xlabel="false alarms", ylabel="detection rate")
     ax.set_title(f"{found['engine']}: detection against false alarms", fontsize=10, loc="left")
     ax.grid(alpha=0.25)
-    ax.legend(fontsize=8, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 0.1))
+    ax.legend(fontsize=8, framealpha=0.9, edgecolor="none", loc="upper left")
 
 
 def _over_severity(ax: Any, found: dict[str, Any], rate: float) -> None:
-    for colour, (word, keys) in zip(COLOURS, _groups(found).items(), strict=False):
+    for colour, keys in zip(COLOURS, _groups(found).values(), strict=False):
         severities = sorted({severity for key, severity in found["conditions"] if key == keys[0]})
         detected = [float(_rates(found, keys, s, np.array([rate]))[0]) for s in severities]
         named = [
             float(np.mean([name == key for key in keys for name in found["conditions"][key, s].names]))
             for s in severities
         ]
-        ax.plot(severities, detected, color=colour, lw=1.8, marker="o", ms=4, label=word)
+        ax.plot(severities, detected, color=colour, lw=1.8, marker="o", ms=4)
         ax.plot(severities, named, color=colour, lw=1.2, marker="o", ms=3, mfc="white", ls="--")
-    ax.plot([], [], color="#666666", lw=1.2, ls="--", marker="o", ms=3, mfc="white", label="found and rightly named")
     ax.axhline(rate, color="#999999", lw=1, ls=":")
     ax.set(xscale="log", ylim=(0.0, 1.03), xlabel="severity", ylabel="rate")
     ax.xaxis.set_major_formatter(lambda value, _: f"{100 * value:g} %")
-    ax.set_title(f"found at {100 * rate:g} % false alarms", fontsize=10, loc="left")
+    said = f"found at {100 * rate:g} % false alarms (dashed: and rightly named)"
+    ax.set_title(said, fontsize=10, loc="left")
     ax.grid(alpha=0.25, which="both")
-    ax.legend(fontsize=8, frameon=False, loc="lower right")
 
 
 def _matrix(ax: Any, found: dict[str, Any], shown: Mapping[str, float]) -> None:

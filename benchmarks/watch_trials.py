@@ -49,7 +49,8 @@ SEVERITIES = {
     "shaft": (0.1, 0.2, 0.35, 0.6, 0.9),
 }
 SHOWN = {MISFIRE: 0.02, "damper": 0.1, "shaft": 0.2}
-"""Severities of the curves against false alarms and of the matrix."""
+LARGE = {MISFIRE: 0.04, "damper": 0.35, "shaft": 0.35}
+"""Severities of the curves against false alarms, and of the matrix."""
 RATE, SETTLE = 0.01, 1e-5
 RATES = (0.01, 0.05, 0.1)
 
@@ -209,7 +210,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(table(whole[-1]), file=sys.stderr, flush=True)
     print(json.dumps([said(found) for found in whole]))
     if given.picture:
-        draw(whole, given.picture, RATE, SHOWN)
+        draw(whole, given.picture, RATE, SHOWN, LARGE)
     return 0
 
 
