@@ -18,7 +18,7 @@ __version__ = "0.1.0"
 _FUNCTIONS = (
     "analyse_measured", "bearing_loads", "calibrate", "campbell", "couple", "damper_optimum", "export", "fatigue",
     "film_table", "harness", "identify", "modal", "new_engine", "picture", "plan", "plot_runup", "reduce", "report",
-    "roller", "run_in", "run_scene", "runup", "simulate", "stability", "stress", "tradeoff",
+    "roller", "run_in", "run_scene", "runup", "simulate", "stability", "stress", "tradeoff", "watch",
 )  # fmt: skip
 """Functions of the verbs of the command line."""
 NAMES = {

@@ -29,6 +29,7 @@ from cranktrain.cli.library.functions.simulate import simulate as simulate
 from cranktrain.cli.library.functions.stability import stability as stability
 from cranktrain.cli.library.functions.stress import stress as stress
 from cranktrain.cli.library.functions.tradeoff import tradeoff as tradeoff
+from cranktrain.cli.library.functions.watch import watch as watch
 from cranktrain.cli.library.variants import optimize as optimize
 from cranktrain.cli.library.variants import vary as vary
 from cranktrain.core.errors import CranktrainError as CranktrainError

@@ -158,6 +158,17 @@ STARTS = {
     "virtual_engine": Start(
         "2000", {"CYCLES": 2, "FINEST": 1.0, "STEPS_DEG": [3.0], "WAYS": ["gauss-seidel, own", "jacobi, late"]}
     ),
+    "watch_trials": Start(
+        "--engines single_petrol --crank torsional --picture watch.png",
+        {
+            "SPEEDS": 1,
+            "HEALTHY": 3,
+            "SETS": 1,
+            "TRIALS": 2,
+            "QUIET": 4,
+            "SEVERITIES": {"misfire": [0.5], "damper": [0.5], "shaft": [0.5]},
+        },
+    ),
     "whole_engine": Start(constants={"ROUNDS": 1, "CYCLES": 2, "STEPS": [["generalised-alpha", 2.5]]}),
     "worst_film": Start("--cycles 1 --grids 48x8 48x12", {"PER_CYCLE": 36}),
 }

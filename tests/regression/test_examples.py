@@ -238,6 +238,14 @@ def test_demo(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+def test_virtual_sensor(tmp_path):
+    found = example("virtual_sensor").main(str(tmp_path / "results"))
+    # The noise of the measured torsion, 2 mdeg, and little else; a model without its damper is far away.
+    assert found["as_built"] == pytest.approx(2e-3, abs=0.7e-3)
+    assert found["without_its_damper"] > 20.0 * found["as_built"]
+
+
+@pytest.mark.slow
 def test_harness(tmp_path):
     picture = tmp_path / "harness.png"
     assert example("harness").main(str(picture), str(tmp_path / "results")) == pytest.approx(32.8, rel=0.02)

@@ -31,8 +31,8 @@ ENGINE_VERBS = ("modal", "campbell", "reduce", "simulate", "runup", "stress", "f
 """Verbs that ask one thing of one engine; each is a module beside this: ``DESCRIPTION``, ``add_options``, ``run``."""
 VERBS = (
     "bearing", "film-table", "damper-optimum", "roller", "stability", "calibrate", "identify", "run-in", "tradeoff",
-    "plan", "vary", "optimize", "explore", "plot-runup", "measured", "run", "export", "report", "couple", "harness",
-    "schema", "new", "engines",
+    "plan", "vary", "optimize", "explore", "plot-runup", "measured", "watch", "run", "export", "report", "couple",
+    "harness", "schema", "new", "engines",
 )  # fmt: skip
 """Likewise of all others."""
 MODULES = {"damper-optimum": "damper"}

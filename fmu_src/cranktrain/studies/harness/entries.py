@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from cranktrain.coupling.recording_unit import Recording
 from cranktrain.coupling.run import Bond, Steps
 from cranktrain.coupling.supervised import Limits
 
@@ -195,6 +196,7 @@ class Harness:
     bonds : powers that are exchanged, beside the virtual engine's
     abscissa, angle : outputs over which values are reconstructed, and orders counted
     limits : of calls
+    recording : measurement in place of the combustion; None without one
     scenarios : in the file's order
     """
 
@@ -208,4 +210,5 @@ class Harness:
     abscissa: Variable | None
     angle: Variable | None
     limits: Limits
+    recording: Recording | None
     scenarios: tuple[Scenario, ...]

@@ -32,16 +32,19 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.typed_file import record
-from cranktrain.core.user_file import read_toml, user_path
+from cranktrain.core.user_file import beside, read_toml, user_path
+from cranktrain.core.user_file import ending as ends
 from cranktrain.coupling.modules import CRANKTRAIN, OWN, RECONSTRUCTIONS
 from cranktrain.coupling.reconstruction import DEGREES
+from cranktrain.coupling.recording_unit import Recording
 from cranktrain.coupling.run import Bond, Steps
 from cranktrain.coupling.supervised import Limits
-from cranktrain.engine.file import check_title
+from cranktrain.engine.file import check_title, load_engine
 from cranktrain.studies.harness.assertion_entries import assertion, check_ratios, ending
 from cranktrain.studies.harness.entries import Harness, Scenario, UnitEntry, Way, file_name
 from cranktrain.studies.harness.event_entries import changes, dropouts, faults, noises
 from cranktrain.studies.harness.places import Times, variable
+from cranktrain.studies.harness.recording import MISFIT, SPEED, UNIT, read_recording
 from cranktrain.studies.harness.tables import ConnectionsTable, HarnessTable, PowerTable, ScenarioTable, WayTable
 from cranktrain.studies.harness.unit_entries import start_values, units_of
 
@@ -71,7 +74,11 @@ def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
     title = path.stem if read.title is None else read.title
     check_title(title, "title")
     units = units_of(path, read)
+    recording = _recording(path, read)
     speed = None if read.speed_rpm is None else RPM * read.speed_rpm
+    if speed is None and recording is not None and SPEED in recording.values:
+        speed = recording.mean(SPEED)
+    known = units if recording is None else {**units, UNIT: UnitEntry(), MISFIT: UnitEntry()}
     if speed is None and read.connections is None:
         raise InputError("speed_rpm is missing; the virtual engine turns at a speed, e.g. speed_rpm = 2000")
     links, by_name = (None, False) if read.connections is None else _links(read.connections, units)
@@ -89,14 +96,25 @@ def _harness(path: Path, document: Mapping[str, Any]) -> Harness:
             raise InputError(f"two scenarios are named '{name}'; rename one")
     _check_files(names)
     usual = Limits()
-    scenarios = tuple(_scenario(table, read, units, speed, names) for table in read.scenario)
+    scenarios = tuple(_scenario(table, read, known, speed, names) for table in read.scenario)
     check_ratios(scenarios, None if speed is None else 4.0 * math.pi / speed)
     return Harness(
         title=title, path=path, speed=speed, units=units, links=links, by_name=by_name, bonds=bonds,
         abscissa=None if read.abscissa is None else variable(read.abscissa, "abscissa", units), angle=angle,
         limits=Limits(read.start_limit_s or usual.start, read.step_limit_s or usual.step),
+        recording=recording,
         scenarios=scenarios,
     )  # fmt: skip
+
+
+def _recording(path: Path, read: HarnessTable) -> Recording | None:
+    """Measurement that takes the place of the combustion; None where the file has none."""
+    if read.recording is None:
+        return None
+    if read.engine is None or read.connections is not None:
+        raise InputError("[measured] takes the place of an engine's combustion; name the engine, without [connections]")
+    engine = load_engine(str(beside(path, read.engine)) if ends(read.engine) == ".toml" else read.engine)
+    return read_recording(path, read.recording, engine)
 
 
 def _check_files(names: Sequence[str]) -> None:

@@ -9,12 +9,15 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
+from cranktrain.coupling.modules import CRANKTRAIN
+from cranktrain.coupling.recording_unit import without_zero
 from cranktrain.coupling.run import Coupled
 from cranktrain.results.tables import Table
 from cranktrain.store.whole_file import marked
 from cranktrain.studies.harness.entries import ORDER, Harness
 from cranktrain.studies.harness.judgement import order_amplitudes
 from cranktrain.studies.harness.junit import found_text
+from cranktrain.studies.harness.recording import MISFIT, UNIT
 from cranktrain.studies.harness.running import Judged
 from cranktrain.studies.harness.signals import SIGNALS
 from cranktrain.studies.report.chart import bar_chart, line_chart
@@ -99,8 +102,19 @@ def _over_time(name: str, one: Judged, run: Coupled, other: Judged | None) -> st
     if other is not None and other.ran.found is not None:
         found = other.ran.found
         curves[other.scenario.name] = np.interp(x, found.times, found.of(name), right=np.nan)
+    if name.startswith(f"{MISFIT}."):
+        output = name.removeprefix(f"{MISFIT}.")
+        for word, source in (("model", CRANKTRAIN), ("measurement", UNIT)):
+            curves[word] = _of_misfit(run, source, output)[::every]
     label = f"{name.removeprefix(f'{SIGNALS}.')}{f' / {unit}' if unit else ''}"
     return line_chart(f"{label} over the time", x, curves, ("time / s", label))
+
+
+def _of_misfit(run: Coupled, source: str, output: str) -> Array:
+    """One side of a misfit, without its mean over a cycle, in the model's unit."""
+    angle, model = run.of(f"{CRANKTRAIN}.crank.angle"), run.of(f"{CRANKTRAIN}.{output}")
+    own = without_zero(angle, model)
+    return own if source == CRANKTRAIN else own - run.of(f"{MISFIT}.{output}")
 
 
 def _orders(harness: Harness, name: str, runs: Mapping[str, Coupled]) -> list[str]:

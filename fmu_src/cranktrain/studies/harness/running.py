@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from cranktrain.core.errors import CranktrainError, InputError, StoreError, nearest
-from cranktrain.coupling.run import keep_run
+from cranktrain.coupling.modules import CRANKTRAIN
+from cranktrain.coupling.run import Coupled, keep_run
 from cranktrain.coupling.supervised import run_supervised
 from cranktrain.coupling.unit import Port
 from cranktrain.studies.harness.entries import Harness, Scenario, file_name
 from cranktrain.studies.harness.judgement import Outcome, Ran, judge, judge_ending
+from cranktrain.studies.harness.recording import MISFIT, with_misfits
 from cranktrain.studies.harness.system import check, prepared
 
 
@@ -63,6 +65,7 @@ def checked_ports(harness: Harness, fmus: Mapping[str, Path]) -> dict[str, Port]
         except InputError as error:
             raise InputError(f"{harness.path.name}: {error}") from None
         ports |= {f"{key}.{name}": port for key, unit in system.units.items() for name, port in unit.outputs.items()}
+        ports |= {f"{MISFIT}.{name}": ports[f"{CRANKTRAIN}.{name}"] for name in system.compared}
     return ports
 
 
@@ -72,14 +75,26 @@ def run_scenario(
     """A scenario's run, however it ended."""
     began = time.perf_counter()
     make = partial(prepared, harness, scenario, fmus)
+    misfits = partial(_compared, harness, scenario, fmus)
     try:
-        found = run_supervised(make, scenario.way.stop, scenario.way.steps, harness.limits, progress)
+        found = misfits(run_supervised(make, scenario.way.stop, scenario.way.steps, harness.limits, progress))
     except (CranktrainError, KeyboardInterrupt) as error:
         interrupted = isinstance(error, KeyboardInterrupt)
         said = "interrupted" if interrupted else str(error)
         besides = isinstance(error, StoreError)
-        return Ran(getattr(error, "found", None), said, time.perf_counter() - began, interrupted, besides)
+        return Ran(misfits(getattr(error, "found", None)), said, time.perf_counter() - began, interrupted, besides)
     return Ran(found, "", time.perf_counter() - began)
+
+
+def _compared(
+    harness: Harness, scenario: Scenario, fmus: Mapping[str, Path], found: Coupled | None
+) -> Coupled | None:  # fmt: skip
+    """A run with its misfits, where there is a measurement beside it."""
+    if found is None or harness.recording is None:
+        return found
+    system = prepared(harness, scenario, fmus)
+    ports = {f"{key}.{name}": port for key, unit in system.units.items() for name, port in unit.outputs.items()}
+    return with_misfits(found, system.compared, ports)
 
 
 def keep(folder: Path, harness: Harness, scenario: Scenario, ran: Ran) -> tuple[Ran, Path | None]:

@@ -13,12 +13,15 @@ from cranktrain.core.stated_units import begins_as_number, stated
 from cranktrain.coupling.connections import Connection, by_name
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange, Master
+from cranktrain.coupling.modules import CRANKTRAIN, OWN
+from cranktrain.coupling.recording_unit import RecordingUnit
 from cranktrain.coupling.run import Bond
 from cranktrain.coupling.unit import Unit
-from cranktrain.coupling.virtual_engine import Partners, virtual_engine
+from cranktrain.coupling.virtual_engine import Partners, gas_exchange, virtual_engine
 from cranktrain.studies.harness.assertion_entries import refuse_below_zero
 from cranktrain.studies.harness.entries import NAN, ORDER, Change, Harness, Scenario, Variable
 from cranktrain.studies.harness.measures import MEASURED, between, named
+from cranktrain.studies.harness.recording import MISFIT, SPEED, UNIT, compared, connected
 from cranktrain.studies.harness.signals import SIGNALS, Curve, DroppedOut, Faulty, Noisy, Signals, in_turn
 
 
@@ -30,6 +33,7 @@ class Prepared(NamedTuple):
     exchange: Exchange
     outputs: dict[str, list[str]]
     bonds: list[Bond]
+    compared: tuple[str, ...] = ()
 
 
 def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> Prepared:
@@ -41,7 +45,14 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
         variables, units of measurement or connections that cannot be
     """
     starts = {name: _converted(name, path, harness, scenario) for name, path in fmus.items()}
-    if harness.links is None:
+    recorded = None if harness.recording is None else RecordingUnit(UNIT, harness.recording)
+    compare: list[str] = []
+    if recorded is not None:
+        units, connections, exchange, outputs = _of_recording(harness, scenario, fmus, starts, recorded)
+        compare = compared(recorded.recording, units[CRANKTRAIN])
+        bonds: list[Bond] = []
+        outputs[CRANKTRAIN] += compare
+    elif harness.links is None:
         units, connections, exchange, outputs, bonds = _of_virtual_engine(harness, scenario, fmus, starts)
     else:
         units = {name: FmuUnit(path, name, starts[name]) for name, path in fmus.items()}
@@ -50,10 +61,11 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
         outputs, bonds = {name: [] for name in units}, []
     bonds = [*bonds, *harness.bonds]
     _read(harness, scenario, units, outputs, bonds)
+    alongside: dict[str, Unit] = {} if recorded is None else {UNIT: recorded}
     signals, fed = _signals(scenario, units, connections)
     connections = _modified(scenario, units, [*connections, *fed])
     faulty = {fault.unit: Faulty(units[fault.unit], fault) for fault in scenario.faults}
-    return Prepared({**units, **faulty, **signals}, connections, exchange, outputs, bonds)
+    return Prepared({**alongside, **units, **faulty, **signals}, connections, exchange, outputs, bonds, tuple(compare))
 
 
 def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
@@ -81,12 +93,18 @@ def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
                 + (nearest(assertion.residual, bonds) if bonds else "add a table [power.NAME]")
             )
         unit, name = assertion.output or ("", "")
+        if unit == MISFIT and name not in system.compared:
+            near = nearest(name, system.compared) if system.compared else "name a channel as an output of the model"
+            raise InputError(f"{where}: the measurement has no {name} to compare; {near}")
+        if unit == UNIT and name not in system.units[UNIT].outputs:
+            raise InputError(f"{where}: measured.{name} is no channel; {nearest(name, system.units[UNIT].outputs)}")
         if assertion.measure == ORDER:
             if not counted:
                 raise InputError(f"{where}: orders need angle or speed_rpm in the file")
             refuse_below_zero(ORDER, assertion.bounds, where)
         if assertion.unit:
-            port = system.units[unit].outputs[name] if name else MEASURED["W"]
+            source = CRANKTRAIN if unit == MISFIT else unit
+            port = system.units[source].outputs[name] if name else MEASURED["W"]
             between(assertion.unit, port, where)
 
 
@@ -125,6 +143,32 @@ def _of_virtual_engine(
     return units, list(made.connections), made.exchange, made.outputs, list(made.bonds)
 
 
+def _of_recording(
+    harness: Harness, scenario: Scenario, fmus: Mapping[str, Path], starts: Mapping[str, Mapping[str, Any]],
+    recorded: RecordingUnit,
+) -> tuple[dict[str, FmuUnit], list[Connection], Exchange, dict[str, list[str]]]:  # fmt: skip
+    """The cranktrain under measured pressures and speed, and what goes with it."""
+    assert harness.speed is not None
+    own, recording = scenario.way.reconstruction == OWN, recorded.recording
+    speed = recorded.at(SPEED, 0.0) if SPEED in recorded.outputs else harness.speed
+    given = {
+        "speed": speed, "gas.source": "input", "input.reconstruction": "polytropic" if own else "hold",
+    } | dict(starts.get(CRANKTRAIN, {}))  # fmt: skip
+    cranktrain = FmuUnit(fmus[CRANKTRAIN], CRANKTRAIN, given)
+    cylinders, taken = (
+        sum(name.startswith("cylinder[") and name.endswith("].pressure") for name in ports)
+        for ports in (recorded.outputs, cranktrain.inputs)
+    )
+    if cylinders != taken:
+        raise InputError(
+            f"measured: {recording.name} has pressures of {cylinders} cylinders, {fmus[CRANKTRAIN].name} takes those "
+            f"of {taken}; take the FMU of engine and measurement"
+        )
+    outputs = {UNIT: list(recorded.outputs), CRANKTRAIN: ["crank.angle", "crank.speed"]}
+    exchange = gas_exchange(scenario.way.scheme, scenario.way.reconstruction)
+    return {CRANKTRAIN: cranktrain}, connected(cylinders, recorded, own), exchange, outputs
+
+
 def _connected(harness: Harness, units: Mapping[str, Unit]) -> list[Connection]:
     """Connections that a file names, and those by name of other inputs."""
     found = []
@@ -161,6 +205,7 @@ def _read(
         for place in pair
         if place[1] in units[place[0]].outputs
     ]
+    wanted = [(output, where) for output, where in wanted if output[0] not in (UNIT, MISFIT)]
     for output, where in wanted:
         _need_output(output, units, where)
         there = outputs.setdefault(output[0], [])

@@ -169,6 +169,20 @@ class ConnectionsTable(Table, kw_only=True):
     map: tuple[str, ...] = ()
 
 
+class RecordingTable(Table, kw_only=True):
+    """A measurement beside the model, see :mod:`cranktrain.studies.harness.recording`.
+
+    ``channels`` names channels of the file by the model's names; ``zero_deg`` is the file's crank angle at which the
+    first cylinder fires.
+    """
+
+    file: str
+    channels: dict[str, str] = field(default_factory=dict)
+    zero_deg: Annotated[float, between(-720.0, 720.0, "deg", "angle")] = 0.0
+
+    remedy = '[measured] has file, and channels = { "pulley.torsion" = "NAME" } where names differ'
+
+
 class PowerTable(Table, kw_only=True):
     """Power that units exchange: sums of products ``unit.force * unit.speed``."""
 
@@ -208,7 +222,7 @@ class ScenarioTable(WayTable, kw_only=True, rename={"assert_": "assert"}):
     remedy = 'give one of letters, digits and blanks, name = "normal"'
 
 
-class HarnessTable(WayTable, kw_only=True):
+class HarnessTable(WayTable, kw_only=True, rename={"recording": "measured"}):
     """Units, connections, scenarios and assertions."""
 
     scenario: list[ScenarioTable]
@@ -223,5 +237,6 @@ class HarnessTable(WayTable, kw_only=True):
     units: dict[str, UnitTable] = field(default_factory=dict)
     connections: ConnectionsTable | None = None
     power: dict[str, PowerTable] = field(default_factory=dict)
+    recording: RecordingTable | None = None
 
     remedy = "give at least one [[scenario]], with a name"

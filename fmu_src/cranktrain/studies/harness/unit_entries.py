@@ -17,12 +17,18 @@ from cranktrain.studies.harness.entries import UnitEntry
 from cranktrain.studies.harness.measures import named
 from cranktrain.studies.harness.tables import HarnessTable, Measured, UnitTable
 
+RESERVED = ("measured", "misfit")
+"""Units of a measurement, see :mod:`cranktrain.studies.harness.recording`."""
 _NAME = re.compile(r"[A-Za-z]\w*")
 
 
 def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
     """Units of a file, those of its engine among them."""
     tables, own = document.units, document.connections is not None
+    if document.recording is not None:
+        for name in (COMBUSTION, VALVETRAIN, *RESERVED):
+            if name in tables:
+                raise InputError(f"units.{name}: [measured] takes the place of it; leave one of them out")
     for name in tables:
         if not _NAME.fullmatch(name):
             raise InputError(f"units.{name}: a unit's name is a word of letters and digits; rename it")
@@ -44,8 +50,9 @@ def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
         found[name] = UnitEntry(fmu, build, start_values(table.start, f"{where}.start"), table.record)
     if not found:
         raise InputError('no units; name an engine, engine = "diesel_i6", or give [units.NAME]')
-    if not own and not {CRANKTRAIN, COMBUSTION} <= set(found):
-        missing = ", ".join(sorted({CRANKTRAIN, COMBUSTION} - set(found)))
+    needed = {CRANKTRAIN} if document.recording is not None else {CRANKTRAIN, COMBUSTION}
+    if not own and not needed <= set(found):
+        missing = ", ".join(sorted(needed - set(found)))
         raise InputError(f"the virtual engine needs unit {missing}; give it, or your own [connections]")
     return found
 
@@ -62,6 +69,8 @@ def _defaults(path: Path, document: HarnessTable) -> dict[str, str]:
     engine = _built(path, document.engine, "engine")
     name = load_engine(engine).name
     found = {CRANKTRAIN: engine}
+    if document.recording is not None:
+        return found
     own = tables.get(COMBUSTION, UnitTable())
     if own.fmu is None and own.build is None:
         found = {COMBUSTION: module_of_engine(COMBUSTION, name)} | found

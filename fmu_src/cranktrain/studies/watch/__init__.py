@@ -1,0 +1,1 @@
+"""Watch: which defect of an engine explains a change of its measured torsion."""

@@ -1,0 +1,177 @@
+"""Defects that a watch looks for, as changes of an engine and its gas pressures of a given severity.
+
+A severity of 0 is the healthy engine. Severity s means
+
+    misfire of a cylinder     its burn times 1 − s (1: compression and expansion only)
+    thinner damper fluid      viscosity times 1 − s; damping of a linear damper likewise
+    seizing damper ring       viscosity over 1 − s
+    cracked damper springs    stiffness times 1 − s, rubber likewise
+    softer shaft or coupling  stiffness of the connecting shaft, or of one shaft of the drive line, times 1 − s
+
+Two changes are no defects but would look like one: another load (all cylinders alike) and another zero of the encoder.
+They are judged beside the defects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from cranktrain.engine.model import Engine
+from cranktrain.engine.parts import Damper
+from cranktrain.loads.gas_pressure import GasTrace
+
+MISFIRE, DAMPER, SHAFT, LOAD, ZERO = "misfire", "damper", "shaft", "load", "zero"
+"""Kinds."""
+MISFIRES = (0.5, 1.0)
+LOSSES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97)
+"""Severities at which a defect's signature is computed; between them it is interpolated."""
+LOADS = (0.25, 0.5, 1.0)
+ANGLES = (0.01, 0.05)
+"""Shifts of an encoder, rad."""
+
+
+class Case(NamedTuple):
+    """An engine in one state: with its gas pressures, and the angle by which the encoder's zero has moved, rad."""
+
+    engine: Engine
+    gas: GasTrace
+    zero: float = 0.0
+
+
+@dataclass(frozen=True)
+class Defect:
+    """A change that a watch looks for.
+
+    Attributes
+    ----------
+    key : name, as ``misfire[3]``
+    words : for people
+    kind : one of the kinds of this module
+    severities : rising, at which it is computed
+    of : the case with this change of a severity
+    """
+
+    key: str
+    words: str
+    kind: str
+    severities: Sequence[float]
+    of: Callable[[Case, float], Case]
+
+    @property
+    def harmless(self) -> bool:
+        """Whether it is no defect of the engine: another load or zero."""
+        return self.kind in (LOAD, ZERO)
+
+
+def defects_of(engine: Engine, damper: bool) -> tuple[Defect, ...]:
+    """All that can be looked for in an engine; ``damper``: whether it is fitted."""
+    found = [
+        Defect(f"{MISFIRE}[{k + 1}]", f"misfire of cylinder {k + 1}", MISFIRE, MISFIRES, _misfire(k))
+        for k in range(engine.n_cylinders)
+    ]
+    if damper and engine.damper is not None:
+        found += _of_damper(engine.damper)
+    found += _of_shafts(engine)
+    found += [
+        Defect("load-", "less load", LOAD, LOADS, _load(-1.0)),
+        Defect("load+", "more load", LOAD, LOADS[:2], _load(1.0)),
+        Defect("zero-", "encoder zero behind", ZERO, ANGLES, _turned(-1.0)),
+        Defect("zero+", "encoder zero ahead", ZERO, ANGLES, _turned(1.0)),
+    ]
+    return tuple(found)
+
+
+def with_misfire(engine: Engine, gas: GasTrace, cylinder: int, severity: float) -> GasTrace:
+    """Pressures of an engine whose cylinder, counted from 0, burns ``1 − severity`` of its fuel."""
+    own = list(gas.own) or [gas] * engine.n_cylinders
+    one = own[cylinder]
+    own[cylinder] = replace(one, fired=one.fired - severity * (one.fired - one.motored))
+    mean = GasTrace.mean(own, [1.0 / len(own)] * len(own), gas.source)
+    return replace(mean, own=tuple(own))
+
+
+def _misfire(cylinder: int) -> Callable[[Case, float], Case]:
+    return lambda case, severity: case._replace(gas=with_misfire(case.engine, case.gas, cylinder, severity))
+
+
+def _load(sign: float) -> Callable[[Case, float], Case]:
+    def changed(case: Case, severity: float) -> Case:
+        def burnt(one: GasTrace) -> GasTrace:
+            own = tuple(burnt(trace) for trace in one.own)
+            return replace(one, fired=one.fired + sign * severity * (one.fired - one.motored), own=own)
+
+        return case._replace(gas=burnt(case.gas))
+
+    return changed
+
+
+def _turned(sign: float) -> Callable[[Case, float], Case]:
+    return lambda case, severity: case._replace(zero=case.zero + sign * severity)
+
+
+def _of_damper(damper: Damper) -> list[Defect]:
+    def part(key: str, words: str, change: Callable[[Damper, float], Damper]) -> Defect:
+        def changed(case: Case, severity: float) -> Case:
+            own = case.engine.damper
+            assert own is not None
+            return case._replace(engine=replace(case.engine, damper=change(own, severity)))
+
+        return Defect(key, words, DAMPER, LOSSES, changed)
+
+    if damper.kind == "viscous":
+        return [
+            part("damper.viscosity-", "damper fluid thinner", lambda d, s: replace(d, viscosity=d.viscosity * (1 - s))),
+            part("damper.viscosity+", "damper ring seizing", lambda d, s: replace(d, viscosity=d.viscosity / (1 - s))),
+        ]
+    found = []
+    if damper.stiffness > 0.0 or any(damper.stiffnesses):
+        found.append(part("damper.stiffness-", "damper springs cracked", _softer))
+    if damper.damping > 0.0 or any(damper.dampings):
+        found.append(part("damper.damping-", "damper without its damping", _freer))
+    return found
+
+
+def _softer(damper: Damper, severity: float) -> Damper:
+    rest = 1.0 - severity
+    return replace(damper, stiffness=rest * damper.stiffness, stiffnesses=tuple(rest * k for k in damper.stiffnesses))
+
+
+def _freer(damper: Damper, severity: float) -> Damper:
+    rest = 1.0 - severity
+    return replace(damper, damping=rest * damper.damping, dampings=tuple(rest * c for c in damper.dampings))
+
+
+def _of_shafts(engine: Engine) -> list[Defect]:
+    line = engine.drive_line_chain
+    if line is None:
+
+        def softer(case: Case, severity: float) -> Case:
+            own = case.engine.drive_line
+            own = replace(own, stiffness=(1.0 - severity) * own.stiffness)
+            return case._replace(engine=replace(case.engine, drive_line=own))
+
+        return [Defect("drive_line.stiffness-", "connecting shaft softer", SHAFT, LOSSES, softer)]
+    return [
+        Defect(f"drive_line_chain.stiffnesses[{k + 1}]-", f"springs {a} to {b} cracked", SHAFT, LOSSES, _of_shaft(k))
+        for k, (a, b, stiffness) in enumerate(zip(line.starts, line.ends, line.stiffnesses, strict=True))
+        if stiffness > 0.0 or k + 1 in line.point_shafts
+    ]
+
+
+def _of_shaft(shaft: int) -> Callable[[Case, float], Case]:
+    """A shaft of the line, counted from 0, whose stiffness and points of stiffness are less."""
+
+    def softer(case: Case, severity: float) -> Case:
+        line, rest = case.engine.drive_line_chain, 1.0 - severity
+        assert line is not None
+        own = tuple(rest * k if i == shaft else k for i, k in enumerate(line.stiffnesses))
+        points = tuple(
+            rest * k if number == shaft + 1 else k
+            for number, k in zip(line.point_shafts, line.point_stiffnesses, strict=True)
+        )
+        changed = replace(line, stiffnesses=own, point_stiffnesses=points)
+        return case._replace(engine=replace(case.engine, drive_line_chain=changed))
+
+    return softer
