@@ -22,7 +22,7 @@ static uint64_t point_bytes(const struct ct_snapshot *state) {
     return (1 + CT_PLACES) * (uint64_t)state->n_point * sizeof(double);
 }
 
-fmi2Status ct_get_state(struct ct_instance *one, struct ct_snapshot **state) {
+ct_result ct_get_state(struct ct_instance *one, struct ct_snapshot **state) {
     const bool running = is_running(one->now);
     const uint64_t bytes = head_bytes(one) + (running ? point_bytes(one->now) : 0);
     if (*state != NULL && !ct_is_state(*state)) return ct_refuse(&one->host, "%s", FOREIGN);
@@ -40,7 +40,7 @@ fmi2Status ct_get_state(struct ct_instance *one, struct ct_snapshot **state) {
     (*state)->capacity = capacity;
     (*state)->bytes = bytes;
     if (!running) (*state)->n_point = (*state)->n_past = (*state)->latest = (*state)->variant = 0;
-    return fmi2OK;
+    return CT_OK;
 }
 
 /* Whether a variable can have a value; outputs are found anew. */
@@ -114,7 +114,7 @@ static void take_over(struct ct_instance *one, const struct ct_snapshot *state) 
     one->now->capacity = capacity;
 }
 
-fmi2Status ct_set_state(struct ct_instance *one, const struct ct_snapshot *state) {
+ct_result ct_set_state(struct ct_instance *one, const struct ct_snapshot *state) {
     const char *problem = check_state(one, state, state->bytes);
     if (problem != NULL) return ct_refuse(&one->host, "%s", problem);
     if (is_running(state) && !same_model(one, state)) {
@@ -123,19 +123,19 @@ fmi2Status ct_set_state(struct ct_instance *one, const struct ct_snapshot *state
         if (before == NULL) return ct_refuse(&one->host, "no memory to set an FMU state");
         memcpy(before, one->now, (size_t)one->now->capacity);
         take_over(one, state);
-        const fmi2Status status =
+        const ct_result status =
             ct_level(one) == state->variant ? ct_make(one) : ct_refuse(&one->host, "%s", DAMAGED);
-        if (status != fmi2OK) memcpy(one->now, before, (size_t)before->capacity);
+        if (status != CT_OK) memcpy(one->now, before, (size_t)before->capacity);
         ct_release(&one->host, before);
-        if (status != fmi2OK) return status;
+        if (status != CT_OK) return status;
     }
     take_over(one, state);
     one->made = is_running(state);
     ct_forget_outputs(one);
-    return fmi2OK;
+    return CT_OK;
 }
 
-fmi2Status ct_serialize(struct ct_instance *one, const struct ct_snapshot *state, char *bytes, size_t size) {
+ct_result ct_serialize(struct ct_instance *one, const struct ct_snapshot *state, char *bytes, size_t size) {
     struct ct_snapshot head;
     if (!ct_is_state(state)) return ct_refuse(&one->host, "%s", FOREIGN);
     if (size < state->bytes) {
@@ -148,10 +148,10 @@ fmi2Status ct_serialize(struct ct_instance *one, const struct ct_snapshot *state
     memcpy(bytes, &head, sizeof head);
     ct_sums(bytes, (size_t)state->bytes / sizeof(uint64_t), head.sums);
     memcpy(bytes, &head, sizeof head);
-    return fmi2OK;
+    return CT_OK;
 }
 
-fmi2Status ct_deserialize(struct ct_instance *one, const char *bytes, size_t size, struct ct_snapshot **state) {
+ct_result ct_deserialize(struct ct_instance *one, const char *bytes, size_t size, struct ct_snapshot **state) {
     struct ct_snapshot head;
     uint64_t sums[2];
     if (size < sizeof head) return ct_refuse(&one->host, "%s", FOREIGN);
@@ -177,5 +177,5 @@ fmi2Status ct_deserialize(struct ct_instance *one, const char *bytes, size_t siz
     }
     copy->capacity = head.bytes;
     *state = copy;
-    return fmi2OK;
+    return CT_OK;
 }
