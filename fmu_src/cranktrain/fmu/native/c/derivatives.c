@@ -279,3 +279,26 @@ ct_result ct_get_derivatives(struct ct_instance *one, const uint32_t *unknowns, 
     ct_release(&one->host, memory);
     return status;
 }
+
+ct_result ct_get_adjoints(struct ct_instance *one, const uint32_t *unknowns, size_t n_unknowns, const uint32_t *knowns,
+                          size_t n_knowns, const double *weights, double *results) {
+    const double unit = 1.0;
+    char text[CT_NUMBER];
+    if (ct_check_references(one, REALS, unknowns, n_unknowns, weights) != CT_OK) return CT_ERROR;
+    if (ct_check_references(one, REALS, knowns, n_knowns, results) != CT_OK) return CT_ERROR;
+    for (size_t i = 0; i < n_unknowns; ++i) {
+        if (isfinite(weights[i])) continue;
+        return ct_refuse(&one->host, "the weight of '%s' is %s; it must be a finite number",
+                         ct_name_of(one, unknowns[i]), ct_number(text, weights[i]));
+    }
+    double *column = ct_allocate(&one->host, (n_unknowns + n_knowns + 1) * sizeof *column), *sums = column + n_unknowns;
+    if (column == NULL) return ct_refuse(&one->host, "no memory for derivatives");
+    ct_result result = CT_OK;
+    for (size_t k = 0; k < n_knowns && result == CT_OK; ++k) {
+        result = ct_get_derivatives(one, unknowns, n_unknowns, knowns + k, 1, &unit, column);
+        for (size_t i = 0; i < n_unknowns && result == CT_OK; ++i) sums[k] += weights[i] * column[i];
+    }
+    for (size_t k = 0; k < n_knowns && result == CT_OK; ++k) results[k] = sums[k];
+    ct_release(&one->host, column);
+    return result;
+}

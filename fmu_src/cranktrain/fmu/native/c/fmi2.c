@@ -169,58 +169,28 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2Value
 
 /* ---------------------------------------------------------------- states */
 
-static fmi2Status no_state(const struct ct_instance *one) {
-    return of(ct_refuse(&one->host, "no FMU state, or no place for one, was given"));
+fmi2Status fmi2GetFMUstate(fmi2Component one, fmi2FMUstate *state) {
+    return allowed(one, STATES) ? of(ct_get_state(one, state)) : fmi2Error;
 }
 
-fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state) {
-    struct ct_instance *one = component;
-    if (!allowed(one, STATES)) return fmi2Error;
-    if (state == NULL) return no_state(one);
-    struct ct_snapshot *snapshot = *state;
-    const ct_result result = ct_get_state(one, &snapshot);
-    *state = snapshot;
-    return of(result);
+fmi2Status fmi2SetFMUstate(fmi2Component one, fmi2FMUstate state) {
+    return allowed(one, STATES) ? of(ct_set_state(one, state)) : fmi2Error;
 }
 
-fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state) {
-    struct ct_instance *one = component;
-    if (!allowed(one, STATES)) return fmi2Error;
-    return state == NULL ? no_state(one) : of(ct_set_state(one, state));
+fmi2Status fmi2FreeFMUstate(fmi2Component one, fmi2FMUstate *state) {
+    return allowed(one, STATES) ? of(ct_free_state(one, state)) : fmi2Error;
 }
 
-fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state) {
-    struct ct_instance *one = component;
-    if (!allowed(one, STATES)) return fmi2Error;
-    if (state != NULL) {
-        ct_release(&one->host, *state);
-        *state = NULL;
-    }
-    return fmi2OK;
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component one, fmi2FMUstate state, size_t *size) {
+    return allowed(one, STATES) ? of(ct_state_size(one, state, size)) : fmi2Error;
 }
 
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size) {
-    struct ct_instance *one = component;
-    if (!allowed(one, STATES)) return fmi2Error;
-    if (state == NULL || size == NULL || !ct_is_state(state)) return no_state(one);
-    *size = (size_t)((const struct ct_snapshot *)state)->bytes;
-    return fmi2OK;
+fmi2Status fmi2SerializeFMUstate(fmi2Component one, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+    return allowed(one, STATES) ? of(ct_serialize(one, state, bytes, size)) : fmi2Error;
 }
 
-fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    struct ct_instance *one = component;
-    if (!allowed(one, STATES)) return fmi2Error;
-    return state == NULL || bytes == NULL ? no_state(one) : of(ct_serialize(one, state, bytes, size));
-}
-
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    struct ct_instance *one = component;
-    if (!allowed(one, STATES)) return fmi2Error;
-    if (bytes == NULL || state == NULL) return no_state(one);
-    struct ct_snapshot *snapshot = NULL;
-    const ct_result result = ct_deserialize(one, bytes, size, &snapshot);
-    if (result == CT_OK) *state = snapshot;
-    return of(result);
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component one, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+    return allowed(one, STATES) ? of(ct_deserialize(one, bytes, size, state)) : fmi2Error;
 }
 
 /* ---------------------------------------------------------------- steps */

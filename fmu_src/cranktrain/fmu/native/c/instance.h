@@ -143,12 +143,13 @@ static inline double ct_time(const struct ct_instance *instance) {
    then; on a failure nothing has changed. */
 int64_t ct_advance_model(struct ct_instance *instance, double end);
 
-/* FMU states: a copy of ``now``, and back. */
-ct_result ct_get_state(struct ct_instance *instance, struct ct_snapshot **state);
-ct_result ct_set_state(struct ct_instance *instance, const struct ct_snapshot *state);
-ct_result ct_serialize(struct ct_instance *instance, const struct ct_snapshot *state, char *bytes, size_t size);
-ct_result ct_deserialize(struct ct_instance *instance, const char *bytes, size_t size, struct ct_snapshot **state);
-bool ct_is_state(const struct ct_snapshot *state);
+/* FMU states: a copy of ``now``, and back. NULL is refused, but for what is to be freed. */
+ct_result ct_get_state(struct ct_instance *instance, void **state);
+ct_result ct_set_state(struct ct_instance *instance, const void *state);
+ct_result ct_free_state(struct ct_instance *instance, void **state);
+ct_result ct_state_size(struct ct_instance *instance, const void *state, size_t *size);
+ct_result ct_serialize(struct ct_instance *instance, const void *state, void *bytes, size_t size);
+ct_result ct_deserialize(struct ct_instance *instance, const void *bytes, size_t size, void **state);
 
 /* Values of variables; a call that is refused changes none. */
 ct_result ct_get_reals(struct ct_instance *instance, const uint32_t *references, size_t n, double *values);
@@ -179,5 +180,9 @@ ct_result ct_get_rates(struct ct_instance *instance, const uint32_t *references,
                         double *values);
 ct_result ct_get_derivatives(struct ct_instance *instance, const uint32_t *unknowns, size_t n_unknowns,
                               const uint32_t *knowns, size_t n_knowns, const double *changes, double *results);
+
+/* Derivatives of the sum of ``weights`` times unknowns by each known input: one directional derivative each. */
+ct_result ct_get_adjoints(struct ct_instance *instance, const uint32_t *unknowns, size_t n_unknowns,
+                          const uint32_t *knowns, size_t n_knowns, const double *weights, double *results);
 
 #endif
