@@ -1,11 +1,14 @@
-"""Names of elements of arrays, written at the number's place (``cylinder[1].pressure``) or last
-(``cylinder.pressure[1]``)."""
+"""Names of elements of arrays: the number stands in the middle (``cylinder[1].pressure``, FMUs of FMI 2.0) or at the
+end (``cylinder.pressure[1]``, arrays of FMI 3.0)."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Container
+from typing import Any, TypeVar
 
 _NUMBER = re.compile(r"\[(\d+)\]")
+Value = TypeVar("Value")
 
 
 def array_element(name: str) -> tuple[str, int] | None:
@@ -16,17 +19,36 @@ def array_element(name: str) -> tuple[str, int] | None:
     return _NUMBER.sub("", name), int(found[0])
 
 
-def other_name(name: str, known: object) -> str:
-    """The name that ``known``, a container of names, has for the same element; ``name`` itself where it has none."""
-    if name in known:  # type: ignore[operator]
-        return name
-    place = array_element(name)
+def name_among(name: str, known: Container[str]) -> str:
+    """The name that ``known`` has for an element, wherever its number stands; ``name`` itself where there is none."""
+    place = None if name in known else array_element(name)
     if place is None:
         return name
     array, number = place
     parts = array.split(".")
-    for k in range(1, len(parts) + 1):
-        other = ".".join((*parts[: k - 1], f"{parts[k - 1]}[{number}]", *parts[k:]))
-        if other in known:  # type: ignore[operator]
+    for k in range(len(parts)):
+        other = ".".join((*parts[:k], f"{parts[k]}[{number}]", *parts[k + 1 :]))
+        if other in known:
             return other
     return name
+
+
+class Elements(dict[str, Value]):
+    """A dictionary by variables, whose elements of arrays are found by either name."""
+
+    def own(self, name: str) -> str:
+        """The name under which a variable is listed; ``name`` itself where it is not."""
+        return name_among(name, self.keys())
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and self.own(name) in self.keys()
+
+    def __missing__(self, name: str) -> Value:
+        own = self.own(name)
+        if own == name:
+            raise KeyError(name)
+        return self[own]
+
+    def get(self, name: str, default: Any = None) -> Any:  # type: ignore[override]
+        """Value of a variable; ``default`` where there is none."""
+        return self[name] if name in self else default
