@@ -1,5 +1,8 @@
-"""Names of elements of arrays: the number stands in the middle (``cylinder[1].pressure``, FMUs of FMI 2.0) or at the
-end (``cylinder.pressure[1]``, arrays of FMI 3.0)."""
+"""Names of elements of arrays.
+
+The number stands in the middle (``cylinder[1].pressure``, FMUs of FMI 2.0) or at the end (``cylinder.pressure[1]``,
+arrays of FMI 3.0).
+"""
 
 from __future__ import annotations
 
@@ -49,6 +52,9 @@ class Elements(dict[str, Value]):
             raise KeyError(name)
         return self[own]
 
-    def get(self, name: str, default: Any = None) -> Any:  # type: ignore[override]
+    def get(self, name: str, default: Any = None) -> Any:
         """Value of a variable; ``default`` where there is none."""
-        return self[name] if name in self else default
+        try:
+            return self[name]
+        except KeyError:
+            return default

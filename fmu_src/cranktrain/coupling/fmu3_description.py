@@ -58,7 +58,7 @@ def flattened(description: ModelDescription) -> ModelDescription:
 
 def places(description: ModelDescription) -> Mapping[str, Place]:
     """Places of the elements of a flattened description, by name."""
-    return {variable.name: variable.place for variable in description.modelVariables}  # type: ignore[attr-defined]
+    return {variable.name: variable.place for variable in description.modelVariables}
 
 
 def _elements(variable: ModelVariable, own: bool) -> list[ModelVariable]:
@@ -104,6 +104,6 @@ class _Element(ModelVariable):
     """A copy of a variable that knows its place."""
 
     def __init__(self, variable: ModelVariable, place: Place) -> None:
-        for name in (field.name for field in ModelVariable.__attrs_attrs__):  # type: ignore[attr-defined]
+        for name in (field.name for field in ModelVariable.__attrs_attrs__):
             setattr(self, name, getattr(variable, name))
         self.place = place

@@ -66,8 +66,8 @@ def _refuse_elements(
     for unit, name in ends:
         if name in getattr(units[unit][0], "elements", ()):
             raise InputError(
-                f"{unit}.{name} is an element of an array of FMI 3.0, which SSP 1.0 cannot connect; take FMUs of FMI 2.0 "
-                "for an SSP"
+                f"{unit}.{name} is an element of an array of FMI 3.0, which SSP 1.0 cannot connect; take FMUs of "
+                "FMI 2.0 for an SSP"
             )
 
 

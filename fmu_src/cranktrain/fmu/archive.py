@@ -293,9 +293,7 @@ def _wrapped(contents: Contents) -> dict[str, bytes]:
             }
 
 
-def accompanying(
-    product: Product, native: bool = False, arrays: Sequence[Variable] | None = None
-) -> dict[str, bytes]:
+def accompanying(product: Product, native: bool = False, arrays: Sequence[Variable] | None = None) -> dict[str, bytes]:
     """Documentation, licences, terminals and icons, by name in the archive; a native FMU depends on nothing.
 
     ``arrays`` are the variables of an FMU of FMI 3.0, whose families are arrays.

@@ -112,6 +112,6 @@ def scalars(groups: Iterable[Group]) -> tuple[Variable, ...]:
 
 
 def array_table(groups: Iterable[Group]) -> str:
-    """Where arrays begin and how many elements they have, ``FIRST*COUNT FIRST*COUNT``, as ``fmi3_values.c`` reads it."""
+    """Beginnings of arrays and counts of their elements, ``FIRST*COUNT FIRST*COUNT``, as ``fmi3_values.c`` reads."""
     arrays = [group for group in groups if group.is_array]
     return " ".join(f"{group.members[0].reference}*{len(group.members)}" for group in arrays)

@@ -119,7 +119,9 @@ def _variable(group: Group) -> Element:
         "max": variable.max,
         "nominal": variable.nominal,
     }
-    about |= {key: value if isinstance(value, str) else repr(value) for key, value in attributes.items() if value is not None}
+    about |= {
+        key: value if isinstance(value, str) else repr(value) for key, value in attributes.items() if value is not None
+    }
     starts = [_start(group, member.start) for member in group.members if member.start is not None]
     if starts and variable.type != "String":
         about["start"] = starts[0] if len(set(starts)) == 1 and not group.is_array else " ".join(starts)

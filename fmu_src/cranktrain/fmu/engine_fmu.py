@@ -34,9 +34,9 @@ def build(
 ) -> Path:
     """Write the FMU of a model into ``folder``; returns its path and says how large it is.
 
-    With ``platforms`` it is a native one for these, of a version of FMI, else the Python FMU. ``interface`` defaults to the full one;
-    ``fixed`` are settings that no variable of it changes, ``suffix`` ends the model's name. The file appears whole or
-    not at all. ``InputError`` where the interface or the code cannot go into an FMU.
+    With ``platforms`` it is a native one for these, of a version of FMI, else the Python FMU. ``interface`` defaults to
+    the full one; ``fixed`` are settings that no variable of it changes, ``suffix`` ends the model's name. The file
+    appears whole or not at all. ``InputError`` where the interface or the code cannot go into an FMU.
     """
     full = interface or engine_interface(model.engine)
     if platforms:

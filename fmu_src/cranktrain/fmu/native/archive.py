@@ -38,7 +38,7 @@ def write_native_fmu(
     say: Callable[[str], None] = lambda text: None,
     fmi: str = "2.0",
 ) -> Path:
-    """Write the native FMU of a product into ``folder``, of a version of FMI; returns its path and says how large it is.
+    """Write a product's native FMU, of a version of FMI, into ``folder``; returns its path and says how large it is.
 
     The file appears whole or not at all. ``InputError`` where a platform's library cannot be made.
     """
