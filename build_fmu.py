@@ -21,7 +21,7 @@ from cranktrain.core.errors import CranktrainError, InputError  # noqa: E402
 from cranktrain.core.machine_code import this_platform  # noqa: E402
 from cranktrain.engine.file import load_engine  # noqa: E402
 from cranktrain.fmu.archive import DESCRIPTION, XML, write_reference, write_whole  # noqa: E402
-from cranktrain.fmu.build import build_fmu, is_scene  # noqa: E402
+from cranktrain.fmu.build import build_fmu, checked_version, is_scene  # noqa: E402
 from cranktrain.fmu.carried import ALL, USUAL  # noqa: E402
 from cranktrain.fmu.engine_fmu import full_interface, model_description  # noqa: E402
 from cranktrain.fmu.module_fmu import module_interface  # noqa: E402
@@ -94,6 +94,10 @@ def _parser() -> argparse.ArgumentParser:
         "--platform", dest="platforms", metavar="LIST", type=_listed,
         help="platforms of a native FMU, comma between them: linux64, win64, aarch64-linux",
     )  # fmt: skip
+    add(
+        "--fmi", default="2.0", metavar="VERSION",
+        help="version of FMI: 2.0 (default), or 3.0, whose FMUs are native and have arrays and enumerations",
+    )  # fmt: skip
     add("--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it")
     return parser
 
@@ -110,6 +114,8 @@ def _check(chosen: argparse.Namespace) -> None:
         )
     if chosen.python and chosen.platforms is not None:
         raise InputError("--platform belongs to a native FMU; leave --python out, or --platform")
+    if checked_version(chosen.fmi) != "2.0" and (chosen.python or chosen.description):
+        raise InputError("--python and --description are of FMI 2.0; leave them out, or --fmi")
     if chosen.reference and chosen.platforms and this_platform() not in chosen.platforms:
         raise InputError(f"--reference runs the FMU here; name {this_platform()} among the platforms")
 
@@ -126,8 +132,8 @@ def _built(chosen: argparse.Namespace) -> Path:
     """The FMU, with its reference results where they are asked for."""
     _check(chosen)
     parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body, "levels": chosen.levels}
-    platforms = () if chosen.python else chosen.platforms
-    path = build_fmu(chosen.engine, chosen.output, **parts, starts=dict(chosen.start), platforms=platforms, say=_say)
+    target = {"platforms": () if chosen.python else chosen.platforms, "fmi": chosen.fmi}
+    path = build_fmu(chosen.engine, chosen.output, **parts, **target, starts=dict(chosen.start), say=_say)
     if chosen.reference:
         module = module_path(chosen.engine)
         write_reference(path, full_interface() if module is None else module_interface(module_of(module)), _say)

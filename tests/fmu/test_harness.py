@@ -215,8 +215,8 @@ def test_wrong_entries_are_one_line_before_anything_is_run(harness, text, wrong,
 
 FOREIGN = [
     (
-        {"changes": [('fmiVersion="2.0"', 'fmiVersion="3.0"')]},
-        "Foreign.fmu: FMI 3.0; give an FMI 2.0 co-simulation FMU",
+        {"changes": [('fmiVersion="2.0"', 'fmiVersion="1.0"')]},
+        "Foreign.fmu: FMI 1.0; give an FMI 2.0 or 3.0 co-simulation FMU",
     ),
     ({"changes": [("CoSimulation", "ModelExchange")]}, "Foreign.fmu: "),
     ({"leave_out": "binaries/"}, "Foreign.fmu: has binaries for no platform"),

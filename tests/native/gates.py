@@ -9,13 +9,26 @@ from mock_unit import SOURCES
 
 LIBC = {
     *("calloc", "free", "memchr", "memcmp", "memcpy", "memmove", "memset", "strcat", "strchr", "strcmp", "strcpy"),
-    *("strlen", "strncmp", "strpbrk", "strstr", "strtod", "snprintf", "vsnprintf", "fprintf", "fwrite", "stderr"),
+    *(
+        "strlen",
+        "strncmp",
+        "strpbrk",
+        "strstr",
+        "strtod",
+        "strtoul",
+        "snprintf",
+        "vsnprintf",
+        "fprintf",
+        "fwrite",
+        "stderr",
+    ),
     *("open64", "open", "close", "fstat64", "fstat", "__fxstat", "__fxstat64", "mmap64", "mmap", "munmap"),
     *("__errno_location", "bcmp"),
 }
 LIBM = {
     *(
         "fmax",
+        "fmin",
         "nearbyint",
         "ceil",
         "floor",
@@ -57,8 +70,9 @@ def nothing_but_libc_and_libm_is_needed(binary):
 def nothing_but_the_interface_is_shown(binary, *more):
     """``more`` are symbols beside the interface."""
     shown = {line.split()[-1] for line in said("nm", "-D", "--defined-only", binary).splitlines()} - {"_init", "_fini"}
-    declared = set(re.findall(r"\b(fmi2\w+)\(fmi2|\b(fmi2\w+)\(void\)", (SOURCES / "fmi2.h").read_text()))
-    assert shown == {one or other for one, other in declared} | set(more) and len(shown) == 34 + len(more)
+    texts = [(SOURCES / f"fmi{version}.h").read_text() for version in (2, 3)]
+    declared = {name for text in texts for name in re.findall(r"\b(fmi[23]\w+)\((?:fmi[23]|void\))", text)}
+    assert shown == declared | set(more) and len(shown) == 34 + 75 + len(more)
 
 
 def there_is_no_writable_data(binary):

@@ -25,6 +25,8 @@ from fmpy.model_description import ModelDescription, ModelVariable
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.user_file import ending
+from cranktrain.coupling.element_names import Elements
+from cranktrain.coupling.fmu3_description import flattened
 from cranktrain.coupling.fmu_archive import check_archive, check_room
 from cranktrain.coupling.kernels.exchange import OUTPUTS, STEPPING
 from cranktrain.coupling.turns import Direct
@@ -59,21 +61,29 @@ class FmuUnit:
     variable that does not exist or cannot be set to that.
     """
 
-    def __init__(self, path: str | Path, name: str, values: Mapping[str, Any] | None = None) -> None:
+    _slave: Any = FMU2CheckedSlave
+
+    def __init__(
+        self,
+        path: str | Path,
+        name: str,
+        values: Mapping[str, Any] | None = None,
+        description: ModelDescription | None = None,
+    ) -> None:
         self.path, self.name = Path(path), name
-        self._description = description = described(self.path)
-        self._variables = {variable.name: variable for variable in description.modelVariables}
+        self._description = description = description or described(self.path)
+        self._variables = Elements({variable.name: variable for variable in description.modelVariables})
         self.restorable = bool(description.coSimulation.canGetAndSetFMUstate)
         reals = [variable for variable in description.modelVariables if variable.type == "Real"]
         feeds = _feeds(description)
         units = _unit_ports(description)
-        self.inputs: Mapping[str, Port] = {
-            v.name: _port(v, units, feeds.get(v.name, frozenset())) for v in reals if v.causality == "input"
-        }
-        self.outputs: Mapping[str, Port] = {
-            v.name: _port(v, units, frozenset()) for v in reals if v.causality == "output"
-        }
-        self._values = {key: self._checked(key, value) for key, value in (values or {}).items()}
+        self.inputs: Mapping[str, Port] = Elements(
+            {v.name: _port(v, units, feeds.get(v.name, frozenset())) for v in reals if v.causality == "input"}
+        )
+        self.outputs: Mapping[str, Port] = Elements(
+            {v.name: _port(v, units, frozenset()) for v in reals if v.causality == "output"}
+        )
+        self._values = {self._variables.own(key): self._checked(key, value) for key, value in (values or {}).items()}
         self._log: list[str] = []
         self._folder: Path | None = None
         self._fmu: Any = None
@@ -116,7 +126,7 @@ class FmuUnit:
 
     def start(self, name: str) -> float:
         """Value that a real variable starts with."""
-        return float(self._values.get(name, _start(self._variables[name])))
+        return float(self._values.get(self._variables.own(name), _start(self._variables[name])))
 
     def has(self, name: str) -> bool:
         """Whether a variable is there."""
@@ -124,7 +134,7 @@ class FmuUnit:
 
     def set_start(self, name: str, value: Any) -> None:
         """Let a variable start with a value."""
-        self._values[name] = self._checked(name, value)
+        self._values[self._variables.own(name)] = self._checked(name, value)
 
     def write(self, values: Array) -> None:
         """See the protocol."""
@@ -172,7 +182,7 @@ class FmuUnit:
         try:
             if fmu is not None and not self._lost:
                 if self._state:
-                    fmu.freeFMUstate(self._state)
+                    self._free_state(fmu)
                 fmu.terminate()
                 fmu.freeInstance()
         except Exception:  # it has failed before, and said why
@@ -181,13 +191,16 @@ class FmuUnit:
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder = None
 
+    def _free_state(self, fmu: Any) -> None:
+        fmu.freeFMUstate(self._state)
+
     def _load(self) -> None:
         """Extract, load and instantiate."""
         self._folder = Path(tempfile.mkdtemp(prefix="cranktrain-fmu-"))
         try:
             check_room(self.path)
             fmpy.extract(self.path, self._folder)
-            self._fmu = FMU2CheckedSlave(
+            self._fmu = self._slave(
                 guid=self._description.guid,
                 unzipDirectory=str(self._folder),
                 modelIdentifier=self._description.coSimulation.modelIdentifier,
@@ -199,21 +212,25 @@ class FmuUnit:
             raise InputError(
                 f"{self.path}: cannot be loaded ({_line(error)}); use an FMU that is built for this platform"
             ) from None
+        _LOADED[self.name] = self
+        self._instantiate()
+        self._component = self._fmu.component
+        pointer = ctypes.POINTER(ctypes.c_double)
+        self._in_at, self._out_at = self._in.ctypes.data_as(pointer), self._out.ctypes.data_as(pointer)
+
+    def _instantiate(self) -> None:
+        """Make the instance, and find the functions that are called once per step."""
         self._callbacks = fmi2.fmi2CallbackFunctions()
         self._callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._note)
         self._callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         self._callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
         addLoggerProxy(ctypes.byref(self._callbacks))
-        _LOADED[self.name] = self
         self._try("instantiation", self._fmu.instantiate, callbacks=self._callbacks, loggingOn=True)
         library = self._fmu.dll
         self._set_real, self._get_real = library.fmi2SetReal, library.fmi2GetReal
         self._do_step = library.fmi2DoStep
         if self.restorable:
             self._get_state, self._set_state = library.fmi2GetFMUstate, library.fmi2SetFMUstate
-        self._component = self._fmu.component
-        pointer = ctypes.POINTER(ctypes.c_double)
-        self._in_at, self._out_at = self._in.ctypes.data_as(pointer), self._out.ctypes.data_as(pointer)
 
     def _note(self, environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes) -> None:
         # FMPy's proxy knows one logger in a process, that of the FMU loaded last: messages go by the instance's name.
@@ -271,19 +288,27 @@ def described(path: Path) -> ModelDescription:
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; build an FMU with build_fmu.py, or name another")
     version = check_archive(path).get("fmiVersion", "")
-    if version not in ("", "2.0"):
-        raise InputError(f"{path}: FMI {version}; give an FMI 2.0 co-simulation FMU")
+    if version not in ("", "2.0") and not version.startswith("3."):
+        raise InputError(f"{path}: FMI {version}; give an FMI 2.0 or 3.0 co-simulation FMU")
     try:
         description = fmpy.read_model_description(str(path))
     except Exception as error:
         raise InputError(f"{path}: not a readable FMU ({_line(error)}); use another one") from None
     if description.coSimulation is None:
-        raise InputError(f"{path}: FMI {version}, model exchange; give an FMI 2.0 co-simulation FMU")
+        raise InputError(
+            f"{path}: FMI {version}, without co-simulation (model exchange or scheduled execution); give an FMI 2.0 or "
+            "3.0 co-simulation FMU"
+        )
     if not _IDENTIFIER.fullmatch(description.coSimulation.modelIdentifier or ""):
         raise InputError(
             f"{path}: modelIdentifier {shown(description.coSimulation.modelIdentifier)} is no name of a library; "
             "use an FMU of a program that you trust"
         )
+    if version.startswith("3."):
+        try:
+            description = flattened(description)
+        except InputError as error:
+            raise InputError(f"{path}: {error}; use an FMU of a program that you trust") from None
     if ending(path) == ".xml":
         return description
     there = fmpy.supported_platforms(str(path))

@@ -43,6 +43,7 @@ def write_ssp(
         connections that cannot be, a place that must not be taken
     """
     checked({key: unit for key, (unit, _) in units.items()}, connections)
+    _refuse_elements(units, connections, outputs)
     check_target(path)
     for prefix, space in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV)):
         register_namespace(prefix, space)
@@ -54,6 +55,20 @@ def write_ssp(
         for file, content in files.items():
             archive.writestr(zipfile.ZipInfo(file, _DATE), content, zipfile.ZIP_DEFLATED)
     return path
+
+
+def _refuse_elements(
+    units: Mapping[str, tuple[Unit, Path]], connections: Sequence[Connection], outputs: Mapping[str, Sequence[str]]
+) -> None:
+    """``InputError`` for elements of arrays of FMI 3.0, which SSP 1.0 cannot name."""
+    ends = [end for link in connections for end in (link.source, link.target)]
+    ends += [(unit, name) for unit, names in outputs.items() for name in names]
+    for unit, name in ends:
+        if name in getattr(units[unit][0], "elements", ()):
+            raise InputError(
+                f"{unit}.{name} is an element of an array of FMI 3.0, which SSP 1.0 cannot connect; take FMUs of "
+                "FMI 2.0 for an SSP"
+            )
 
 
 def check_target(path: Path) -> None:

@@ -18,6 +18,7 @@ import numpy as np
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.coupling import valve_drive
 from cranktrain.coupling.connections import MEAN, NEWEST, START, Connection
+from cranktrain.coupling.fmu3_unit import open_fmu
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS, VALVETRAIN
@@ -111,8 +112,8 @@ def virtual_engine(
     else:
         lifted = partners.valvetrain is not None and valve_drive.takes_lifts(partners.combustion)
         given[COMBUSTION] = {SPEED: speed} | (valve_drive.LIFTS if lifted else {}) | given[COMBUSTION]
-        combustion = FmuUnit(partners.combustion, COMBUSTION, given[COMBUSTION])
-    cranktrain = FmuUnit(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN])
+        combustion = open_fmu(partners.combustion, COMBUSTION, given[COMBUSTION])
+    cranktrain = open_fmu(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN])
     is_open = cranktrain.has(INTEGRATOR) and not {INTEGRATOR, "solver.control"} & given[CRANKTRAIN].keys()
     if is_open and speed * step <= SHORT:
         given[CRANKTRAIN][INTEGRATOR] = FOR_SHORT_STEPS if own else FOR_SHORT_STEPS_HELD
@@ -129,7 +130,7 @@ def virtual_engine(
     bonds = [GAS]
     if partners.valvetrain is not None:
         given[VALVETRAIN] = {SPEED: speed} | given[VALVETRAIN]
-        valvetrain = FmuUnit(partners.valvetrain, VALVETRAIN, given[VALVETRAIN])
+        valvetrain = open_fmu(partners.valvetrain, VALVETRAIN, given[VALVETRAIN])
         units = {VALVETRAIN: valvetrain, **units}
         connections += valve_drive.connections(valvetrain, cylinders, lifted, own)
         bonds = [GAS, valve_drive.BOND]

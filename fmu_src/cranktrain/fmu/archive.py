@@ -16,7 +16,7 @@ import os
 import sys
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -144,7 +144,14 @@ def write_reference(path: Path, interface: Interface, say: Callable[[str], None]
     with redirect_stdout(io.StringIO()):  # FMPy names each input that the file leaves at its start
         result = simulate_fmu(str(path), output_interval=step, input=read_csv(str(given)))
     options = f"StartTime, {start!r}\nStopTime, {stop!r}\nStepSize, {step!r}\nRelTol, 0.0001\n"
-    table = [list(result.dtype.names or ())] + [[repr(value) for value in row.tolist()] for row in result]
+    columns = {name: result[name].reshape(len(result), -1).T for name in result.dtype.names or ()}
+    heads = [
+        head
+        for name, found in columns.items()
+        for head in ([name] if result[name].ndim == 1 else [f"{name}[{k + 1}]" for k in range(len(found))])
+    ]
+    rows_of = zip(*(column.tolist() for found in columns.values() for column in found), strict=True)
+    table = [heads] + [[repr(value) for value in row] for row in rows_of]
     _write_reference(path.with_name(path.stem + "_ref.csv"), _csv(table), ",".join(table[0][:2]))
     _write_reference(path.with_name(path.stem + "_ref.opt"), options.encode(), "StartTime, ")
 
@@ -286,17 +293,21 @@ def _wrapped(contents: Contents) -> dict[str, bytes]:
             }
 
 
-def accompanying(product: Product, native: bool = False) -> dict[str, bytes]:
-    """Documentation, licences, terminals and icons, by name in the archive; a native FMU depends on nothing."""
+def accompanying(product: Product, native: bool = False, arrays: Sequence[Variable] | None = None) -> dict[str, bytes]:
+    """Documentation, licences, terminals and icons, by name in the archive; a native FMU depends on nothing.
+
+    ``arrays`` are the variables of an FMU of FMI 3.0, whose families are arrays.
+    """
     frame, page = (
         (folder / "documentation" / name).read_text(encoding="utf-8")
         for folder, name in ((DESCRIPTION, "frame.html"), (product.pages, "index.html"))
     )
     page = frame.replace("<!-- page -->", page.strip())
     page = page.replace("<!-- title -->", html.escape(product.title))
-    page = page.replace("<!-- variables -->", variable_table(product.interface, product.counts))
-    picture, variables = (product.pages / "model.png").read_bytes(), product.variables
-    files = {"documentation/index.html": page.encode(), "model.png": picture}
+    page = page.replace("<!-- variables -->", variable_table(product.interface, product.counts, arrays is not None))
+    picture = (product.pages / "model.png").read_bytes()
+    variables = product.variables if arrays is None else arrays
+    files = {"documentation/index.html": page.encode()} | ({"model.png": picture} if arrays is None else {})
     files |= icons(variables, picture, DESCRIPTION / FOLDER)
     files[f"{FOLDER}/{FOLDER}.xml"] = xml_bytes(terminals_and_icons(variables))
     files["documentation/licenses/license.txt"] = (ROOT / "LICENSE").read_bytes()

@@ -22,6 +22,7 @@ from cranktrain.fmu.engine_fmu import build, check_target, engine_interface, fam
 from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.module_fmu import build_module, module_product
+from cranktrain.fmu.native.archive import VERSIONS
 from cranktrain.fmu.native.link import checked_platform
 from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
@@ -46,6 +47,7 @@ def build_fmu(
     body: str | Path | None = None,
     starts: Mapping[str, Any] | None = None,
     platforms: Sequence[str] | None = None,
+    fmi: str = "2.0",
     say: Progress | None = None,
 ) -> Path:
     """Build the FMU of an engine, a scene or a module beside the cranktrain; returns its path.
@@ -63,6 +65,7 @@ def build_fmu(
         (``{"crank.level": "torsional"}``), numbers in SI (``{"flywheel.mass": 40.0}``)
     platforms : of a native FMU, which needs no Python (``linux64``, ``win64``), without any this machine's; empty: the
         Python FMU
+    fmi : version of FMI, ``2.0`` or ``3.0``; the latter for native FMUs, which then have arrays and enumerations
     say : gets each stage of long work; not given: what takes more than a second is told on stderr
 
     Raises
@@ -72,7 +75,35 @@ def build_fmu(
     """
     with waits() as told:
         parts = _Parts(levels, film_table, block, body, starts or {})
-        return _built(source, Path(folder), parts, platforms, (say or told.tell, say or print_line))
+        target = _Target(platforms, checked_version(fmi))
+        return _built(source, Path(folder), parts, target, (say or told.tell, say or print_line))
+
+
+class _Target(NamedTuple):
+    """Platforms of a native FMU, not given: this machine's, empty: the Python FMU; and the version of FMI."""
+
+    platforms: Sequence[str] | None
+    fmi: str
+
+    def resolved(self, say: Progress) -> Sequence[str]:
+        """Folders of the platforms, none for the Python FMU; ``InputError`` where this needs FMI 2.0."""
+        given = self.platforms
+        found = usual_platforms(say) if given is None else [checked_platform(name).folder for name in given]
+        if not found:
+            self.check_python("a Python FMU")
+        return found
+
+    def check_python(self, what: str) -> None:
+        """``InputError`` if what would become a Python FMU is to be of FMI 3.0."""
+        if self.fmi != VERSIONS[0]:
+            raise InputError(f"{what} is of FMI {VERSIONS[0]}; build a native FMU for FMI {self.fmi}")
+
+
+def checked_version(fmi: str) -> str:
+    """A version of FMI that FMUs are built for; ``InputError`` for any other."""
+    if str(fmi) not in VERSIONS:
+        raise InputError(f"FMI '{fmi}' is no version that FMUs are built for; take {' or '.join(VERSIONS)}")
+    return str(fmi)
 
 
 class _Parts(NamedTuple):
@@ -105,18 +136,18 @@ def _built(
     source: str | Path | Engine | Scene,
     folder: Path,
     parts: _Parts,
-    platforms: Sequence[str] | None,
+    target: _Target,
     lines: tuple[Progress, Progress],
 ) -> Path:
     """The FMU of :func:`build_fmu`; ``lines`` take stages, and what is said in any case."""
     say, note = lines
     full_interface()
-    platforms = usual_platforms(say) if platforms is None else [checked_platform(name).folder for name in platforms]
+    platforms = target.resolved(say)
     module = module_path(source) if isinstance(source, str | Path) else None
     if module is not None:
         if parts.chosen:
             raise InputError("levels, film table, block, body and starts belong to an engine's FMU, not to a module's")
-        return build_module(module, folder, say, platforms)
+        return build_module(module, folder, say, platforms, target.fmi)
     if isinstance(source, str | Path) and is_scene(source):
         source = load_scene(source)
     if isinstance(source, Scene):
@@ -125,13 +156,13 @@ def _built(
         if parts.chosen:
             raise InputError("levels, film table, block and starts are chosen for an engine's FMU, not for a scene's")
         check_target(folder, source.engine)
-        return build_scene(source, folder, say, platforms)
+        return build_scene(source, folder, say, platforms, target.fmi)
     engine = load_engine(source)
     check_target(folder, engine)
     check_mesh(parts.body, "journal surfaces")
     model = whole_model(engine, **parts.carried(engine, note), body=parts.body, say=say)
     interface = with_starts(engine_interface(model.engine), parts.starts)
-    return build(model, folder, say, interface, platforms=platforms)
+    return build(model, folder, say, interface, platforms=platforms, fmi=target.fmi)
 
 
 def usual_platforms(say: Progress) -> Sequence[str]:
@@ -224,12 +255,18 @@ def is_scene(name: str | Path) -> bool:
 
 
 def build_scene(
-    scene: Scene, folder: str | Path, say: Progress = lambda text: None, platforms: Sequence[str] = ()
+    scene: Scene,
+    folder: str | Path,
+    say: Progress = lambda text: None,
+    platforms: Sequence[str] = (),
+    fmi: str = "2.0",
 ) -> Path:
     """Plan a scene and write its FMU into ``folder``; returns its path. Prints its contents and size."""
     from cranktrain.studies.planning.planning import plan
     from cranktrain.studies.planning.scene_model import SceneModel
 
+    if scene.film_temperature != "engine":
+        _Target(platforms, fmi).check_python("the FMU of a scene whose film temperatures need runs before the start")
     if scene.pressure is not None:
         say(f"{scene.name}: the FMU does not contain the trace of [gas]; supply it through cylinder[i].pressure")
     model = SceneModel(scene, say)
@@ -255,4 +292,4 @@ def build_scene(
         platforms = ()
     interface = scene_interface(engine_interface(engine), made, model, family_counts(engine))
     say(f"{scene.name}: {made.case}, {made.modes} modes; predicted error {made.predicted_error:.2g}")
-    return build(flat, folder, say, interface, fixed_settings(made, model), scene_suffix(made), platforms)
+    return build(flat, folder, say, interface, fixed_settings(made, model), scene_suffix(made), platforms, fmi)

@@ -255,7 +255,7 @@ def complete(root: Element, interface: Interface, variables: Sequence[Variable],
     for tag in ("DefaultExperiment", "UnitDefinitions", "ModelStructure"):
         for element in root.findall(tag):
             root.remove(element)
-    root.insert(1, _unit_definitions(interface.units))
+    root.insert(1, unit_definitions(interface.units))
     experiment = {
         "startTime": repr(interface.start_time),
         "stopTime": repr(interface.stop_time),
@@ -304,7 +304,8 @@ def _finished(element: Element, variable: Variable) -> Element:
     return element
 
 
-def _unit_definitions(units: Mapping[str, Any]) -> Element:
+def unit_definitions(units: Mapping[str, Any]) -> Element:
+    """Definitions of units, of FMI 2.0 and 3.0 alike."""
     definitions = Element("UnitDefinitions")
     for name, unit in units.items():
         element = SubElement(definitions, "Unit", {"name": name})
@@ -318,11 +319,13 @@ def _unit_definitions(units: Mapping[str, Any]) -> Element:
     return definitions
 
 
-def variable_table(interface: Interface, counts: Mapping[str, int]) -> str:
-    """HTML table of the variables for the FMU's documentation, one row per family."""
+def variable_table(interface: Interface, counts: Mapping[str, int], arrays: bool = False) -> str:
+    """HTML table of the variables for the FMU's documentation, one row per family, which may be an array."""
     rows = ["<tr><th>name</th><th>kind</th><th>unit</th><th>start</th><th>meaning</th></tr>"]
     for variable in interface.variables:
-        name = _FAMILY.sub(lambda match: f"[1..{counts[match[1]]}]", variable.name)
+        family = _FAMILY.search(variable.name)
+        members = f"[1..{counts[family[1]]}]" if family else ""
+        name = _FAMILY.sub("", variable.name) + members if arrays else _FAMILY.sub(members, variable.name)
         unit = variable.unit or ""
         if variable.display_unit:
             unit += f" (shown in {variable.display_unit})"

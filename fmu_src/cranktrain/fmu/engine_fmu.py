@@ -30,17 +30,18 @@ def build(
     fixed: Mapping[str, Any] = MappingProxyType({}),
     suffix: str = "",
     platforms: Sequence[str] = (),
+    fmi: str = "2.0",
 ) -> Path:
     """Write the FMU of a model into ``folder``; returns its path and says how large it is.
 
-    With ``platforms`` it is a native one for these, else the Python FMU. ``interface`` defaults to the full one;
-    ``fixed`` are settings that no variable of it changes, ``suffix`` ends the model's name. The file appears whole or
-    not at all. ``InputError`` where the interface or the code cannot go into an FMU.
+    With ``platforms`` it is a native one for these, of a version of FMI, else the Python FMU. ``interface`` defaults to
+    the full one; ``fixed`` are settings that no variable of it changes, ``suffix`` ends the model's name. The file
+    appears whole or not at all. ``InputError`` where the interface or the code cannot go into an FMU.
     """
     full = interface or engine_interface(model.engine)
     if platforms:
         made = product(model.engine, full, b"", fixed, suffix)
-        return write_native_fmu(made, engine_model(model, made, say), folder, platforms, say)
+        return write_native_fmu(made, engine_model(model, made, say), folder, platforms, say, fmi)
     return write_fmu(product(model.engine, full, to_bytes(model), fixed, suffix), folder, say)
 
 

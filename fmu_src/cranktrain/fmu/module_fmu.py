@@ -41,13 +41,14 @@ def build_module(
     folder: str | Path,
     say: Callable[[str], None] = lambda text: None,
     platforms: Sequence[str] = (),
+    fmi: str = "2.0",
 ) -> Path:
     """Write the FMU of a module file into ``folder``; returns its path. The file appears whole or not at all.
 
-    With ``platforms`` it is a native one for these, else the Python FMU.
+    With ``platforms`` it is a native one for these, of a version of FMI, else the Python FMU.
     """
     product = module_product(path)
     fmu_path(product, folder)
     if not platforms:
         return write_fmu(product, folder, say)
-    return write_native_fmu(product, module_model(module_of(Path(path)), product), folder, platforms, say)
+    return write_native_fmu(product, module_model(module_of(Path(path)), product), folder, platforms, say, fmi)

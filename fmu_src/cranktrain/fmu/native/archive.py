@@ -12,13 +12,20 @@ from xml.etree.ElementTree import Element, SubElement
 from cranktrain import __version__
 from cranktrain.core.machine_code import code_digest
 from cranktrain.fmu.archive import FMU, Product, accompanying, archived, fmu_path, write_whole, xml_bytes
+from cranktrain.fmu.arrays import Group, array_table, grouped, scalars
 from cranktrain.fmu.description import Variable, complete
+from cranktrain.fmu.description3 import description3
 from cranktrain.fmu.native.file_format import NativeFile, Texts, table, to_bytes
 from cranktrain.fmu.native.interface import NativeModel, interface_tables
 from cranktrain.fmu.native.link import library
 from cranktrain.fmu.native.platforms import PLATFORMS
 
 DATA = "resources/native.bin"
+FMI3 = "3.0"
+VERSIONS = ("2.0", FMI3)
+"""Of FMI."""
+FOLDERS3 = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "aarch64-linux": "aarch64-linux"}
+"""Folders of binaries that FMI 3.0 names, by those of FMI 2.0."""
 LOG_CATEGORIES = ("logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal", "logAll")
 NO_GUID = "{00000000-0000-0000-0000-000000000000}"
 
@@ -29,8 +36,9 @@ def write_native_fmu(
     folder: str | Path,
     platforms: Sequence[str] = ("linux64",),
     say: Callable[[str], None] = lambda text: None,
+    fmi: str = "2.0",
 ) -> Path:
-    """Write the native FMU of a product into ``folder``; returns its path and says how large it is.
+    """Write a product's native FMU, of a version of FMI, into ``folder``; returns its path and says how large it is.
 
     The file appears whole or not at all. ``InputError`` where a platform's library cannot be made.
     """
@@ -38,26 +46,37 @@ def write_native_fmu(
     files = {}
     for platform in platforms:
         row = PLATFORMS[platform]
-        files[f"binaries/{platform}/{product.model}{row.suffix}"] = library(model.kind, platform, say).read_bytes()
-    variables = product.variables
-    data = native_data(product, model, variables)
-    guid = _guid(product, data(NO_GUID))
+        place = FOLDERS3[platform] if fmi == FMI3 else row.folder
+        files[f"binaries/{place}/{product.model}{row.suffix}"] = library(model.kind, platform, say).read_bytes()
+    groups = grouped(product.variables) if fmi == FMI3 else ()
+    variables = scalars(groups) if groups else product.variables
+    data = native_data(product, model, variables, groups)
+    guid = _guid(product, variables, data(NO_GUID))
     say(f"{product.title}: {product.model} {guid}")
     files[DATA] = data(guid)
-    files["modelDescription.xml"] = xml_bytes(description(product, guid, "input_rates" in model.leaves()))
-    files |= accompanying(product, native=True)
+    if fmi == FMI3:
+        root = description3(product.model, product.interface, groups, guid)
+        files |= accompanying(product, native=True, arrays=[group.variable for group in groups])
+    else:
+        root = description(product, guid, "input_rates" in model.leaves())
+        files |= accompanying(product, native=True)
+    files["modelDescription.xml"] = xml_bytes(root)
     contents = archived(files)
     write_whole(path, contents, FMU)
     say(f"{path.name}: {1e-6 * len(contents):.2f} MB, model data {1e-6 * len(files[DATA]):.2f} MB")
     return path
 
 
-def native_data(product: Product, model: NativeModel, variables: Sequence[Variable]) -> Callable[[str], bytes]:
-    """The file of data, made for a GUID."""
+def native_data(
+    product: Product, model: NativeModel, variables: Sequence[Variable], groups: Sequence[Group] = ()
+) -> Callable[[str], bytes]:
+    """The file of data, made for a GUID; ``groups`` are the variables as FMI 3.0 has them."""
     texts = Texts()
-    rows: dict[str, Any] = interface_tables(model, variables, texts)
+    names = {v.name: name for group in groups for v, name in zip(group.members, group.element_names, strict=True)}
+    rows: dict[str, Any] = interface_tables(model, variables, texts, names)
     rows |= model.tables()
     about = {"model": product.model, "version": __version__, "speed": product.interface.speed, **model.about}
+    about |= {"arrays": array_table(groups)} if groups else {}
     rows["INFO"] = [{"name": texts.at(name), "text": texts.at(text)} for name, text in about.items()]
     tables = {name: table(name, listed) if isinstance(listed, list) else listed for name, listed in rows.items()}
     tables["TEXT"] = texts.table()
@@ -65,9 +84,9 @@ def native_data(product: Product, model: NativeModel, variables: Sequence[Variab
     return lambda guid: to_bytes(NativeFile(digest, guid, tables))
 
 
-def _guid(product: Product, data: bytes) -> str:
+def _guid(product: Product, variables: Sequence[Variable], data: bytes) -> str:
     """Digest of data and interface as a GUID: equal models have equal ones."""
-    interface = json.dumps([product.interface.units, [repr(v) for v in product.variables]], sort_keys=True)
+    interface = json.dumps([product.interface.units, [repr(v) for v in variables]], sort_keys=True)
     digest = hashlib.sha256(data + interface.encode()).hexdigest()
     return "{" + "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32])) + "}"
 

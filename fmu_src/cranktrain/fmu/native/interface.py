@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from math import prod
+from types import MappingProxyType
 from typing import Any
 
 from cranktrain.core.errors import InputError
@@ -52,15 +53,21 @@ class NativeModel:
     tables: Callable[[], Mapping[str, Any]]
 
 
-def interface_tables(model: NativeModel, variables: Sequence[Variable], texts: Texts) -> dict[str, list[Any]]:
-    """Sections VARS, FAMS, CHOI, OPTN, LEVL, STAT and NAME of a model with these variables."""
+def interface_tables(
+    model: NativeModel, variables: Sequence[Variable], texts: Texts, shown: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, list[Any]]:
+    """Sections VARS, FAMS, CHOI, OPTN, LEVL, STAT and NAME of a model with these variables.
+
+    ``shown`` are names that messages have in place of some variables' own.
+    """
     tables: dict[str, list[Any]] = {name: [] for name in ("VARS", "FAMS", "CHOI", "OPTN", "LEVL")}
     levels: list[tuple[str, Sequence[str]]] = []
     for variable in sorted(variables, key=lambda v: v.reference):
-        if variable.type == "String":
-            tables["VARS"].append(_choice(model, variable, texts, tables, levels))
+        if variable.type in ("String", "Enumeration"):
+            row = _choice(model, variable, texts, tables, levels)
         else:
-            tables["VARS"].append(_number(model, variable, texts, tables["FAMS"]))
+            row = _number(model, variable, texts, tables["FAMS"])
+        tables["VARS"].append(row | {"name": texts.at(shown.get(variable.name, variable.name))})
     tables["LEVL"] += [
         _variant(model, dict(zip([n for n, _ in levels], texts_of, strict=True)), texts)
         for texts_of in product(*(options for _, options in levels))
@@ -74,7 +81,7 @@ def interface_tables(model: NativeModel, variables: Sequence[Variable], texts: T
 
 
 def _number(model: NativeModel, variable: Variable, texts: Texts, families: list[int]) -> dict[str, Any]:
-    """Row of VARS of a Real."""
+    """Row of VARS of a Real, without its name."""
     row = _row(variable, texts)
     if variable.causality == "input":
         row["index"] = list(model.inputs).index(variable.name)
@@ -92,7 +99,7 @@ def _choice(
     model: NativeModel, variable: Variable, texts: Texts, tables: dict[str, list[Any]],
     levels: list[tuple[str, Sequence[str]]],
 ) -> dict[str, Any]:  # fmt: skip
-    """Row of VARS of a String parameter, with its rows of CHOI and OPTN."""
+    """Row of VARS of a String parameter or an enumeration, with its rows of CHOI and OPTN."""
     setting = str(variable.setting)
     choice = {"name": texts.at(variable.name), "first_option": len(tables["OPTN"])}
     if setting in model.levels:
@@ -118,7 +125,6 @@ def _row(variable: Variable, texts: Texts) -> dict[str, Any]:
     start = variable.start
     row = {"start_text": texts.at(start)} if isinstance(start, str) else {"start": 0.0 if start is None else start}
     return {
-        "name": texts.at(variable.name),
         "type": TYPES[variable.type],
         "causality": CAUSALITIES[variable.causality],
         **row,

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.stated_units import begins_as_number, stated
 from cranktrain.coupling.connections import Connection, by_name
+from cranktrain.coupling.fmu3_unit import open_fmu
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.modules import CRANKTRAIN, OWN
@@ -55,7 +56,7 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
     elif harness.links is None:
         units, connections, exchange, outputs, bonds = _of_virtual_engine(harness, scenario, fmus, starts)
     else:
-        units = {name: FmuUnit(path, name, starts[name]) for name, path in fmus.items()}
+        units = {name: open_fmu(path, name, starts[name]) for name, path in fmus.items()}
         connections = _connected(harness, units)
         exchange = Exchange(scenario.way.scheme, scenario.way.reconstruction, harness.abscissa)
         outputs, bonds = {name: [] for name in units}, []
@@ -113,7 +114,7 @@ def _converted(name: str, path: Path, harness: Harness, scenario: Scenario) -> d
     given = {**harness.units[name].start, **scenario.start.get(name, {})}
     if not any(unit or begins_as_number(value) for value, unit in given.values()):
         return {key: value for key, (value, _) in given.items()}
-    known, found = FmuUnit(path, name), {}
+    known, found = open_fmu(path, name), {}
     for key, (value, unit) in given.items():
         if begins_as_number(value) and known.is_real(key):
             try:

@@ -9,7 +9,7 @@ static const double MOVE = 1e-4; /* of an input's nominal size: squared it is be
 
 /* ---------------------------------------------------------------- by time */
 
-static fmi2Status check_orders(const struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
+static ct_result check_orders(const struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
                                enum ct_causality causality) {
     if (n > 0 && orders == NULL) return ct_refuse(&one->host, "derivatives without their orders");
     for (size_t i = 0; i < n; ++i) {
@@ -22,17 +22,17 @@ static fmi2Status check_orders(const struct ct_instance *one, const uint32_t *re
                              causality == CT_INPUT ? "input" : "output");
         }
     }
-    return fmi2OK;
+    return CT_OK;
 }
 
-fmi2Status ct_set_rates(struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
+ct_result ct_set_rates(struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
                         const double *values) {
     char text[CT_NUMBER];
     if (one->file.members[CT_INPUT_RATES] == CT_NONE) {
         return ct_refuse(&one->host, "this model takes no derivatives of its inputs; hold them over a step");
     }
-    if (ct_check_references(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
-    if (check_orders(one, references, n, orders, CT_INPUT) != fmi2OK) return fmi2Error;
+    if (ct_check_references(one, REALS, references, n, values) != CT_OK) return CT_ERROR;
+    if (check_orders(one, references, n, orders, CT_INPUT) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n; ++i) {
         if (!isfinite(values[i])) {
             return ct_refuse(&one->host, "the derivative of '%s' is %s; it must be a finite number",
@@ -44,7 +44,7 @@ fmi2Status ct_set_rates(struct ct_instance *one, const uint32_t *references, siz
         while (one->inputs[k].reference != references[i]) ++k;
         one->rates[k] = values[i];
     }
-    return fmi2OK;
+    return CT_OK;
 }
 
 /* Values of the model's outputs at these references, 0 of those that it has not. */
@@ -87,14 +87,14 @@ static void backward_difference(const double *times, uint32_t n_points, const do
     }
 }
 
-fmi2Status ct_get_rates(struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
+ct_result ct_get_rates(struct ct_instance *one, const uint32_t *references, size_t n, const int *orders,
                         double *values) {
     double times[1 + CT_PAST];
     int64_t status = 0;
-    if (ct_check_references(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
-    if (check_orders(one, references, n, orders, CT_OUTPUT) != fmi2OK) return fmi2Error;
-    if (n == 0) return fmi2OK;
-    if (ct_observe_outputs(one, references, n) != fmi2OK) return fmi2Error;
+    if (ct_check_references(one, REALS, references, n, values) != CT_OK) return CT_ERROR;
+    if (check_orders(one, references, n, orders, CT_OUTPUT) != CT_OK) return CT_ERROR;
+    if (n == 0) return CT_OK;
+    if (ct_observe_outputs(one, references, n) != CT_OK) return CT_ERROR;
     const uint32_t n_past = one->now->n_past;
     double *points = ct_allocate(&one->host, (1 + n_past) * n * sizeof *points), *outputs = put_aside(one);
     if (points != NULL && outputs != NULL) {
@@ -114,7 +114,7 @@ fmi2Status ct_get_rates(struct ct_instance *one, const uint32_t *references, siz
     if (!enough) return ct_refuse(&one->host, "no memory for derivatives");
     enum ct_status_kind kind;
     if (status != 0) return ct_refuse(&one->host, "no outputs: %s", ct_status_text(&one->file, status, &kind));
-    return fmi2OK;
+    return CT_OK;
 }
 
 /* ---------------------------------------------------------------- by inputs */
@@ -157,7 +157,7 @@ static double size_of(const struct ct_instance *one, uint32_t reference) {
     return variable->nominal > 0.0 ? variable->nominal : start > 0.0 ? start : 1.0;
 }
 
-static fmi2Status check_direction(const struct ct_instance *one, const struct direction *towards) {
+static ct_result check_direction(const struct ct_instance *one, const struct direction *towards) {
     char text[CT_NUMBER];
     for (size_t i = 0; i < towards->n; ++i) {
         const uint32_t reference = towards->references[i];
@@ -170,7 +170,7 @@ static fmi2Status check_direction(const struct ct_instance *one, const struct di
                              ct_name_of(one, reference), ct_number(text, towards->changes[i]));
         }
     }
-    return fmi2OK;
+    return CT_OK;
 }
 
 /* The move at which the input that changes most for its size does so by MOVE; 0 where none changes. */
@@ -234,7 +234,7 @@ static int64_t difference(struct ct_instance *one, const struct rule *rule, cons
     return 0;
 }
 
-static fmi2Status differentiate(struct ct_instance *one, const struct direction *towards, const uint32_t *unknowns,
+static ct_result differentiate(struct ct_instance *one, const struct direction *towards, const uint32_t *unknowns,
                                 size_t n, const struct work *work) {
     enum ct_status_kind kind;
     int64_t status = -1, failed = -1;
@@ -244,25 +244,25 @@ static fmi2Status differentiate(struct ct_instance *one, const struct direction 
         if (status > 0) failed = status;
     }
     if (one->now->n_past == 0) restart(one, one->origin); /* what the preparation has written */
-    if (status == 0) return fmi2OK;
-    ct_log(&one->host, fmi2Discard, "no directional derivative at %.9g s: %s", one->before[0],
+    if (status == 0) return CT_OK;
+    ct_log(&one->host, CT_DISCARD, "no directional derivative at %.9g s: %s", one->before[0],
            failed > 0 ? ct_status_text(&one->file, failed, &kind) : "the inputs cannot be moved within their bounds");
-    return fmi2Discard;
+    return CT_DISCARD;
 }
 
-fmi2Status ct_get_derivatives(struct ct_instance *one, const uint32_t *unknowns, size_t n_unknowns,
+ct_result ct_get_derivatives(struct ct_instance *one, const uint32_t *unknowns, size_t n_unknowns,
                               const uint32_t *knowns, size_t n_knowns, const double *changes, double *results) {
     struct direction towards = {knowns, changes, n_knowns, 0.0};
-    if (ct_check_references(one, REALS, unknowns, n_unknowns, results) != fmi2OK) return fmi2Error;
-    if (ct_check_references(one, REALS, knowns, n_knowns, changes) != fmi2OK) return fmi2Error;
+    if (ct_check_references(one, REALS, unknowns, n_unknowns, results) != CT_OK) return CT_ERROR;
+    if (ct_check_references(one, REALS, knowns, n_knowns, changes) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n_unknowns; ++i) {
         if (one->file.variables[unknowns[i]].causality == CT_OUTPUT) continue;
         return ct_refuse(&one->host, "'%s' is no output; only outputs have derivatives by inputs",
                          ct_name_of(one, unknowns[i]));
     }
-    if (check_direction(one, &towards) != fmi2OK) return fmi2Error;
-    if (n_unknowns == 0) return fmi2OK;
-    if (ct_observe_outputs(one, unknowns, n_unknowns) != fmi2OK) return fmi2Error;
+    if (check_direction(one, &towards) != CT_OK) return CT_ERROR;
+    if (n_unknowns == 0) return CT_OK;
+    if (ct_observe_outputs(one, unknowns, n_unknowns) != CT_OK) return CT_ERROR;
     double *memory = ct_allocate(&one->host, (one->n_inputs + 3 * n_unknowns) * sizeof *memory);
     double *outputs = memory == NULL ? NULL : put_aside(one);
     if (outputs == NULL) {
@@ -273,9 +273,32 @@ fmi2Status ct_get_derivatives(struct ct_instance *one, const uint32_t *unknowns,
     const struct work work = {memory, present, present + n_unknowns, present + 2 * n_unknowns};
     towards.move = move_of(one, &towards);
     const bool any = towards.move > 0.0;
-    const fmi2Status status = any ? differentiate(one, &towards, unknowns, n_unknowns, &work) : fmi2OK;
+    const ct_result status = any ? differentiate(one, &towards, unknowns, n_unknowns, &work) : CT_OK;
     take_back(one, outputs);
-    for (size_t i = 0; i < n_unknowns && status == fmi2OK; ++i) results[i] = any ? work.sum[i] : 0.0;
+    for (size_t i = 0; i < n_unknowns && status == CT_OK; ++i) results[i] = any ? work.sum[i] : 0.0;
     ct_release(&one->host, memory);
     return status;
+}
+
+ct_result ct_get_adjoints(struct ct_instance *one, const uint32_t *unknowns, size_t n_unknowns, const uint32_t *knowns,
+                          size_t n_knowns, const double *weights, double *results) {
+    const double unit = 1.0;
+    char text[CT_NUMBER];
+    if (ct_check_references(one, REALS, unknowns, n_unknowns, weights) != CT_OK) return CT_ERROR;
+    if (ct_check_references(one, REALS, knowns, n_knowns, results) != CT_OK) return CT_ERROR;
+    for (size_t i = 0; i < n_unknowns; ++i) {
+        if (isfinite(weights[i])) continue;
+        return ct_refuse(&one->host, "the weight of '%s' is %s; it must be a finite number",
+                         ct_name_of(one, unknowns[i]), ct_number(text, weights[i]));
+    }
+    double *column = ct_allocate(&one->host, (n_unknowns + n_knowns + 1) * sizeof *column), *sums = column + n_unknowns;
+    if (column == NULL) return ct_refuse(&one->host, "no memory for derivatives");
+    ct_result result = CT_OK;
+    for (size_t k = 0; k < n_knowns && result == CT_OK; ++k) {
+        result = ct_get_derivatives(one, unknowns, n_unknowns, knowns + k, 1, &unit, column);
+        for (size_t i = 0; i < n_unknowns && result == CT_OK; ++i) sums[k] += weights[i] * column[i];
+    }
+    for (size_t k = 0; k < n_knowns && result == CT_OK; ++k) results[k] = sums[k];
+    ct_release(&one->host, column);
+    return result;
 }

@@ -5,67 +5,64 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LONGEST_LINE = 2048, SIGNIFICANT = 17 };
+enum { SIGNIFICANT = 17 };
 
 static const char *const CATEGORIES[] = {"logEvents",      "logStatusWarning", "logStatusDiscard",
                                          "logStatusError", "logStatusFatal",   "logAll"};
 enum { ALL = 5, N_CATEGORIES = 6 };
 
 void *ct_allocate(const struct ct_host *host, size_t bytes) {
-    if (host->functions.allocateMemory == NULL || host->functions.freeMemory == NULL) return calloc(1, bytes);
-    void *memory = host->functions.allocateMemory(1, bytes);
+    if (host->allocate == NULL || host->release == NULL) return calloc(1, bytes);
+    void *memory = host->allocate(1, bytes);
     if (memory != NULL) memset(memory, 0, bytes); /* the standard demands zeros; not every host keeps to it */
     return memory;
 }
 
 void ct_release(const struct ct_host *host, void *memory) {
     if (memory == NULL) return;
-    if (host->functions.allocateMemory == NULL || host->functions.freeMemory == NULL) {
+    if (host->allocate == NULL || host->release == NULL) {
         free(memory);
     } else {
-        host->functions.freeMemory(memory);
+        host->release(memory);
     }
 }
 
-static bool wanted(const struct ct_host *host, fmi2Status status) {
-    if (status == fmi2OK && !host->logging) return false;
-    return !host->logging || host->categories == 0 || (host->categories & (1u << status | 1u << ALL)) != 0;
+static bool wanted(const struct ct_host *host, ct_result result) {
+    if (result == CT_OK && !host->logging) return false;
+    return !host->logging || host->categories == 0 || (host->categories & (1u << result | 1u << ALL)) != 0;
 }
 
-static void log_line(const struct ct_host *host, fmi2Status status, const char *format, va_list values) {
-    char line[LONGEST_LINE], escaped[2 * LONGEST_LINE];
-    size_t n = 0;
-    if (!wanted(host, status)) return;
+static void log_line(const struct ct_host *host, ct_result result, const char *format, va_list values) {
+    char line[CT_LONGEST_LINE];
+    if (!wanted(host, result)) return;
     const int head = snprintf(line, sizeof line, "%s: ", host->name);
     if (head > 0 && (size_t)head < sizeof line) vsnprintf(line + head, sizeof line - (size_t)head, format, values);
-    for (const char *c = line; *c != '\0'; ++c) { /* one line; the host takes it for a format of printf */
-        escaped[n++] = (unsigned char)*c < ' ' ? ' ' : *c;
-        if (*c == '%') escaped[n++] = '%';
+    for (char *c = line; *c != '\0'; ++c) {
+        if ((unsigned char)*c < ' ') *c = ' '; /* one line */
     }
-    escaped[n] = '\0';
-    if (host->functions.logger == NULL) {
+    if (host->write == NULL) {
         fprintf(stderr, "cranktrain: %s\n", line);
-        return;
+    } else {
+        host->write(host, result, CATEGORIES[result], line);
     }
-    host->functions.logger(host->functions.componentEnvironment, host->name, status, CATEGORIES[status], escaped);
 }
 
-void ct_log(const struct ct_host *host, fmi2Status status, const char *format, ...) {
+void ct_log(const struct ct_host *host, ct_result result, const char *format, ...) {
     va_list values;
     va_start(values, format);
-    log_line(host, status, format, values);
+    log_line(host, result, format, values);
     va_end(values);
 }
 
-fmi2Status ct_refuse(const struct ct_host *host, const char *format, ...) {
+ct_result ct_refuse(const struct ct_host *host, const char *format, ...) {
     va_list values;
     va_start(values, format);
-    log_line(host, fmi2Error, format, values);
+    log_line(host, CT_ERROR, format, values);
     va_end(values);
-    return fmi2Error;
+    return CT_ERROR;
 }
 
-fmi2Status ct_choose_categories(struct ct_host *host, size_t n, const fmi2String categories[]) {
+ct_result ct_choose_categories(struct ct_host *host, size_t n, const char *const categories[]) {
     uint32_t chosen = 0;
     if (n > 0 && categories == NULL) return ct_refuse(host, "setDebugLogging without the names of its categories");
     for (size_t i = 0; i < n; ++i) {
@@ -80,7 +77,7 @@ fmi2Status ct_choose_categories(struct ct_host *host, size_t n, const fmi2String
         chosen |= 1u << k;
     }
     host->categories = chosen;
-    return fmi2OK;
+    return CT_OK;
 }
 
 const char *ct_number(char text[CT_NUMBER], double value) {

@@ -181,7 +181,7 @@ uint32_t ct_level(const struct ct_instance *one) {
 }
 
 /* Refuse values of parameters that the FMU's data were made for and that differ from these. */
-static fmi2Status check_fixed(const struct ct_instance *one) {
+static ct_result check_fixed(const struct ct_instance *one) {
     for (uint32_t k = 0; k < one->n_variables; ++k) {
         const struct ct_variable *variable = one->file.variables + k;
         if (variable->causality != CT_PARAMETER || variable->index != CT_NONE || variable->type == CT_STRING) continue;
@@ -195,7 +195,7 @@ static fmi2Status check_fixed(const struct ct_instance *one) {
                              made == NULL ? "the data of this FMU were" : made, start);
         }
     }
-    return fmi2OK;
+    return CT_OK;
 }
 
 /* Numbers of the variant, then those of parameters and choices. */
@@ -241,12 +241,12 @@ int64_t ct_start_model(struct ct_instance *one, const struct ct_model *model, co
     return status == 0 ? one->file.kernels->start(model->run, time) : status;
 }
 
-fmi2Status ct_make(struct ct_instance *one) {
+ct_result ct_make(struct ct_instance *one) {
     const uint32_t level = ct_level(one);
     const double time = one->now->start_time;
     enum ct_status_kind kind;
     if ((level & CT_REFUSED) != 0) return ct_refuse(&one->host, "%s", ct_text(&one->file, level & ~CT_REFUSED));
-    if (check_fixed(one) != fmi2OK) return fmi2Error;
+    if (check_fixed(one) != CT_OK) return CT_ERROR;
     const struct ct_variant *variant = one->file.variants + level;
     const uint64_t n_point = ct_point(&one->file, variant);
     struct ct_model model = {.block = NULL};
@@ -266,8 +266,8 @@ fmi2Status ct_make(struct ct_instance *one) {
     one->now->n_past = one->now->latest = 0;
     one->now->end_time = time;
     ct_forget_outputs(one);
-    ct_log(&one->host, fmi2OK, "initialized at %.9g s", time);
-    return fmi2OK;
+    ct_log(&one->host, CT_OK, "initialized at %.9g s", time);
+    return CT_OK;
 }
 
 static void pass_inputs(struct ct_instance *one) {

@@ -64,7 +64,7 @@ struct ct_instance {
 struct ct_instance *ct_new_instance(const struct ct_host *host, const char *guid, const char *location);
 void ct_free_instance(struct ct_instance *instance);
 
-/* All variables at their starts, as after fmi2Instantiate. */
+/* All variables at their starts, as after its instantiation. */
 void ct_reset(struct ct_instance *instance);
 
 /* Inputs of the variables are those that a start is under. */
@@ -75,7 +75,29 @@ uint32_t ct_level(const struct ct_instance *instance);
 
 /* Choose the variant by the values, lay out its memory, prepare it and start it at ``start_time`` under ``origin``.
    On an error the model of before is kept, but not its state vector. */
-fmi2Status ct_make(struct ct_instance *instance);
+ct_result ct_make(struct ct_instance *instance);
+
+/* A call: its name, and the phases in which the standard allows it. */
+struct ct_call { const char *name; unsigned phases; };
+
+/* Whether a call is allowed now. False, with the reason in the log, where not, and where there is no instance. */
+bool ct_allowed(const struct ct_instance *instance, const struct ct_call *call);
+
+/* Times of the experiment; refused where they cannot be. */
+ct_result ct_set_experiment(struct ct_instance *instance, double start, bool stop_defined, double stop);
+
+/* Go into initialization mode, and out of it with a model that is started. */
+void ct_initialize(struct ct_instance *instance);
+ct_result ct_end_initialization(struct ct_instance *instance);
+
+/* Refuse a step that cannot be taken from here; warn once of a coarse one. */
+ct_result ct_check_step(struct ct_instance *instance, double time, double step);
+
+/* Crank angle of a step, degrees; 0 where there is no speed. */
+double ct_degrees(const struct ct_instance *instance, double step);
+
+/* Step to a time that was checked. A step without a solution is discarded; the state is that of before. */
+ct_result ct_step_to(struct ct_instance *instance, double end);
 
 /* Outputs are no longer known: the state has changed. */
 void ct_forget_outputs(struct ct_instance *instance);
@@ -121,29 +143,30 @@ static inline double ct_time(const struct ct_instance *instance) {
    then; on a failure nothing has changed. */
 int64_t ct_advance_model(struct ct_instance *instance, double end);
 
-/* FMU states: a copy of ``now``, and back. */
-fmi2Status ct_get_state(struct ct_instance *instance, struct ct_snapshot **state);
-fmi2Status ct_set_state(struct ct_instance *instance, const struct ct_snapshot *state);
-fmi2Status ct_serialize(struct ct_instance *instance, const struct ct_snapshot *state, char *bytes, size_t size);
-fmi2Status ct_deserialize(struct ct_instance *instance, const char *bytes, size_t size, struct ct_snapshot **state);
-bool ct_is_state(const struct ct_snapshot *state);
+/* FMU states: a copy of ``now``, and back. NULL is refused, but for what is to be freed. */
+ct_result ct_get_state(struct ct_instance *instance, void **state);
+ct_result ct_set_state(struct ct_instance *instance, const void *state);
+ct_result ct_free_state(struct ct_instance *instance, void **state);
+ct_result ct_state_size(struct ct_instance *instance, const void *state, size_t *size);
+ct_result ct_serialize(struct ct_instance *instance, const void *state, void *bytes, size_t size);
+ct_result ct_deserialize(struct ct_instance *instance, const void *bytes, size_t size, void **state);
 
 /* Values of variables; a call that is refused changes none. */
-fmi2Status ct_get_reals(struct ct_instance *instance, const uint32_t *references, size_t n, double *values);
-fmi2Status ct_get_integers(struct ct_instance *instance, const uint32_t *references, size_t n, int *values);
-fmi2Status ct_get_booleans(struct ct_instance *instance, const uint32_t *references, size_t n, int *values);
-fmi2Status ct_get_strings(struct ct_instance *instance, const uint32_t *references, size_t n, const char **values);
-fmi2Status ct_set_reals(struct ct_instance *instance, const uint32_t *references, size_t n, const double *values);
-fmi2Status ct_set_integers(struct ct_instance *instance, const uint32_t *references, size_t n, const int *values);
-fmi2Status ct_set_booleans(struct ct_instance *instance, const uint32_t *references, size_t n, const int *values);
-fmi2Status ct_set_strings(struct ct_instance *instance, const uint32_t *references, size_t n, const char *const *values);
+ct_result ct_get_reals(struct ct_instance *instance, const uint32_t *references, size_t n, double *values);
+ct_result ct_get_integers(struct ct_instance *instance, const uint32_t *references, size_t n, int *values);
+ct_result ct_get_booleans(struct ct_instance *instance, const uint32_t *references, size_t n, int *values);
+ct_result ct_get_strings(struct ct_instance *instance, const uint32_t *references, size_t n, const char **values);
+ct_result ct_set_reals(struct ct_instance *instance, const uint32_t *references, size_t n, const double *values);
+ct_result ct_set_integers(struct ct_instance *instance, const uint32_t *references, size_t n, const int *values);
+ct_result ct_set_booleans(struct ct_instance *instance, const uint32_t *references, size_t n, const int *values);
+ct_result ct_set_strings(struct ct_instance *instance, const uint32_t *references, size_t n, const char *const *values);
 
 /* Refuse arrays that are not there, counts that cannot be, references of another type; ``types`` are bits. */
-fmi2Status ct_check_references(const struct ct_instance *instance, unsigned types, const uint32_t *references, size_t n,
+ct_result ct_check_references(const struct ct_instance *instance, unsigned types, const uint32_t *references, size_t n,
                                const void *values);
 
 /* Have these outputs, checked Reals, observed now. */
-fmi2Status ct_observe_outputs(struct ct_instance *instance, const uint32_t *references, size_t n);
+ct_result ct_observe_outputs(struct ct_instance *instance, const uint32_t *references, size_t n);
 
 static inline const char *ct_name_of(const struct ct_instance *instance, uint32_t reference) {
     return ct_text(&instance->file, instance->file.variables[reference].name);
@@ -151,11 +174,15 @@ static inline const char *ct_name_of(const struct ct_instance *instance, uint32_
 
 /* First derivatives by time, 1/s: of Real inputs within the next step, of Real outputs now; and of Real outputs now in a
    direction of the Real inputs that led to them. */
-fmi2Status ct_set_rates(struct ct_instance *instance, const uint32_t *references, size_t n, const int *orders,
+ct_result ct_set_rates(struct ct_instance *instance, const uint32_t *references, size_t n, const int *orders,
                         const double *values);
-fmi2Status ct_get_rates(struct ct_instance *instance, const uint32_t *references, size_t n, const int *orders,
+ct_result ct_get_rates(struct ct_instance *instance, const uint32_t *references, size_t n, const int *orders,
                         double *values);
-fmi2Status ct_get_derivatives(struct ct_instance *instance, const uint32_t *unknowns, size_t n_unknowns,
+ct_result ct_get_derivatives(struct ct_instance *instance, const uint32_t *unknowns, size_t n_unknowns,
                               const uint32_t *knowns, size_t n_knowns, const double *changes, double *results);
+
+/* Derivatives of the sum of ``weights`` times unknowns by each known input: one directional derivative each. */
+ct_result ct_get_adjoints(struct ct_instance *instance, const uint32_t *unknowns, size_t n_unknowns,
+                          const uint32_t *knowns, size_t n_knowns, const double *weights, double *results);
 
 #endif

@@ -71,7 +71,7 @@ static bool path_of(const char *location, char *path) {
 static bool map_file(const struct ct_host *host, const char *path, struct ct_map *map) {
     const int n = MultiByteToWideChar(CP_UTF8, 0, path, -1, NULL, 0);
     wchar_t *wide = n > 0 ? ct_allocate(host, (size_t)n * sizeof *wide) : NULL;
-    if (wide == NULL) return ct_refuse(host, "%s: not a path, or no memory", path) == fmi2OK;
+    if (wide == NULL) return ct_refuse(host, "%s: not a path, or no memory", path) == CT_OK;
     MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, n);
     HANDLE file = CreateFileW(wide, GENERIC_READ, FILE_SHARE_READ, NULL, OPEN_EXISTING, FILE_ATTRIBUTE_NORMAL, NULL);
     ct_release(host, wide);
@@ -134,7 +134,7 @@ bool ct_map_resource(const struct ct_host *host, const char *location, const cha
         return false;
     }
     char *path = ct_allocate(host, strlen(location) + strlen(name) + 2);
-    if (path == NULL) return ct_refuse(host, "no memory for a path") == fmi2OK;
+    if (path == NULL) return ct_refuse(host, "no memory for a path") == CT_OK;
     bool known = path_of(location, path);
     if (known) {
         if (path[0] != '\0' && path[strlen(path) - 1] != '/') strcat(path, "/");

@@ -11,7 +11,11 @@ static const char DAMAGED[] = "the FMU state is damaged (checksum differs); seri
 static const char IMPOSSIBLE[] = "the FMU state is not one of a run: its numbers cannot be; serialize it from a run";
 static const char MAGIC[8] = "CRNKNST";
 
-bool ct_is_state(const struct ct_snapshot *state) { return memcmp(state->magic, MAGIC, sizeof MAGIC) == 0; }
+static bool is_state(const struct ct_snapshot *state) { return memcmp(state->magic, MAGIC, sizeof MAGIC) == 0; }
+
+static ct_result no_state(const struct ct_instance *one) {
+    return ct_refuse(&one->host, "no FMU state, or no place for one, was given");
+}
 
 static bool is_running(const struct ct_snapshot *state) { return state->phase >= CT_STEPPED; }
 
@@ -22,25 +26,41 @@ static uint64_t point_bytes(const struct ct_snapshot *state) {
     return (1 + CT_PLACES) * (uint64_t)state->n_point * sizeof(double);
 }
 
-fmi2Status ct_get_state(struct ct_instance *one, struct ct_snapshot **state) {
+ct_result ct_get_state(struct ct_instance *one, void **state) {
     const bool running = is_running(one->now);
     const uint64_t bytes = head_bytes(one) + (running ? point_bytes(one->now) : 0);
-    if (*state != NULL && !ct_is_state(*state)) return ct_refuse(&one->host, "%s", FOREIGN);
-    if (*state != NULL && (*state)->capacity < bytes) {
-        ct_release(&one->host, *state);
-        *state = NULL;
+    if (state == NULL) return no_state(one);
+    struct ct_snapshot *snapshot = *state;
+    if (snapshot != NULL && !is_state(snapshot)) return ct_refuse(&one->host, "%s", FOREIGN);
+    if (snapshot != NULL && snapshot->capacity < bytes) {
+        ct_release(&one->host, snapshot);
+        *state = snapshot = NULL;
     }
-    if (*state == NULL) {
-        *state = ct_allocate(&one->host, (size_t)bytes);
-        if (*state == NULL) return ct_refuse(&one->host, "no memory for an FMU state");
-        (*state)->capacity = bytes;
+    if (snapshot == NULL) {
+        snapshot = ct_allocate(&one->host, (size_t)bytes);
+        if (snapshot == NULL) return ct_refuse(&one->host, "no memory for an FMU state");
+        snapshot->capacity = bytes;
+        *state = snapshot;
     }
-    const uint64_t capacity = (*state)->capacity;
-    memcpy(*state, one->now, (size_t)bytes);
-    (*state)->capacity = capacity;
-    (*state)->bytes = bytes;
-    if (!running) (*state)->n_point = (*state)->n_past = (*state)->latest = (*state)->variant = 0;
-    return fmi2OK;
+    const uint64_t capacity = snapshot->capacity;
+    memcpy(snapshot, one->now, (size_t)bytes);
+    snapshot->capacity = capacity;
+    snapshot->bytes = bytes;
+    if (!running) snapshot->n_point = snapshot->n_past = snapshot->latest = snapshot->variant = 0;
+    return CT_OK;
+}
+
+ct_result ct_free_state(struct ct_instance *one, void **state) {
+    if (state == NULL) return CT_OK;
+    ct_release(&one->host, *state);
+    *state = NULL;
+    return CT_OK;
+}
+
+ct_result ct_state_size(struct ct_instance *one, const void *state, size_t *size) {
+    if (state == NULL || size == NULL || !is_state(state)) return no_state(one);
+    *size = (size_t)((const struct ct_snapshot *)state)->bytes;
+    return CT_OK;
 }
 
 /* Whether a variable can have a value; outputs are found anew. */
@@ -79,7 +99,7 @@ static bool has_sound_numbers(const struct ct_instance *one, const struct ct_sna
 /* Why a state of this length cannot be set, NULL where it can. */
 static const char *check_state(const struct ct_instance *one, const struct ct_snapshot *state, uint64_t bytes) {
     const uint32_t phase = state->phase;
-    if (!ct_is_state(state)) return FOREIGN;
+    if (!is_state(state)) return FOREIGN;
     if (state->version != one->now->version || memcmp(state->guid, one->now->guid, sizeof state->guid) != 0) {
         return OTHER_BUILD;
     }
@@ -114,7 +134,9 @@ static void take_over(struct ct_instance *one, const struct ct_snapshot *state) 
     one->now->capacity = capacity;
 }
 
-fmi2Status ct_set_state(struct ct_instance *one, const struct ct_snapshot *state) {
+ct_result ct_set_state(struct ct_instance *one, const void *given) {
+    const struct ct_snapshot *state = given;
+    if (state == NULL) return no_state(one);
     const char *problem = check_state(one, state, state->bytes);
     if (problem != NULL) return ct_refuse(&one->host, "%s", problem);
     if (is_running(state) && !same_model(one, state)) {
@@ -123,21 +145,23 @@ fmi2Status ct_set_state(struct ct_instance *one, const struct ct_snapshot *state
         if (before == NULL) return ct_refuse(&one->host, "no memory to set an FMU state");
         memcpy(before, one->now, (size_t)one->now->capacity);
         take_over(one, state);
-        const fmi2Status status =
+        const ct_result status =
             ct_level(one) == state->variant ? ct_make(one) : ct_refuse(&one->host, "%s", DAMAGED);
-        if (status != fmi2OK) memcpy(one->now, before, (size_t)before->capacity);
+        if (status != CT_OK) memcpy(one->now, before, (size_t)before->capacity);
         ct_release(&one->host, before);
-        if (status != fmi2OK) return status;
+        if (status != CT_OK) return status;
     }
     take_over(one, state);
     one->made = is_running(state);
     ct_forget_outputs(one);
-    return fmi2OK;
+    return CT_OK;
 }
 
-fmi2Status ct_serialize(struct ct_instance *one, const struct ct_snapshot *state, char *bytes, size_t size) {
+ct_result ct_serialize(struct ct_instance *one, const void *given, void *bytes, size_t size) {
+    const struct ct_snapshot *state = given;
     struct ct_snapshot head;
-    if (!ct_is_state(state)) return ct_refuse(&one->host, "%s", FOREIGN);
+    if (state == NULL || bytes == NULL) return no_state(one);
+    if (!is_state(state)) return ct_refuse(&one->host, "%s", FOREIGN);
     if (size < state->bytes) {
         return ct_refuse(&one->host, "a serialized FMU state takes %.0f bytes, not %.0f; ask for its size",
                          (double)state->bytes, (double)size);
@@ -148,15 +172,16 @@ fmi2Status ct_serialize(struct ct_instance *one, const struct ct_snapshot *state
     memcpy(bytes, &head, sizeof head);
     ct_sums(bytes, (size_t)state->bytes / sizeof(uint64_t), head.sums);
     memcpy(bytes, &head, sizeof head);
-    return fmi2OK;
+    return CT_OK;
 }
 
-fmi2Status ct_deserialize(struct ct_instance *one, const char *bytes, size_t size, struct ct_snapshot **state) {
+ct_result ct_deserialize(struct ct_instance *one, const void *bytes, size_t size, void **state) {
     struct ct_snapshot head;
     uint64_t sums[2];
+    if (bytes == NULL || state == NULL) return no_state(one);
     if (size < sizeof head) return ct_refuse(&one->host, "%s", FOREIGN);
     memcpy(&head, bytes, sizeof head);
-    if (!ct_is_state(&head)) return ct_refuse(&one->host, "%s", FOREIGN);
+    if (!is_state(&head)) return ct_refuse(&one->host, "%s", FOREIGN);
     if (head.bytes > size || head.bytes < sizeof head || head.bytes % sizeof(uint64_t) != 0) {
         return ct_refuse(&one->host, "%s", DAMAGED);
     }
@@ -177,5 +202,5 @@ fmi2Status ct_deserialize(struct ct_instance *one, const char *bytes, size_t siz
     }
     copy->capacity = head.bytes;
     *state = copy;
-    return fmi2OK;
+    return CT_OK;
 }

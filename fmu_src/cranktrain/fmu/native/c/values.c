@@ -13,9 +13,9 @@ static const char *type_name(unsigned types) {
     return types == REALS ? "Real" : types == INTEGERS ? "Integer" : types == BOOLEANS ? "Boolean" : "String";
 }
 
-fmi2Status ct_check_references(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
+ct_result ct_check_references(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
                                const void *values) {
-    if (n == 0) return fmi2OK;
+    if (n == 0) return CT_OK;
     if (references == NULL || values == NULL) {
         return ct_refuse(&one->host, "%s values without an array of them, or of their references", type_name(types));
     }
@@ -34,7 +34,7 @@ fmi2Status ct_check_references(const struct ct_instance *one, unsigned types, co
                              ct_name_of(one, reference), type_name(types));
         }
     }
-    return fmi2OK;
+    return CT_OK;
 }
 
 /* ---------------------------------------------------------------- getting */
@@ -59,58 +59,58 @@ static bool want_families(struct ct_instance *one, const uint32_t *references, s
     return more;
 }
 
-fmi2Status ct_observe_outputs(struct ct_instance *one, const uint32_t *references, size_t n) {
+ct_result ct_observe_outputs(struct ct_instance *one, const uint32_t *references, size_t n) {
     bool outputs = false;
     enum ct_status_kind kind;
     for (size_t i = 0; i < n; ++i) outputs = outputs || is_output(one->file.variables + references[i]);
-    if (!outputs) return fmi2OK;
+    if (!outputs) return CT_OK;
     if (!one->made) {
         ct_keep_origin(one);
-        if (ct_make(one) != fmi2OK) return fmi2Error;
+        if (ct_make(one) != CT_OK) return CT_ERROR;
     }
     if (want_families(one, references, n) || !one->model.observed) {
         const int64_t status = one->file.kernels->observe(one->model.run, 0.0);
         if (status != 0) return ct_refuse(&one->host, "no outputs: %s", ct_status_text(&one->file, status, &kind));
         one->model.observed = true;
     }
-    return fmi2OK;
+    return CT_OK;
 }
 
 /* Make variables readable at their places: outputs are computed by the model, which a start makes first. */
-static fmi2Status make_ready(struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
+static ct_result make_ready(struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
                              const void *values) {
-    if (ct_check_references(one, types, references, n, values) != fmi2OK) return fmi2Error;
-    if (ct_observe_outputs(one, references, n) != fmi2OK) return fmi2Error;
+    if (ct_check_references(one, types, references, n, values) != CT_OK) return CT_ERROR;
+    if (ct_observe_outputs(one, references, n) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n && types == REALS; ++i) one->ready[references[i]] = 1;
-    return fmi2OK;
+    return CT_OK;
 }
 
-fmi2Status ct_get_reals(struct ct_instance *one, const uint32_t *references, size_t n, double *values) {
+ct_result ct_get_reals(struct ct_instance *one, const uint32_t *references, size_t n, double *values) {
     bool ready = references != NULL && values != NULL && n <= one->n_variables;
     for (size_t i = 0; ready && i < n; ++i) {
         ready = references[i] < one->n_variables && one->ready[references[i]] != 0;
         if (ready) values[i] = *one->places[references[i]];
     }
-    if (ready) return fmi2OK;
-    if (make_ready(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
+    if (ready) return CT_OK;
+    if (make_ready(one, REALS, references, n, values) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n; ++i) values[i] = *one->places[references[i]];
-    return fmi2OK;
+    return CT_OK;
 }
 
-fmi2Status ct_get_integers(struct ct_instance *one, const uint32_t *references, size_t n, int *values) {
-    if (make_ready(one, INTEGERS, references, n, values) != fmi2OK) return fmi2Error;
+ct_result ct_get_integers(struct ct_instance *one, const uint32_t *references, size_t n, int *values) {
+    if (make_ready(one, INTEGERS, references, n, values) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n; ++i) {
         const double value = nearbyint(*one->places[references[i]]);
         const bool option = one->file.variables[references[i]].type == CT_ENUMERATION;
         values[i] = fabs(value) <= 2147483647.0 ? (int)value + option : 0;
     }
-    return fmi2OK;
+    return CT_OK;
 }
 
-fmi2Status ct_get_booleans(struct ct_instance *one, const uint32_t *references, size_t n, int *values) {
-    if (make_ready(one, BOOLEANS, references, n, values) != fmi2OK) return fmi2Error;
+ct_result ct_get_booleans(struct ct_instance *one, const uint32_t *references, size_t n, int *values) {
+    if (make_ready(one, BOOLEANS, references, n, values) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n; ++i) values[i] = *one->places[references[i]] != 0.0;
-    return fmi2OK;
+    return CT_OK;
 }
 
 /* Options of a String or Enumeration parameter. */
@@ -122,24 +122,24 @@ static const struct ct_option *options_of(const struct ct_instance *one, uint32_
     return one->file.options + one->file.choices[variable->index].first_option;
 }
 
-fmi2Status ct_get_strings(struct ct_instance *one, const uint32_t *references, size_t n, const char **values) {
+ct_result ct_get_strings(struct ct_instance *one, const uint32_t *references, size_t n, const char **values) {
     uint32_t n_options;
-    if (make_ready(one, STRINGS, references, n, values) != fmi2OK) return fmi2Error;
+    if (make_ready(one, STRINGS, references, n, values) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n; ++i) {
         const struct ct_option *options = options_of(one, references[i], &n_options);
         const uint32_t text = options == NULL ? one->file.variables[references[i]].start_text
                                               : options[(uint32_t)one->values[references[i]]].text;
         values[i] = ct_text(&one->file, text);
     }
-    return fmi2OK;
+    return CT_OK;
 }
 
 /* ---------------------------------------------------------------- setting */
 
 /* Inputs at any time, parameters before the initialization is complete. */
-static fmi2Status check_settable(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
+static ct_result check_settable(const struct ct_instance *one, unsigned types, const uint32_t *references, size_t n,
                                  const void *values) {
-    if (ct_check_references(one, types, references, n, values) != fmi2OK) return fmi2Error;
+    if (ct_check_references(one, types, references, n, values) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n; ++i) {
         const uint8_t causality = one->file.variables[references[i]].causality;
         if (causality == CT_PARAMETER && one->now->phase >= CT_STEPPED) {
@@ -150,14 +150,14 @@ static fmi2Status check_settable(const struct ct_instance *one, unsigned types, 
             return ct_refuse(&one->host, "'%s' is an output and cannot be set", ct_name_of(one, references[i]));
         }
     }
-    return fmi2OK;
+    return CT_OK;
 }
 
-static fmi2Status check_number(const struct ct_instance *one, uint32_t reference, double value) {
+static ct_result check_number(const struct ct_instance *one, uint32_t reference, double value) {
     const struct ct_variable *variable = one->file.variables + reference;
     const bool bounded = variable->max < DBL_MAX, based = variable->min > -DBL_MAX;
     char text[CT_NUMBER], span[LONGEST_LIST] = "";
-    if (isfinite(value) && variable->min <= value && value <= variable->max) return fmi2OK;
+    if (isfinite(value) && variable->min <= value && value <= variable->max) return CT_OK;
     if (bounded && based) snprintf(span, sizeof span, ", between %g and %g", variable->min, variable->max);
     if (based && !bounded) snprintf(span, sizeof span, ", at least %g", variable->min);
     if (bounded && !based) snprintf(span, sizeof span, ", at most %g", variable->max);
@@ -166,12 +166,12 @@ static fmi2Status check_number(const struct ct_instance *one, uint32_t reference
 }
 
 /* Values were set: in initialization mode the start is to be found anew. */
-static fmi2Status have_set(struct ct_instance *one) {
+static ct_result have_set(struct ct_instance *one) {
     if (one->now->phase == CT_INITIALIZING && one->made) {
         one->made = false;
         ct_forget_outputs(one);
     }
-    return fmi2OK;
+    return CT_OK;
 }
 
 /* Whether these are Real inputs within their bounds: what a master sets before each step. */
@@ -186,11 +186,11 @@ static bool are_sound_inputs(const struct ct_instance *one, const uint32_t *refe
     return sound;
 }
 
-fmi2Status ct_set_reals(struct ct_instance *one, const uint32_t *references, size_t n, const double *values) {
+ct_result ct_set_reals(struct ct_instance *one, const uint32_t *references, size_t n, const double *values) {
     const bool sound = are_sound_inputs(one, references, n, values);
-    if (!sound && check_settable(one, REALS, references, n, values) != fmi2OK) return fmi2Error;
+    if (!sound && check_settable(one, REALS, references, n, values) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n && !sound; ++i) {
-        if (check_number(one, references[i], values[i]) != fmi2OK) return fmi2Error;
+        if (check_number(one, references[i], values[i]) != CT_OK) return CT_ERROR;
     }
     for (size_t i = 0; i < n; ++i) one->values[references[i]] = values[i];
     return have_set(one);
@@ -211,13 +211,13 @@ static const char *list_options(const struct ct_instance *one, uint32_t referenc
     return list;
 }
 
-fmi2Status ct_set_integers(struct ct_instance *one, const uint32_t *references, size_t n, const int *values) {
+ct_result ct_set_integers(struct ct_instance *one, const uint32_t *references, size_t n, const int *values) {
     char list[LONGEST_LIST];
     uint32_t n_options;
-    if (check_settable(one, INTEGERS, references, n, values) != fmi2OK) return fmi2Error;
+    if (check_settable(one, INTEGERS, references, n, values) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n; ++i) {
         if (one->file.variables[references[i]].type == CT_INTEGER) {
-            if (check_number(one, references[i], values[i]) != fmi2OK) return fmi2Error;
+            if (check_number(one, references[i], values[i]) != CT_OK) return CT_ERROR;
             continue;
         }
         options_of(one, references[i], &n_options);
@@ -233,8 +233,8 @@ fmi2Status ct_set_integers(struct ct_instance *one, const uint32_t *references, 
     return have_set(one);
 }
 
-fmi2Status ct_set_booleans(struct ct_instance *one, const uint32_t *references, size_t n, const int *values) {
-    if (check_settable(one, BOOLEANS, references, n, values) != fmi2OK) return fmi2Error;
+ct_result ct_set_booleans(struct ct_instance *one, const uint32_t *references, size_t n, const int *values) {
+    if (check_settable(one, BOOLEANS, references, n, values) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n; ++i) one->values[references[i]] = values[i] != 0;
     return have_set(one);
 }
@@ -251,9 +251,9 @@ static uint32_t find_option(const struct ct_instance *one, uint32_t reference, c
     return k < n ? k : CT_NONE;
 }
 
-fmi2Status ct_set_strings(struct ct_instance *one, const uint32_t *references, size_t n, const char *const *values) {
+ct_result ct_set_strings(struct ct_instance *one, const uint32_t *references, size_t n, const char *const *values) {
     char list[LONGEST_LIST];
-    if (check_settable(one, STRINGS, references, n, values) != fmi2OK) return fmi2Error;
+    if (check_settable(one, STRINGS, references, n, values) != CT_OK) return CT_ERROR;
     for (size_t i = 0; i < n; ++i) {
         if (values[i] == NULL || find_option(one, references[i], values[i]) == CT_NONE) {
             return ct_refuse(&one->host, "'%s' is '%.100s'; valid: %s", ct_name_of(one, references[i]),

@@ -1,0 +1,117 @@
+"""Variables as FMI 3.0 has them: members of a family are elements of one array, choices are enumerations.
+
+``cylinder[1].pressure`` to ``cylinder[6].pressure`` become the array ``cylinder.pressure`` of six elements.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from cranktrain.coupling.element_names import array_element
+from cranktrain.fmu.description import Variable
+
+_RANKS = {"input": 0, "output": 1, "parameter": 2}
+_TYPES = ("Real", "String", "Enumeration")
+"""Order of value references, as in FMI 2.0."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """A scalar variable, or an array with the variables that are its elements.
+
+    Attributes
+    ----------
+    name : in the model description
+    members : with their value references, one behind the other; the first one's is the array's
+    is_array : whether it has a dimension; one member may be an array
+    """
+
+    name: str
+    members: tuple[Variable, ...]
+    is_array: bool
+
+    @property
+    def variable(self) -> Variable:
+        """The first member under the group's name: what all have in common."""
+        return replace(self.members[0], name=self.name)
+
+    @property
+    def element_names(self) -> tuple[str, ...]:
+        """Names of the members: ``cylinder.pressure[1]``."""
+        if not self.is_array:
+            return (self.name,)
+        return tuple(f"{self.name}[{k + 1}]" for k in range(len(self.members)))
+
+
+def grouped(variables: Sequence[Variable]) -> tuple[Group, ...]:
+    """Variables in their order, arrays at the place of their first element, with value references of FMI 3.0.
+
+    Variables with numbers 1 to n at one place of their names are an array if they agree in all but name, start value
+    and setting.
+    """
+    families: dict[str, list[Variable]] = {}
+    for variable in variables:
+        array = array_element(variable.name)
+        families.setdefault(array[0] if array else variable.name, []).append(variable)
+    groups: list[Group] = []
+    for name, members in families.items():
+        if _is_array(members):
+            groups.append(Group(name, tuple(members), True))
+        else:
+            groups += [Group(member.name, (member,), False) for member in members]
+    return _numbered(groups)
+
+
+def _is_array(members: Sequence[Variable]) -> bool:
+    """Whether variables are the elements 1 to n, in this order, of one array."""
+    places = [array_element(member.name) for member in members]
+    numbers = [place[1] for place in places if place]
+    if numbers != list(range(1, len(members) + 1)) or members[0].type != "Real":
+        return False
+    common = [_common(member) for member in members]
+    return all(one == common[0] for one in common)
+
+
+def _common(variable: Variable) -> tuple[Any, ...]:
+    """Attributes in which the elements of an array agree."""
+    v = variable
+    return v.causality, v.type, v.unit, v.display_unit, v.min, v.max, v.nominal, v.terminals, _plain(v.description)
+
+
+def _plain(text: str) -> str:
+    """A description without numbers of elements."""
+    return re.sub(r"\[\d+\]", "", text)
+
+
+def _numbered(groups: Iterable[Group]) -> tuple[Group, ...]:
+    """Groups with value references: Reals first, each type as inputs, outputs, parameters."""
+    listed = list(groups)
+
+    def rank(k: int) -> tuple[int, int]:
+        first = listed[k].members[0]
+        return _TYPES.index(first.type), _RANKS[first.causality]
+
+    reference = 0
+    for k in sorted(range(len(listed)), key=rank):
+        group = listed[k]
+        members = tuple(
+            replace(v, reference=reference + i, type="Enumeration" if v.type == "String" and v.choices else v.type)
+            for i, v in enumerate(group.members)
+        )
+        reference += len(members)
+        listed[k] = replace(group, members=members)
+    return tuple(listed)
+
+
+def scalars(groups: Iterable[Group]) -> tuple[Variable, ...]:
+    """Elements and scalars one by one, in the order of their value references."""
+    return tuple(sorted((member for group in groups for member in group.members), key=lambda v: v.reference))
+
+
+def array_table(groups: Iterable[Group]) -> str:
+    """Beginnings of arrays and counts of their elements, ``FIRST*COUNT FIRST*COUNT``, as ``fmi3_values.c`` reads."""
+    arrays = [group for group in groups if group.is_array]
+    return " ".join(f"{group.members[0].reference}*{len(group.members)}" for group in arrays)

@@ -1,0 +1,140 @@
+"""The model description of FMI 3.0.
+
+Source: FMI 3.0.2, sections 2.4 (model description schema) and 4.4 (co-simulation).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from xml.etree.ElementTree import Element, SubElement
+
+from cranktrain import __version__
+from cranktrain.fmu.arrays import Group
+from cranktrain.fmu.description import Interface, naming, unit_definitions
+
+LOG_CATEGORIES = {
+    "logEvents": "What the model does",
+    "logStatusWarning": "What a user should look at",
+    "logStatusDiscard": "Steps without a solution",
+    "logStatusError": "Calls that were refused",
+    "logStatusFatal": "Nothing: no error of this FMU is fatal",
+    "logAll": "All of these",
+}
+CAPABILITIES = {
+    "needsExecutionTool": "false",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canGetAndSetFMUState": "true",
+    "canSerializeFMUState": "true",
+    "providesDirectionalDerivatives": "true",
+    "providesAdjointDerivatives": "true",
+    "canHandleVariableCommunicationStepSize": "true",
+    "maxOutputDerivativeOrder": "1",
+    "providesIntermediateUpdate": "true",
+    "canReturnEarlyAfterIntermediateUpdate": "true",
+}
+TYPES = {"Real": "Float64", "String": "String", "Enumeration": "Enumeration"}
+
+
+def description3(model: str, interface: Interface, groups: Sequence[Group], token: str) -> Element:
+    """Root of the model description.
+
+    Parameters
+    ----------
+    model : name of the model and of its library
+    groups : variables with their value references, see :func:`cranktrain.fmu.arrays.grouped`
+    token : instantiation token
+    """
+    members = [member for group in groups for member in group.members]
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "3.0", "modelName": model, "instantiationToken": token,
+            "description": interface.description, "author": "Cranktrain contributors", "version": __version__,
+            "license": "BSD-3-Clause", "generationTool": "cranktrain", "variableNamingConvention": naming(members),
+        },
+    )  # fmt: skip
+    SubElement(root, "CoSimulation", {"modelIdentifier": model, **CAPABILITIES})
+    root.append(unit_definitions(interface.units))
+    enumerations = [group for group in groups if group.variable.type == "Enumeration"]
+    if enumerations:
+        types = SubElement(root, "TypeDefinitions")
+        for group in enumerations:
+            kind = SubElement(types, "EnumerationType", {"name": type_name(group.name)})
+            for value, choice in enumerate(group.variable.choices, 1):
+                SubElement(kind, "Item", {"name": choice, "value": str(value)})
+    categories = SubElement(root, "LogCategories")
+    for name, text in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", {"name": name, "description": text})
+    experiment = {
+        "startTime": repr(interface.start_time),
+        "stopTime": repr(interface.stop_time),
+        "stepSize": repr(interface.step_size),
+    }
+    SubElement(root, "DefaultExperiment", experiment)
+    listed = SubElement(root, "ModelVariables")
+    about_time = {"description": "Time of the simulation"} | ({"unit": "s"} if "s" in interface.units else {})
+    SubElement(
+        listed, "Float64",
+        {"name": "time", "valueReference": str(len(members)), "causality": "independent", "variability": "continuous"}
+        | about_time,
+    )  # fmt: skip
+    structure = SubElement(root, "ModelStructure")
+    outputs = [str(group.variable.reference) for group in groups if group.variable.causality == "output"]
+    for group in groups:
+        listed.append(_variable(group))
+    # As in FMI 2.0: outputs are those of the end of a step, and at the start they depend on everything.
+    for reference in outputs:
+        SubElement(structure, "Output", {"valueReference": reference, "dependencies": ""})
+    for reference in outputs:
+        SubElement(structure, "InitialUnknown", {"valueReference": reference})
+    return root
+
+
+def type_name(name: str) -> str:
+    """Name of the type of an enumeration, other than that of any variable: ``CrankLevel`` of ``crank.level``."""
+    return "".join(word[:1].upper() + word[1:] for part in name.split(".") for word in part.split("_"))
+
+
+def _variable(group: Group) -> Element:
+    """Entry of a variable."""
+    variable = group.variable
+    about = {
+        "name": variable.name,
+        "valueReference": str(variable.reference),
+        "description": variable.description,
+        "causality": variable.causality,
+        "variability": variable.variability,
+    }
+    if variable.causality in ("input", "output"):
+        about["intermediateUpdate"] = "true"
+    if variable.type == "Enumeration":
+        about["declaredType"] = type_name(variable.name)
+    initial = {"parameter": "exact", "output": "calculated"}.get(variable.causality)
+    if initial is not None:
+        about["initial"] = initial
+    attributes: Mapping[str, str | float | None] = {
+        "unit": variable.unit,
+        "displayUnit": variable.display_unit,
+        "min": variable.min,
+        "max": variable.max,
+        "nominal": variable.nominal,
+    }
+    about |= {
+        key: value if isinstance(value, str) else repr(value) for key, value in attributes.items() if value is not None
+    }
+    starts = [_start(group, member.start) for member in group.members if member.start is not None]
+    if starts and variable.type != "String":
+        about["start"] = starts[0] if len(set(starts)) == 1 and not group.is_array else " ".join(starts)
+    entry = Element(TYPES[variable.type], about)
+    if group.is_array:
+        SubElement(entry, "Dimension", {"start": str(len(group.members))})
+    for text in starts if variable.type == "String" else ():
+        SubElement(entry, "Start", {"value": text})
+    return entry
+
+
+def _start(group: Group, start: float | str | None) -> str:
+    """Text of a start value: the number of a choice, a number in full precision."""
+    if group.variable.type == "Enumeration":
+        return str(group.variable.choices.index(str(start)) + 1)
+    return start if isinstance(start, str) else repr(start)

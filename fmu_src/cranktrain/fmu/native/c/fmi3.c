@@ -1,0 +1,279 @@
+/* The interface of FMI 3.0.2 for co-simulation: life, steps and states; fmi3_values.c has the variables.
+
+   As in fmi2.c a call that is refused returns fmi3Error, says why in one line and changes nothing, and a step without a
+   solution returns fmi3Discard. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "fmi3_unit.h"
+
+static const double UPDATE = 0.5;     /* degrees of crank angle between intermediate updates */
+static const double ROUNDING = 1e-6;  /* of that, by which the last of them may be longer */
+
+enum {
+    AFTER_START = CT_STEPPED | CT_FAILED | CT_TERMINATED,
+    ANY = CT_INSTANTIATED | CT_INITIALIZING | AFTER_START,
+    STEPPABLE = CT_STEPPED | CT_FAILED /* more than the standard asks, see fmi2.c */
+};
+
+/* Section 4.2.1 of the standard. */
+static const struct ct_call CALLS[] = {
+    [SET_EXPERIMENT] = {"enterInitializationMode", CT_INSTANTIATED},
+    [EXIT_INITIALIZATION] = {"exitInitializationMode", CT_INITIALIZING},
+    [TERMINATE] = {"terminate", STEPPABLE},
+    [RESET] = {"reset", ANY},
+    [DO_STEP] = {"doStep", ANY}, /* ct_check_step says more of it */
+    [GET] = {"getting values", CT_INITIALIZING | AFTER_START},
+    [SET] = {"setting values", CT_INSTANTIATED | CT_INITIALIZING | STEPPABLE},
+    [GET_RATES] = {"getOutputDerivatives", AFTER_START},
+    [GET_DERIVATIVES] = {"derivatives by inputs", CT_INITIALIZING | AFTER_START},
+    [STATES] = {"a call for an FMU state", ANY},
+    [SET_LOGGING] = {"setDebugLogging", ANY},
+};
+/* What a host may call while it is called. */
+enum { IN_UPDATE = 1 << GET | 1 << SET | 1 << GET_RATES | 1 << GET_DERIVATIVES | 1 << SET_LOGGING };
+
+bool ct_unit_allowed(const struct unit *unit, enum unit_call call) {
+    if (unit == NULL) return false;
+    if (unit->updating && (IN_UPDATE >> call & 1) == 0) {
+        ct_refuse(&unit->model->host, "%s inside an intermediate update; return from it first", CALLS[call].name);
+        return false;
+    }
+    return ct_allowed(unit->model, CALLS + call);
+}
+
+/* ---------------------------------------------------------------- life */
+
+const char *fmi3GetVersion(void) { return "3.0"; }
+
+static void write_line(const struct ct_host *host, ct_result result, const char *category, const char *line) {
+    ((fmi3LogMessageCallback)host->logger)(host->environment, ct_status3(result), category, line);
+}
+
+static struct ct_host host_of(fmi3String name, bool logging, void *environment, fmi3LogMessageCallback log) {
+    const struct ct_host host = {
+        .write = log == NULL ? NULL : write_line,
+        .logger = (void (*)(void))log,
+        .environment = environment,
+        .name = name == NULL || name[0] == '\0' ? "cranktrain" : name,
+        .logging = logging,
+    };
+    return host;
+}
+
+/* Release what there is of a unit. */
+static void dissolve(struct unit *unit, const struct ct_host *host) {
+    if (unit == NULL) return;
+    ct_release(host, unit->lengths);
+    ct_release(host, unit->list);
+    ct_release(host, unit->integers);
+    if (unit->model != NULL) ct_free_instance(unit->model);
+    ct_release(host, unit);
+}
+
+static struct unit *made(const struct ct_host *host, fmi3String token, fmi3String resources) {
+    struct unit *unit = ct_allocate(host, sizeof *unit);
+    if (unit == NULL) {
+        ct_refuse(host, "no memory for an instance");
+        return NULL;
+    }
+    unit->model = ct_new_instance(host, token, resources);
+    if (unit->model != NULL) {
+        unit->n = unit->model->n_variables;
+        unit->lengths = ct_allocate(host, (unit->n + 1) * sizeof *unit->lengths);
+        unit->list = ct_allocate(host, (unit->n + 1) * sizeof *unit->list);
+        unit->integers = ct_allocate(host, (unit->n + 1) * sizeof *unit->integers);
+        if (unit->lengths != NULL && unit->list != NULL && unit->integers != NULL) {
+            if (ct_find_arrays(unit)) return unit;
+        } else {
+            ct_refuse(host, "no memory for an instance");
+        }
+    }
+    dissolve(unit, host);
+    return NULL;
+}
+
+/* In one piece: the arguments are the standard's. */
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                         fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
+                                         const fmi3ValueReference required[], size_t n_required,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                         fmi3IntermediateUpdateCallback update) {
+    const struct ct_host host = host_of(name, logging, environment, log);
+    (void)visible;
+    (void)required; /* all variables are known inside a step */
+    (void)n_required;
+    if (name == NULL || name[0] == '\0') {
+        ct_refuse(&host, "an instance without a name; the host must give one");
+    } else if (token == NULL) {
+        ct_refuse(&host, "no instantiation token; the host must give that of modelDescription.xml");
+    } else if (event_mode) {
+        ct_refuse(&host, "this FMU has no event mode; instantiate it without");
+    } else {
+        struct unit *unit = made(&host, token, resources);
+        if (unit == NULL) return NULL;
+        unit->update = update;
+        unit->environment = environment;
+        unit->may_return = early_return;
+        return unit;
+    }
+    return NULL;
+}
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                          fmi3Boolean logging, fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback log) {
+    const struct ct_host host = host_of(name, logging, environment, log);
+    (void)token;
+    (void)resources;
+    (void)visible;
+    ct_refuse(&host, "this FMU is for co-simulation, not for model exchange");
+    return NULL;
+}
+
+/* In one piece: the arguments are the standard's. */
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
+                                               fmi3Boolean visible, fmi3Boolean logging,
+                                               fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                               fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
+                                               fmi3UnlockPreemptionCallback unlock) {
+    const struct ct_host host = host_of(name, logging, environment, log);
+    (void)token;
+    (void)resources;
+    (void)visible;
+    (void)update;
+    (void)lock;
+    (void)unlock;
+    ct_refuse(&host, "this FMU is for co-simulation, not for scheduled execution");
+    return NULL;
+}
+
+void fmi3FreeInstance(fmi3Instance instance) {
+    struct unit *unit = instance;
+    if (unit == NULL) return;
+    if (unit->updating) {
+        ct_refuse(&unit->model->host, "freeInstance inside an intermediate update; return from it first");
+        return;
+    }
+    const struct ct_host host = {.name = NULL}; /* a host of FMI 3.0 gives no memory: it is the C library's */
+    dissolve(unit, &host);
+}
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t n, const fmi3String categories[]) {
+    struct unit *unit = instance;
+    if (!ct_unit_allowed(unit, SET_LOGGING)) return fmi3Error;
+    if (ct_choose_categories(&unit->model->host, n, categories) != CT_OK) return fmi3Error;
+    unit->model->host.logging = on;
+    return fmi3OK;
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolerance_defined, fmi3Float64 tolerance,
+                                       fmi3Float64 start, fmi3Boolean stop_defined, fmi3Float64 stop) {
+    struct unit *unit = instance;
+    (void)tolerance_defined; /* the model's own step and integrator decide */
+    (void)tolerance;
+    if (!ct_unit_allowed(unit, SET_EXPERIMENT)) return fmi3Error;
+    if (ct_set_experiment(unit->model, start, stop_defined, stop) != CT_OK) return fmi3Error;
+    ct_initialize(unit->model);
+    return fmi3OK;
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
+    struct unit *unit = instance;
+    return ct_unit_allowed(unit, EXIT_INITIALIZATION) ? ct_status3(ct_end_initialization(unit->model)) : fmi3Error;
+}
+
+fmi3Status fmi3Terminate(fmi3Instance instance) {
+    struct unit *unit = instance;
+    if (!ct_unit_allowed(unit, TERMINATE)) return fmi3Error;
+    unit->model->now->phase = CT_TERMINATED;
+    return fmi3OK;
+}
+
+fmi3Status fmi3Reset(fmi3Instance instance) {
+    struct unit *unit = instance;
+    if (!ct_unit_allowed(unit, RESET)) return fmi3Error;
+    ct_reset(unit->model);
+    return fmi3OK;
+}
+
+/* ---------------------------------------------------------------- states */
+
+fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state) {
+    struct unit *unit = instance;
+    return ct_unit_allowed(unit, STATES) ? ct_status3(ct_get_state(unit->model, state)) : fmi3Error;
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state) {
+    struct unit *unit = instance;
+    return ct_unit_allowed(unit, STATES) ? ct_status3(ct_set_state(unit->model, state)) : fmi3Error;
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *state) {
+    struct unit *unit = instance;
+    return ct_unit_allowed(unit, STATES) ? ct_status3(ct_free_state(unit->model, state)) : fmi3Error;
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size) {
+    struct unit *unit = instance;
+    return ct_unit_allowed(unit, STATES) ? ct_status3(ct_state_size(unit->model, state, size)) : fmi3Error;
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
+    struct unit *unit = instance;
+    return ct_unit_allowed(unit, STATES) ? ct_status3(ct_serialize(unit->model, state, bytes, size)) : fmi3Error;
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
+    struct unit *unit = instance;
+    return ct_unit_allowed(unit, STATES) ? ct_status3(ct_deserialize(unit->model, bytes, size, state)) : fmi3Error;
+}
+
+/* ---------------------------------------------------------------- steps */
+
+/* Call the host at an intermediate point; returns where the step is to end then, at most ``end``. */
+static double updated(struct unit *unit, double end) {
+    const double now = ct_time(unit->model);
+    fmi3Boolean early = false;
+    fmi3Float64 early_time = now;
+    unit->updating = true;
+    unit->update(unit->environment, now, true, true, true, unit->may_return, &early, &early_time);
+    unit->updating = false;
+    if (!early || !unit->may_return) return end;
+    return early_time > now ? fmin(early_time, end) : now;
+}
+
+/* Step to a time in parts, with the host called between them; ``end`` is where a host wants it to end. */
+static ct_result step_in_parts(struct unit *unit, double time, double step, double *end) {
+    const double share = ct_degrees(unit->model, step) / UPDATE;
+    const double parts = fmax(1.0, ceil(share * (1.0 - ROUNDING)));
+    for (double k = 1.0; k < parts; k += 1.0) {
+        const double point = fmin(time + step * (k / parts), *end);
+        const ct_result result = ct_step_to(unit->model, point);
+        if (result != CT_OK || point >= *end) return result;
+        *end = updated(unit, *end);
+        if (!(*end > ct_time(unit->model))) return CT_OK;
+    }
+    return ct_step_to(unit->model, *end);
+}
+
+fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_state_before,
+                      fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *last_time) {
+    struct unit *unit = instance;
+    (void)no_state_before;
+    if (!ct_unit_allowed(unit, DO_STEP)) return fmi3Error;
+    if (event == NULL || terminate == NULL || early == NULL || last_time == NULL) {
+        return ct_status3(ct_refuse(&unit->model->host, "doStep without a place for what it tells"));
+    }
+    *event = *terminate = *early = false;
+    *last_time = ct_time(unit->model);
+    if (ct_check_step(unit->model, time, step) != CT_OK) return fmi3Error;
+    double end = time + step;
+    const ct_result result =
+        unit->update == NULL ? ct_step_to(unit->model, end) : step_in_parts(unit, time, step, &end);
+    *early = result == CT_OK && end < time + step;
+    /* The model may lag by a sliver of time, which is no news to a host. */
+    *last_time = result == CT_OK ? end : ct_time(unit->model);
+    return ct_status3(result);
+}

@@ -1,0 +1,33 @@
+/* An instance as FMI 3.0 sees it: its variables may be arrays, and a host may be called inside a step. */
+#ifndef CT_FMI3_UNIT_H
+#define CT_FMI3_UNIT_H
+
+#include "fmi3.h"
+#include "instance.h"
+
+struct unit {
+    struct ct_instance *model;
+    fmi3IntermediateUpdateCallback update; /* NULL: steps are taken in one */
+    void *environment;                     /* that it is given */
+    bool may_return;                       /* whether a host may end a step at an intermediate update */
+    bool updating;                         /* whether the host is being called */
+    uint32_t n;                            /* variables of the model; the reference n is the time */
+    uint32_t *lengths;                     /* elements of the variable that begins at each reference, 0: of none */
+    uint32_t *list;                        /* (n,) references of the elements of a call */
+    int *integers;                         /* (n,) values of a call, or orders of its elements */
+};
+
+enum unit_call {
+    SET_EXPERIMENT, EXIT_INITIALIZATION, TERMINATE, RESET, DO_STEP, GET, SET, GET_RATES, GET_DERIVATIVES, STATES,
+    SET_LOGGING
+};
+
+/* Whether a call is allowed now; false with the reason in the log, and where there is no instance. */
+bool ct_unit_allowed(const struct unit *unit, enum unit_call call);
+
+/* Read which variables are arrays; false where the data name ones that cannot be, with the reason in the log. */
+bool ct_find_arrays(struct unit *unit);
+
+static inline fmi3Status ct_status3(ct_result result) { return (fmi3Status)result; }
+
+#endif

@@ -1,0 +1,179 @@
+"""FMUs of FMI 3.0: their description, the same results as by FMI 2.0, and couplings of both."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy import read_model_description, simulate_fmu
+from fmpy.validation import validate_fmu
+
+from cranktrain.core.errors import InputError
+from cranktrain.coupling.connections import Connection
+from cranktrain.coupling.element_names import array_element, name_among
+from cranktrain.coupling.fmu3_unit import Fmu3Unit, open_fmu
+from cranktrain.coupling.fmu_unit import described
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain.coupling.run import Steps, run
+from cranktrain.coupling.ssp import write_ssp
+from cranktrain.coupling.virtual_engine import Partners, virtual_engine
+from cranktrain.engine.file import load_engine
+from cranktrain.fmu.build import build_fmu
+from cranktrain.fmu.engine_fmu import build, engine_interface
+from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.start_levels import with_starts
+from cranktrain.structure.assembly import running_crank
+
+VERSIONS = ("2.0", "3.0")
+SPEED = 2000.0 * np.pi / 30.0
+STEP = np.radians(1.5) / SPEED
+
+
+def engine_fmu(name, folder, fmi):
+    """An engine's FMU with the torsional crank alone."""
+    engine = load_engine(name)
+    model = FlatModel(engine, {"torsional": running_crank(engine, "torsional")})
+    interface = with_starts(engine_interface(engine), {"crank.level": "torsional"})
+    return build(model, folder, interface=interface, platforms=("linux64",), fmi=fmi)
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    """Paths by version and module."""
+    found = {}
+    for fmi in VERSIONS:
+        folder = tmp_path_factory.mktemp(f"fmi{fmi[0]}")
+        try:
+            found[fmi] = {
+                COMBUSTION: build_fmu("combustion_i6", folder, platforms=("linux64",), fmi=fmi),
+                VALVETRAIN: build_fmu("valvetrain_i6", folder, platforms=("linux64",), fmi=fmi),
+                CRANKTRAIN: engine_fmu("diesel_i6", folder, fmi),
+            }
+        except InputError as error:
+            pytest.skip(str(error))
+    return found
+
+
+@pytest.mark.parametrize("module", [COMBUSTION, VALVETRAIN, CRANKTRAIN])
+def test_a_description_is_valid_and_its_families_are_arrays(fmus, module):
+    path = fmus["3.0"][module]
+    assert validate_fmu(str(path)) == []
+    about = read_model_description(str(path))
+    shapes = {v.name: v.shape for v in about.modelVariables}
+    assert about.fmiVersion == "3.0" and not any("[" in name for name in shapes)
+    texts = {v.name for v in about.modelVariables if v.type not in ("Float64", "Enumeration")}
+    assert texts <= {"solver.integrator"}, "any other text has a list of choices"
+    if module == CRANKTRAIN:
+        assert shapes["cylinder.pressure"] == (6,) and shapes["bearing.force.x"] == (7,)
+        assert shapes["mount.force.z"] == (4,) and shapes["crank.angle"] == ()
+        [level] = [v for v in about.modelVariables if v.name == "crank.level"]
+        assert level.declaredType.items[int(level.start) - 1].name == "torsional"
+
+
+def test_a_single_cylinder_has_arrays_of_one_element(tmp_path):
+    path = engine_fmu("single_petrol", tmp_path, "3.0")
+    assert validate_fmu(str(path)) == []
+    shapes = {v.name: v.shape for v in read_model_description(str(path)).modelVariables}
+    assert shapes["cylinder.pressure"] == (1,)
+
+
+@pytest.mark.parametrize("module", [COMBUSTION, VALVETRAIN, CRANKTRAIN])
+def test_results_are_those_of_fmi_2_to_the_bit(fmus, module):
+    results = []
+    for fmi in VERSIONS:
+        path = str(fmus[fmi][module])
+        choices = {v.name: v for v in read_model_description(path).modelVariables}
+        starts = {}
+        if "angle.source" in choices:
+            items = choices["angle.source"].declaredType
+            named = {item.name: int(item.value) for item in items.items} if items else {}
+            starts = {"angle.source": named.get("speed", "speed")}
+        results.append(simulate_fmu(path, stop_time=60 * STEP, output_interval=STEP, start_values=starts))
+    two, three = results
+    for name in two.dtype.names:
+        array = array_element(name)
+        found = three[name] if array is None or name in three.dtype.names else three[array[0]][:, array[1] - 1]
+        np.testing.assert_array_equal(found, two[name], err_msg=name)
+    assert len(two.dtype.names) > 70
+
+
+# ------------------------------------------------------------------ coupled
+
+
+def coupled(fmus, versions):
+    """Some steps of the three units, each of a version."""
+    paths = [fmus[fmi][name] for fmi, name in zip(versions, (CRANKTRAIN, COMBUSTION, VALVETRAIN), strict=True)]
+    system = virtual_engine(Partners(*paths[:2], {}, paths[2]), SPEED, "gauss-seidel", "own")
+    master = system.master()
+    try:
+        master.initialize(0.0)
+        return run(master, 40 * STEP, Steps(STEP), system.bonds)
+    finally:
+        master.close()
+
+
+@pytest.mark.parametrize("versions", [("3.0", "2.0", "2.0"), ("2.0", "3.0", "3.0"), ("3.0", "3.0", "3.0")])
+def test_units_of_both_versions_run_together_to_the_same_bits(fmus, versions):
+    expected, found = coupled(fmus, ("2.0",) * 3), coupled(fmus, versions)
+    assert set(found.names) == set(expected.names)
+    for name in expected.names:
+        np.testing.assert_array_equal(found.of(name), expected.of(name), err_msg=name)
+
+
+def test_an_element_is_found_wherever_its_number_stands(fmus):
+    units = [open_fmu(fmus[fmi][CRANKTRAIN], "crank") for fmi in VERSIONS]
+    for unit in units:
+        for name in ("cylinder[2].pressure", "cylinder.pressure[2]"):
+            assert unit.inputs[name].unit == "Pa" and name in unit.inputs and unit.start(name) == 101325.0
+        assert "cylinder.pressure[7]" not in unit.inputs and "cylinder.pressure" not in unit.inputs
+    assert list(units[0].inputs) == list(units[1].inputs)
+    assert name_among("a.b[3].c", {"a[3].b.c"}) == "a[3].b.c" and name_among("a[1][2]", {"a"}) == "a[1][2]"
+
+
+def test_enumerations_are_given_by_their_items(fmus):
+    path = fmus["3.0"][CRANKTRAIN]
+    assert isinstance(open_fmu(path, "crank", {"crank.level": "torsional", "cylinder.firing_angle[2]": 4.0}), Fmu3Unit)
+    with pytest.raises(InputError, match=r"'torsonal' is none of its items; did you mean 'torsional'"):
+        open_fmu(path, "crank", {"crank.level": "torsonal"})
+
+
+def test_a_pressure_that_is_refused_is_named(fmus):
+    unit = open_fmu(fmus["3.0"][CRANKTRAIN], "crank")
+    unit.link(["cylinder[2].pressure"], ["pulley.torsion"])
+    try:
+        unit.initialize(0.0)
+        with pytest.raises(Exception, match=r"cylinder.pressure\[2\]' is -1"):
+            unit.write(np.array([-1.0]))
+    finally:
+        unit.close()
+
+
+def test_an_ssp_refuses_elements_of_arrays(fmus, tmp_path):
+    units = {name: (open_fmu(fmus["3.0"][name], name), Path(fmus["3.0"][name])) for name in (CRANKTRAIN, COMBUSTION)}
+    link = Connection((COMBUSTION, "cylinder[1].pressure"), (CRANKTRAIN, "cylinder[1].pressure"))
+    with pytest.raises(InputError, match=r"element of an array of FMI 3\.0, which SSP 1\.0 cannot connect"):
+        write_ssp(tmp_path / "made.ssp", "made", units, [link], {}, {}, 0.1)
+    assert not (tmp_path / "made.ssp").exists()
+
+
+# ------------------------------------------------------------------ what cannot be
+
+
+def test_fmi_3_is_native_and_no_other_version_is_built(tmp_path):
+    with pytest.raises(InputError, match=r"a Python FMU is of FMI 2\.0"):
+        build_fmu("combustion_i6", tmp_path, platforms=(), fmi="3.0")
+    with pytest.raises(InputError, match=r"FMI '1\.0' is no version that FMUs are built for; take 2\.0 or 3\.0"):
+        build_fmu("combustion_i6", tmp_path, fmi="1.0")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_fmu_of_fmi_3_without_co_simulation_is_refused(fmus, tmp_path):
+    about = tmp_path / "modelDescription.xml"
+    text = (
+        '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" modelName="m" '
+        'instantiationToken="t"><ModelExchange modelIdentifier="m"/><ModelVariables><Float64 name="time" '
+        'valueReference="0" causality="independent" variability="continuous"/></ModelVariables><ModelStructure/>'
+        "</fmiModelDescription>"
+    )
+    about.write_text(text)
+    with pytest.raises(InputError, match=r"FMI 3\.0, without co-simulation"):
+        described(about)
