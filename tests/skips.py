@@ -1,6 +1,7 @@
 """Why tests may be skipped here: the start of each known reason, and what would let them run.
 
-A run ends with one line a kind. ``make test-all`` fails on a reason that is not in the table.
+A run ends with one line a kind. ``make test`` and ``make test-all`` fail on a reason that is not
+in the table.
 """
 
 from collections import Counter
