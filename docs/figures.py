@@ -47,9 +47,9 @@ def python(*words: str) -> str:
     return subprocess.run([sys.executable, *words], check=True, stdout=subprocess.PIPE, text=True, cwd=ROOT).stdout
 
 
-def cranktrain(line: str) -> None:
-    """Run ``cranktrain`` with these words from the root."""
-    python("-c", "import sys; from cranktrain.cli.main import main; sys.exit(main(sys.argv[1:]))", *line.split())
+def cranktrain(line: str) -> str:
+    """Output of ``cranktrain`` with these words, run from the root."""
+    return python("-c", "import sys; from cranktrain.cli.main import main; sys.exit(main(sys.argv[1:]))", *line.split())
 
 
 # Parts of docs/ladder.md ----------------------------------------------------------------------------------------------
@@ -600,6 +600,19 @@ def studies() -> None:
         shutil.copyfile(ROOT / "out" / "tradeoff" / name, DOCS / "tradeoff" / name)
 
 
+def first_screen() -> None:
+    """The two pictures of README's first screen: run-ups that go on where they stopped, and the shipped total errors."""
+    sys.path.insert(0, str(DOCS))
+    import first_screen as drawn
+
+    for name, (_, speeds) in drawn.RUN_UPS.items():
+        target = drawn.result_file(ROOT, name)
+        target.parent.mkdir(exist_ok=True)
+        said = cranktrain(f"runup {name} {speeds} --output {target} --json")
+        target.with_suffix(".json").write_text(said, "utf-8")
+    drawn.draw(ROOT)
+
+
 # Part of docs/tradeoff.md ---------------------------------------------------------------------------------------------
 
 
@@ -780,7 +793,9 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
 }
 """Document and maker of each part that stands between marks."""
-WHOLE: dict[str, Callable[[], None]] = {"pages": pages, "pictures": pictures, "studies": studies}
+WHOLE: dict[str, Callable[[], None]] = {
+    "pages": pages, "pictures": pictures, "studies": studies, "first_screen": first_screen
+}  # fmt: skip
 """Makers of what is written as a whole."""
 
 
