@@ -32,8 +32,8 @@ NAMED = {
     "solid/impedance/ground": "finite elements on quick films",
     "solid/impedance/flexible": "and a flexible block",
     "solid/table/flexible": "and films with tilt",
-    "solid/ehd/flexible": "and elastic bores, oil remembered",
-    "solid/ehd:fine/flexible": "and a fine grid of the films",
+    "solid/ehd/flexible": "and elastic bores, oil kept",
+    "solid/ehd:fine/flexible": "and finer films",
 }
 """Levels that are named in the second picture: each adds to the one before."""
 
@@ -128,18 +128,13 @@ def error_against_cost(points: Sequence[TotalPoint]) -> Any:
 
 
 def _name_levels(ax: Any, known: Sequence[tuple[TotalPoint, float, float]]) -> None:
-    """Mark the cheapest step of each named level; a ring round the default."""
+    """Mark the cheapest step of each named level, with error and cost in the legend; a ring round the default."""
     for number, (levels, words) in enumerate(NAMED.items()):
-        own: Mapping[float, tuple[TotalPoint, float]] = {c: (p, 100.0 * e) for p, c, e in known if p.levels == levels}
-        cost = min(own)
-        colour = CYCLE_COLOURS[number % 6]
-        ax.plot([cost], [own[cost][1]], "o", color=colour, ms=7, zorder=3)
-        right = cost > 1.0
-        ax.annotate(
-            words, (cost, own[cost][1]), xytext=(-8, -3) if right else (6, -13), textcoords="offset points",
-            ha="right" if right else "left", fontsize=9, color=colour,
-        )  # fmt: skip
+        cost, error = min((cost, 100.0 * error) for point, cost, error in known if point.levels == levels)
+        label = f"{words}: {error:.2g} %, {cost:.2g} s/s"
+        ax.plot([cost], [error], "o", color=CYCLE_COLOURS[number], ms=7.5, zorder=3, label=label)
     for point, cost, error in known:
         if point.default:
-            ax.plot([cost], [100.0 * error], "o", ms=14, mfc="none", mec=INK, mew=1.6)
-            ax.annotate("default", (cost, 100.0 * error), xytext=(8, 8), textcoords="offset points", fontsize=9, color=INK)
+            label = f"default, {point.step_deg:g}°: {100.0 * error:.2g} %, {cost:.2g} s/s"
+            ax.plot([cost], [100.0 * error], "o", ms=14, mfc="none", mec=INK, mew=1.6, ls="none", label=label)
+    ax.legend(loc="lower left", fontsize=8.5, frameon=False, labelcolor=INK, title="cheapest step of", alignment="left")
