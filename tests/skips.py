@@ -28,6 +28,7 @@ KNOWN = {
     "compares machine code of the installation": "make native",
     "measured trace not at": "set CRANKTRAIN_MEASURED to the file",
     "root may read everything": "run as another user",
+    "no other Python": "install it, or let pyenv do so",
     "no package index within reach": "a network, or a mirror of PyPI",
     "not in the repository": "run in a checkout",
     "no device that is always full": "Linux",
