@@ -601,7 +601,7 @@ def studies() -> None:
 
 
 def first_screen() -> None:
-    """The two pictures of README's first screen, from run-ups that go on where they stopped and shipped total errors."""
+    """The two pictures of README's first screen, from run-ups that go on where they stopped and total errors."""
     sys.path.insert(0, str(DOCS))
     import first_screen as drawn
 

@@ -1,7 +1,7 @@
 """What users may rely on, as lines of text: names, parameters, options, variables, keys of files.
 
-``python tests/public_names.py`` writes them to ``tests/data/public`` at a release. What stands there stays until the next
-major release (``docs/public.md``, ``tests/regression/test_public_names.py``); further lines may come at any time.
+``python tests/public_names.py`` writes them to ``tests/data/public`` at a release. What stands there stays until the
+next major release (``docs/public.md``, ``tests/regression/test_public_names.py``); further lines may come at any time.
 """
 
 from __future__ import annotations
