@@ -43,6 +43,7 @@ class Environment:
         programs = folder / "venv" / ("Scripts" if os.name == "nt" else "bin")
         self.python = programs / ("python.exe" if os.name == "nt" else "python")
         left_out = "PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", "CC", "CRANKTRAIN_NO_MACHINE_CODE", "NUMBA_CACHE_DIR"
+        left_out += ("PYTHONDONTWRITEBYTECODE",)
         plain = {name: value for name, value in os.environ.items() if name not in left_out}
         self.around = {**plain, "CRANKTRAIN_CACHE": str(folder / "cache"), "XDG_CACHE_HOME": str(folder / "other")}
         subprocess.run([python, "-m", "venv", str(folder / "venv")], check=True, env=self.around)
@@ -57,21 +58,28 @@ class Environment:
         )
         return time.perf_counter() - began
 
-    def run(self, text: str) -> tuple[str, float]:
-        """What a Python text prints, without any other program on the path, and seconds."""
-        began = time.perf_counter()
+    def run(self, text: str) -> tuple[str, dict[str, float]]:
+        """What a Python text prints, without any other program on the path; its seconds and processor seconds."""
+        began, used = time.perf_counter(), processor_seconds()
         done = subprocess.run(
             [str(self.python), "-c", text], cwd=self.folder, env=self._alone, stdout=subprocess.PIPE, text=True
         )
         if done.returncode:
             raise SystemExit(f"exit code {done.returncode} of{text}")
-        return done.stdout, time.perf_counter() - began
+        seconds = {"wall": time.perf_counter() - began, "processor": processor_seconds() - used}
+        return done.stdout, {name: round(value, 1) for name, value in seconds.items()}
 
     def compiled(self) -> list[str]:
         """Kernels and libraries that were compiled since the environment was made."""
         cache = self.folder / "cache"
         places = [*cache.rglob("*.nb?"), *cache.rglob("programs"), *(self.folder / "venv").rglob("cranktrain/**/*.nb?")]
         return [str(place.relative_to(self.folder)) for place in places]
+
+
+def processor_seconds() -> float:
+    """Of all processes that have ended below this one."""
+    spent = os.times()
+    return spent.children_user + spent.children_system
 
 
 def binaries(fmu: Path) -> list[str]:
@@ -83,14 +91,14 @@ def binaries(fmu: Path) -> list[str]:
 def tried(wheel: Path, folder: Path, model: str) -> dict[str, object]:
     """Install, run and build, in a folder."""
     environment = Environment(folder, sys.executable)
-    seconds = {"install": environment.install(wheel)}
-    where, _ = environment.run(WHERE)
+    seconds: dict[str, object] = {"install": round(environment.install(wheel), 1)}
+    where, seconds["first_import"] = environment.run(WHERE)
     _, seconds["first_run"] = environment.run(RUN)
     _, seconds["second_run"] = environment.run(RUN)
     out, seconds["first_fmu"] = environment.run(FMU.format(model=model))
     return {
         "wheel": wheel.name, "python": sys.version.split()[0], "platform": sys.platform, "installed": where.strip(),
-        "seconds": {name: round(value, 1) for name, value in seconds.items()},
+        "seconds": seconds,
         "binaries": binaries(folder / out.split()[-1]), "compiled": environment.compiled(),
     }  # fmt: skip
 
