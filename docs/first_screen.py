@@ -106,7 +106,7 @@ def plot_orders_and_published(ax: Any, engine: Engine, run_up: Any, said: Mappin
             fontsize=8.5, color=colour, va="top",
         )  # fmt: skip
     ax.set_xlim(speeds[0], speeds[-1])
-    ax.set_ylim(0.0, 1.42 * highest)
+    ax.set_ylim(0.0, 1.6 * highest)
     ax.set_ylabel("torsion of the pulley / mdeg", fontsize=9)
 
 
