@@ -47,9 +47,9 @@ def python(*words: str) -> str:
     return subprocess.run([sys.executable, *words], check=True, stdout=subprocess.PIPE, text=True, cwd=ROOT).stdout
 
 
-def cranktrain(line: str) -> str:
-    """Output of ``cranktrain`` with these words, run from the root."""
-    return python("-c", "import sys; from cranktrain.cli.main import main; sys.exit(main(sys.argv[1:]))", *line.split())
+def cranktrain(line: str) -> None:
+    """Run ``cranktrain`` with these words from the root."""
+    python("-c", "import sys; from cranktrain.cli.main import main; sys.exit(main(sys.argv[1:]))", *line.split())
 
 
 # Parts of docs/ladder.md ----------------------------------------------------------------------------------------------
@@ -608,8 +608,7 @@ def first_screen() -> None:
     for name, (_, speeds) in drawn.RUN_UPS.items():
         target = drawn.result_file(ROOT, name)
         target.parent.mkdir(exist_ok=True)
-        said = cranktrain(f"runup {name} {speeds} --output {target} --json")
-        target.with_suffix(".json").write_text(said, "utf-8")
+        cranktrain(f"runup {name} {speeds} --output {target}")
     drawn.draw(ROOT)
 
 

@@ -5,8 +5,7 @@ Orders of the pulley's torsion over speed with the published critical speeds, an
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,9 @@ from matplotlib.figure import Figure
 import cranktrain as ct
 from cranktrain.engine.model import Engine
 from cranktrain.results.figures import save_figure
+from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.plots import CYCLE_COLOURS, GREY, INK
+from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.studies.total_error.point import TotalPoint, at_scene
 from cranktrain.studies.total_error.shipped import shipped
 
@@ -68,9 +69,7 @@ def critical_speeds(root: Path) -> Any:
     """Orders over speed of both engines, with published critical speeds."""
     figure, axes = _figure(len(RUN_UPS))
     for ax, (name, (title, _)) in zip(axes, RUN_UPS.items(), strict=True):
-        place = result_file(root, name)
-        said = json.loads(place.with_suffix(".json").read_text("utf-8"))
-        plot_orders_and_published(ax, ct.load_engine(name), ct.load_run(place), said)
+        plot_orders_and_published(ax, ct.load_engine(name), result_file(root, name))
         ax.set_title(title, fontsize=10.5, loc="left", color=INK)
     axes[-1].set_xlabel("speed / (rev/min)", fontsize=10)
     figure.suptitle("Critical speeds: dashed published, lines computed in motion", fontsize=12, x=0.01, ha="left")
@@ -85,20 +84,22 @@ def published_speeds(engine: Engine) -> dict[float, float]:
     return dict(zip(stated.critical_orders, (speeds * 30.0 / np.pi).tolist(), strict=True))
 
 
-def found_peak(said: Mapping[str, Any], order: float, published: float) -> float:
-    """Speed, rev/min, of the peak of an order that lies nearest to the published one, from ``runup --json``."""
-    return min((peak["rpm"] for peak in said["peaks"] if peak["order"] == order), key=lambda rpm: abs(rpm - published))
+def found_peak(run_up: RunUp, order: float, published: float) -> float:
+    """Speed, rev/min, of the peak of an order that lies nearest to the published one."""
+    found = (peak.speed * 30.0 / np.pi for peak in peaks(run_up) if peak.order == order)
+    return min(found, key=lambda rpm: abs(rpm - published))
 
 
-def plot_orders_and_published(ax: Any, engine: Engine, run_up: Any, said: Mapping[str, Any]) -> None:
+def plot_orders_and_published(ax: Any, engine: Engine, place: Path) -> None:
     """Orders with published critical speeds, mdeg; a dashed line at each, and by how much the peak is off."""
+    run_up, stored = ct.load_run(place), RunUp.load(place)
     speeds = np.asarray(run_up.speeds_rpm)
     orders = [(q, rpm) for q, rpm in published_speeds(engine).items() if speeds[0] < rpm < speeds[-1]]
     highest = 0.0
     for (order, published), colour in zip(orders, CYCLE_COLOURS, strict=False):
         amplitude = 1e3 * np.asarray(run_up["pulley.torsion", order].to("deg"))
         ax.plot(speeds, amplitude, color=colour, lw=1.5)
-        found, highest = found_peak(said, order, published), max(highest, float(amplitude.max()))
+        found, highest = found_peak(stored, order, published), max(highest, float(amplitude.max()))
         ax.axvline(published, color=colour, lw=1.1, ls=(0, (4, 3)))
         note = f"order {order:g}\n{published:.0f}\n{found / published - 1.0:+.1%}".replace("-", "−")
         ax.annotate(
