@@ -5,7 +5,14 @@ WORKERS ?= 2
 TESTS ?=
 PARTS ?=
 PEERS ?=
+ifeq ($(OS),Windows_NT)
+BIN := $(VENV)/Scripts
+EXE := .exe
+TIMEOUT := thread
+else
 BIN := $(VENV)/bin
+TIMEOUT := signal
+endif
 # Machine code of the kernels as they are now; after an edit kernels are compiled when they are first called.
 NATIVE = $(BIN)/python -m cranktrain.fmu.native --package
 # Modules become byte code when they are first imported; of what is installed few are.
@@ -20,10 +27,11 @@ export OPENBLAS_NUM_THREADS ?= 2
 demo: $(VENV)/.installed-bare
 	$(BIN)/python examples/demo.py
 
-# A test that hangs is named and ended after half an hour, whatever else the machine does; the rest goes on.
+# A skip of an unknown kind fails (tests/skips.py). A test that hangs is named and ended after half an hour, whatever
+# else the machine does; the rest goes on.
 test: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "not slow" \
-		--timeout 1800 --timeout-method signal --durations 20 --durations-min 10 $(TESTS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "not slow" --known-skips \
+		--timeout 1800 --timeout-method $(TIMEOUT) --durations 20 --durations-min 10 $(TESTS)
 
 test-all: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --known-skips
@@ -36,6 +44,8 @@ lint: $(VENV)/.installed-lint
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 
 docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
@@ -65,10 +75,10 @@ wheel: $(VENV)/.installed-native
 	$(BIN)/python -m pip wheel --disable-pip-version-check -q --no-deps -w dist .
 	rm -rf build
 
-$(BIN)/python:
+$(BIN)/python$(EXE):
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.installed-bare: pyproject.toml | $(BIN)/python
+$(VENV)/.installed-bare: pyproject.toml | $(BIN)/python$(EXE)
 	$(INSTALL) -e .
 	touch $@
 
@@ -76,7 +86,7 @@ $(VENV)/.installed: $(VENV)/.installed-bare
 	$(NATIVE)
 	touch $@
 
-$(VENV)/.installed-%: pyproject.toml | $(BIN)/python
+$(VENV)/.installed-%: pyproject.toml | $(BIN)/python$(EXE)
 	$(INSTALL) -e .[$*]
 	$(NATIVE)
 	touch $@ $(VENV)/.installed-bare $(VENV)/.installed

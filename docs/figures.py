@@ -614,6 +614,18 @@ def studies() -> None:
         shutil.copyfile(ROOT / "out" / "tradeoff" / name, DOCS / "tradeoff" / name)
 
 
+def first_screen() -> None:
+    """The two pictures of README's first screen, from run-ups that go on where they stopped and total errors."""
+    sys.path.insert(0, str(DOCS))
+    import first_screen as drawn
+
+    for name, (_, speeds) in drawn.RUN_UPS.items():
+        target = drawn.result_file(ROOT, name)
+        target.parent.mkdir(exist_ok=True)
+        cranktrain(f"runup {name} {speeds} --output {target}")
+    drawn.draw(ROOT)
+
+
 # Part of docs/tradeoff.md ---------------------------------------------------------------------------------------------
 
 
@@ -795,7 +807,9 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
 }
 """Document and maker of each part that stands between marks."""
-WHOLE: dict[str, Callable[[], None]] = {"pages": pages, "pictures": pictures, "studies": studies}
+WHOLE: dict[str, Callable[[], None]] = {
+    "pages": pages, "pictures": pictures, "studies": studies, "first_screen": first_screen
+}  # fmt: skip
 """Makers of what is written as a whole."""
 
 

@@ -1,6 +1,7 @@
 """Why tests may be skipped here: the start of each known reason, and what would let them run.
 
-A run ends with one line a kind. ``make test-all`` fails on a reason that is not in the table.
+A run ends with one line a kind. ``make test`` and ``make test-all`` fail on a reason that is not
+in the table.
 """
 
 from collections import Counter
@@ -27,6 +28,7 @@ KNOWN = {
     "compares machine code of the installation": "make native",
     "measured trace not at": "set CRANKTRAIN_MEASURED to the file",
     "root may read everything": "run as another user",
+    "no other Python": "install it, or let pyenv do so",
     "no package index within reach": "a network, or a mirror of PyPI",
     "not in the repository": "run in a checkout",
     "no device that is always full": "Linux",

@@ -13,8 +13,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-__version__ = "0.1.0"
-
 _FUNCTIONS = (
     "analyse_measured", "bearing_loads", "calibrate", "campbell", "couple", "damper_optimum", "export", "fatigue",
     "film_table", "harness", "identify", "modal", "new_engine", "picture", "plan", "plot_runup", "reduce", "report",
@@ -57,8 +55,21 @@ NAMES = {
 __all__ = ["__version__", *NAMES]
 
 
+def _installed_version() -> str:
+    """Version of the installation, which its build took from the tags; ``0+unknown`` for sources on a bare path."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("cranktrain")
+    except PackageNotFoundError:
+        return "0+unknown"
+
+
 def __getattr__(name: str) -> Any:
     """Load a name of the library at its first use."""
+    if name == "__version__":
+        globals()[name] = _installed_version()
+        return globals()[name]
     if name not in NAMES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     module = import_module(f"{__name__}.{NAMES[name]}")

@@ -1,5 +1,6 @@
 """The wheel: in an environment of its own it simulates and builds native FMUs, and nothing compiles there."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -89,6 +90,40 @@ def test_the_wheel_carries_libraries_and_what_an_fmu_is_built_from(wheel):
     for name in ("cranktrain_slave.py", "LICENSE", "modelDescription/interface.toml", "modelDescription/units.toml"):
         assert f"cranktrain/fmu/carried/{name}" in names
     assert "cranktrain/fmu/native/c/fmi2.c" in names
+
+
+@pytest.mark.slow
+def test_the_version_is_known_without_git(wheel, python):
+    """The sources were copied without their repository; a tag gives them another one."""
+    version = python("import cranktrain; print(cranktrain.__version__)")[0]
+    assert version.endswith(".dev0") and wheel.name == f"cranktrain-{version}-py3-none-any.whl"
+
+
+def other_python(version):
+    """A Python of a version that makes environments, or None."""
+    own = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv", "versions").glob(
+        f"{version}.*/bin/python{version}"
+    )
+    for found in (shutil.which(f"python{version}"), *own):
+        if found and not subprocess.run([found, "-c", "import venv, ensurepip"], capture_output=True).returncode:
+            return str(found)
+    return None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13"])
+def test_the_wheel_runs_in_an_empty_environment(wheel, version):
+    """With dependencies of its own, no compiler on the path, no cache: nothing compiles, the FMU has its binary."""
+    found = other_python(version)
+    if found is None:
+        pytest.skip(f"no other Python: {version}")
+    script = ROOT / "tests" / "installed_wheel.py"
+    done = subprocess.run([found, script, wheel, "--fmu", "valvetrain_i6"], capture_output=True, text=True)
+    if "No matching distribution" in done.stderr or "Could not find a version" in done.stderr:
+        pytest.skip("no package index within reach")
+    assert done.returncode == 0, done.stdout + done.stderr[-3000:]
+    said = json.loads(done.stdout)
+    assert said["compiled"] == [] and this_platform() in said["binaries"] and said["python"].startswith(version)
 
 
 @pytest.mark.slow

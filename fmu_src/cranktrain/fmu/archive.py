@@ -24,10 +24,10 @@ from types import ModuleType
 from typing import Any
 from xml.etree import ElementTree
 
-from cranktrain import __version__
 from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import LIBRARIES, OFF, SEAL, code_digest, kind_of, library_name
 from cranktrain.fmu.description import Interface, Variable, complete, expand, plain, variable_table
+from cranktrain.fmu.model_version import model_version
 from cranktrain.fmu.native.link import library
 from cranktrain.fmu.running_code import RUNNING, SOURCES, renamed, running_code
 from cranktrain.fmu.terminals_and_icons import FOLDER, icons, terminals_and_icons
@@ -190,7 +190,7 @@ def _contents(product: Product) -> Contents:
         "running": product.running.partition(".")[2],
         "author": "Cranktrain contributors",
         "license": "BSD-3-Clause",
-        "version": __version__,
+        "version": model_version(),
         "reals": sum(v.type == "Real" for v in variables),
         "speed": next(v.reference for v in variables if v.name == interface.speed),
         "variables": [plain(v) for v in variables],

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
-from cranktrain import __version__
 from cranktrain.fmu.arrays import Group
 from cranktrain.fmu.description import Interface, naming, unit_definitions
+from cranktrain.fmu.model_version import model_version
 
 LOG_CATEGORIES = {
     "logEvents": "What the model does",
@@ -49,7 +49,7 @@ def description3(model: str, interface: Interface, groups: Sequence[Group], toke
         "fmiModelDescription",
         {
             "fmiVersion": "3.0", "modelName": model, "instantiationToken": token,
-            "description": interface.description, "author": "Cranktrain contributors", "version": __version__,
+            "description": interface.description, "author": "Cranktrain contributors", "version": model_version(),
             "license": "BSD-3-Clause", "generationTool": "cranktrain", "variableNamingConvention": naming(members),
         },
     )  # fmt: skip

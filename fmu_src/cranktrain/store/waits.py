@@ -102,7 +102,7 @@ class _Compiled:
         if event.is_start and self._depth == 1:
             self._began = time.monotonic()
             if self._spent < LATE:
-                self._told.tell(TEXT.format(folder=cache_folder() / "kernels"))
+                self._told.tell(compiling_text())
         elif event.is_end and self._depth == 0:
             self._spent += time.monotonic() - self._began
             if self._spent > LATE:
@@ -110,7 +110,11 @@ class _Compiled:
             self._told.end()
 
 
-TEXT = "compiling kernels, which the machine code of this package does not hold; kept in {folder}"
+def compiling_text(system: str = sys.platform) -> str:
+    """What is said while kernels compile on a system, as ``sys.platform`` names it."""
+    untested = "; there is no machine code for macOS, where this program is untested" if system == "darwin" else ""
+    folder = cache_folder() / "kernels"
+    return f"compiling kernels, which the machine code of this package does not hold{untested}; kept in {folder}"
 
 
 @contextmanager

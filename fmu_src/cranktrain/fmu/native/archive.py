@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
-from cranktrain import __version__
 from cranktrain.core.machine_code import code_digest
 from cranktrain.fmu.archive import FMU, Product, accompanying, archived, fmu_path, write_whole, xml_bytes
 from cranktrain.fmu.arrays import Group, array_table, grouped, scalars
 from cranktrain.fmu.description import Variable, complete
 from cranktrain.fmu.description3 import description3
+from cranktrain.fmu.model_version import model_version
 from cranktrain.fmu.native.file_format import NativeFile, Texts, table, to_bytes
 from cranktrain.fmu.native.interface import NativeModel, interface_tables
 from cranktrain.fmu.native.link import library
@@ -75,7 +75,7 @@ def native_data(
     names = {v.name: name for group in groups for v, name in zip(group.members, group.element_names, strict=True)}
     rows: dict[str, Any] = interface_tables(model, variables, texts, names)
     rows |= model.tables()
-    about = {"model": product.model, "version": __version__, "speed": product.interface.speed, **model.about}
+    about = {"model": product.model, "version": model_version(), "speed": product.interface.speed, **model.about}
     about |= {"arrays": array_table(groups)} if groups else {}
     rows["INFO"] = [{"name": texts.at(name), "text": texts.at(text)} for name, text in about.items()]
     tables = {name: table(name, listed) if isinstance(listed, list) else listed for name, listed in rows.items()}
@@ -99,7 +99,7 @@ def description(product: Product, guid: str, takes_rates: bool) -> Element:
     root = Element(
         "fmiModelDescription",
         {
-            "fmiVersion": "2.0", "modelName": product.model, "guid": guid, "version": __version__,
+            "fmiVersion": "2.0", "modelName": product.model, "guid": guid, "version": model_version(),
             "author": "Cranktrain contributors", "license": "BSD-3-Clause", "generationTool": "cranktrain",
             "variableNamingConvention": "structured",
         },

@@ -86,6 +86,11 @@ def _shim_digest() -> str:
 
 def checked_platform(platform: str) -> Platform:
     """Row of a platform; ``InputError`` for one that is not known."""
+    if platform.endswith(("darwin", "darwin64")):
+        raise InputError(
+            "there is no machine code for macOS, where this program is untested; numba compiles there. Platforms of a "
+            f"native FMU are {', '.join(PLATFORMS)}"
+        )
     if platform not in PLATFORMS:
         raise InputError(f"platform '{platform}' is not known; take one of {', '.join(PLATFORMS)}")
     return PLATFORMS[platform]

@@ -5,11 +5,9 @@ from __future__ import annotations
 import html
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from io import BytesIO
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from cranktrain.core.errors import InputError
@@ -34,19 +32,10 @@ def html_table(title: str, header: Sequence[str], rows: Sequence[Sequence[object
     return f"<table><caption>{html.escape(title)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
-class NotebookFigure(Figure):
-    """A figure that a notebook shows without any setting."""
-
-    def _repr_png_(self) -> bytes:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-        buffer = BytesIO()
-        FigureCanvasAgg(self).print_png(buffer)
-        return buffer.getvalue()
-
-
 def for_notebook(figure: Any) -> Any:
     """The same figure, which a notebook shows."""
+    from cranktrain.results.in_hand.notebook_figure import NotebookFigure
+
     figure.__class__ = NotebookFigure
     return figure
 

@@ -71,7 +71,7 @@ def study_digest(study: Study) -> str:
     """Digest of all that the answer for a variant depends on."""
     what = (
         study.engine, study.model, study.varied, study.outputs, study.speeds, study.derived, study.levels, study.load,
-        study.design, __version__, source_digest(models.__file__, deferred=True),
+        study.design, source_digest(models.__file__, deferred=True),
         getattr(study.function, "__qualname__", ""),
     )  # fmt: skip
     return sha256(repr(what).encode()).hexdigest()

@@ -1,0 +1,18 @@
+"""A figure that a notebook shows. Apart from the rest, because matplotlib takes half a second to load."""
+
+from __future__ import annotations
+
+from io import BytesIO
+
+from matplotlib.figure import Figure
+
+
+class NotebookFigure(Figure):
+    """A figure that a notebook shows without any setting."""
+
+    def _repr_png_(self) -> bytes:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        buffer = BytesIO()
+        FigureCanvasAgg(self).print_png(buffer)
+        return buffer.getvalue()
