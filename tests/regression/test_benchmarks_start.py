@@ -53,7 +53,6 @@ STARTS = {
     "code_variants": Start("linear", {"CYCLES": 2}),
     "collar": Start("--speeds 1000", {"BEFORE": 1, "AFTER": 1}, quick=True),
     "combustion_coupling": Start("torsional", {"STEPS_DEG": [4.0], "FINE_DEG": 2.0, "CYCLES": 2}, quick=True),
-    "coupling_cost": Start(constants={"STEPS_DEG": [3.0], "BLOCKS": 2, "BLOCK": 20, "CYCLES": (1, 2)}),
     "cost_law": Start(
         constants={
             "ROUNDS": 1,
@@ -69,6 +68,7 @@ STARTS = {
         }
     ),
     "coupling": Start("torsional", {"STEPS_DEG": [6.0], "CYCLES": 2}, quick=True),
+    "coupling_cost": Start(constants={"STEPS_DEG": [3.0], "BLOCKS": 2, "BLOCK": 20, "CYCLES": (1, 2)}),
     "cover_steps": Start("impedance", {"CYCLES": 1, "FINEST": 2.0, "CHOICES": [("esdirk4", 2.5)]}),
     "damper": Start("diesel_i6 6", {"CYCLES": 2}),
     "dense_output": Start(constants={"SHORT": 0.001, "LONG": 0.002, "TIMES": 1, "CYCLE": 0.002}),
@@ -113,7 +113,7 @@ STARTS = {
         constants={"CYCLES": 2, "MASTERS": ["fmpy"]}, why="other masters are installed by pip into environments"
     ),
     "ground_springs": Start("diesel_i6"),
-    "identify_trials": Start("--engines four_petrol --trials 1", {"SPEEDS": 8, "ORDERS": 2}),
+    "identify_trials": Start("--engines four_petrol --trials 1 --speeds 8", {"HIGHEST": 4.0}),
     "inherited_damping": Start("diesel_i6", {"SPEEDS": [1.0]}),
     "large_tables": Start("--megabytes 1 2"),
     "law_call": Start("--calls 1000", {"TIMES": 1, "CYCLES": 1}, quick=True),

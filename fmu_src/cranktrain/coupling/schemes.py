@@ -7,16 +7,15 @@ Computing Surveys 51 (2018) 49.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from cranktrain.core.errors import SolverError
 from cranktrain.coupling.kernels.exchange import READ, STEP, WRITE
 
-if TYPE_CHECKING:
-    from cranktrain.coupling.master import Master
-
+Master: TypeAlias = Any
+"""A :class:`cranktrain.coupling.master.Master`, which imports the schemes."""
 RESOLVED = 1.0e-6
 """Least range of an output, over its size, on which scheme ``iterative`` judges its change."""
 

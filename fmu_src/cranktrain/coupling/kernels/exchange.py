@@ -36,6 +36,7 @@ _WARNING = 1
 """Highest status of FMI that is good."""
 
 
+# In one piece: arrays of a master, which numba takes one by one from Python.
 @kernel
 def take_turns(control, numbers, units, wires, places, inputs, known, samples, extremes, notes):
     """Let units write, step and read as ``control`` says, and at last remember the values of a communication point.

@@ -65,6 +65,8 @@ SMALL = (
     "7elastic7weights", "6motion13big_end_films", "5lanes6result", "5lanes4gaps8oil_state",
     "5lanes7balance10take_sides", "5lanes6border9eliminate", "5lanes6border16border_equations",
     "5lanes6border12past_sources", "6motion9equations11factor_part", "12step_control9take_part",
+    "4film7journal", "time5stage7recover", "time5stage11move_freely", "built_in_trace10fill_trace", "3gap9least_gap",
+    "rigid_bore15_solved_figures", "5begin13turn_geometry", "film_solution11solve_alone",
 )  # fmt: skip
 """In the names of functions that run once a start, a change of the step or an output, or for few engines: they are made
 small, not fast."""

@@ -39,7 +39,11 @@ from cranktrain.core.types import Progress
 from cranktrain.fmu.native.platforms import PLATFORMS, Platform
 
 SOURCES = Path(__file__).parent / "c"
-FLAGS = ("-std=c11", "-O2", "-g0", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
+FLAGS = (
+    "-std=c11", "-Os", "-g0", "-fno-asynchronous-unwind-tables", "-fno-unwind-tables", "-shared", "-fvisibility=hidden",
+    "-ffp-contract=off",
+)  # fmt: skip
+"""Small code: the time of a step is the kernels' time."""
 SETTINGS = {
     "NUMBA_DISABLE_INTEL_SVML": "1",
     "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
