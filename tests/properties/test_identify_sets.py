@@ -99,6 +99,7 @@ def test_runs_in_time_correct_what_harmonic_balance_found(four, tmp_path):
     assert found["load"]["value"] == pytest.approx(0.9, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_targets_and_mounts_stand_beside_frequencies_of_twist(tmp_path):
     """A bending target and the lowest frequency on the mounts, of softer mounts and a heavier pulley, found again."""
     engine = load_engine("diesel_i6")
