@@ -8,14 +8,13 @@ the values at the end with the angle that they belong to, so model and measureme
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.coupling.trace_unit import ANGLE, SPEED
+from cranktrain.coupling.by_angle import ByAngle
 from cranktrain.coupling.unit import Port
 from cranktrain.loads.gas_pressure import gas_pressure, spline_coefficients
 
@@ -47,31 +46,13 @@ class Recording:
         return float(self.values[channel].mean())
 
 
-class RecordingUnit:
-    """See the protocol of :mod:`cranktrain.coupling.unit`."""
-
-    restorable = True
+class RecordingUnit(ByAngle):
+    """Channels by crank angle."""
 
     def __init__(self, name: str, recording: Recording) -> None:
-        self.name, self.recording = name, recording
+        self.recording = recording
         self._tables = {key: spline_coefficients(values) for key, values in recording.values.items()}
-        self.inputs: Mapping[str, Port] = dict.fromkeys((ANGLE, SPEED), Port())
-        self.outputs: Mapping[str, Port] = {**recording.ports, AT: Port()}
-        self._given, self._angle = np.zeros(2), 0.0
-        self.link((ANGLE, SPEED), list(self.outputs))
-
-    def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
-        """See the protocol."""
-        self._in = [(ANGLE, SPEED).index(name) for name in inputs]
-        self._read = list(outputs)
-
-    def initialize(self, time: float) -> None:
-        """See the protocol."""
-        self._angle = float(self._given[0])
-
-    def write(self, values: Array) -> None:
-        """See the protocol."""
-        self._given[self._in] = values
+        super().__init__(name, {**recording.ports, AT: Port()})
 
     def at(self, channel: str, angle: float) -> float:
         """Value of a channel at a crank angle, rad."""
@@ -81,22 +62,6 @@ class RecordingUnit:
     def read(self) -> Array:
         """See the protocol."""
         return np.array([self._angle if name == AT else self.at(name, self._angle) for name in self._read])
-
-    def step(self, time: float, size: float) -> None:
-        """See the protocol."""
-        self._angle = float(self._given[0] + self._given[1] * size)
-
-    def keep(self, held: Any = None) -> Any:
-        """See the protocol."""
-        return self._angle, self._given.copy()
-
-    def restore(self, state: Any) -> None:
-        """See the protocol."""
-        self._angle, given = state
-        self._given[:] = given
-
-    def close(self) -> None:
-        """See the protocol."""
 
 
 def without_zero(angle: Array, values: Array) -> Array:
