@@ -156,3 +156,20 @@ def test_a_foreign_partner_that_dies_fails_or_lacks_a_variable(couple, tmp_path,
     if step:
         data, attributes = read_result(path)
         assert data["time"][0][-1] == pytest.approx(0.01, abs=2e-4) and said in attributes["ended"]
+
+
+@pytest.mark.parametrize(
+    ("degrees", "reconstruction", "given", "taken"),
+    [
+        (1.5, "own", {}, "esdirk3"),
+        (1.5, "quadratic", {}, "sdirk3"),
+        (1.6, "own", {}, None),
+        (1.0, "own", {"solver.integrator": "esdirk5"}, "esdirk5"),
+        (1.0, "own", {"solver.control": "fixed"}, None),
+    ],
+)
+def test_short_steps_choose_the_integrator(fmu, partner, degrees, reconstruction, given, taken):
+    """Three implicit stages up to 1.5 degrees a step, unless the user has chosen the steps or the method."""
+    partners = Partners(fmu, partner, {"cranktrain": given})
+    engine = virtual_engine(partners, SPEED, "jacobi", reconstruction, math.radians(degrees) / SPEED)
+    assert engine.values["cranktrain"].get("solver.integrator") == taken

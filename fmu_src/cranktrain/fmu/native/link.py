@@ -39,11 +39,10 @@ from cranktrain.core.types import Progress
 from cranktrain.fmu.native.platforms import PLATFORMS, Platform
 
 SOURCES = Path(__file__).parent / "c"
-FLAGS = (
-    "-std=c11", "-Os", "-g0", "-fno-asynchronous-unwind-tables", "-fno-unwind-tables", "-shared", "-fvisibility=hidden",
-    "-ffp-contract=off",
-)  # fmt: skip
+FLAGS = "-std=c11", "-Os", "-g0", "-shared", "-fvisibility=hidden", "-ffp-contract=off"
 """Small code: the time of a step is the kernels' time."""
+TABLELESS = "-fno-asynchronous-unwind-tables", "-fno-unwind-tables"
+"""Nothing is thrown through our code. Not for Windows, whose C library does not compile without unwind tables."""
 SETTINGS = {
     "NUMBA_DISABLE_INTEL_SVML": "1",
     "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
@@ -194,7 +193,7 @@ def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, pr
         # Windows: the compiler's own C library is 150 kB smaller without what debuggers read, and code counts there.
         own = ["-s", "-Os"]
         if platform.suffix == ".so":
-            own = ["-s", "-lm", "-Wl,-z,relro,-z,now,-z,noexecstack,-z,noseparate-code", "-fPIC"]
+            own = [*TABLELESS, "-s", "-lm", "-Wl,-z,relro,-z,now,-z,noexecstack,-z,noseparate-code", "-fPIC"]
         run = [
             *command,
             *FLAGS,
