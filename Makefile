@@ -18,8 +18,9 @@ NATIVE = $(BIN)/python -m cranktrain.fmu.native --package
 # Modules become byte code when they are first imported; of what is installed few are.
 INSTALL = $(BIN)/python -m pip install --disable-pip-version-check -q --no-compile
 export PYTHONUNBUFFERED := 1
-export OMP_NUM_THREADS ?= 2
-export OPENBLAS_NUM_THREADS ?= 2
+# Dense matrices here are small, and a second thread of linear algebra waits for its core more than it works.
+export OMP_NUM_THREADS ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
 
 .PHONY: demo test test-all mutants lint docs figures bench bench-peers bench-cost install native wheel
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.cli.main import main
+from cranktrain.cli.main import ENGINE_VERBS, VERBS, main
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.engine.file import engine_path, load_engine
@@ -183,6 +183,16 @@ def test_a_wrong_call_ends_in_one_line_and_exit_code_2(arguments):
     )
     assert done.returncode == 2
     assert done.stdout == "" and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("verb", ["", *ENGINE_VERBS, *VERBS])
+def test_help_of_all_verbs_and_of_each(verb, capsys):
+    """Descriptions and helps hold per cent signs, by which argparse formats."""
+    with pytest.raises(SystemExit) as ended:
+        main([*verb.split(), "--help"])
+    assert ended.value.code == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"usage: cranktrain {verb}".strip() in said and ("95 % interval" in said or verb not in ("", "identify"))
 
 
 def test_a_result_never_replaces_what_is_no_result(tmp_path):

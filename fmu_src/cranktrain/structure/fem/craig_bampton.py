@@ -149,12 +149,12 @@ def eigenmodes(
     while True:
         vectors, with_mass = _orthonormal(image, mass, basis[:, :size], momenta[:, :size])
         grown = size + vectors.shape[1]
-        if size:
+        if size >= count:
             coupling = with_mass.T @ image
             squares, turn = eigh(projected[:size, :size])
             squares, turn = squares[::-1][:count], turn[:, ::-1][:, :count]
             residual = np.linalg.norm(coupling @ turn[size - image.shape[1] :], axis=0) / squares
-            if size >= count and np.all(residual**2 < tolerance):
+            if np.all(residual**2 < tolerance):
                 return 1.0 / np.sqrt(squares), basis[:, :size] @ turn
         if grown > limit or grown == size:
             if limit < needed:

@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from threadpoolctl import threadpool_limits
 
 from cranktrain.core.reduced_body import ReducedBody, sliced_body
 from cranktrain.core.rigid_slices import Slices, fields, rigid_motion, skew
@@ -143,6 +144,7 @@ class Frame:
         levers = arms * shares[..., None]
         self.members.append(Member((first, second), stiffness, slices, motion, along, tension, levers))
 
+    @threadpool_limits.wrap(limits=1, user_api="blas")
     def reduced(
         self,
         name: str,
