@@ -28,6 +28,11 @@ export OPENBLAS_NUM_THREADS ?= 1
 demo: $(VENV)/.installed-bare
 	$(BIN)/python examples/demo.py
 
+# Each worker computes on one thread: where workers fill the cores, threads of linear algebra wait for each other in busy
+# loops, for two to five times the processor time.
+test test-all: export OMP_NUM_THREADS = 1
+test test-all: export OPENBLAS_NUM_THREADS = 1
+
 # A skip of an unknown kind fails (tests/skips.py). A test that hangs is named and ended after half an hour, whatever
 # else the machine does; the rest goes on.
 test: $(VENV)/.installed-test

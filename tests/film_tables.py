@@ -1,13 +1,15 @@
 """The coarse film table that tests share, its law in clearances, and films to compare with."""
 
 import math
-import tempfile
 from functools import cache
 
 import numpy as np
 
+from cranktrain.core.cache import cache_folder
+from cranktrain.core.sources import source_digest
 from cranktrain.film.journal.film import OUT_SIZE, journal_film
 from cranktrain.film.journal.grid import Motion, cold_start, journal_work
+from cranktrain.film.table import database
 from cranktrain.film.table.database import TableSettings, table_grid
 from cranktrain.film.table.family import CENTRED_TURN
 from cranktrain.film.table.interpolation import TILT_STRETCH
@@ -16,6 +18,11 @@ from cranktrain.film.table.reach import reach
 from cranktrain.film.table.tilted import table_work
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure import assembly
+
+try:
+    import fcntl
+except ImportError:
+    fcntl = None
 
 RATIO = 0.35
 SETTINGS = TableSettings(RATIO, resolution="coarse", relief_depth=0.15, roughness=0.01)
@@ -31,9 +38,13 @@ def coarse_mains(patch):
 
 @cache
 def coarse_table():
-    """The coarse table, built once for all tests."""
-    with tempfile.TemporaryDirectory() as folder:
-        return film_table(SETTINGS, f"{folder}/coarse.h5")[0]
+    """The coarse table, built once for all tests and workers, and anew where sources of films have changed."""
+    folder = cache_folder() / "films" / f"of_tests_{source_digest(database.__file__)}"
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as stream:
+        if fcntl is not None:
+            fcntl.flock(stream, fcntl.LOCK_EX)
+        return film_table(SETTINGS, folder / "coarse.h5")[0]
 
 
 def law(table, state, half_speed=0.0, clearance=1.0, factor=1.0, grid=GRID):

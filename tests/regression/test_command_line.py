@@ -185,14 +185,20 @@ def test_a_wrong_call_ends_in_one_line_and_exit_code_2(arguments):
     assert done.stdout == "" and done.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("verb", ["", *ENGINE_VERBS, *VERBS])
-def test_help_of_all_verbs_and_of_each(verb, capsys):
-    """Descriptions and helps hold per cent signs, by which argparse formats."""
-    with pytest.raises(SystemExit) as ended:
-        main([*verb.split(), "--help"])
-    assert ended.value.code == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert f"usage: cranktrain {verb}".strip() in said and ("95 % interval" in said or verb not in ("", "identify"))
+@pytest.mark.parametrize("verb", [*ENGINE_VERBS, *VERBS])
+def test_help_of_each_verb(verb, capsys):
+    with pytest.raises(SystemExit) as end:
+        main([verb, "--help"])
+    assert end.value.code == 0
+    assert f"usage: cranktrain {verb}" in capsys.readouterr().out
+
+
+def test_help_lists_every_verb(capsys):
+    with pytest.raises(SystemExit) as end:
+        main(["--help"])
+    assert end.value.code == 0
+    listed = re.findall(r"^    (\S+)", capsys.readouterr().out, re.MULTILINE)
+    assert {*ENGINE_VERBS, *VERBS} <= {*listed}
 
 
 def test_a_result_never_replaces_what_is_no_result(tmp_path):

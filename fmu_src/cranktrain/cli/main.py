@@ -137,7 +137,7 @@ def _parser(asked: str = "") -> _Parser:
             verbs.add_parser(name)
             continue
         module = verb_module(name)
-        sub = verbs.add_parser(name, help=_in_short(module), description=module.DESCRIPTION)
+        sub = verbs.add_parser(name, help=_line_of(module), description=module.DESCRIPTION)
         add = sub.add_argument
         add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
         own = sub.add_mutually_exclusive_group()
@@ -169,16 +169,16 @@ def _parser(asked: str = "") -> _Parser:
             continue
         module = verb_module(name)
         raw = argparse.RawDescriptionHelpFormatter
-        sub = verbs.add_parser(name, help=_in_short(module), description=module.DESCRIPTION, formatter_class=raw)
+        sub = verbs.add_parser(name, help=_line_of(module), description=module.DESCRIPTION, formatter_class=raw)
         module.add_options(sub)
         sub.add_argument("--json", action="store_true", help="print one JSON object")
         sub.set_defaults(verb=module.run)
     return whole
 
 
-def _in_short(module: ModuleType) -> str:
-    """First line of a verb's description, for argparse, which formats helps with ``%``."""
-    return str(module.DESCRIPTION).partition("\n")[0].replace("%", "%%")
+def _line_of(verb: ModuleType) -> str:
+    """What a verb does, in the list of all: argparse takes a bare % there for a format."""
+    return str(verb.DESCRIPTION).partition("\n")[0].replace("%", "%%")
 
 
 def module_name(verb: str) -> str:
