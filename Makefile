@@ -18,7 +18,8 @@ NATIVE = $(BIN)/python -m cranktrain.fmu.native --package
 # Modules become byte code when they are first imported; of what is installed few are.
 INSTALL = $(BIN)/python -m pip install --disable-pip-version-check -q --no-compile
 export PYTHONUNBUFFERED := 1
-# Dense matrices here are small, and a second thread of linear algebra waits for its core more than it works.
+# Matrices are small. Where workers fill the cores, threads of linear algebra wait for each other in busy loops, for two
+# to five times the processor time.
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
@@ -27,11 +28,6 @@ export OPENBLAS_NUM_THREADS ?= 1
 # The demo makes the machine code itself, beside its finite elements.
 demo: $(VENV)/.installed-bare
 	$(BIN)/python examples/demo.py
-
-# Each worker computes on one thread: where workers fill the cores, threads of linear algebra wait for each other in busy
-# loops, for two to five times the processor time.
-test test-all: export OMP_NUM_THREADS = 1
-test test-all: export OPENBLAS_NUM_THREADS = 1
 
 # A skip of an unknown kind fails (tests/skips.py). A test that hangs is named and ended after half an hour, whatever
 # else the machine does; the rest goes on.

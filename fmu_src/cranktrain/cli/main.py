@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import os
 import re
 import signal
 import sys
@@ -59,6 +60,8 @@ program."""
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     given = sys.argv[1:] if arguments is None else list(arguments)
+    # Its matrices are small: a second thread waits in a busy loop, which other processes and our own workers pay for.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     stopped: list[signal.Signals] = []
     try:
         with terminable(stopped):
