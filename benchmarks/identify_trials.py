@@ -7,7 +7,8 @@ time`` a run in time of ``--crank``), adds noise, and identifies. The data are t
 half orders up to 12 that rise above the noise for the engine as it is, at the pulley, with ``--flywheel`` at both ends.
 A parameter is covered if the interval of 95 % that the command prints, that of the profile, holds the true value.
 Engines without a damper are given none. A crank in time has a stiffness and damping of its own; both are sought as for
-a real engine, and count for nothing.
+a real engine, and count for nothing. Its mean error is the bias that the lower level brings in; ``--draws`` says how
+many true engines are run, and all trials beyond differ in their noise alone.
 
 ``--record FILE`` keeps truths and trials as lines of JSON and goes on from there. Prints a row for each parameter, and
 a line of JSON for each engine with the machine's load.
@@ -148,10 +149,15 @@ class Trials:
         ends = profiles(comparison, found.estimate, sure)
         away = found.estimate.inner - truth.inner
         return {
+            "bias": [comparison.biases[one.name].of(self._place(k)).relative for k, one in enumerate(strands)],
             "away": away.tolist(), "deviation": sure.deviations.tolist(),
             "covered": [low <= u <= high for (low, high), u in zip(ends, truth.inner.tolist(), strict=True)],
             "by_covariance": (np.abs(away) <= sure.reach * sure.deviations).tolist(),
         }  # fmt: skip
+
+    def _place(self, k: int) -> int:
+        """Place of the ``k``-th strand in its set."""
+        return sum(one.name == self.model.data.strands[k].name for one in self.model.data.strands[:k])
 
     def _fitted(self, comparison: Comparison, trial: int) -> Climbed:
         """As the command does it; without ``--sobol`` from the engine's own values alone."""
@@ -219,7 +225,7 @@ class Trials:
             inside = sum(row["covered"][k] for row in rows)
             print(
                 f"  {self.sought[k].key:28s} covered {inside:3d} of {len(rows)}, error rms "
-                f"{100 * np.sqrt(np.mean(away**2)):6.2f} %, 95 % of them within "
+                f"{100 * np.sqrt(np.mean(away**2)):6.2f} % (mean {100 * away.mean():+.2f} %), 95 % of them within "
                 f"{100 * np.percentile(np.abs(away), 95):6.2f} %, mean deviation {100 * spread.mean():6.2f} %",
                 flush=True,
             )
@@ -237,8 +243,16 @@ class Trials:
             "covered": of(lambda k: sum(row["covered"][k] for row in rows)),
             "by_covariance": of(lambda k: sum(row["by_covariance"][k] for row in rows)),
             "rms_percent": of(lambda k: 100.0 * math.sqrt(float(np.mean([row["away"][k] ** 2 for row in rows])))),
+            "mean_percent": of(lambda k: 100.0 * float(np.mean([row["away"][k] for row in rows]))),
+            "bias_percent": self._biases(rows),
             "deviation_percent": of(lambda k: 100.0 * float(np.mean([row["deviation"][k] for row in rows]))),
         }  # fmt: skip
+
+    def _biases(self, rows: list[dict[str, Any]]) -> dict[str, float]:
+        """Median over the trials of the relative bias that is found of each order, %."""
+        found = [row["bias"] for row in rows if "bias" in row]
+        names = [f"{one.name}, order {one.order:g}" for one in self.model.data.strands]
+        return dict(zip(names, (100.0 * np.median(found, axis=0)).round(2).tolist(), strict=True)) if found else {}
 
 
 def _rms(values: Any) -> float:

@@ -128,6 +128,7 @@ STARTS = {
     "native_build": Start("combustion_i6"),
     "native_fmu": Start(constants={"STEPS": 100, "STARTS": 1}),
     "neighbours": Start(),
+    "orbit_trials": Start("--engines single_petrol --trials 1"),
     "peers": Start(
         "nobody", quick=True, code=2, why="needs other people's programs, each in an environment of its own"
     ),

@@ -13,12 +13,13 @@ from cranktrain.studies.identification.tables import LEVELS
 DESCRIPTION = """\
 Find parameters of an engine from measured data: damping, damper, inertias, shafts, load, with 95 % intervals.
 
-MEASURED is a file that lists measured orders, torques, frequencies, decays and shapes, and the parameters sought, with
-bounds and what is known of them before. A file of [targets] alone is a calibration.
+MEASURED is a file that lists measured orders, torques, orbits of journals, frequencies, decays and shapes, and the
+parameters sought, with bounds and what is known of them before. A file of [targets] alone is a calibration.
 
 linear            linear run-up of the torsional crank, all speeds and orders at once
 harmonic-balance  the same with the rods' exact torques and the damper's law (default)
-time              runs in time of a crank of any level (--crank), each speed to its steady cycle
+time              runs in time of a crank of any level (--crank), each speed to its steady cycle; orbits of journals
+                  take --crank beam or solid, which run in oil films
 
 The cheap level is fitted; a dear one corrects it in a few answers. An interrupted search keeps the best values so far.
 
@@ -133,6 +134,19 @@ def _show(report: dict[str, Any]) -> None:
                     "yes" if r["systematic"] else "no",
                 )
                 for r in report["orders"]
+            ],
+        )  # fmt: skip
+    if report["orbits"]:
+        show_rows(
+            "Residuals of orbits",
+            ("set", "bearing", "rev/min", "points", "of orbit", "over noise", "largest", "at deg", "systematic"),
+            [
+                (
+                    r["set"], r["bearing"], f"{r['rpm']:.0f}", str(r["points"]), f"{r['residual_percent']:.2g} %",
+                    f"{r['over_noise']:.2g}", f"{r['largest_um']:.2g} um", f"{r['largest_at_deg']:.0f}",
+                    "yes" if r["systematic"] else "no",
+                )
+                for r in report["orbits"]
             ],
         )  # fmt: skip
     if report["numbers"]:

@@ -13,7 +13,7 @@ from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.types import Array
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import contradictions, unexcited
-from cranktrain.studies.identification.data import RATIO, Strand
+from cranktrain.studies.identification.data import RATIO, Orbit, Strand
 from cranktrain.studies.identification.estimate import Estimate
 from cranktrain.studies.identification.model import TorsionalModel
 from cranktrain.studies.identification.parameters import outer_values
@@ -78,9 +78,10 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
         if left > (1.0 - EXPLAINED) * whole:
             worst = max(rows, key=lambda row: float(np.sum(row[1].rows[~row[0].held] ** 2)))[0]
             part = 100.0 * max(0.0, 1.0 - left / whole)
+            least = "" if isinstance(worst, Orbit) else f", least of order {worst.order:g}"
             raise InputError(
-                f"'{name}': the best parameters within their bounds explain {part:.0f} % of its squared amplitudes, "
-                f"least of order {worst.order:g}; the data are of another engine, load or "
+                f"'{name}': the best parameters within their bounds explain {part:.0f} % of its squared amplitudes"
+                f"{least}; the data are of another engine, load or "
                 f'reference of phase (sought by "zero.{name}")'
             )
 

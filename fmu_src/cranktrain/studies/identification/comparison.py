@@ -68,6 +68,10 @@ class Comparison:
         self.high: Array = inner_values(sought, [one.high for one in sought])
         self._prior: Array = np.array([1.0 / one.prior_inner for one in sought])
 
+    def take(self, model: Answering, data: Data) -> None:
+        """Compare another model and data, whose covariances are found anew."""
+        self.model, self.data, self.correction, self.biases = model, data, None, {}
+
     @property
     def start(self) -> Array:
         """Coordinates (p,) from which the search starts."""

@@ -68,6 +68,28 @@ class Strand:
 
 
 @dataclass(frozen=True)
+class Orbit(Strand):
+    """A measured orbit: a strand over crank angles.
+
+    ``speeds`` (n,) are crank angles, rad, ``values`` (n,) displacements x + i y, m.
+
+    Attributes
+    ----------
+    bearing : number of the main bearing, from 1
+    speed : rad/s
+    free : whether the mean place is free
+    """
+
+    bearing: int
+    speed: float
+    free: bool
+
+    def seen(self, orbit: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """A computed orbit (n,) as the probes see it: without its mean where that is free."""
+        return np.asarray(orbit - orbit.mean() if self.free else orbit)
+
+
+@dataclass(frozen=True)
 class Scalar:
     """A measured number of one of the kinds: a frequency, Hz, or the damping ratio of a torsional mode.
 
@@ -102,6 +124,12 @@ class Data:
     strands: tuple[Strand, ...] = ()
     scalars: tuple[Scalar, ...] = ()
     shapes: tuple[Shape, ...] = ()
+    orbits: tuple[Orbit, ...] = ()
+    """Of journals, not compared before there are runs in time: see :meth:`with_orbits`."""
+
+    def with_orbits(self) -> Data:
+        """The same with orbits among the strands, after all orders."""
+        return replace(self, strands=(*self.strands, *self.orbits), orbits=())
 
     @property
     def names(self) -> list[str]:
@@ -121,8 +149,8 @@ class Data:
 
     @property
     def order_sets(self) -> list[str]:
-        """Names of the sets of orders."""
-        return list(dict.fromkeys(one.name for one in self.strands))
+        """Names of the sets of orders and orbits."""
+        return list(dict.fromkeys(one.name for one in (*self.strands, *self.orbits)))
 
 
 def read_data(engine: Engine, read: MeasuredTable, path: Path) -> Data:
@@ -132,20 +160,20 @@ def read_data(engine: Engine, read: MeasuredTable, path: Path) -> Data:
     tables: list[tuple[OrdersTable | TorqueTable, str]] = [(one, "orders") for one in read.orders]
     tables += [(one, "torque") for one in read.torque]
     for table, kind in tables:
-        name = _name(table.name or Path(table.file).stem, names)
+        name = name_of_set(table.name or Path(table.file).stem, names)
         strands += _strands(engine, table, name, f"[[{kind}]] '{name}'", path)
     held = [] if read.hold_out is None else read.hold_out.speeds_rpm
     strands = _held(strands, held) if held else strands
     scalars = [
-        _frequency(one, _name(one.name or f"{one.of} frequency {one.number}".removeprefix("torsion "), names))
+        _frequency(one, name_of_set(one.name or f"{one.of} frequency {one.number}".removeprefix("torsion "), names))
         for one in read.frequencies
     ]
-    scalars += [_decay(one, _name(one.name or f"decay {one.number}", names), path) for one in read.decay]
-    shapes = [_shape(engine, one, _name(one.name or f"mode {one.number}", names)) for one in read.modes]
+    scalars += [_decay(one, name_of_set(one.name or f"decay {one.number}", names), path) for one in read.decay]
+    shapes = [_shape(engine, one, name_of_set(one.name or f"mode {one.number}", names)) for one in read.modes]
     return Data(tuple(strands), tuple(scalars), tuple(shapes))
 
 
-def _name(wanted: str, names: list[str]) -> str:
+def name_of_set(wanted: str, names: list[str]) -> str:
     """Name of a set, with a number where another has it; added to ``names``."""
     found, k = wanted, 1
     while found in names:

@@ -34,11 +34,13 @@ from cranktrain.studies.identification.confidence import (
     profiles,
     told_apart,
 )
-from cranktrain.studies.identification.data import MOUNTS, RPM, read_data
+from cranktrain.studies.identification.data import MOUNTS, RPM, Orbit, read_data
 from cranktrain.studies.identification.ladder import Ask, Climbed, climb
 from cranktrain.studies.identification.model import TorsionalModel
+from cranktrain.studies.identification.orbit_runs import check_films
+from cranktrain.studies.identification.orbits import check_orbits, read_orbits
 from cranktrain.studies.identification.parameters import RATIOS, Sought, outer_values, sought_parameters
-from cranktrain.studies.identification.residuals import held_out, number_rows, residual_rows
+from cranktrain.studies.identification.residuals import held_out, number_rows, orbit_rows, residual_rows
 from cranktrain.studies.identification.tables import MeasuredTable
 from cranktrain.studies.identification.written import identified_text, write_identified
 
@@ -84,10 +86,14 @@ def identify(
     read, place = read_measured_file(measured)
     base, path = load_engine(engine), engine_path(engine)
     new = new_path(Path(out)) if out is not None else None
+    # What orbits alone depend on moves nothing before there are runs in time.
+    first = checks.check_explained if read.orbit else checks.check_estimate
     try:
         with one_thread():
+            if read.orbit:
+                check_films(request.ask.level, request.ask.crank)
             model, comparison = prepared(base, read, place, say)
-            found = climb(model, comparison, request.ask, say, follow, partial(checks.check_estimate, comparison))
+            found = climb(model, comparison, request.ask, say, follow, partial(first, comparison))
             report = report_of(model, comparison, found, request, say)
     except InputError as error:
         text = str(error)
@@ -113,7 +119,7 @@ def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> t
     if not read.has_sets:
         if read.targets:
             raise InputError("has [targets] alone, which are a calibration; use 'cranktrain calibrate'")
-        raise InputError("has no data; add [[orders]], [[torque]], [[frequencies]], [[decay]] or [[modes]]")
+        raise InputError("has no data; add [[orders]], [[torque]], [[orbit]], [[frequencies]], [[decay]] or [[modes]]")
     targets, data = targets_of(read), read_data(base, read, place)
     # Numbers of the crank that bends last, in the order of their answers.
     mounts = [one for one in data.scalars if one.kind == MOUNTS]
@@ -122,7 +128,9 @@ def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> t
     checks.check_data(data.strands)
     damper = base.damper is not None if read.damper is None else read.damper
     engine = with_ratios(base, read, damper, say)
+    data = replace(data, orbits=read_orbits(base, read.orbit, place, data.names))
     sought = sought_parameters(engine, read.parameters, data.order_sets, read.load)
+    check_orbits(base, data.orbits, sought)
     bending = Bending(base, read, data.scalars, say) if targets or mounts else None
     model = TorsionalModel(engine, data, sought, read.load, damper, read.inherit, say, bending)
     values = np.array([one.start for one in sought])
@@ -167,8 +175,12 @@ def report_of(
         parameter_row(one, k, found.inner, confidence, profile, draws, climbed.shift)
         for k, one in enumerate(comparison.sought)
     ]
-    keys = [one.key for one in comparison.sought]
+    keys, around = (
+        [one.key for one in comparison.sought],
+        {one.name for one in comparison.data.strands if isinstance(one, Orbit)},
+    )
     orders, held = residual_rows(comparison, found), held_out(comparison, found, confidence)
+    orbits = orbit_rows(comparison, found)
     levels = [
         {
             "level": step.level,
@@ -182,10 +194,16 @@ def report_of(
     return {
         "parameters": rows, "told_apart": told_apart(found.information, comparison.known, keys),
         "correlations": correlations(confidence, comparison.sought), "levels": levels, "orders": orders,
-        "numbers": number_rows(comparison, found), "held_out": held,
-        "systematic": [f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]],
+        "orbits": orbits, "numbers": number_rows(comparison, found), "held_out": held,
+        "systematic": [
+            *(f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]),
+            *(f"orbit {row['set']}" for row in orbits if row["systematic"]),
+        ],
         "bias": {
-            name: {"noise": own.noise, "relative_percent": 100.0 * own.relative, "length_rpm": own.length / RPM}
+            name: {
+                "noise": own.noise, "relative_percent": 100.0 * own.relative,
+                **({"length_deg": math.degrees(own.length)} if name in around else {"length_rpm": own.length / RPM}),
+            }
             for name, own in comparison.biases.items()
         },
         "degrees_of_freedom": min(confidence.freedom, 1e6), "interrupted": found.interrupted,

@@ -14,8 +14,10 @@ added to their covariance: it is what the fitted level cannot see in its residua
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +27,13 @@ from cranktrain.core.types import Array, Progress
 from cranktrain.studies.identification.comparison import Comparison, Piece
 from cranktrain.studies.identification.estimate import Estimate, estimate
 from cranktrain.studies.identification.model import BALANCE, LINEAR, TIME, TorsionalModel
+from cranktrain.studies.identification.orbit_runs import OrbitModel
 from cranktrain.studies.identification.parameters import outer_values
 
-MOST = 5
-"""Corrections by a level, at most."""
+MOST, MOST_ORBITS = 5, 15
+"""Corrections by a level, at most; with orbits, each is a step of Gauss and Newton."""
+LONGEST = 0.4
+"""Longest step in u by the derivatives of orbits: half as much again, or two fifths of the distance of the bounds."""
 SAME = 0.1
 """Change of a parameter, in standard deviations, at which the corrections end."""
 Follow = Callable[[float, float], None]
@@ -71,12 +76,15 @@ def climb(
 
     ``check`` is asked of the linear estimate, before dear levels run: it raises for data that are none of the engine.
     """
-    say("linear run-up")
-    found = estimate(comparison, ask.seed, follow)
-    check(found)
-    steps = [Step(LINEAR, found.inner, found.evaluations)]
-    none = np.zeros(found.inner.size)
-    if not comparison.data.strands or found.interrupted:
+    none = np.zeros(comparison.start.size)
+    if not comparison.data.of_pieces:
+        found, steps = Estimate(comparison.start, [], np.zeros((none.size, none.size)), 0, False), []
+    else:
+        say("linear run-up")
+        found = estimate(comparison, ask.seed, follow)
+        check(found)
+        steps = [Step(LINEAR, found.inner, found.evaluations)]
+    if not (comparison.data.strands or comparison.data.orbits) or found.interrupted:
         return Climbed(found, tuple(steps), none)
     if ask.level == LINEAR:
         say("harmonic balance, for what it would move")
@@ -86,24 +94,57 @@ def climb(
             return Climbed(found, tuple(steps), none)
         low = comparison.answers(found.inner).strands
         return Climbed(found, tuple(steps), moved_by(comparison, found, high, low))
-    levels: list[tuple[str, Callable[[Array], tuple[ComplexArray, ...]]]] = [(BALANCE, model.balanced)]
-    if ask.level == TIME:
+    levels: list[tuple[str, Callable[[Array], tuple[ComplexArray, ...]]]] = []
+    if comparison.data.strands:
+        levels.append((BALANCE, model.balanced))
+    if ask.level == TIME and not comparison.data.orbits:
         levels.append((TIME, lambda values: model.in_time(values, ask.crank, ask.settle, say)))
     for level, answer in levels:
         found, step = _corrected(comparison, found, level, answer, say, follow)
         steps.append(step)
         if found.interrupted:
             break
+    if comparison.data.orbits and not found.interrupted:
+        found, step, shift = _with_orbits(model, comparison, found, ask, say, follow)
+        return Climbed(found, (*steps, step), shift)
     return Climbed(found, tuple(steps), none)
+
+
+def _with_orbits(
+    model: TorsionalModel, comparison: Comparison, found: Estimate, ask: Ask, say: Progress, follow: Follow
+) -> tuple[Estimate, Step, Array]:  # fmt: skip
+    """Estimate by runs in time with orbits, which from here on are compared; interrupted before, without them.
+
+    With it comes what a better film would move (p,) in u.
+    """
+    in_films = OrbitModel(model, comparison.data.orbits, ask.crank, ask.settle, say)
+    before = comparison.model, comparison.data, comparison.biases, comparison.correction
+    comparison.take(in_films, comparison.data.with_orbits())
+    found, step = _corrected(comparison, found, TIME, in_films.in_time, say, follow, LONGEST)
+    if found.interrupted and not step.answers:
+        if not found.pieces:
+            raise KeyboardInterrupt  # nothing was found yet
+        comparison.take(*before[:2])
+        comparison.correction = before[3]
+        comparison.weigh(before[2], comparison.own(found.inner))
+    shift = np.zeros(found.inner.size)
+    if not found.interrupted:
+        with suppress(SolverError, KeyboardInterrupt):
+            high = in_films.above(outer_values(comparison.sought, found.inner))
+            shift = moved_by(comparison, found, high, comparison.answers(found.inner).strands)
+    return found, step, shift
 
 
 def _corrected(
     comparison: Comparison, found: Estimate, level: str, answer: Callable[[Array], tuple[ComplexArray, ...]],
-    say: Progress, follow: Follow,
+    say: Progress, follow: Follow, longest: float = math.inf,
 ) -> tuple[Estimate, Step]:  # fmt: skip
-    """Estimate whose answers are those of a higher level; after an interrupt the last one."""
+    """Estimate whose answers are those of a higher level; after an interrupt the last one.
+
+    ``longest`` step in u between two answers: where there is one, an estimate that does not come to rest is refused.
+    """
     answers = 0
-    for _ in range(MOST):
+    for _ in range(MOST if math.isinf(longest) else MOST_ORBITS):
         say(f"{level}, correction {answers + 1}")
         values = outer_values(comparison.sought, found.inner)
         try:
@@ -114,8 +155,18 @@ def _corrected(
         comparison.correction = tuple(a - b for a, b in zip(high, low, strict=True))
         before, found = found, estimate(comparison, 1, follow, found.inner)
         spread = np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
-        if found.interrupted or np.all(np.abs(found.inner - before.inner) < SAME * spread):
+        moved = found.inner - before.inner
+        if found.interrupted or np.all(np.abs(moved) < SAME * spread):
             break
+        if np.abs(moved).max() > longest:
+            found = replace(found, inner=before.inner + moved * (longest / np.abs(moved).max()))
+    else:
+        if not math.isinf(longest) and np.any(np.abs(moved) > spread):
+            k = int(np.argmax(np.abs(moved) / spread))
+            raise SolverError(
+                f"{level}: {MOST_ORBITS} corrections move {comparison.sought[k].key} on by "
+                f"{100.0 * abs(moved[k]):.2g} % each; give it narrower bounds, or a start that is nearer"
+            )
     return found, Step(level, found.inner, answers)
 
 

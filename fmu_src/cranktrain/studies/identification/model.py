@@ -158,6 +158,8 @@ class TorsionalModel:
     def answers(self, values: Array) -> Answers:
         """Linear answers for sought values (p,), SI; ``InputError``, ``SolverError``."""
         self.evaluations += 1
+        if not self.data.of_pieces:
+            return Answers((), np.zeros(0), ())
         made, named = self.assembly(values), self._named(values)
         strands = tuple(
             self._measured(one, self._orders(one, solved)[rows], named)
@@ -180,15 +182,7 @@ class TorsionalModel:
         self, values: Array, crank: str, settle: float, tell: Progress = lambda stage: None
     ) -> tuple[ComplexArray, ...]:
         """Orders of each strand of a crank of any level, run to its steady cycle at each speed."""
-        named, engine = self._named(values), self.check(values)
-        if CRANK in named and crank != "torsional":
-            raise InputError(f"parameters.'{CRANK}': serves crank level torsional, not '{crank}'; leave it out")
-        settings = Settings(
-            crank=crank, damper="fitted" if self.damper else "none", gas_load=named.get(LOAD, self._load)
-        )
-        made = assemble(engine, settings, inherit=self._inherit)
-        if CRANK in named:
-            made = replace(made, body=_stiffer(made.body, named[CRANK]))
+        named, made = self._named(values), self.made_in_time(values, crank)
         outputs = sorted({name for one in self.data.strands for name in _needed(one.output)})
         runs = SteadyRuns(Job(made, None, settle, HIGHEST_ORDER, tuple(outputs)))
         found: dict[str, list[ComplexArray]] = {name: [] for name in outputs}
@@ -205,6 +199,16 @@ class TorsionalModel:
             self._measured(one, _of_run_up(one, whole, orders)[rows], named)
             for one, rows in zip(self.data.strands, self._rows, strict=True)
         )
+
+    def made_in_time(self, values: Array, crank: str, bearings: str = "auto") -> Assembly:
+        """Crank and mains of any level with sought values (p,), SI, for runs in time; ``InputError``."""
+        named, engine = self._named(values), self.check(values)
+        if CRANK in named and crank != "torsional":
+            raise InputError(f"parameters.'{CRANK}': serves crank level torsional, not '{crank}'; leave it out")
+        damper, load = "fitted" if self.damper else "none", named.get(LOAD, self._load)
+        settings = Settings(crank=crank, bearings=bearings, damper=damper, gas_load=load)
+        made = assemble(engine, settings, inherit=self._inherit)
+        return made if CRANK not in named else replace(made, body=_stiffer(made.body, named[CRANK]))
 
     def _named(self, values: Array) -> dict[str, float]:
         """Sought values that are none of the engine file, by key."""

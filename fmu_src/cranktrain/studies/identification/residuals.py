@@ -12,7 +12,7 @@ from scipy.stats import norm
 from cranktrain.core.types import Array
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import Confidence
-from cranktrain.studies.identification.data import RPM
+from cranktrain.studies.identification.data import RPM, Orbit
 from cranktrain.studies.identification.estimate import Estimate
 
 RARE = 0.01
@@ -25,6 +25,8 @@ def residual_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any
     """A row for each order: points, residual over amplitude, where it is largest, and whether it is systematic."""
     rows = []
     for one, piece in zip(comparison.data.strands, found.pieces, strict=False):
+        if isinstance(one, Orbit):
+            continue
         keep = ~one.held
         own, speeds = piece.rows[keep], one.speeds[keep]
         size = math.sqrt(float(np.mean(np.abs(one.values[keep]) ** 2)))
@@ -43,6 +45,28 @@ def residual_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any
                 "largest_percent": 100.0 * float(left[largest]) / size if size else None,
                 "largest_at_rpm": float(speeds[largest] / RPM),
                 "runs_probability": runs, "lack_of_fit_probability": lack, "systematic": bool(systematic),
+            }
+        )  # fmt: skip
+    return rows
+
+
+def orbit_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
+    """A row for each orbit: points, residual, where it is largest, and whether it is systematic over the angle."""
+    rows = []
+    for one, piece in zip(comparison.data.strands, found.pieces, strict=False):
+        if not isinstance(one, Orbit):
+            continue
+        left = np.sqrt(np.sum(piece.rows**2, axis=1))
+        rms, size = math.sqrt(float(np.mean(left**2))), math.sqrt(float(np.mean(np.abs(one.values) ** 2)))
+        noise = np.where(np.isfinite(one.noise), one.noise, comparison.biases[one.name].noise)
+        runs, largest = runs_probability(piece.rows, one.speeds), int(np.argmax(left))
+        rows.append(
+            {
+                "set": one.name, "bearing": f"main[{one.bearing}]", "rpm": one.speed / RPM, "points": left.size,
+                "centre_free": one.free, "residual_um": 1e6 * rms, "residual_percent": 100.0 * rms / size,
+                "over_noise": rms / math.sqrt(2.0 * float(np.mean(noise**2))), "largest_um": 1e6 * float(left[largest]),
+                "largest_at_deg": math.degrees(one.speeds[largest]), "runs_probability": runs,
+                "systematic": bool(runs < RARE and rms > MATTERS * size),
             }
         )  # fmt: skip
     return rows

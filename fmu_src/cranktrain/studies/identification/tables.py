@@ -17,6 +17,11 @@ noise = "0.001 deg"                      # standard deviation; else from the fil
 file = "torque.csv"
 shaft = "flywheel to gearbox"
 
+[[orbit]]                                # of a main journal over the crank angle, at one speed; --level time
+file = "orbit.csv"
+bearing = "main[3]"
+rpm = 2000
+
 [[frequencies]]                          # natural frequency, or critical speed of an order
 number = 1
 hz = 237
@@ -101,6 +106,19 @@ class TorqueTable(Table, kw_only=True):
     amplitudes_only: bool = False
 
 
+class OrbitTable(Table, kw_only=True):
+    """A measured orbit: displacement of a main journal in its bore over the crank angle, at one speed."""
+
+    file: str
+    bearing: str
+    rpm: _Rpm
+    name: str = ""
+    columns: list[str] = field(default_factory=list)
+    probe_angle: _Amount = 0.0
+    centre: Literal["free", "bore"] = "free"
+    noise: _Amount | None = None
+
+
 class FrequencyTable(Table, kw_only=True):
     """A measured natural frequency of torsion or of the engine on its mounts, or the critical speed of an order."""
 
@@ -161,6 +179,7 @@ class MeasuredTable(TargetsTable, kw_only=True):
     parameters: dict[str, SoughtTable] = field(default_factory=dict)  # type: ignore[assignment]
     orders: list[OrdersTable] = field(default_factory=list)
     torque: list[TorqueTable] = field(default_factory=list)
+    orbit: list[OrbitTable] = field(default_factory=list)
     frequencies: list[FrequencyTable] = field(default_factory=list)
     decay: list[DecayTable] = field(default_factory=list)
     modes: list[ModeTable] = field(default_factory=list)
@@ -173,4 +192,4 @@ class MeasuredTable(TargetsTable, kw_only=True):
     @property
     def has_sets(self) -> bool:
         """Whether there is any data set besides targets."""
-        return bool(self.orders or self.torque or self.frequencies or self.decay or self.modes)
+        return bool(self.orders or self.torque or self.orbit or self.frequencies or self.decay or self.modes)

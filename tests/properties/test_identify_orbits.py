@@ -1,0 +1,277 @@
+"""Orbits of main journals as data: clearance and oil temperature found again, what is refused, in one line each."""
+
+import json
+import math
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import cranktrain as ct
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.results.orders.harmonics import CYCLE
+from cranktrain.structure.assembly import assemble
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.studies.identification.data import RPM
+from cranktrain.studies.identification.orbit_runs import HIGHEST, Series
+from cranktrain.studies.identification.orbits import read_orbits
+from cranktrain.studies.identification.tables import OrbitTable
+from cranktrain.studies.run_up.steady import Job, SteadyRuns
+
+RATIOS = 'torsional_ratios = { value = [0.03, 0.03], unit = "1", origin = "chosen" }'
+SPEED, WARM, WIDER = 2500.0, 368.15, 1.15
+ANGLES = np.linspace(0.0, CYCLE, 360, endpoint=False)
+PARAMETERS = """[parameters]
+"main_bearing.clearance" = { low = "-40 %", high = "+60 %" }
+"oil.temperatures" = { low = "60 degC", high = "120 degC" }
+"""
+ORBIT = f'[[orbit]]\nfile = "orbit.csv"\nbearing = "main[2]"\nrpm = {SPEED:g}\n'
+
+
+@pytest.fixture(scope="module")
+def single(tmp_path_factory):
+    """File of a single with stated damping ratios, so that no level above is run."""
+    text = engine_path("single_petrol").read_text("utf-8")
+    path = tmp_path_factory.mktemp("single") / "single.toml"
+    path.write_text(text.replace("\n[damping]\n", f"\n[damping]\n{RATIOS}\n"), "utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def orbit(single):
+    """Orbit of main 2, m, of the single with a wider clearance and warm oil, on films of level impedance."""
+    return orbit_of(wider(load_engine(single)), 2)
+
+
+def wider(engine):
+    """The engine with a wider clearance and oil of one temperature."""
+    bearing, oil = engine.main_bearing, engine.oil
+    return replace(
+        engine.without_additions, main_bearing=replace(bearing, clearance=WIDER * bearing.clearance),
+        oil=replace(oil, temperatures=len(oil.temperatures) * (WARM,)),
+    )  # fmt: skip
+
+
+def orbit_of(engine, bearing, **levels):
+    """Displacement x + i y, m, of a main at the angles of a cycle."""
+    names = [f"bearing[{bearing}].position.{axis}" for axis in "xy"]
+    with one_thread():
+        made = assemble(engine, Settings(crank="beam", **levels))
+        own = SteadyRuns(Job(made, None, 1e-5, HIGHEST, tuple(names))).at(SPEED * RPM)
+    mean = complex(*(own.extremes[name][1] for name in names))
+    return Series(mean, np.array([own.amplitudes[name] for name in names])).at(ANGLES)
+
+
+# In one piece: what a test varies of the file, by name.
+def write_orbit(
+    folder, orbit, noise=0.5, seed=1, unit="um", factor=1e6, place=9.0 - 5.0j, angles=ANGLES, turn=0.0, name="orbit.csv"
+):
+    """Table of an orbit with noise and an unknown place of the probes, um."""
+    rng = np.random.default_rng(seed)
+    own = factor * np.exp(-1j * turn) * (
+        orbit + 1e-6 * (noise * (rng.normal(size=orbit.size) + 1j * rng.normal(size=orbit.size)) + place)
+    )  # fmt: skip
+    lines = [f"{math.degrees(a):.4f},{z.real:.9g},{z.imag:.9g}" for a, z in zip(angles, own, strict=True)]
+    path = folder / name
+    path.write_text("\n".join([f"crank_angle [deg],x [{unit}],y [{unit}]", *lines]) + "\n", "utf-8")
+    return path
+
+
+def in_time(engine, folder, text, **more):
+    """Rows of the parameters by key, and the report, by runs in time of a beam crank."""
+    path = folder / "measured.toml"
+    path.write_text(text, "utf-8")
+    report = ct.identify(engine, path, level="time", crank="beam", bootstrap=0, **more)
+    return {row["key"]: row for row in report["parameters"]}, report
+
+
+def read(engine, folder, **more):
+    """The orbit as the study reads it."""
+    table = OrbitTable(file="orbit.csv", bearing="main[2]", rpm=SPEED, **more)
+    return read_orbits(load_engine(engine), [table], folder / "measured.toml", [])[0]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_an_orbit_knows_clearance_and_temperature_where_its_place_is_unknown(single, orbit, tmp_path, seed):
+    """Noise of 0.5 um on an orbit of some 20 um: both values within their intervals, and those narrow."""
+    write_orbit(tmp_path, orbit, seed=seed)
+    found, report = in_time(single, tmp_path, PARAMETERS + ORBIT)
+    clearance, warm = found["main_bearing.clearance"], found["oil.temperatures"]
+    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
+    assert clearance["low"] <= own <= clearance["high"] and clearance["value"] == pytest.approx(own, rel=0.01)
+    assert warm["low"] <= WARM - 273.15 <= warm["high"]
+    # Noise alone would leave 1 K; better films would move it by some two.
+    assert warm["high"] - warm["low"] < 10.0
+    (row,) = report["orbits"]
+    assert row["bearing"] == "main[2]" and row["centre_free"] and not row["systematic"]
+    assert row["over_noise"] == pytest.approx(1.0, abs=0.1)
+    # Each of 180 points is the mean of two samples.
+    assert report["bias"]["orbit"]["noise"] == pytest.approx(0.5e-6 / math.sqrt(2.0), rel=0.1)
+    assert [step["level"] for step in report["levels"]] == ["time"] and not report["orders"]
+
+
+def test_the_level_above_is_an_error_that_intervals_hold_and_the_report_names(single, tmp_path):
+    """Films by Reynolds' equation: residuals hardly show them, but one run of them says how far they would move."""
+    write_orbit(tmp_path, orbit_of(wider(load_engine(single)), 2, bearings="reynolds"), noise=0.1)
+    found, report = in_time(single, tmp_path, PARAMETERS + ORBIT)
+    clearance = found["main_bearing.clearance"]
+    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
+    assert clearance["value"] == pytest.approx(own, rel=0.1)
+    assert clearance["low"] <= own <= clearance["high"]
+    away = 100.0 * math.log(own / clearance["value"])
+    assert clearance["next_level_percent"] == pytest.approx(away, abs=0.5 * abs(away))
+    assert report["orbits"][0]["over_noise"] < 2.0
+
+
+def test_viscosity_and_clearance_of_one_orbit_beside_its_gain(single, orbit, tmp_path):
+    """A gain of 0.9 of the probes is not a clearance: with a known place of the bore all three are told apart."""
+    write_orbit(tmp_path, orbit, place=0.0, noise=0.2, factor=0.9e6)
+    text = '[parameters]\n"main_bearing.clearance" = {}\n"oil.temperatures" = { low = "60 degC", high = "120 degC" }\n'
+    found, _ = in_time(single, tmp_path, text + '"scale.orbit" = {}\n' + ORBIT + 'centre = "bore"\n')
+    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
+    true = {"scale.orbit": 0.9, "main_bearing.clearance": own, "oil.temperatures": WARM - 273.15}
+    for key, value in true.items():
+        assert found[key]["low"] <= value <= found[key]["high"], key
+        assert found[key]["value"] == pytest.approx(value, rel=0.05), key
+
+
+def test_orders_and_an_orbit_are_fitted_together(single, orbit, tmp_path):
+    """The load from orders of the pulley, the clearance from the orbit, in one file: each by the set that knows it."""
+    made = assemble(wider(load_engine(single)), Settings(crank="beam"))
+    speeds, lines = np.array([1500.0, 2000.0, 2500.0, 3000.0, 3500.0]), ["speed_rpm,order,amplitude,unit,phase_deg"]
+    with one_thread():
+        runs = SteadyRuns(Job(made, None, 1e-4, 12.0, ("pulley.torsion",)))
+        for rpm in speeds.tolist():
+            amplitudes = runs.at(rpm * RPM).amplitudes["pulley.torsion"]
+            for order in (0.5, 1.0, 1.5):
+                value = amplitudes[round(2 * order) - 1]
+                lines.append(
+                    f"{rpm:g},{order:g},{math.degrees(abs(value)):.9g},deg,{math.degrees(np.angle(value)):.5f}"
+                )
+    (tmp_path / "orders.csv").write_text("\n".join(lines) + "\n", "utf-8")
+    write_orbit(tmp_path, orbit)
+    text = PARAMETERS + 'load = { low = 0.8, high = 1.2 }\n[[orders]]\nfile = "orders.csv"\n' + ORBIT
+    found, report = in_time(single, tmp_path, text)
+    assert [step["level"] for step in report["levels"]] == ["linear", "harmonic-balance", "time"]
+    assert found["load"]["value"] == pytest.approx(1.0, rel=0.01)
+    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
+    assert found["main_bearing.clearance"]["value"] == pytest.approx(own, rel=0.01)
+    assert len(report["orders"]) == 3 and len(report["orbits"]) == 1
+
+
+def test_units_probes_cycles_and_columns_give_the_same_orbit(single, orbit, tmp_path):
+    """In mm, by probes at 45 degrees, over three cycles, from the second revolution on, in columns of other names."""
+    write_orbit(tmp_path, orbit, noise=0.0)
+    own = read(single, tmp_path)
+    assert own.speeds.size == 180 and abs(own.values.mean()) < 1e-9 * abs(own.values).max()
+    write_orbit(tmp_path, orbit, noise=0.0, unit="mm", factor=1e3)
+    assert read(single, tmp_path).values == pytest.approx(own.values, abs=1e-13)
+    write_orbit(tmp_path, orbit, noise=0.0, turn=math.radians(45.0))
+    assert read(single, tmp_path, probe_angle="45 deg").values == pytest.approx(own.values, abs=1e-13)
+    assert read(single, tmp_path, probe_angle=45.0).values == pytest.approx(own.values, abs=1e-13)
+    write_orbit(tmp_path, np.tile(orbit, 3), noise=0.0, angles=np.concatenate((ANGLES, ANGLES, ANGLES)))
+    assert read(single, tmp_path).values == pytest.approx(own.values, abs=1e-13)
+    write_orbit(tmp_path, np.roll(orbit, -180), noise=0.0, angles=ANGLES + 0.5 * CYCLE)
+    assert read(single, tmp_path).values == pytest.approx(own.values, abs=1e-13)
+    path = tmp_path / "orbit.csv"
+    path.write_text(path.read_text("utf-8").replace("x [um],y [um]", "probe A [um],probe B [um]"), "utf-8")
+    columns = ["crank_angle", "probe A", "probe B"]
+    assert read(single, tmp_path, columns=columns).values == pytest.approx(own.values, abs=1e-13)
+
+
+def test_stated_noise_is_that_of_a_sample_and_falls_with_the_cycles(single, orbit, tmp_path):
+    write_orbit(tmp_path, np.tile(orbit, 3), angles=np.concatenate((ANGLES, ANGLES, ANGLES)))
+    assert read(single, tmp_path, noise="0.6 um").noise == pytest.approx(0.6e-6 / math.sqrt(6.0))
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"bearing": '"mian[2]"'}, "no main bearing is called 'mian[2]'; did you mean 'main[2]'?"),
+        ({"bearing": '"main[9]"'}, "no main bearing is called 'main[9]'; did you mean 'main["),
+        ({"rpm": "90000"}, "rpm"),
+        ({"rpm": "200"}, "200 rev/min lies outside the speeds of"),
+        ({"rpm": None}, "rpm"),
+        ({"columns": '["x", "y"]'}, "columns names 2; name three, of angle, x and y"),
+        ({"columns": '["crank_angle", "x", "z"]'}, "no column 'z'"),
+        ({"noise": '"0.5 deg"'}, "noise"),
+        ({"noise": "-1.0"}, "is no standard deviation; write '0.5 um'"),
+        ({"probe_angle": '"45 um"'}, "probe_angle"),
+        ({"centre": '"middle"'}, "centre"),
+        ({"file": '"nowhere.csv"'}, "nowhere.csv"),
+    ],
+)
+def test_a_table_that_cannot_be_used_is_refused_in_one_line(single, orbit, tmp_path, capsys, more, said):
+    write_orbit(tmp_path, orbit)
+    keys = {"file": '"orbit.csv"', "bearing": '"main[2]"', "rpm": "2500"} | more
+    text = "".join(f"{key} = {value}\n" for key, value in keys.items() if value is not None)
+    refused(single, tmp_path, capsys, f"{PARAMETERS}[[orbit]]\n{text}", said)
+
+
+def test_files_that_are_no_orbit_of_the_bearing_are_refused_in_one_line(single, orbit, tmp_path, capsys):
+    """Orbits wider than the clearance, of parts of a cycle, with wide steps, in other units, without unit."""
+    text = PARAMETERS + ORBIT
+    write_orbit(tmp_path, 4.0 * orbit)
+    refused(single, tmp_path, capsys, text, "times the largest sought diametral clearance of main[2]")
+    write_orbit(tmp_path, 4.0 * orbit)
+    refused(single, tmp_path, capsys, "[parameters]\nload = {}\n" + ORBIT, "times the diametral clearance of main[2], ")
+    write_orbit(tmp_path, orbit[:270], angles=ANGLES[:270])
+    refused(single, tmp_path, capsys, text, "its crank angles cover 0.75 cycles of 720 deg")
+    write_orbit(tmp_path, np.tile(orbit, 2)[:540], angles=np.concatenate((ANGLES, ANGLES[:180])))
+    refused(single, tmp_path, capsys, text, "its crank angles cover 1.5 cycles of 720 deg")
+    write_orbit(tmp_path, orbit[::10], angles=ANGLES[::10])
+    refused(single, tmp_path, capsys, text, "its crank angles are up to 20 deg apart")
+    write_orbit(tmp_path, orbit[::-1], angles=ANGLES[::-1])
+    refused(single, tmp_path, capsys, text, "the crank angle does not rise at sample 2; sort the samples")
+    write_orbit(tmp_path, orbit, unit="bar")
+    refused(single, tmp_path, capsys, text, "column 'x' is in 'bar', no length")
+    path = write_orbit(tmp_path, orbit)
+    path.write_text(path.read_text("utf-8").replace(" [um]", ""), "utf-8")
+    refused(single, tmp_path, capsys, text, "column 'x' states no unit, no length; write 'x [um]' in its header")
+
+
+def test_a_level_without_films_is_refused_with_the_one_to_take(single, orbit, tmp_path, capsys):
+    write_orbit(tmp_path, orbit)
+    text = PARAMETERS + ORBIT
+    refused(single, tmp_path, capsys, text, "level 'linear' has no oil films; an orbit takes --level time --crank beam "
+            "or solid", "--level", "linear")  # fmt: skip
+    refused(single, tmp_path, capsys, text, "crank level 'torsional' are of level 'held'", "--level", "time")
+
+
+def test_rollers_have_no_orbit(orbit, tmp_path):
+    write_orbit(tmp_path, orbit)
+    with pytest.raises(
+        InputError, match=r"main\[2\] of 'diesel_v8' runs on rollers, whose orbit no oil film determines"
+    ):
+        in_time("diesel_v8", tmp_path, PARAMETERS.replace("main_bearing", "big_end_bearing") + ORBIT)
+
+
+def test_an_interrupt_before_the_first_orbit_is_answered_keeps_what_orders_gave(single, orbit, tmp_path, monkeypatch):
+    """With no other data nothing was found; the command ends with the code of an interrupt and no report."""
+    from cranktrain.studies.identification.orbit_runs import OrbitModel
+
+    def in_time(self, values):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(OrbitModel, "in_time", in_time)
+    write_orbit(tmp_path, orbit)
+    path = tmp_path / "measured.toml"
+    path.write_text(PARAMETERS + ORBIT, "utf-8")
+    command = ["identify", str(single), str(path), "--level", "time", "--crank", "beam", "--json"]
+    assert main(command) == 130
+
+
+def refused(engine, folder, capsys, text, said, *options):
+    """One line with these words and exit code 2."""
+    path = folder / "measured.toml"
+    path.write_text(text, "utf-8")
+    options = options or ("--level", "time", "--crank", "beam")
+    assert main(["identify", str(engine), str(path), *options, "--json"]) == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    with suppress(ValueError):
+        error = json.loads(error).get("error", error)
+    assert said in str(error), error
