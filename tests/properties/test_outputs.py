@@ -50,11 +50,9 @@ def to_angle(simulation, degrees):
 
 
 @pytest.fixture(scope="module")
-def table(tmp_path_factory):
-    """Coarse table of the main bearings."""
-    bearing = ENGINE.main_bearing
-    settings = replace(bearing_settings(bearing, "coarse"), tilt_range=0.2)
-    return film_table(settings, tmp_path_factory.mktemp("films") / "table.h5", workers=1)[0]
+def table():
+    """Coarse table of the main bearings, as other tests have it."""
+    return film_table(bearing_settings(ENGINE.main_bearing, "coarse", tilt=True))[0]
 
 
 def test_names_are_unique_and_the_interface_lists_them_all():
