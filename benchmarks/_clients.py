@@ -6,12 +6,16 @@ A script gets a file of JSON: ``fmu``, ``steps``, ``step`` (s), ``outputs`` and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 _HEAD = """
 import json, sys
 job = json.load(open(sys.argv[1]))
 path, steps, step, names = job["fmu"], job["steps"], job["step"], job["outputs"]
+"""
+_FOOT = """
+flat = [float(one) for value in values for one in (value if hasattr(value, "__len__") else [value])]
+print('VALUES', json.dumps(flat))
 """
 
 
@@ -24,16 +28,18 @@ class Client:
     packages : what pip installs besides numpy and numba, which Python's FMUs need
     body : of its script, which leaves the ``values`` of the outputs
     libraries : whether packages bring libraries that it must be shown
+    arrays : whether it reads arrays of FMI 3.0
     """
 
     packages: tuple[str, ...]
     body: str
     libraries: bool = False
+    arrays: bool = False
 
     @property
     def script(self) -> str:
         """The whole script."""
-        return f"{_HEAD}{self.body}\nprint('VALUES', json.dumps([float(value) for value in values]))\n"
+        return f"{_HEAD}{self.body}{_FOOT}"
 
 
 REFERENCE = """
@@ -109,3 +115,42 @@ with tempfile.TemporaryDirectory() as folder:
     ),
 }
 """The clients by the name that pip knows. cofmupy sets inputs that nobody names to 0, so it is given the starts."""
+
+CLIENTS_3 = {
+    "fmuloader": Client(
+        ("fmuloader==0.1.2rc0", "fmureader==0.1.2"),
+        """
+from fmuloader.fmi3 import Fmi3Slave
+from fmureader.fmi3 import read_model_description
+about = read_model_description(path)
+with Fmi3Slave(path, model_identifier=about.co_simulation.model_identifier) as unit:
+    unit.instantiate_co_simulation("unit", instantiation_token=about.instantiation_token)
+    unit.enter_initialization_mode(start_time=0.0)
+    unit.exit_initialization_mode()
+    for k in range(steps):
+        unit.do_step(k * step, step)
+    values = unit.get_float64(job["references"])
+    unit.terminate()
+""",
+    ),
+    "ecospy": CLIENTS["ecospy"],
+    "gemseo-fmu": replace(CLIENTS["gemseo-fmu"], arrays=True),
+}
+"""Those that read FMI 3.0; without ``arrays`` a client is asked for scalars alone."""
+
+ONE_VALUE_EACH = {
+    "pathsim-fmi": Client(
+        ("pathsim-fmi==0.1.1",),
+        """
+import numpy
+from pathsim import Simulation
+from pathsim_fmi import CoSimulationFMU
+unit = CoSimulationFMU(path, dt=step)
+unit.inputs.update_from_array(numpy.hstack(list(job["starts"].values())))
+Simulation([unit], dt=step, log=False).run((steps - 0.5) * step)
+values = [float(unit.fmu_wrapper.get_real([reference])[0]) for reference in job["references"]]
+""",
+    ),
+    "cofmupy": CLIENTS["cofmupy"],
+}
+"""Those that read FMI 3.0 and ask for one value of each variable, arrays too, which is refused."""

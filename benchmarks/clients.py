@@ -3,8 +3,9 @@
 Each client is installed by pip into an environment of its own in the cache, once, and runs each FMU at its start
 values; what it finds is compared with FMPy. Without files the FMUs of all shipped modules are built, and the six's
 cranktrain without film tables and block, each as Python's and as a native one, which is run in an environment without
-numba. Prints one JSON object: by FMU and client the largest difference of outputs from FMPy's, relative to the value or
-to 1e-9 of its nominal one, or why there is none; and what ``fmutool -check`` says.
+numba; and the native ones of FMI 3.0, in the clients that read it. Prints one JSON object: by FMU and client the
+largest difference of outputs from FMPy's, relative to the value or to 1e-9 of its nominal one, or why there is none;
+and what ``fmutool -check`` says.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import math
 import os
 import subprocess
 import sys
@@ -20,11 +22,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fmpy import read_model_description
+from fmpy.model_description import ScalarVariable
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks._clients import CLIENTS, REFERENCE, Client  # noqa: E402
+from benchmarks._clients import CLIENTS, CLIENTS_3, ONE_VALUE_EACH, REFERENCE, Client  # noqa: E402
 
 from cranktrain.core.cache import private_folder  # noqa: E402
 from cranktrain.fmu.build import build_fmu  # noqa: E402
@@ -76,20 +79,21 @@ def _run(words: Sequence[str], more: dict[str, str]) -> str:
 
 
 class Job:
-    """One run of an FMU at its start values, the same for every client."""
+    """One run of an FMU at its start values, the same for every client; without ``arrays`` of its scalars alone."""
 
-    def __init__(self, fmu: Path, steps: int = STEPS, step: float = STEP) -> None:
+    def __init__(self, fmu: Path, steps: int = STEPS, step: float = STEP, arrays: bool = True) -> None:
         about = read_model_description(str(fmu))
         variables, self.native = about.modelVariables, not about.coSimulation.needsExecutionTool
         outputs = [v for v in variables if v.causality == "output" and not v.name.startswith(ROUNDING)]
-        self.nominal = [float(v.nominal or 1.0) for v in outputs]
+        outputs = [v for v in outputs if arrays or not v.shape]
+        self.nominal = [float(v.nominal or 1.0) for v in outputs for _ in range(math.prod(v.shape))]
         self.given = {
             "fmu": str(fmu),
             "steps": steps,
             "step": step,
             "outputs": [v.name for v in outputs],
             "references": [v.valueReference for v in outputs],
-            "starts": {v.name: float(v.start) for v in variables if v.causality == "input"},
+            "starts": {v.name: _numbers(v) for v in variables if v.causality == "input"},
         }
         self._expected: list[float] | None = None
 
@@ -107,6 +111,17 @@ class Job:
         if self._expected is None:
             self._expected = self.values(Client((), REFERENCE).script)
         return self._expected
+
+
+def _numbers(variable: ScalarVariable) -> float | list[float]:
+    """Start value of an input, or values of an array."""
+    found = [float(word) for word in str(variable.start).split()]
+    return found * (math.prod(variable.shape) // len(found)) if variable.shape else found[0]
+
+
+def clients_of(fmu: Path) -> dict[str, Client]:
+    """Clients that read the FMU's version of FMI, by name."""
+    return {**CLIENTS_3, **ONE_VALUE_EACH} if read_model_description(str(fmu)).fmiVersion == "3.0" else CLIENTS
 
 
 def difference(client: Client, job: Job) -> float:
@@ -137,17 +152,20 @@ def main(*words: str) -> int:
     with tempfile.TemporaryDirectory() as folder:
         if not paths:
             say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731
-            for platforms in ((), ("linux64",)):
-                place = Path(folder, "native" if platforms else "python")
-                paths += [build_fmu("diesel_i6", place, film_table=False, block=False, platforms=platforms, say=say)]
-                paths += [build_fmu(name, place, platforms=platforms, say=say) for name in module_files()]
+            native = ("linux64",)
+            for kind, platforms, fmi in (("python", (), "2.0"), ("native", native, "2.0"), ("fmi3", native, "3.0")):
+                place = Path(folder, kind)
+                options = {"platforms": platforms, "fmi": fmi, "say": say}
+                paths += [build_fmu("diesel_i6", place, film_table=False, block=False, **options)]
+                paths += [build_fmu(name, place, **options) for name in module_files()]
         for path in paths:
-            job = Job(path)
+            there = clients_of(path)
+            jobs = {arrays: Job(path, arrays=arrays or there is CLIENTS) for arrays in (False, True)}
             row: dict[str, object] = {"fmutool": checked(path)}
-            for name, client in CLIENTS.items():
+            for name, client in there.items():
                 print(f"clients: {path.name} of {path.parent.name} in {name}", file=sys.stderr, flush=True)
                 try:
-                    row[name] = difference(client, job)
+                    row[name] = difference(client, jobs[client.arrays])
                 except ClientError as error:
                     row[name] = str(error)
             found[f"{path.parent.name}/{path.name}"] = row

@@ -453,18 +453,30 @@ def coupling() -> str:
 def clients() -> str:
     """Our FMUs in other people's clients, and beside each other in one process."""
     found = benchmark("clients")
-    names = [name for name in next(iter(found.values())) if name != "fmutool"]
-    rows = []
-    for fmu, row in found.items():
-        cells = [f"{row[name]:.1g}" if isinstance(row[name], float) else str(row[name]) for name in names]
-        rows.append((f"`{fmu}`", "; ".join(row["fmutool"]) or "nothing", *cells))
+    both = [{k: row for k, row in found.items() if k.startswith("fmi3/") == new} for new in (False, True)]
     beside = benchmark("neighbours")
     ratios = ", ".join(f"{label} {row['six']:.2f} ({row['neighbour']:.2f})" for label, row in beside.items())
     note = (
         "Processor time of a step of the six with another FMU in the same process over that without, and in brackets\n"
         f"that of the other (`python benchmarks/neighbours.py`): {ratios}."
     )
-    return table(("FMU", "`fmutool -check` finds", *names), rows) + "\n\n" + note
+    older, newer = map(_of_clients, both)
+    return f"{older}\n\nFMUs of FMI 3.0 in the clients that read them:\n\n{newer}\n\n{note}"
+
+
+def _of_clients(found: dict[str, dict[str, Any]]) -> str:
+    """Rows of FMUs that run in the same clients."""
+    names = [name for name in next(iter(found.values())) if name != "fmutool"]
+    rows = []
+    for fmu, row in found.items():
+        cells = [f"{row[name]:.1g}" if isinstance(row[name], float) else _refusal(row[name]) for name in names]
+        rows.append((f"`{fmu}`", "; ".join(row["fmutool"]) or "nothing", *cells))
+    return table(("FMU", "`fmutool -check` finds", *names), rows)
+
+
+def _refusal(said: str) -> str:
+    """A client's last line, short where it asked for one value of an array."""
+    return "refused" if "fmi3GetFloat64" in said or "Float64 not supported" in said else said
 
 
 # Part of docs/combustion.md -------------------------------------------------------------------------------------------

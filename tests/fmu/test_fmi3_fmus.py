@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks._clients import CLIENTS_3, ONE_VALUE_EACH
+from benchmarks.clients import ClientError, Job, checked, difference
 from fmpy import read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 
@@ -153,6 +155,32 @@ def test_an_ssp_refuses_elements_of_arrays(fmus, tmp_path):
     with pytest.raises(InputError, match=r"element of an array of FMI 3\.0, which SSP 1\.0 cannot connect"):
         write_ssp(tmp_path / "made.ssp", "made", units, [link], {}, {}, 0.1)
     assert not (tmp_path / "made.ssp").exists()
+
+
+# ------------------------------------------------------------------ other people's clients
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("module", [COMBUSTION, VALVETRAIN, CRANKTRAIN])
+def test_the_toolbox_finds_nothing_wrong(fmus, module):
+    """``fmutool -check``."""
+    assert checked(fmus["3.0"][module]) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("module", [COMBUSTION, VALVETRAIN, CRANKTRAIN])
+@pytest.mark.parametrize("name", list(CLIENTS_3))
+def test_a_client_finds_what_fmpy_finds(fmus, module, name):
+    """A hundred steps, of scalars where the client reads no arrays; times that are added up differ in last digits."""
+    client = CLIENTS_3[name]
+    assert difference(client, Job(fmus["3.0"][module], arrays=client.arrays)) < 1e-10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", list(ONE_VALUE_EACH))
+def test_one_value_of_an_array_is_refused(fmus, name):
+    with pytest.raises(ClientError, match=r"fmi3GetFloat64|Float64 not supported"):
+        difference(ONE_VALUE_EACH[name], Job(fmus["3.0"][VALVETRAIN], arrays=False))
 
 
 # ------------------------------------------------------------------ what cannot be

@@ -5,7 +5,6 @@ import subprocess
 import zipfile
 
 import gates
-import mock_unit
 import numpy as np
 import pytest
 import real_unit
@@ -14,10 +13,6 @@ from mock_unit import compiler
 from plain_host import hosted, plain_host
 from raw_unit import ERROR, OK, Raw, summed
 from real_unit import STEP
-
-from cranktrain.core.cache import private_folder
-from cranktrain.core.machine_code import code_digest
-from cranktrain.fmu.native.link import SOURCES
 
 GATES = (
     gates.nothing_but_libc_and_libm_is_needed,
@@ -182,19 +177,10 @@ def test_memcheck_finds_nothing_in_an_engine(engine, host):
 @pytest.mark.parametrize("sanitizer", ["address,undefined", "thread"])
 def test_sanitizers_find_nothing_around_the_real_kernels(real, sanitizer, tmp_path):
     """The shim and the host are watched; the kernels' machine code is what it is, but its memory is the shim's."""
-    kind = {"CombustionI6": "combustion", "ValvetrainI6": "valvetrain"}[real.about.modelName]
-    digest = code_digest(kind)
-    programs = private_folder("native", digest, "programs")
     options = "-g", f"-fsanitize={sanitizer}", "-fno-sanitize-recover=all"
-    sources = [*SOURCES.glob("*.c"), programs / f"{kind}.c", *programs.glob(f"{kind}-*-linux64.o")]
-    library = tmp_path / "watched.so"
-    command = [
-        *(str(compiler()), *mock_unit.FLAGS, *options, "-shared", "-fPIC", "-I", str(SOURCES)),
-        *(f'-DCT_DIGEST="{digest}"', *map(str, sources), "-o", str(library), "-lm"),
-    ]
     try:
         watched = plain_host(tmp_path, *options)
-        subprocess.run(command, check=True)
+        library = real_unit.watched_library(real, tmp_path, options)
     except subprocess.CalledProcessError:
         pytest.skip(f"the compiler has no -fsanitize={sanitizer}, or the library came without its objects")
     for what in (("run", 60, 0), ("threads", 3, 0), ("fuzz", 50_000, 3)):

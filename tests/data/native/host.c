@@ -5,20 +5,8 @@
    VARIABLES is how many there are, FIRST to LAST are references of Real outputs, STEP is in s. ``run`` takes COUNT steps
    and prints the outputs' bits, after it has saved, restored, serialized, reset and run again to the same bits;
    ``threads`` does so in COUNT threads at once; ``fuzz`` makes COUNT calls, most of them wrong, and then runs. */
-#ifdef _WIN32
-#include <windows.h>
-#else
-#include <dlfcn.h>
-#include <pthread.h>
-#endif
-#include <math.h>
-#include <stdarg.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "fmi2.h"
+#include "host_parts.h"
 
 #define FUNCTIONS(X)                                                                                                  \
     X(fmi2GetTypesPlatform) X(fmi2GetVersion) X(fmi2Instantiate) X(fmi2FreeInstance) X(fmi2SetDebugLogging)            \
@@ -29,26 +17,6 @@
     X(fmi2DeSerializeFMUstate) X(fmi2GetDirectionalDerivative) X(fmi2SetRealInputDerivatives)                          \
     X(fmi2GetRealOutputDerivatives) X(fmi2DoStep) X(fmi2CancelStep) X(fmi2GetStatus) X(fmi2GetRealStatus)              \
     X(fmi2GetIntegerStatus) X(fmi2GetBooleanStatus) X(fmi2GetStringStatus)
-#ifdef _WIN32
-#define dlopen(path, flags) ((void *)LoadLibraryA(path))
-#define dlclose(library) FreeLibrary(library)
-#define dlerror() "the library cannot be loaded"
-#define BEGIN DWORD WINAPI
-typedef HANDLE thread;
-static void *dlsym(void *library, const char *name) { return (void *)(uintptr_t)GetProcAddress(library, name); }
-static int begin(thread *made, LPTHREAD_START_ROUTINE work, void *given) {
-    *made = CreateThread(NULL, 0, work, given, 0, NULL);
-    return *made == NULL;
-}
-static void end(thread made) { WaitForSingleObject(made, INFINITE); }
-#else
-#define BEGIN void *
-typedef pthread_t thread;
-static int begin(thread *made, void *(*work)(void *), void *given) { return pthread_create(made, NULL, work, given); }
-static void end(thread made) { pthread_join(made, NULL); }
-#endif
-#define MEMBER(name) __typeof__(&name) name;
-#define LOAD(name) *(void **)&f.name = loaded(library, #name);
 
 static struct { FUNCTIONS(MEMBER) } f; /* the FMU's functions, found before any thread begins */
 static struct {
@@ -60,17 +28,6 @@ static struct {
     unsigned references[16];
     const char *texts[16];
 } unit;
-
-static void fail(const char *what) {
-    fprintf(stderr, "host: %s\n", what);
-    exit(1);
-}
-
-static void *loaded(void *library, const char *name) {
-    void *function = dlsym(library, name);
-    if (function == NULL) fail(name);
-    return function;
-}
 
 static void logger(void *quiet, const char *name, fmi2Status status, const char *category, const char *format, ...) {
     char line[8192];
@@ -180,18 +137,6 @@ static void run_threads(long n, long count, double *values) {
 }
 
 /* ---------------------------------------------------------------- calls at random */
-
-static uint64_t draw(uint64_t *seed, uint64_t n) {
-    *seed ^= *seed << 13;
-    *seed ^= *seed >> 7;
-    *seed ^= *seed << 17;
-    return *seed % n;
-}
-
-static double number(uint64_t *seed) {
-    static const double ODD[] = {0.0, -0.0, 1.0, -1.0, 1e-300, 1e-12, 1e300, NAN, INFINITY, -INFINITY, 100.0, 101325.0};
-    return ODD[draw(seed, sizeof ODD / sizeof ODD[0])];
-}
 
 struct arguments {
     unsigned *references;
