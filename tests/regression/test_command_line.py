@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.cli.main import main
+from cranktrain.cli.main import ENGINE_VERBS, VERBS, main
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.engine.file import engine_path, load_engine
@@ -183,6 +183,15 @@ def test_a_wrong_call_ends_in_one_line_and_exit_code_2(arguments):
     )
     assert done.returncode == 2
     assert done.stdout == "" and done.stderr.count("\n") == 1
+
+
+def test_the_help_of_the_whole_command_lists_every_verb(capsys):
+    """Descriptions may hold per cent signs, which argparse takes for formats."""
+    with pytest.raises(SystemExit) as ended:
+        main(["--help"])
+    said = capsys.readouterr().out
+    assert ended.value.code == 0 and "with 95 % intervals" in " ".join(said.split())
+    assert all(f"    {verb} " in said or f"    {verb}\n" in said for verb in (*ENGINE_VERBS, *VERBS))
 
 
 def test_a_result_never_replaces_what_is_no_result(tmp_path):

@@ -137,7 +137,8 @@ def _parser(asked: str = "") -> _Parser:
             verbs.add_parser(name)
             continue
         module = verb_module(name)
-        sub = verbs.add_parser(name, help=module.DESCRIPTION.partition("\n")[0], description=module.DESCRIPTION)
+        text = module.DESCRIPTION.partition("\n")[0].replace("%", "%%")  # argparse formats the help of a verb
+        sub = verbs.add_parser(name, help=text, description=module.DESCRIPTION)
         add = sub.add_argument
         add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
         own = sub.add_mutually_exclusive_group()
@@ -168,7 +169,7 @@ def _parser(asked: str = "") -> _Parser:
             verbs.add_parser(name)
             continue
         module = verb_module(name)
-        text = module.DESCRIPTION.partition("\n")[0]
+        text = module.DESCRIPTION.partition("\n")[0].replace("%", "%%")
         raw = argparse.RawDescriptionHelpFormatter
         sub = verbs.add_parser(name, help=text, description=module.DESCRIPTION, formatter_class=raw)
         module.add_options(sub)
