@@ -12,6 +12,7 @@ from fmpy.validation import validate_fmu
 from cranktrain.core.errors import InputError
 from cranktrain.coupling.connections import Connection
 from cranktrain.coupling.element_names import array_element, name_among
+from cranktrain.coupling.fmu3_description import whole_numbers
 from cranktrain.coupling.fmu3_unit import Fmu3Unit, open_fmu
 from cranktrain.coupling.fmu_unit import described
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
@@ -136,6 +137,10 @@ def test_enumerations_are_given_by_their_items(fmus):
     assert isinstance(open_fmu(path, "crank", {"crank.level": "torsional", "cylinder.firing_angle[2]": 4.0}), Fmu3Unit)
     with pytest.raises(InputError, match=r"'torsonal' is none of its items; did you mean 'torsional'"):
         open_fmu(path, "crank", {"crank.level": "torsonal"})
+    with pytest.raises(InputError, match=r"crank.level = 1.5 is no whole number"):
+        open_fmu(path, "crank", {"crank.level": 1.5})
+    assert whole_numbers("Int8") == (-128, 127) and whole_numbers("UInt16") == (0, 65535)
+    assert whole_numbers("Enumeration") == whole_numbers("Int64") == (-(1 << 63), (1 << 63) - 1)
 
 
 def test_a_pressure_that_is_refused_is_named(fmus):

@@ -6,10 +6,11 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from small_fmus import MASS, SPRING, small_fmu
+from small_fmus import MASS, SPRING, edited, small_fmu
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, StoreError
+from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.studies.harness import running
 from cranktrain.studies.harness.file import load_harness
 
@@ -90,6 +91,7 @@ def test_an_output_as_large_as_a_number_may_be_has_its_report(harness):
     ("text", "said"),
     [
         ("fault = [{ of = 'spring', kind = 'fails', at_s = 1.0 }]", "fault 1: at 1 s is the end of the scenario"),
+        ("assert = [{ output = 'mass.place', what = 'rms', ratio_to = 'first', most = 1 }]", "add one to compare with"),
         ("step = [{ input = 'spring.anchor', at_s = 1.0, value = 1 }]", "step 1: at 1 s is the end"),
         ("noise = [{ input = 'mass.force', rms = 1, from_s = 1.0 }]", "noise 1: from 1 s is the end"),
         ("dropout = [{ input = 'mass.force', from_s = 1.0 }]", "dropout 1: from 1 s is the end"),
@@ -139,3 +141,49 @@ def test_a_place_that_is_full_costs_its_scenario_only(harness, monkeypatch):
     first, second = found["scenarios"]
     assert code == 1 and not first["passed"] and "No space left" in first["ended"] and first["result"] is None
     assert second["passed"] and Path(second["result"]).is_file() and Path("out.xml").is_file()
+
+
+@pytest.mark.parametrize(
+    ("first", "said"),
+    [
+        ("fault = [{ of = 'mass', kind = 'fails', at_s = 0 }]", "scenario 'first' did not end as it was to"),
+        ("start = { spring = { stiffness = 0.0 } }", "is zero in scenario 'first'"),
+    ],
+)
+def test_a_ratio_without_a_reference_is_no_number_and_fails(harness, first, said):
+    """A run that ended too early has other values, and what is over zero is no ratio: neither may pass."""
+    second = """
+[[scenario]]
+name = "second"
+assert = [{ output = "spring.force", what = "rms", ratio_to = "first", most = 1e9 }]
+"""
+    code, found = harness(HEAD + first + second, "--junit", "out.xml")
+    ratio = found["scenarios"][1]["assertions"][1]
+    assert code == 1 and not ratio["passed"] and ratio["found"] is None and said in ratio["remark"]
+    assert Path("out.xml").is_file()
+
+
+def test_a_reference_that_fails_as_it_was_to_is_compared_with(harness):
+    text = HEAD + "fault = [{ of = 'mass', kind = 'fails', at_s = 0.5 }]\nends = [{ of = 'mass' }]\n"
+    text += """
+[[scenario]]
+name = "second"
+assert = [{ output = "mass.place", what = "mean", to_s = 0.4, ratio_to = "first", expected = 1, tolerance = 1e-9 }]
+"""
+    code, found = harness(text)
+    assert (code, found["passed"]) == (0, True)
+
+
+def test_a_window_between_communication_points_says_so(harness):
+    between = 'assert = [{ output = "mass.place", what = "mean", from_s = 0.502, to_s = 0.508, most = 9 }]'
+    code, found = harness(HEAD + between)
+    assert code == 1 and "no communication point lies in the window" in found["scenarios"][0]["assertions"][1]["remark"]
+
+
+@pytest.mark.parametrize("value", [1.5, 1 << 31, 1e30, -1e12])
+def test_a_whole_number_that_a_variable_cannot_hold_is_refused(small, tmp_path, value):
+    """It is neither cut off nor taken modulo 2^32."""
+    fmu = edited(small / "Mass.fmu", tmp_path / "Whole.fmu", [('<Real start="1"/>', '<Integer start="1"/>')])
+    with pytest.raises(InputError, match="is no whole number from -2147483648 to 2147483647"):
+        FmuUnit(fmu, "mass", {"mass": value})
+    assert FmuUnit(fmu, "mass", {"mass": 2.0}).has("mass")

@@ -7,10 +7,11 @@ import pytest
 
 from cranktrain.core.errors import InputError
 from cranktrain.coupling.recording_unit import Recording, RecordingUnit, without_zero
+from cranktrain.coupling.run import Coupled
 from cranktrain.coupling.unit import Port
 from cranktrain.engine.file import load_engine
 from cranktrain.studies.harness.file import load_harness
-from cranktrain.studies.harness.recording import read_recording
+from cranktrain.studies.harness.recording import read_recording, with_misfits
 from cranktrain.studies.harness.tables import RecordingTable
 
 ANGLE = np.arange(0.0, 720.0, 2.0)
@@ -74,6 +75,16 @@ def test_the_zero_is_the_mean_over_the_cycle_that_ends():
     assert drift[-1] == pytest.approx(0.1 * 2.0 * math.pi, rel=1e-3)  # half a cycle behind
 
 
+def test_a_run_that_ends_at_once_has_misfits_of_its_points():
+    """Assertions on them are judged, whatever ended the run."""
+    port, names = Port("rad", dimensions=(0,) * 8), ("measured.a", "cranktrain.a", "cranktrain.crank.angle")
+    for rows in (np.array([[1.0, 3.0, 0.0]]), np.array([[1.0, 3.0, 0.0], [1.0, 5.0, 0.1]])):
+        times, none = 1e-4 * np.arange(len(rows)), {}
+        run = Coupled(names, ("rad",) * 3, times, rows, none, len(rows) - 1, 0, 0, 0.0, "fails")
+        found = with_misfits(run, ["a"], {"measured.a": port, "cranktrain.a": port})
+        assert found.of("misfit.a") == pytest.approx(rows[:, 1] - rows[:, 1].mean())
+
+
 def test_what_cannot_be_beside_a_model_is_refused(tmp_path):
     path = tmp_path / "bench.csv"
     without = {name: own for name, own in one_pressure().items() if "angle" not in name}
@@ -89,6 +100,14 @@ def test_what_cannot_be_beside_a_model_is_refused(tmp_path):
         read(table(path, one_pressure() | {"cylinder[5].pressure [bar]": PRESSURE}))
     with pytest.raises(InputError, match=r"does not rise from sample 1 on"):
         read(table(path, one_pressure() | {"crank.angle [deg]": 0.0 * ANGLE}))
+    with pytest.raises(InputError, match=r"cylinder\[1\].pressure of bench.csv goes to .*e\+205 \(SI\)"):
+        read(table(path, one_pressure() | {"pressure [bar]": 1e200 * PRESSURE}))
+    with pytest.raises(InputError, match=r"pulley.torsion of bench.csv goes to .*e\+299 \(SI\)"):
+        read(table(path, one_pressure() | {"pulley.torsion [deg]": 1e300 * TORSION}))
+    with pytest.raises(InputError, match=r"speed of bench.csv goes to 1.05e\+08 \(SI\)"):
+        read(table(path, one_pressure() | {"speed [rev/min]": np.full(ANGLE.size, 1e9)}))
+    with pytest.raises(InputError, match=r"has a gap of 1e\+300 deg; correct it"):
+        read(table(path, one_pressure() | {"crank.angle [deg]": np.append(ANGLE[:-1], 1e300)}))
     with pytest.raises(InputError, match=r"measured.channels.'speed': channel 'N' is not in bench.csv"):
         read(table(path, one_pressure()), channels={"speed": "N"})
 

@@ -100,6 +100,12 @@ def _type(kind: str) -> str:
     return "Real" if kind == "Float64" else "Integer" if kind in _INTEGERS else kind
 
 
+def whole_numbers(kind: str) -> tuple[int, int]:
+    """Least and largest number of a type: ``Int8`` to ``UInt64``, and ``Enumeration``, which has 64 bits."""
+    bits = int(kind.lstrip("UInt") or 64) if kind in _INTEGERS else 64
+    return (0, (1 << bits) - 1) if kind.startswith("U") else (-(1 << bits - 1), (1 << bits - 1) - 1)
+
+
 class _Element(ModelVariable):
     """A copy of a variable that knows its place."""
 

@@ -16,7 +16,7 @@ from fmpy.fmi1 import FMICallException
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
-from cranktrain.coupling.fmu3_description import Place, places
+from cranktrain.coupling.fmu3_description import Place, places, whole_numbers
 from cranktrain.coupling.fmu_unit import FmuUnit, described, is_bad
 from cranktrain.coupling.unit import UnitError
 
@@ -176,3 +176,7 @@ class Fmu3Unit(FmuUnit):
         if value not in items:
             raise InputError(f"{self.name}: {name} = '{value}' is none of its items; {nearest(value, items)}")
         return items[value]
+
+    def _whole_numbers(self, name: str) -> tuple[int, int]:
+        """Least and largest value that a variable of whole numbers can hold, by its type."""
+        return whole_numbers(places(self._description)[self._variables.own(name)].kind)

@@ -275,7 +275,15 @@ class FmuUnit:
             raise InputError(f"{self.name}: {name} is of type {kind}, which has no start value here; leave it out")
         if isinstance(value, str) != (kind == "String") or isinstance(value, bool) != (kind == "Boolean"):
             raise InputError(f"{self.name}: {name} = {value!r} is not a {kind}; give a value of that type")
+        if _TYPES[kind] is int:
+            low, high = self._whole_numbers(name)
+            if not (isinstance(value, int) or float(value).is_integer()) or not low <= value <= high:
+                raise InputError(f"{self.name}: {name} = {value!r} is no whole number from {low} to {high}; give one")
         return _TYPES[kind](value)
+
+    def _whole_numbers(self, name: str) -> tuple[int, int]:
+        """Least and largest value that a variable of whole numbers can hold."""
+        return -(1 << 31), (1 << 31) - 1
 
 
 def is_bad(status: int) -> bool:

@@ -14,7 +14,7 @@ speed, such as data sets 58 of a UFF file (:mod:`cranktrain.measured`).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +37,8 @@ FURTHER = {"phase": ("phase_deg", "phase", "phase [deg]"), "band": ("band", "ban
 """Columns that a table may have besides: names in lower case."""
 OUTPUTS = {"angle": TORSION, "length": AXIAL}
 """Output that an amplitude of a dimension belongs to."""
+LARGEST, LEAST = 1e9, 1e-15
+"""Largest amplitude, speed, phase and band, and least band that is not 0, in SI."""
 REMEDY = "give lines of speed_rpm, order, amplitude, unit under this header"
 Measured = Mapping[str, Mapping[float, tuple[Array, Array]]]
 """Output → order → speeds (k,) rad/s and amplitudes (k,) zero to peak, SI; speeds rise or repeat."""
@@ -109,7 +111,7 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
         points.setdefault(output, {}).setdefault(order, []).append(point)
     if not points:
         raise InputError(f"{name}: holds no points; {REMEDY}")
-    return _measured(points)
+    return _measured(points, name)
 
 
 def _named_output(name: str, by_unit: str, where: str) -> str:
@@ -126,15 +128,36 @@ def _of_curves(path: str | Path, kinds: Mapping[str, str]) -> Measured:
         output, scale = _amplitude_unit(curve.unit, f"{Path(path).name}, {curve.name}", kinds)
         rows = zip(curve.speeds.tolist(), (scale * curve.amplitudes).tolist(), curve.phases.tolist(), strict=True)
         points.setdefault(output, {}).setdefault(curve.order, []).extend((*row, math.nan) for row in rows)
-    return _measured(points)
+    return _measured(points, Path(path).name)
 
 
-def _measured(points: Mapping[str, Mapping[float, list[tuple[float, float, float, float]]]]) -> MeasuredOrders:
+def _measured(
+    points: Mapping[str, Mapping[float, list[tuple[float, float, float, float]]]], name: str
+) -> MeasuredOrders:  # fmt: skip
     found = MeasuredOrders()
     for output, by_order in points.items():
         for order, rows in sorted(by_order.items()):
+            for speed, *values in rows:
+                _check_sizes(speed, values, f"{name}: order {order:g} of {output}")
             found.put(output, order, rows)
     return found
+
+
+def _check_sizes(speed: float, values: Sequence[float], where: str) -> None:
+    """``InputError`` for what nobody measures: squares of what is left, and their sums, are finite.
+
+    ``values`` are amplitude (SI), phase (rad) and half width of the band (SI), the last two NaN where not known.
+    """
+    if not 0.0 < speed <= LARGEST:
+        raise InputError(f"{where}: speed {speed:g} rad/s is not one of an engine; correct its row")
+    for what, value in zip(("amplitude", "phase", "band"), values, strict=True):
+        known = what == "amplitude" or not math.isnan(value)
+        narrow = what == "band" and 0.0 < value < LEAST
+        if known and (narrow or not (abs(value) <= LARGEST and (value >= 0.0 or what == "phase"))):
+            raise InputError(
+                f"{where}: its {what} at {speed * 30.0 / math.pi:.6g} rev/min is {value:.3g} (SI), which is not one "
+                "of an engine; correct its row"
+            )
 
 
 def _further(table: TextRows) -> dict[str, int]:

@@ -49,7 +49,9 @@ def assertion(
     if measure == ORDER and (begin > 0.0 or end < float("inf") or cycles not in (None, 1)):
         raise InputError(f"{at}: an order is always taken over the last cycle; leave the window out")
     if other and (other == scenario or other not in names):
-        raise InputError(f"{at}: ratio_to: '{other}' is no other scenario; {nearest(other, names)}")
+        others = [one for one in names if one != scenario]
+        near = nearest(other, others) if others else "add one to compare with, or leave ratio_to out"
+        raise InputError(f"{at}: ratio_to: '{other}' is no other scenario; {near}")
     output = None if table.output is None else variable(table.output, f"{at}: output", units)
     unit, bounds = named(table.unit, at), _bounds(at, table)
     if measure in (RMS, SWING):

@@ -92,11 +92,9 @@ def judge(
         with np.errstate(over="ignore", invalid="ignore"):  # what is beyond the range of numbers is told below
             found = _measured(assertion, runs[scenario], harness, ports)
             if assertion.ratio_to:
-                found /= _measured(assertion, runs[assertion.ratio_to], harness, ports)
+                found = _ratio(found, assertion, runs[assertion.ratio_to], harness, ports)
     except InputError as error:
-        remark = str(error)
-    except ZeroDivisionError:
-        remark = f"is zero in scenario '{assertion.ratio_to}'"
+        found, remark = None, str(error)
     if found is not None and not math.isfinite(found):
         found, remark = None, "is not a number, or too large for one"
     if assertion.ratio_to:
@@ -104,6 +102,23 @@ def judge(
     passed = found is not None and _within(found, assertion.bounds)
     expected = _expected(assertion.bounds, unit)
     return Outcome(assertion.name or quantity, quantity, expected, found, unit, passed, remark, assertion.bounds)
+
+
+def _ratio(
+    found: float, assertion: Assertion, other: Ran, harness: Harness, ports: Mapping[str, Port]
+) -> float:  # fmt: skip
+    """A number over that of another scenario; ``InputError`` gives the reason if there is none."""
+    name = assertion.ratio_to
+    ending = next(one.ending for one in harness.scenarios if one.name == name)
+    if not judge_ending(ending, other).passed:
+        raise InputError(f"scenario '{name}' did not end as it was to, so nothing is compared with it")
+    try:
+        reference = _measured(assertion, other, harness, ports)
+    except InputError as error:
+        raise InputError(f"scenario '{name}': {error}") from None
+    if reference == 0.0:
+        raise InputError(f"is zero in scenario '{name}'")
+    return found / reference
 
 
 def judge_ending(ending: Ending, ran: Ran) -> Outcome:
@@ -149,6 +164,8 @@ def _measured(assertion: Assertion, ran: Ran, harness: Harness, ports: Mapping[s
         times = times[1:]
     else:
         name = ".".join(assertion.output)
+        if name not in run.names:
+            raise InputError("was not recorded")
         values, port = run.of(name), ports[name]
     if assertion.unit:
         factor, shift = of_unit(port, assertion.unit)
@@ -157,7 +174,10 @@ def _measured(assertion: Assertion, ran: Ran, harness: Harness, ports: Mapping[s
         return float(order_amplitudes(harness, run, values, assertion.order)[-1])
     chosen = _window(assertion, times, harness)
     if not chosen.any():
-        raise InputError(f"the run ended at {times[-1] if len(times) else 0.0:.6g} s, before the window")
+        end = float(times[-1]) if len(times) else 0.0
+        if end < assertion.begin:
+            raise InputError(f"the run ended at {end:.6g} s, before the window")
+        raise InputError("no communication point lies in the window; take a longer one, or shorter steps")
     return _of_window(assertion.measure, times[chosen], values[chosen])
 
 

@@ -42,6 +42,10 @@ TURN = 2.0 * math.pi
 CYCLE = 4.0 * math.pi
 FEWEST = 72
 """Fewest samples of a cycle."""
+WIDEST = 20
+"""Most samples at uniform angles over those of the file: more lie in a gap of its angles."""
+LARGEST = {PRESSURE: 1e9, SPEED: 30000.0 * math.pi / 30.0, "": 1e12}
+"""Largest pressure, Pa, and speed, rad/s; of any other channel."""
 SI = {ANGLE: "rad", SPEED: "rad/s", PRESSURE: "Pa"}
 
 
@@ -145,6 +149,11 @@ def _grid(angle: Array, file: str) -> tuple[int, Array]:
     count = round(CYCLE / step)
     if count < FEWEST:
         raise InputError(f"measured: {file} has {count} samples a cycle; {FEWEST} or more are needed")
+    if cycles * count > WIDEST * angle.size:
+        raise InputError(
+            f"measured: the crank angle of {file} has a gap of {math.degrees(float(np.diff(angle).max())):.4g} deg; "
+            "correct it, or cut the file there"
+        )
     return cycles, angle[0] + CYCLE * np.arange(cycles * count) / count
 
 
@@ -164,8 +173,13 @@ def _for_all(
 
 
 def _check(values: Mapping[str, Array], file: str) -> None:
-    """Refuse pressures and speeds that cannot be; ``InputError``."""
+    """Refuse pressures, speeds and sizes that cannot be; ``InputError``."""
     for name, own in values.items():
+        most = LARGEST.get(PRESSURE if name.endswith(PRESSURE) else name, LARGEST[""])
+        if not np.abs(own).max() <= most:
+            raise InputError(
+                f"measured: {name} of {file} goes to {np.abs(own).max():.3g} (SI), more than {most:.3g}; correct it"
+            )
         if name.endswith(PRESSURE) and not own.min() > 0.0:
             raise InputError(
                 f"measured: {name} of {file} falls to {own.min() / 1e5:.3g} bar; pressures are absolute, see "
@@ -202,7 +216,7 @@ def compared(recording: Recording, cranktrain: Unit) -> list[str]:
 
 def with_misfits(run: Coupled, names: Sequence[str], ports: Mapping[str, Port]) -> Coupled:
     """A run with its misfits as outputs ``misfit.NAME``, in the unit of the model."""
-    if not names or run.times.size < 3:
+    if not names:
         return run
     angle, columns, units = run.of(f"{CRANKTRAIN}.{ANGLE}"), [], []
     for name in names:

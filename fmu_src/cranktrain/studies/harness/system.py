@@ -155,7 +155,7 @@ def _of_recording(
     given = {
         "speed": speed, "gas.source": "input", "input.reconstruction": "polytropic" if own else "hold",
     } | dict(starts.get(CRANKTRAIN, {}))  # fmt: skip
-    cranktrain = FmuUnit(fmus[CRANKTRAIN], CRANKTRAIN, given)
+    cranktrain = open_fmu(fmus[CRANKTRAIN], CRANKTRAIN, given)
     cylinders, taken = (
         sum(name.startswith("cylinder[") and name.endswith("].pressure") for name in ports)
         for ports in (recorded.outputs, cranktrain.inputs)

@@ -18,7 +18,7 @@ from cranktrain.core.user_file import beside
 from cranktrain.engine.model import Engine
 from cranktrain.measured.reading import read_measured
 from cranktrain.measured.tracking import BAND
-from cranktrain.results.orders.measured import OUTPUTS, MeasuredOrders, read_measured_orders
+from cranktrain.results.orders.measured import LARGEST, LEAST, OUTPUTS, MeasuredOrders, read_measured_orders
 from cranktrain.structure.crank.torsional import shaft_nodes
 from cranktrain.studies.identification.tables import (
     DecayTable,
@@ -246,7 +246,7 @@ def _noise(value: Any, dimension: str, where: str) -> float | None:
             value = in_unit(stated(value, "0.001 deg"), {"angle": "rad", "torque": "N m"}[dimension], dimension, True)
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
-    if not isinstance(value, int | float) or not 0.0 < value < math.inf:
+    if not isinstance(value, int | float) or not LEAST <= value <= LARGEST:
         raise InputError(f"{where}: {shown(value)} is no standard deviation; write '0.001 deg'")
     return float(value)
 

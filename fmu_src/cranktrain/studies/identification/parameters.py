@@ -34,6 +34,8 @@ ZERO, SCALE = "zero", "scale"
 RATIOS = "damping.torsional_ratios"
 WIDE = 4.0
 """Bounds of a parameter whose file gives none: its start over and times this."""
+FARTHEST = 1e15
+"""Largest bound, SI: squares of what is sought within it are finite."""
 _TURN = math.radians(30.0)
 """Bounds of an encoder's zero where the file gives none, rad."""
 
@@ -139,6 +141,11 @@ def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], l
         for end in (low, high):
             if wrong := rule.wrong(end):
                 raise InputError(f"{where}: {wrong}")
+    for end in (low, high, start):
+        if not abs(end) <= FARTHEST or (end < 0.0 and rule is None and not key.startswith(f"{ZERO}.")):
+            raise InputError(
+                f"{where}: {end / factor:.4g} is no value of it; write low and high as it may be, or leave them out"
+            )
     found = Sought(
         key, start, low, high, table.prior or math.inf, unit, factor, zero,
         in_file=key not in (LOAD, CRANK) and key.partition(".")[0] not in (ZERO, SCALE), note=table.note,
