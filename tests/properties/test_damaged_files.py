@@ -57,6 +57,17 @@ def test_a_damaged_run_up_is_refused_by_every_reader(tmp_path, capsys, harm, nam
     assert not (tmp_path / "t.csv").exists()
 
 
+@pytest.mark.parametrize(("name", "value"), [("speeds", 1e300), ("amplitudes", 1e308), ("amplitudes", np.inf)])
+def test_a_run_up_of_numbers_beyond_measure_is_refused(tmp_path, capsys, name, value):
+    """They would overflow where they are drawn."""
+    run_up(tmp_path / "up.h5")
+    with h5py.File(tmp_path / "up.h5", "r+") as file:
+        values = file[f"data/{name}"][()]
+        values.flat[-1] = value
+        file[f"data/{name}"][...] = values
+    assert "up.h5" in refused(capsys, "plot-runup", tmp_path / "up.h5", "--plots", tmp_path / "new")
+
+
 def test_names_that_are_nested_too_deeply_are_refused(tmp_path, capsys):
     run_up(tmp_path / "up.h5")
     with h5py.File(tmp_path / "up.h5", "r+") as file:
