@@ -9,7 +9,7 @@ level impedance. A value is covered if the interval of 95 % that the command pri
 ``--truth-crank`` and ``--truth-bearings`` take the orbits from other levels, so that intervals must hold an error of
 the model as well.
 
-Prints a row for each value, and a line of JSON for each engine with the machine's load.
+Prints a line of JSON for each engine with the machine's load, and a row for each value on stderr.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import argparse
 import json
 import math
 import os
+import sys
 import tempfile
 import time
 import warnings
@@ -91,7 +92,7 @@ def run(name: str, given: argparse.Namespace, folder: Path) -> None:
             path = _measured(true, middle, speeds, given, rng, folder)
             found = ct.identify(name, path, level="time", crank=given.crank, bootstrap=0)
         except CranktrainError as error:
-            print(f"{name}, trial {trial}: {error}")
+            print(f"{name}, trial {trial}: {error}", file=sys.stderr)
             continue
         own = {row["key"]: row for row in found["parameters"]}
         truth = dict(zip(KEYS, (1e6 * clearance, warm), strict=True))
@@ -110,8 +111,8 @@ def run(name: str, given: argparse.Namespace, folder: Path) -> None:
         print(
             f"{name}, {key}: covered {said['covered'][key]} of {len(rows)}, error rms {said['rms'][key]:.3g} {unit}, "
             f"half interval {said['half'][key]:.3g} {unit}",
-            flush=True,
-        )
+            file=sys.stderr, flush=True,
+        )  # fmt: skip
     print(json.dumps(said), flush=True)
 
 
