@@ -3,6 +3,8 @@
 A run ends with one line for each kind of skip, see :mod:`skips`.
 """
 
+import gc
+
 from hypothesis import HealthCheck, settings
 from skips import KNOWN, kinds
 
@@ -22,6 +24,11 @@ def pytest_collection_modifyitems(items):
         return first, "/fmu/" in path
 
     items.sort(key=place)
+
+
+def pytest_collection_finish():
+    """Take what collecting made out of what Python looks through for garbage: it stays to the end."""
+    gc.freeze()
 
 
 def pytest_addoption(parser):

@@ -9,6 +9,7 @@ import ast
 import re
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -16,15 +17,21 @@ import pytest
 import cranktrain
 
 ROOT = Path(cranktrain.__file__).parent
-TREES = {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text("utf-8")) for path in sorted(ROOT.rglob("*.py"))}
+FILES = dict.fromkeys(sorted(path.relative_to(ROOT).as_posix() for path in ROOT.rglob("*.py")))
 LONG, MANY = 80, 8
 KERNELS = ("kernel", "inlined_kernel", "law_kernel")
 REASON = "# In one piece:"
 """A comment that begins so, above a function or within its first lines, says why it is long or takes much."""
 
 
+@cache
+def tree_of(file: str) -> ast.Module:
+    """Syntax of a file; only the process that counts here holds the millions of its objects."""
+    return ast.parse((ROOT / file).read_text("utf-8"))
+
+
 def functions(file: str) -> Iterator[ast.FunctionDef]:
-    return (node for node in ast.walk(TREES[file]) if isinstance(node, ast.FunctionDef))
+    return (node for node in ast.walk(tree_of(file)) if isinstance(node, ast.FunctionDef))
 
 
 def kernels(file: str) -> Iterator[ast.FunctionDef]:
@@ -45,19 +52,19 @@ def test_a_reader_finds_a_thing_where_its_name_says():
 
 def imports(file: str) -> Iterator[str]:
     """Files of the package that a file imports, those inside functions as well."""
-    for node in ast.walk(TREES[file]):
+    for node in ast.walk(tree_of(file)):
         if not isinstance(node, ast.ImportFrom) or not str(node.module).startswith("cranktrain"):
             continue
         parts = str(node.module).split(".")[1:]
         for place in [parts, *([*parts, alias.name] for alias in node.names)]:
             name = "/".join(place) + ".py"
-            if name in TREES:
+            if name in FILES:
                 yield name
 
 
 def test_imports_go_round_in_no_circle():
     """Not even through imports inside functions."""
-    known = {file: set(imports(file)) for file in TREES}
+    known = {file: set(imports(file)) for file in FILES}
     while leaves := [file for file, others in known.items() if not others]:
         for leaf in leaves:
             del known[leaf]
@@ -82,10 +89,10 @@ def test_no_layer_is_jumped_by_a_string():
     A register whose functions are in a higher layer is filled from there.
     """
     jumps = []
-    for file, tree in TREES.items():
+    for file in FILES:
         if "/" not in file:
             continue
-        for node in ast.walk(tree):
+        for node in ast.walk(tree_of(file)):
             if isinstance(node, ast.Constant) and re.fullmatch(r"cranktrain(\.\w+)+(:\w+)?", str(node.value)):
                 other = str(node.value).split(".")[1].partition(":")[0]
                 if (ROOT / other).is_dir() and rank(other) > rank(file.split("/")[0]):
@@ -102,12 +109,12 @@ MAKERS = {entry.stem for entry in (ROOT / "studies").iterdir()} - {
 @pytest.mark.parametrize("start", ["fmu", "cli/plan", "studies/planning", "studies/total_error"])
 def test_plans_and_fmus_reach_no_maker_of_studies(start):
     """Imports inside functions and names in strings count too: a shipped figure has a reader apart from its maker."""
-    found = {file for file in TREES if file.startswith((f"{start}/", f"{start}.py"))}
+    found = {file for file in FILES if file.startswith((f"{start}/", f"{start}.py"))}
     waiting = list(found)
     while waiting:
         file = waiting.pop()
         strings = re.findall(r'"cranktrain\.([\w.]+):\w+"', (ROOT / file).read_text("utf-8"))
-        new = {*imports(file), *(f"{name.replace('.', '/')}.py" for name in strings)} & set(TREES) - found
+        new = {*imports(file), *(f"{name.replace('.', '/')}.py" for name in strings)} & set(FILES) - found
         found |= new
         waiting += new
     reached = {Path(file).parts[1].removesuffix(".py") for file in found if file.startswith("studies/")}
@@ -133,13 +140,13 @@ def reasoned(file: str, function: ast.FunctionDef) -> bool:
 
 
 def test_a_function_does_one_thing_on_one_page():
-    long = [(file, f) for file in TREES for f in functions(file) if f.end_lineno - f.lineno + 1 > LONG]
+    long = [(file, f) for file in FILES for f in functions(file) if f.end_lineno - f.lineno + 1 > LONG]
     assert len(long) <= 5, [(file, f.name) for file, f in long]
     assert [(file, f.name) for file, f in long if not reasoned(file, f)] == []
 
 
 def test_what_belongs_together_travels_in_one_record():
-    many = [(file, f) for file in TREES for f in functions(file) if len(f.args.args) + len(f.args.kwonlyargs) > MANY]
+    many = [(file, f) for file in FILES for f in functions(file) if len(f.args.args) + len(f.args.kwonlyargs) > MANY]
     assert [(file, f.name) for file, f in many if not reasoned(file, f)] == []
 
 
@@ -159,7 +166,7 @@ def literals(index: ast.expr) -> Iterator[int]:
 def test_slots_have_names():
     found = [
         f"{file}:{node.lineno}"
-        for file in TREES
+        for file in FILES
         for function in kernels(file)
         for node in ast.walk(function)
         if isinstance(node, ast.Subscript) and any(literals(node.slice))
@@ -173,7 +180,7 @@ def test_no_kernel_asks_which_law_it_is(folder):
     names = {"LAW", "LINEAR", "IMPEDANCE", "TABLE", "REYNOLDS", "EHD", "ROLLER", "IS_LINEAR"}
     found = [
         f"{file}:{test.lineno}"
-        for file in TREES
+        for file in FILES
         if file.startswith(f"{folder}/")
         for function in kernels(file)
         for test in ast.walk(function)
