@@ -37,7 +37,9 @@ assert = [{{ output = "combustion.cylinder[2].pressure", what = "maximum", unit 
 [[scenario]]
 name = "noise"
 noise = [{{ input = "cranktrain.cylinder[2].pressure", rms = 0.1, unit = "bar", seed = 7 }}]
-assert = [{{ output = "cranktrain.pulley.torsion", what = "peak_to_peak", ratio_to = "normal", least = 0.9, most = 1.1 }}]
+assert = [
+    {{ output = "cranktrain.pulley.torsion", what = "peak_to_peak", ratio_to = "normal", least = 0.9, most = 1.1 }},
+]
 
 [[scenario]]
 name = "dies"
