@@ -67,12 +67,16 @@ def nothing_but_libc_and_libm_is_needed(binary):
     assert loaded <= {"linux-vdso.so.1", "libm.so.6", "libc.so.6", "ld-linux-x86-64.so.2"}, loaded
 
 
+def declared():
+    """Functions of FMI 2.0 and 3.0 in our headers."""
+    texts = [(SOURCES / f"fmi{version}.h").read_text() for version in (2, 3)]
+    return {name for text in texts for name in re.findall(r"\b(fmi[23]\w+)\((?:fmi[23]|void\))", text)}
+
+
 def nothing_but_the_interface_is_shown(binary, *more):
     """``more`` are symbols beside the interface."""
     shown = {line.split()[-1] for line in said("nm", "-D", "--defined-only", binary).splitlines()} - {"_init", "_fini"}
-    texts = [(SOURCES / f"fmi{version}.h").read_text() for version in (2, 3)]
-    declared = {name for text in texts for name in re.findall(r"\b(fmi[23]\w+)\((?:fmi[23]|void\))", text)}
-    assert shown == declared | set(more) and len(shown) == 34 + 75 + len(more)
+    assert shown == declared() | set(more) and len(shown) == 34 + 75 + len(more)
 
 
 def there_is_no_writable_data(binary):

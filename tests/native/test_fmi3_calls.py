@@ -74,6 +74,14 @@ def test_references_and_counts_that_do_not_fit_are_refused(unit3, references, n,
     assert re.search(words, one.refused("GetFloat64", *given))
 
 
+@pytest.mark.parametrize("kind", ["Float64", "Int32", "Int64", "Boolean", "String"])
+@pytest.mark.parametrize("n", [2**32, 2**62])
+def test_a_count_beyond_all_variables_is_refused_before_references_behind_it_are_read(unit3, kind, n):
+    one = unit3().start()
+    given = (c_uint32 * 2)(MOTION, TIME), c_size_t(n), (C_TYPE[kind] * 8)(), c_size_t(n)
+    assert re.search(r"values at once|unknown|is '", one.refused(f"Get{kind}", *given))
+
+
 def test_types_are_those_of_fmi_3(unit3):
     one = unit3().set("Int32", [V["repeats"]], [3]).set("Boolean", [V["reversed"]], [True])
     one.set("Int64", [V["solver.scheme"]], [3]).set("String", [V["spring.level"]], ["stiff"])

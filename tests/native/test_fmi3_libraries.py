@@ -3,7 +3,9 @@
 import math
 import re
 import subprocess
+import sys
 
+import gates
 import mock_unit
 import pytest
 import real_unit
@@ -183,3 +185,16 @@ def test_sanitizers_find_nothing_around_the_real_kernels(real3, host, sanitizer,
         pytest.skip(f"the compiler has no -fsanitize={sanitizer}, or the library came without its objects")
     for what in (("run", 60, 0), ("threads", 3, 0), ("fuzz", 50_000, 3)):
         real3.hosted(watched, *what, binary=library)
+
+
+# ------------------------------------------------------------------ what Windows sees
+
+
+@pytest.mark.slow
+def test_windows_sees_every_function_of_both_versions(tmp_path):
+    """In the table of exports of the library for Windows; 34 functions of FMI 2.0 for co-simulation and 75 of 3.0."""
+    pytest.importorskip("ziglang", reason="needs PyPI's ziglang")
+    command = sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu"
+    library = mock_unit.library(tmp_path, "-s", command=command)
+    exported = set(re.findall(r"\bfmi[23]\w+", gates.said("objdump", "-p", library)))
+    assert exported == gates.declared() and len(exported) == 34 + 75

@@ -75,6 +75,9 @@ static ct_result expand(struct unit *unit, enum ct_type type, const fmi3ValueRef
 static ct_result get_reals(struct unit *unit, const fmi3ValueReference references[], size_t n, double values[],
                            size_t n_values) {
     size_t first = 0, done = 0;
+    if (n > (size_t)unit->n + 1) { /* before any is read: the count may be wrong */
+        return ct_refuse(&unit->model->host, "more than %u Float64 values at once; the FMU has no more", unit->n + 1);
+    }
     for (size_t i = 0; references != NULL && values != NULL && i < n; ++i) {
         if (references[i] != unit->n) continue;
         size_t elements = 0;
