@@ -87,17 +87,15 @@ def test_torsion_at_coarse_steps_has_the_error_of_fine_ones(pair):
         for scheme in ("gauss-seidel", "intermediate")
     )
     assert inside < 1.0e-3
+    assert plain > 1.0e-3 or exact.std() < 1.0e-4, "the exchange leaves more where torsion is more than 6 mdeg"
     assert inside < 0.4 * plain
 
 
 @pytest.mark.parametrize("reconstruction", ["own", "linear", "hold"])
 def test_an_intermediate_update_is_an_exchange_at_its_points(six, reconstruction):
     """A step of 1.5 degrees has two of them, so it is three steps of 0.5 degrees to rounding."""
-    system = system_of(six, "gauss-seidel", 0.5, reconstruction)
-    # A step of 1.5 degrees chooses the integrator in both.
     inside = coupled(six, "intermediate", COARSE_DEG, 0.5, reconstruction)
     between = coupled(six, "gauss-seidel", 0.5, 0.5, reconstruction)
-    assert system.exchange.scheme == "gauss-seidel"
     np.testing.assert_allclose(inside, between, rtol=0.0, atol=1e-9 * np.abs(between).max())
 
 
@@ -158,11 +156,11 @@ class Calling:
     """A unit with updates at given fractions of a step, one list for each step in turn."""
 
     updates = restorable = True
-    inputs = outputs = {}
     name = "calling"
 
     def __init__(self, fractions):
         self.fractions = list(fractions)
+        self.inputs, self.outputs = {}, {}
 
     def listen(self, call):
         self.call = call
@@ -216,7 +214,7 @@ def test_what_fails_inside_a_step_ends_the_run(six, error):
     try:
         master.initialize()
         master.step(size)
-        with pytest.raises(type(error), match="combustion, step from .*: no burn" if str(error) else ""):
+        with pytest.raises(type(error), match="combustion, step from .*: no burn" if str(error) else None):
             master.step(2.0 * size)
         assert asked.steps == 5
     finally:

@@ -63,7 +63,9 @@ class Inside:
             self._lead()
             self._take(begin, size)
             if len(self._ends) > 1:
-                raise UnitError(f"{self._unit.name}: no intermediate update at {self._ends[0]:.9g} s, where one was due")
+                raise UnitError(
+                    f"{self._unit.name}: no intermediate update at {self._ends[0]:.9g} s, where one was due"
+                )
             self._read()
         finally:
             self._master = None
