@@ -1,10 +1,11 @@
 """Cranktrain, combustion and valve train as FMUs under the reference master: ``python benchmarks/virtual_engine.py``.
 
-Of the six, by scheme, reconstruction and communication step in degrees of crank angle: RMS of the difference of the
-pulley's torsion from the same physics at FINEST over the RMS of its alternating part there, over the last of CYCLES
-cycles; the error of the mean shaft torque; the power residual; and processor time over simulated time. ``late`` is
-Jacobi's scheme as a plain master has it: the combustion answers for the begin of the step, and the cranktrain holds
-what it gets. Prints one JSON object.
+Of an engine (``[RPM [diesel_i6|diesel_v8]]``), by scheme, reconstruction and communication step in degrees of crank
+angle: RMS of the difference of the pulley's torsion from the same physics at FINEST over the RMS of its alternating
+part there, over the last of CYCLES cycles; the error of the mean shaft torque; the power residual; and processor time
+over simulated time. ``late`` is Jacobi's scheme as a plain master has it: the combustion answers for the begin of the
+step, and the cranktrain holds what it gets. With scheme ``intermediate`` the cranktrain is an FMU of FMI 3.0. Prints
+one JSON object.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,7 +28,7 @@ from cranktrain.coupling.virtual_engine import Partners, summary, virtual_engine
 
 CYCLES = 8
 FINEST = 0.125
-STEPS_DEG = 0.5, 1.0, 1.5, 3.0
+STEPS_DEG = 0.5, 0.75, 1.0, 1.5, 3.0
 WAYS = {
     "gauss-seidel, own": ("gauss-seidel", "own", {}),
     "jacobi, own": ("jacobi", "own", {}),
@@ -34,18 +36,47 @@ WAYS = {
     "gauss-seidel, linear": ("gauss-seidel", "linear", {}),
     "jacobi, linear": ("jacobi", "linear", {}),
     "jacobi, quadratic": ("jacobi", "quadratic", {}),
+    "gauss-seidel, hold": ("gauss-seidel", "hold", {}),
     "jacobi, hold": ("jacobi", "hold", {}),
     "jacobi, late": ("jacobi", "hold", {COMBUSTION: {"inputs.at": "end"}}),
+    "intermediate, own": ("intermediate", "own", {}),
+    "intermediate, linear": ("intermediate", "linear", {}),
+    "intermediate, hold": ("intermediate", "hold", {}),
 }
+MODULES = {"diesel_i6": ("combustion_i6", "valvetrain_i6"), "diesel_v8": ("combustion_v8", "valvetrain_v8")}
 SAMPLES = round(720 / STEPS_DEG[-1])
 """Points of a cycle at which runs are compared: those that all communication steps meet."""
 
 
-def coupled(fmus: tuple[Path, Path, Path], speed: float, way: str, step_deg: float) -> tuple[Coupled, float]:
+class Fmus(NamedTuple):
+    """FMUs of an engine; ``calling`` is the cranktrain of FMI 3.0."""
+
+    cranktrain: Path
+    combustion: Path
+    valvetrain: Path
+    calling: Path
+
+
+def built(name: str, folder: Path) -> Fmus:
+    """An engine's FMUs, into a folder."""
+    combustion, valvetrain = (ct.build_fmu(module, folder) for module in MODULES[name])
+    calling = folder / "fmi3"
+    calling.mkdir()
+    cranktrains = [
+        ct.build_fmu(name, where, film_table=False, block=False, fmi=fmi)
+        for fmi, where in (("2.0", folder), ("3.0", calling))
+    ]
+    return Fmus(cranktrains[0], combustion, valvetrain, cranktrains[1])
+
+
+def coupled(fmus: Fmus, speed: float, way: str, step_deg: float) -> tuple[Coupled, float]:
     """One run, and its processor time over simulated time."""
     scheme, reconstruction, values = WAYS[way]
     step = math.radians(step_deg) / speed
-    engine = virtual_engine(Partners(*fmus[:2], values, fmus[2]), speed, scheme, reconstruction, step)
+    cranktrain = fmus.calling if scheme == "intermediate" else fmus.cranktrain
+    engine = virtual_engine(
+        Partners(cranktrain, fmus.combustion, values, fmus.valvetrain), speed, scheme, reconstruction, step
+    )
     master = engine.master()
     try:
         master.initialize()
@@ -65,13 +96,13 @@ def last_cycle(found: Coupled, name: str) -> Array:
 def main() -> int:
     """Measure and print."""
     rpm = float(sys.argv[1]) if len(sys.argv) > 1 else 2000.0
+    name = sys.argv[2] if len(sys.argv) > 2 else "diesel_i6"
+    if name not in MODULES:
+        print(f"virtual_engine: no combustion ships for '{name}'; valid: {', '.join(MODULES)}", file=sys.stderr)
+        return 2
     speed = rpm * math.pi / 30.0
     with tempfile.TemporaryDirectory() as folder:
-        fmus = (
-            ct.build_fmu("diesel_i6", folder, film_table=False, block=False),
-            ct.build_fmu("combustion_i6", folder),
-            ct.build_fmu("valvetrain_i6", folder),
-        )
+        fmus = built(name, Path(folder))
         finest, _ = coupled(fmus, speed, "gauss-seidel, own", FINEST)
         torsion, torque = (last_cycle(finest, f"cranktrain.{name}") for name in ("pulley.torsion", "shaft.torque"))
         swing = float(np.std(torsion))

@@ -28,7 +28,8 @@ DESCRIPTION = """Couple cranktrain, combustion and valve train as FMUs, and run 
 
 FMUs that are not named are built first; a cranktrain built this way has no film table and no flexible block. With
 --scheme jacobi all units step at once, with gauss-seidel one after the other, with iterative repeatedly until they
-agree. With --reconstruction own the cranktrain itself interpolates pressures between communication points, because it
+agree. With intermediate the cranktrain, an FMU of FMI 3.0, calls for new pressures at points inside its step. With
+--reconstruction own the cranktrain itself interpolates pressures between communication points, because it
 knows the crank angle of each; with hold, linear and quadratic the master does. With --pressure, measured pressures take
 the place of the combustion. --json prints {"pulley", "imep_pa",
 "indicated_torque_nm", "coupling_residual_w", "real_time_factor", "seconds", "result", "valvetrain"}."""
@@ -124,7 +125,9 @@ def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path | Measur
     if options.cranktrain:
         cranktrain = Path(options.cranktrain)
     else:
-        cranktrain = build_fmu(engine, folder, film_table=False, block=False, say=say)
+        inside = options.scheme == "intermediate" and options.export_ssp is None
+        fmi = "3.0" if inside else "2.0"
+        cranktrain = build_fmu(engine, folder, film_table=False, block=False, say=say, fmi=fmi)
     return cranktrain, measured or modules[COMBUSTION], modules.get(VALVETRAIN)
 
 

@@ -6,7 +6,7 @@ Arrays are set and read whole; inputs of one that no connection leads to keep th
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +64,16 @@ class Fmu3Unit(FmuUnit):
     """See :class:`cranktrain.coupling.unit.Unit`; enumerations may be given by the names of their items."""
 
     _slave = FMU3CheckedSlave
+    _listener: Callable[[float], None] | None = None
+
+    @property
+    def updates(self) -> bool:
+        """Whether it calls its master at points inside a step."""
+        return bool(self._description.coSimulation.providesIntermediateUpdate)
+
+    def listen(self, call: Callable[[float], None]) -> None:
+        """Call this with the time, s, at each point inside a step where inputs may be set; before ``initialize``."""
+        self._listener = call
 
     @property
     def elements(self) -> frozenset[str]:
@@ -144,12 +154,18 @@ class Fmu3Unit(FmuUnit):
         self._direct("its state", fmu.dll.fmi3FreeFMUState, self._component, ctypes.byref(self._state))
 
     def _instantiate(self) -> None:
-        self._try("instantiation", self._fmu.instantiate, loggingOn=True, logMessage=self._log_line)
+        updates = {} if self._listener is None else {"intermediateUpdate": self._updated}
+        self._try("instantiation", self._fmu.instantiate, loggingOn=True, logMessage=self._log_line, **updates)
         library = self._fmu.dll
         self._set_real, self._get_real = library.fmi3SetFloat64, library.fmi3GetFloat64
         self._do_step = library.fmi3DoStep
         if self.restorable:
             self._get_state, self._set_state = library.fmi3GetFMUState, library.fmi3SetFMUState
+
+    def _updated(self, environment: Any, time: float, may_set: bool, may_get: bool, *others: Any) -> None:
+        """The FMU's call; the step is never ended early."""
+        if self._listener is not None and may_set and may_get:
+            self._listener(time)
 
     def _log_line(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
         self._note(environment, self.name.encode(), status, category, message)

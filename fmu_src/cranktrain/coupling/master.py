@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.connections import Connection, checked, wiring
+from cranktrain.coupling.intermediate import Inside
 from cranktrain.coupling.kernels.exchange import MEAN, READ, STEP, WRITE
 from cranktrain.coupling.quasi_newton import QuasiNewton
 from cranktrain.coupling.reconstruction import DEGREES, Samples
@@ -76,6 +77,7 @@ class Master:
     time : of the last communication point, s
     newest : outputs there, as ``names``
     sweeps : evaluations of all units so far, in units of steps
+    inside : intermediate points of the last unit, for scheme ``intermediate``; None for others
     """
 
     def __init__(
@@ -98,6 +100,7 @@ class Master:
         self._order = _independent_first(units, connections)
         if exchange.scheme == "iterative":
             _all_restorable(self._order)
+        self.inside = Inside(self._order) if exchange.scheme == "intermediate" else None
         self._parts: dict[str, slice] = {}
         at: dict[tuple[str, str], int] = {}
         for unit in self._order:
@@ -181,6 +184,12 @@ class Master:
         self.time = end
         self._settle_feeds()
         self._arrive(self.newest)
+
+    def arrive(self) -> None:
+        """Take the newest outputs as those of a point inside a step, at ``time``, and go on from there."""
+        self._settle_feeds()
+        self._arrive(self.newest)
+        self.start[:] = self.newest
 
     def predicted(self, size: float) -> Array:
         """Outputs that are expected after a step of this size, (n,)."""

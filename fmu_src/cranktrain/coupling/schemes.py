@@ -70,7 +70,12 @@ def iterative(master: Master, size: float, place: float) -> None:
     )
 
 
+def intermediate(master: Master, size: float, place: float) -> None:
+    """One after the other, several times within the last unit's step: see :mod:`cranktrain.coupling.intermediate`."""
+    master.inside.step(master, size)
+
+
 SCHEMES: dict[str, Callable[[Master, float, float], None]] = {
-    "jacobi": jacobi, "gauss-seidel": gauss_seidel, "iterative": iterative,
+    "jacobi": jacobi, "gauss-seidel": gauss_seidel, "iterative": iterative, "intermediate": intermediate,
 }  # fmt: skip
 """How the units of a step follow one another."""

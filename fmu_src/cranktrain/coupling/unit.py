@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -86,6 +86,7 @@ class Around:
         self._unit = unit
         self.name, self.restorable = unit.name, unit.restorable
         self.inputs, self.outputs = unit.inputs, unit.outputs
+        self.updates = bool(getattr(unit, "updates", False))
 
     def _on(self, call: str, *arguments: Any) -> Any:
         return getattr(self._unit, call)(*arguments)
@@ -118,6 +119,11 @@ class Around:
     def restore(self, state: Any) -> None:
         """See the protocol."""
         self._on("restore", state)
+
+    def listen(self, call: Callable[[float], None]) -> None:
+        """See :mod:`cranktrain.coupling.intermediate`."""
+        unit: Any = self._unit
+        unit.listen(call)
 
     def close(self) -> None:
         """See the protocol."""

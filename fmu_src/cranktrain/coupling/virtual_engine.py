@@ -85,6 +85,7 @@ def virtual_engine(
     """Cranktrain, combustion and, where there is one, valve train at a constant speed (rad/s) of the shaft.
 
     ``step`` is the longest communication step, s: short ones choose the cranktrain's integrator, see :data:`SHORT`.
+    Parts of a step with scheme ``intermediate`` are always short.
 
     Raises
     ------
@@ -115,7 +116,7 @@ def virtual_engine(
         combustion = open_fmu(partners.combustion, COMBUSTION, given[COMBUSTION])
     cranktrain = open_fmu(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN])
     is_open = cranktrain.has(INTEGRATOR) and not {INTEGRATOR, "solver.control"} & given[CRANKTRAIN].keys()
-    if is_open and speed * step <= SHORT:
+    if is_open and (speed * step <= SHORT or scheme == "intermediate"):
         given[CRANKTRAIN][INTEGRATOR] = FOR_SHORT_STEPS if own else FOR_SHORT_STEPS_HELD
         cranktrain.set_start(INTEGRATOR, given[CRANKTRAIN][INTEGRATOR])
     cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,17 @@ class Watched(Around):
         if found is None:
             return None
         return found._replace(notes=np.frombuffer(memoryview(self._notes), np.int64, NOTE_SLOTS), place=self._place)
+
+    def listen(self, call: Callable[[float], None]) -> None:
+        """See :mod:`cranktrain.coupling.intermediate`; the step is reported again when the call has ended."""
+        notes = self._notes
+
+        def reported(time: float) -> None:
+            call(time)
+            notes.unit, notes.call = self._place, CALLS["step"]
+            notes.count += 1
+
+        super().listen(reported)
 
     def _on(self, call: str, *arguments: Any) -> Any:
         """Call, and report the current call meanwhile."""
