@@ -60,7 +60,7 @@ def main() -> None:
     add("--trials", type=int, default=100)
     add("--truth", choices=["linear", "harmonic-balance", "time"], default="harmonic-balance")
     add("--crank", default="beam", help="of runs in time")
-    add("--level", choices=["linear", "harmonic-balance"], default="linear")
+    add("--level", choices=["linear", "harmonic-balance", "time"], default="linear", help="fitted; time: by --crank")
     add("--speeds", type=int, default=24)
     add("--flywheel", action="store_true", help="measured at the flywheel too")
     add("--draws", type=int, default=100, help="different true parameters; then noise alone differs")
@@ -90,6 +90,8 @@ class Trials:
         engine = load_engine(name).without_additions
         damper = engine.damper is not None and engine.damper.kind == "viscous"
         keys = [key for key in SPREAD if damper or not key.startswith("damper.")]
+        if given.level == "time" and given.crank != "torsional":
+            keys = [key for key in keys if key not in OWN]
         self.engine = replace(engine, damping=replace(engine.damping, torsional_ratios=RATIOS))
         read = {key: SoughtTable() for key in keys}
         self.sought = tuple(_bounded(one) for one in sought_parameters(self.engine, read, ["pulley"], 1.0))
@@ -162,7 +164,7 @@ class Trials:
     def _fitted(self, comparison: Comparison, trial: int) -> Climbed:
         """As the command does it; without ``--sobol`` from the engine's own values alone."""
         if self.given.sobol or self.given.level != "linear":
-            return climb(self.model, comparison, Ask(self.given.level, seed=trial))
+            return climb(self.model, comparison, Ask(self.given.level, self.given.crank, seed=trial))
         found = estimate(comparison, 1, start=comparison.start)
         high = self.model.balanced(outer_values(self.sought, found.inner))
         return Climbed(found, (), moved_by(comparison, found, high, comparison.answers(found.inner).strands))

@@ -194,6 +194,21 @@ def test_a_state_between_steps_goes_on_to_the_bit():
     assert np.array_equal(rows(other, 30, points=4), expected)
 
 
+@pytest.mark.parametrize("end", [-1e9, 1e9, math.inf])
+@pytest.mark.parametrize("place", [layout.STEP_BEGIN, layout.STEP_END])
+def test_an_altered_state_does_not_step_from_long_ago(place, end):
+    """A step under way that does not hold the present time is given up, not gone on with from its end."""
+    simulation = started()
+    rows(simulation, 4, points=3)
+    state = simulation.state
+    assert state[layout.UNDER_WAY] == 1.0
+    state[place] = end
+    simulation.state = state
+    before = simulation.work.counters[at.N_STEPS]
+    simulation.step(simulation.time + H / 3)
+    assert simulation.work.counters[at.N_STEPS] - before <= 2
+
+
 def test_the_state_between_steps_is_the_motion_there():
     """What reads a state, to look at the motion or to move it, finds that of the present time."""
     h = math.radians(0.5) / SPEED

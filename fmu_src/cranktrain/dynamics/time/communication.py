@@ -189,6 +189,13 @@ def at_end(state, time):
     return time >= state[STEP_END] - near
 
 
+@inlined_kernel
+def holds_now(state):
+    """Whether the step that is under way holds the present time, as it does in every state that a run gives."""
+    near = ROUNDED * (state[STEP_END] - state[STEP_BEGIN]) + 4.0 * ROUNDING * abs(state[TIME])
+    return state[STEP_BEGIN] - near <= state[TIME] <= state[STEP_END] + near
+
+
 @kernel
 def pass_over(model, work, state, inputs, t_end):
     """Take steps of full length until one reaches ``t_end``, and interpolate; a stage status, and steps taken.
@@ -264,6 +271,8 @@ def advance(model, work, state, inputs, t_end):
         return OK
     if not turning_speed(state, inputs) * interval < MOST_STEPS * model.scalars[at.STEP]:
         return TOO_LONG
+    if state[UNDER_WAY] > 0.0 and not holds_now(state):
+        state[UNDER_WAY] = 0.0  # a state that somebody altered: its steps could go on for ever from long ago
     for i in range(BODY):
         work.backup[0, i] = state[i]
     iterations = work.counters[at.N_ITERATIONS]

@@ -171,7 +171,7 @@ class RunUp:
         return found._with_rows(journal_rows(Path(path), found._tie))
 
 
-LARGEST = 1e15
+MOST = 1e15
 """Largest speed, order and amplitude of a file: squares of them, and their sums, are finite."""
 
 
@@ -186,8 +186,8 @@ def _fit(values: Mapping[str, Any], named: Mapping[str, Any]) -> bool:
     fits &= all(values[name].dtype.kind in ("fc" if name == "amplitudes" else "iuf") for name in (*_AXES, *_NAMED))
     if not fits:
         return False
-    finite = all((np.abs(values[name]) <= LARGEST).all() for name in ("speeds", "orders"))
-    finite &= not (np.abs(values["amplitudes"]) > LARGEST).any()  # a speed may lack an amplitude, which is then NaN
+    finite = all((np.abs(values[name]) <= MOST).all() for name in ("speeds", "orders"))
+    finite &= not (np.abs(values["amplitudes"]) > MOST).any()  # a speed may lack an amplitude, which is then NaN
     return bool(finite and np.all(np.diff(values["speeds"]) > 0.0) and np.all(orders > 0.0))
 
 
