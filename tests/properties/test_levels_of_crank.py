@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid_coordinates
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS, Levels
 from cranktrain.film.laws.register import PLAIN, bearing_levels
+from cranktrain.structure import assembly
 from cranktrain.structure.crank.level import bare_crank, crank_body
 from cranktrain.structure.crank.modal import free_modes, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
@@ -244,3 +246,15 @@ def test_only_what_is_made_of_the_solid_asks_for_it():
     formula = replace(engine, reduction=replace(engine.reduction, torsional_source="carter"))
     assert [row.needs_solid(engine) for row in CRANKS.values()] == [False, True, False, True]
     assert not CRANKS["torsional"].needs_solid(formula)
+
+
+@pytest.mark.parametrize("level", ["torsional", "beam"])
+@pytest.mark.parametrize("name", ["single_petrol", "diesel_i6"])
+def test_a_crank_is_the_same_on_any_number_of_threads(name, level, monkeypatch):
+    """By its digest, to the bit: a run-up is gone on with on another machine, and beside other processes."""
+    monkeypatch.setattr(assembly, "_once", lambda key, make: make())
+    digests = set()
+    for threads in (1, 2):
+        with threadpool_limits(limits=threads, user_api="blas"):
+            digests.add(assembly.running_crank(load_engine(name), level).digest)
+    assert len(digests) == 1

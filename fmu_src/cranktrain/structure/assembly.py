@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import ReducedBody
@@ -175,6 +176,8 @@ def running_crank(
             bare = _once(key, lambda: crank.bare_crank(engine, level, progress=say))
         return crank.running_crank(engine, level, bare)
 
+    # On one thread the same bytes everywhere, and a digest by which an interrupted run-up is gone on with.
+    @threadpool_limits.wrap(limits=1, user_api="blas")
     def complete() -> ReducedBody:
         row, body = crank_level(level), make()
         if not row.inherits or body.damping.size:
