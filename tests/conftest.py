@@ -27,7 +27,7 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish():
-    """Take what collecting made out of what Python looks through for garbage: it stays to the end."""
+    """Leave the objects made by collection out of garbage collection: they live to the end."""
     gc.freeze()
 
 

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -90,7 +89,8 @@ def climb(
         say("harmonic balance, for what it would move")
         try:
             high = model.balanced(outer_values(comparison.sought, found.inner))
-        except (SolverError, KeyboardInterrupt):
+        except (SolverError, KeyboardInterrupt) as error:
+            say(f"no harmonic balance, whose step the intervals leave out: {error or 'interrupted'}")
             return Climbed(found, tuple(steps), none)
         low = comparison.answers(found.inner).strands
         return Climbed(found, tuple(steps), moved_by(comparison, found, high, low))
@@ -129,9 +129,11 @@ def _with_orbits(
         comparison.weigh(before[2], comparison.own(found.inner))
     shift = np.zeros(found.inner.size)
     if not found.interrupted:
-        with suppress(SolverError, KeyboardInterrupt):
+        try:
             high = in_films.above(outer_values(comparison.sought, found.inner))
             shift = moved_by(comparison, found, high, comparison.answers(found.inner).strands)
+        except (SolverError, KeyboardInterrupt) as error:
+            say(f"no run on better films, whose step the intervals leave out: {error or 'interrupted'}")
     return found, step, shift
 
 

@@ -98,7 +98,7 @@ class OrbitModel:
         return (*self._model.answers(values).strands, *self._seen(values, series))
 
     def answers(self, values: Array) -> Answers:
-        """Answers for sought values (p,), SI, orbits by the line; see :meth:`TorsionalModel.answers`."""
+        """Answers for sought values (p,), SI, orbits linearised about the last estimate."""
         found = self._model.answers(values)
         return replace(found, strands=(*found.strands, *self._answered(values)))
 
