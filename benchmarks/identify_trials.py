@@ -6,9 +6,10 @@ Each trial draws true parameters, answers for them by a level above the fitted o
 time`` a run in time of ``--crank``), adds noise, and identifies. The data are those of a torsional measurement: all
 half orders up to 12 that rise above the noise for the engine as it is, at the pulley, with ``--flywheel`` at both ends.
 A parameter is covered if the interval of 95 % that the command prints, that of the profile, holds the true value.
-Engines without a damper are given none. A crank in time has a stiffness and damping of its own; both are sought as for
-a real engine, and count for nothing. Its mean error is the bias that the lower level brings in; ``--draws`` says how
-many true engines are run, and all trials beyond differ in their noise alone.
+Engines without a damper are given none. A crank that bends has a damping of its own; it is sought as for a real
+engine, and counts for nothing. The mean error is the bias that the lower level brings in; ``--draws`` says how many
+true engines are run, and all trials beyond differ in their noise alone. With ``--above next`` intervals contain the
+step to the next crank that bends, as those of the command do by default.
 
 ``--record FILE`` keeps truths and trials as lines of JSON and goes on from there. Prints a row for each parameter, and
 a line of JSON for each engine with the machine's load.
@@ -36,10 +37,10 @@ from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import confidence_of, profiles
 from cranktrain.studies.identification.data import Data, Strand
 from cranktrain.studies.identification.estimate import estimate
-from cranktrain.studies.identification.ladder import Ask, Climbed, climb, moved_by
+from cranktrain.studies.identification.ladder import Ask, Climbed, climb, levels_beyond
 from cranktrain.studies.identification.model import TorsionalModel
-from cranktrain.studies.identification.parameters import Sought, inner_values, outer_values, sought_parameters
-from cranktrain.studies.identification.tables import SoughtTable
+from cranktrain.studies.identification.parameters import CRANK, Sought, inner_values, outer_values, sought_parameters
+from cranktrain.studies.identification.tables import NONE, SoughtTable
 
 HIGHEST = 12.0
 NOISE = 0.004
@@ -47,8 +48,10 @@ NOISE = 0.004
 RATIOS = (0.02, 0.03)
 """Damping ratios about which true ones are drawn, in place of those that a run of the crank above would give."""
 SPREAD = {"damper.viscosity": 0.3, "damping.torsional_ratios[1]": 0.3, "load": 0.05, "crank.stiffness": 0.02}
-"""Half width of the logarithm from which a true value is drawn; bounds are three times as far."""
-OWN = ("damping.torsional_ratios[1]", "crank.stiffness")
+"""Half width of the logarithm from which a true value is drawn; bounds are three times as far.
+
+A crank that bends is stiffer in its films by more than that, so the bounds of its stiffness are the command's."""
+OWN = ("damping.torsional_ratios[1]",)
 """Parameters of a torsional crank that a crank of another level does not have."""
 
 
@@ -61,6 +64,7 @@ def main() -> None:
     add("--truth", choices=["linear", "harmonic-balance", "time"], default="harmonic-balance")
     add("--crank", default="beam", help="of runs in time")
     add("--level", choices=["linear", "harmonic-balance", "time"], default="linear", help="fitted; time: by --crank")
+    add("--above", default=NONE, help="crank above the fitted one, asked once at the estimate; the command's is next")
     add("--speeds", type=int, default=24)
     add("--flywheel", action="store_true", help="measured at the flywheel too")
     add("--draws", type=int, default=100, help="different true parameters; then noise alone differs")
@@ -94,7 +98,10 @@ class Trials:
             keys = [key for key in keys if key not in OWN]
         self.engine = replace(engine, damping=replace(engine.damping, torsional_ratios=RATIOS))
         read = {key: SoughtTable() for key in keys}
-        self.sought = tuple(_bounded(one) for one in sought_parameters(self.engine, read, ["pulley"], 1.0))
+        self.sought = tuple(
+            _bounded(one, given.truth == "time" and given.crank != "torsional")
+            for one in sought_parameters(self.engine, read, ["pulley"], 1.0)
+        )
         self.low: Array = inner_values(self.sought, [one.start for one in self.sought])
         self.model = TorsionalModel(self.engine, self._places(), self.sought, 1.0, damper, True)
         own = self.model.answers(outer_values(self.sought, self.low)).strands
@@ -105,6 +112,8 @@ class Trials:
         scored = given.truth != "time" or given.crank == "torsional"
         self.counted = [k for k, one in enumerate(self.sought) if scored or one.key not in OWN]
         self.key = f"{name}, {given.truth} {given.crank}, {given.level}, {given.speeds}, {given.flywheel}, {given.seed}"
+        if given.above != NONE:
+            self.key += f", {given.above}"
         self.drawn: dict[int, Drawn | None] = {}
         self.rows: dict[int, dict[str, Any]] = {}
         self._read()
@@ -147,12 +156,12 @@ class Trials:
         self.model.data = Data(tuple(strands))
         comparison = Comparison(self.model, self.model.data, self.sought)
         found = self._fitted(comparison, trial)
-        sure = confidence_of(comparison, found.estimate, found.shift)
+        sure = confidence_of(comparison, found.estimate, found.moves)
         ends = profiles(comparison, found.estimate, sure)
         away = found.estimate.inner - truth.inner
         return {
             "bias": [comparison.biases[one.name].of(self._place(k)).relative for k, one in enumerate(strands)],
-            "away": away.tolist(), "deviation": sure.deviations.tolist(),
+            "away": away.tolist(), "moved": found.moves.sum(axis=0).tolist(), "deviation": sure.deviations.tolist(),
             "covered": [low <= u <= high for (low, high), u in zip(ends, truth.inner.tolist(), strict=True)],
             "by_covariance": (np.abs(away) <= sure.reach * sure.deviations).tolist(),
         }  # fmt: skip
@@ -163,11 +172,11 @@ class Trials:
 
     def _fitted(self, comparison: Comparison, trial: int) -> Climbed:
         """As the command does it; without ``--sobol`` from the engine's own values alone."""
+        ask = Ask(self.given.level, self.given.crank, seed=trial, above=self.given.above)
         if self.given.sobol or self.given.level != "linear":
-            return climb(self.model, comparison, Ask(self.given.level, self.given.crank, seed=trial))
+            return climb(self.model, comparison, ask)
         found = estimate(comparison, 1, start=comparison.start)
-        high = self.model.balanced(outer_values(self.sought, found.inner))
-        return Climbed(found, (), moved_by(comparison, found, high, comparison.answers(found.inner).strands))
+        return Climbed(found, (), levels_beyond(self.model, None, comparison, found, ask))
 
     def _truth(self, draw: int) -> Drawn | None:
         if draw in self.drawn:
@@ -179,7 +188,6 @@ class Trials:
             if self.given.truth == "time":
                 plain = self.given.crank == "torsional"
                 kept = self.model.sought
-                # A crank that bends has no factor on its stiffness.
                 self.model.sought = tuple(one for one in kept if plain or one.key not in OWN)
                 some = [v for v, one in zip(values.tolist(), kept, strict=True) if plain or one.key not in OWN]
                 try:
@@ -247,6 +255,7 @@ class Trials:
             "rms_percent": of(lambda k: 100.0 * math.sqrt(float(np.mean([row["away"][k] ** 2 for row in rows])))),
             "mean_percent": of(lambda k: 100.0 * float(np.mean([row["away"][k] for row in rows]))),
             "bias_percent": self._biases(rows),
+            "moved_percent": of(lambda k: 100.0 * float(np.mean([row["moved"][k] for row in rows]))),
             "deviation_percent": of(lambda k: 100.0 * float(np.mean([row["deviation"][k] for row in rows]))),
         }  # fmt: skip
 
@@ -261,7 +270,10 @@ def _rms(values: Any) -> float:
     return math.sqrt(float(np.mean(np.abs(values) ** 2)))
 
 
-def _bounded(one: Sought) -> Sought:
+def _bounded(one: Sought, bending: bool) -> Sought:
+    """With bounds three times as far as true values are drawn; the stiffness of a truth that bends has its own."""
+    if bending and one.key == CRANK:
+        return one
     far = math.exp(3.0 * SPREAD[one.key])
     return replace(one, low=one.start / far, high=one.start * far)
 

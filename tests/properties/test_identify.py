@@ -81,14 +81,14 @@ def measured(folder, text, name="measured.toml"):
 
 def quick(four, path, **more):
     """Identification without profiles and bootstrap."""
-    return ct.identify(four, path, profile=False, bootstrap=0, **more)
+    return ct.identify(four, path, profile=False, bootstrap=0, **{"above": "none", **more})
 
 
 def test_values_are_found_again_from_a_higher_level_and_written_with_their_intervals(four, truth, tmp_path):
     """Data by harmonic balance with noise; the linear fit is corrected. 3 standard deviations, and 5 % of damping."""
     write_orders(tmp_path / "orders.csv", truth[2])
     path = measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY + "\n[hold_out]\nspeeds_rpm = [3000, 4500]\n")
-    report = ct.identify(four, path, out=tmp_path / "new.toml", bootstrap=50)
+    report = ct.identify(four, path, out=tmp_path / "new.toml", bootstrap=50, above="none")
     found = {row["key"]: row for row in report["parameters"]}
     engine = load_engine(four)
     wanted = {**TRUE, "pulley.polar_inertia": TRUE["pulley.polar_inertia"] * engine.pulley.polar_inertia}

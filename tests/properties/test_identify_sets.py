@@ -62,7 +62,7 @@ def write_orders(path, data, values, unit, factor=1.0, noise=0.0):
 def identified(engine, path, text, **more):
     """Rows of the parameters by key, and the report, without profiles and bootstrap."""
     path.write_text(text, "utf-8")
-    report = ct.identify(engine, path, profile=False, bootstrap=0, **more)
+    report = ct.identify(engine, path, profile=False, bootstrap=0, **{"above": "none", **more})
     return {row["key"]: row for row in report["parameters"]}, report
 
 

@@ -260,8 +260,8 @@ def test_without_the_correction_the_next_level_widens_the_interval():
     model = Model(one_mass, also=lambda v: 0.95 * one_mass(v))
     comparison = compared(noisy(np.random.default_rng(9), 0.95 * one_mass(TRUE.values())), model=model)
     found = climb(model, comparison, Ask("linear"))
-    sure = confidence_of(comparison, found.estimate, found.shift)
-    assert found.shift[2] == pytest.approx(0.05, rel=0.1)
+    sure = confidence_of(comparison, found.estimate, found.moves)
+    assert found.moves[0, 2] == pytest.approx(0.05, rel=0.1)
     assert abs(found.estimate.inner[2] - math.log(30.0)) < sure.reach * sure.deviations[2]
 
 

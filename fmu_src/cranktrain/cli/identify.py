@@ -8,7 +8,7 @@ from typing import Any
 from cranktrain.cli.console import Interrupted, labelled_bar, number, of_words, say, show_rows
 from cranktrain.core.errors import InputError
 from cranktrain.engine.levels import CRANKS
-from cranktrain.studies.identification.tables import LEVELS
+from cranktrain.studies.identification.tables import LEVELS, NEXT, NONE
 
 DESCRIPTION = """\
 Find parameters of an engine from measured data: damping, damper, inertias, shafts, load, with 95 % intervals.
@@ -23,7 +23,10 @@ time              runs in time of a crank of any level (--crank), each speed to 
 
 The cheap level is fitted; a dear one corrects it in a few answers. An interrupted search keeps the best values so far.
 
-95 % from, to     interval by the profile: noise, bias of the model over the speed, what the next level would move
+Levels above the fitted one answer once, for what they would move; the next crank that bends among them, whose films
+damp as a damper does (--above).
+
+95 % from, to     interval by the profile: noise, bias of the model over the speed, what levels above would move
 over noise        residual of an order over the noise; systematic ones have runs of one sign over the speed
 """
 
@@ -39,6 +42,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     of_words(level, LEVELS)
     crank = add("--crank", default="torsional", metavar="LEVEL", help="crank of runs in time (default torsional)")
     of_words(crank, CRANKS)
+    above = add(
+        "--above", default=NEXT, metavar="LEVEL",
+        help="crank above the fitted one, whose run in time says once what it would move: beam, solid, next that bends "
+        "(default), or none",
+    )  # fmt: skip
+    of_words(above, (NEXT, NONE, *CRANKS))
     add(
         "--settle", type=number(1e-8, 0.5, ""), default=1e-3, metavar="SHARE",
         help="largest settling error of runs in time (default 0.001)",
@@ -62,6 +71,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     one_of("--level", options.level, LEVELS)
     one_of("--crank", options.crank, CRANKS)
+    one_of("--above", options.above, (NEXT, NONE, *CRANKS))
     read, _ = read_measured_file(options.measured)
     if read.targets and not read.has_sets:
         return _calibrated(options)
@@ -69,7 +79,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         report = identify(
             options.engine, options.measured, options.out,
             request=Request(
-                Ask(options.level, options.crank, options.settle, options.seed), options.bootstrap, options.profile
+                Ask(options.level, options.crank, options.settle, options.seed, options.above),
+                options.bootstrap, options.profile,
             ),
             say=tell, follow=lambda share, cost: follow(share),
         )  # fmt: skip
@@ -120,8 +131,12 @@ def _show(report: dict[str, Any]) -> None:
         print(f"Not told apart: {line}")
     keys = [p["key"] for p in report["parameters"]]
     show_rows(
-        "Levels", ("level", "answers", *keys),
-        [(s["level"], str(s["answers"]), *(f"{s['values'][key]:.4g}" for key in keys)) for s in report["levels"]],
+        "Levels", ("level", "answers", *keys, ""),
+        [
+            (s["level"], str(s["answers"]), *(f"{s['values'][key]:.4g}" for key in keys), note)
+            for rows, note in ((report["levels"], ""), (report["above"], "not fitted: would move there"))
+            for s in rows
+        ],
     )  # fmt: skip
     if report["orders"]:
         show_rows(

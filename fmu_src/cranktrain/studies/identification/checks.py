@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -11,12 +11,14 @@ from scipy.stats import qmc
 
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.types import Array
+from cranktrain.engine.levels import CRANKS
+from cranktrain.engine.model import Engine
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import contradictions, unexcited
 from cranktrain.studies.identification.data import RATIO, Orbit, Strand
 from cranktrain.studies.identification.estimate import Estimate
 from cranktrain.studies.identification.model import TorsionalModel
-from cranktrain.studies.identification.parameters import outer_values
+from cranktrain.studies.identification.parameters import RATIOS, outer_values
 
 SAMPLES = 16
 """Points within the bounds at which frequencies of the model are looked at, besides those of least and most."""
@@ -26,6 +28,17 @@ EXPLAINED = 0.5
 """Least part of the squared amplitudes that a fit must explain."""
 CLEAR = 3.0
 """A resonance is a peak this many times above the median of its order."""
+
+
+def check_crank(engine: Engine, keys: Iterable[str], crank: str) -> None:
+    """Refuse parameters ``keys`` that the crank of runs in time does not have; ``InputError``."""
+    own = "damping.ratio" if engine.damping.kind == "modal" else "damping.beta"
+    for key in keys:
+        if CRANKS[crank].bends and key.startswith(RATIOS):
+            raise InputError(
+                f"parameters.'{key}': crank level '{crank}' bends and has '{own}' for all its modes; seek that, "
+                "or take --crank torsional"
+            )
 
 
 def check_estimate(comparison: Comparison, found: Estimate) -> None:

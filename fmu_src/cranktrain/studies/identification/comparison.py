@@ -72,6 +72,18 @@ class Comparison:
         """Compare another model and data, whose covariances are found anew."""
         self.model, self.data, self.correction, self.biases = model, data, None, {}
 
+    def about(self, model: Answering, data: Data, inner: Array) -> Comparison:
+        """Comparison of a model with other orders near u (p,), with bounds half as far again.
+
+        What the orders do not determine stays at u.
+        """
+        other = Comparison(model, data, self.sought)
+        far = 0.5 * (other.high - other.low)
+        other._start, other.low, other.high = inner, other.low - far, other.high + far
+        other._prior = np.sqrt(12.0) / (other.high - other.low)
+        other.correction = None if self.correction is None else self.correction[: len(data.strands)]
+        return other
+
     @property
     def start(self) -> Array:
         """Coordinates (p,) from which the search starts."""

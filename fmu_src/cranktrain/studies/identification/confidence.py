@@ -3,9 +3,10 @@
 With the information A = Jᵀ C⁻¹ J of the data and P of what was known before (priors, and the bounds as uniform
 distributions), the covariance of u is
 
-    S = (A + P)⁻¹ + d dᵀ,
+    S = (A + P)⁻¹ + Σ d dᵀ,
 
-d being what the next level of the model would move (:mod:`cranktrain.studies.identification.ladder`). Intervals take
+d being what each level of the model above the fitted one would move, beyond the level below it
+(:mod:`cranktrain.studies.identification.ladder`). Intervals take
 Student's t with the number of independent residuals less that of the parameters. A profile fixes one parameter, fits
 all others and ends where the sum of squares has risen by t². The bootstrap draws blocks of residuals at neighbouring
 speeds, or single ones among repeated runs of a speed, and maps each draw by the linear estimate.
@@ -88,8 +89,8 @@ class Contradiction(NamedTuple):
     wants: tuple[float, float]
 
 
-def confidence_of(comparison: Comparison, found: Estimate, shift: Array) -> Confidence:
-    """Covariance of an estimate, widened by what the next level would move."""
+def confidence_of(comparison: Comparison, found: Estimate, moves: Array) -> Confidence:
+    """Covariance of an estimate, widened by what levels above would move, (n, p) in u."""
     own = np.linalg.inv(found.information + comparison.known)
     count = float(len(comparison.data.scalars) + sum(one.values.size for one in comparison.data.shapes))
     sizes = [np.abs(own) for own in comparison.own(found.inner)]
@@ -99,7 +100,7 @@ def confidence_of(comparison: Comparison, found: Estimate, shift: Array) -> Conf
     free = count - found.inner.size + int((np.diag(comparison.prior) > 0.0).sum())
     # Deviations of numbers and shapes are stated, not found from residuals.
     freedom = max(free, FEWEST) if comparison.data.strands else 1e6
-    return Confidence(own + np.outer(shift, shift), freedom)
+    return Confidence(own + moves.T @ moves, freedom)
 
 
 def directions(information: Array) -> list[Direction]:

@@ -36,7 +36,7 @@ from cranktrain.studies.identification.confidence import (
 )
 from cranktrain.studies.identification.data import MOUNTS, RPM, Orbit, read_data
 from cranktrain.studies.identification.ladder import Ask, Climbed, climb
-from cranktrain.studies.identification.model import TorsionalModel
+from cranktrain.studies.identification.model import TIME, TorsionalModel
 from cranktrain.studies.identification.orbit_runs import check_films
 from cranktrain.studies.identification.orbits import check_orbits, read_orbits
 from cranktrain.studies.identification.parameters import RATIOS, Sought, outer_values, sought_parameters
@@ -79,10 +79,12 @@ def identify(
 
     Returns
     -------
-    ``parameters`` (value, interval, deviation, profile, bootstrap), ``told_apart`` in words, ``levels``, ``orders``,
-    ``numbers``, ``held_out``, ``systematic``, ``interrupted``, ``file``, ``refused`` (why the new file was not written)
+    ``parameters`` (value, interval, deviation, profile, bootstrap), ``told_apart`` in words, ``levels``, ``above``
+    (values to which levels above the fitted one would move, each after the one below it), ``orders``, ``numbers``,
+    ``held_out``, ``systematic``, ``interrupted``, ``file``, ``refused`` (why the new file was not written)
     """
     request = request or Request(Ask())
+    _ = request.ask.crank_above  # refused before the work
     read, place = read_measured_file(measured)
     base, path = load_engine(engine), engine_path(engine)
     new = new_path(Path(out)) if out is not None else None
@@ -92,6 +94,8 @@ def identify(
         with one_thread():
             if read.orbit:
                 check_films(request.ask.level, request.ask.crank)
+            if request.ask.level == TIME:
+                checks.check_crank(base, read.parameters, request.ask.crank)
             model, comparison = prepared(base, read, place, say)
             found = climb(model, comparison, request.ask, say, follow, partial(first, comparison))
             report = report_of(model, comparison, found, request, say)
@@ -163,7 +167,7 @@ def report_of(
     """Report of an identification, JSON-able; refuses what the data cannot be. ``InputError``."""
     found = climbed.estimate
     checks.check_estimate(comparison, found)
-    confidence = confidence_of(comparison, found, climbed.shift)
+    confidence = confidence_of(comparison, found, climbed.moves)
     profile = None
     if request.profile and not found.interrupted:
         say("profiles")
@@ -172,7 +176,7 @@ def report_of(
     values = outer_values(comparison.sought, found.inner)
     model.check(values)
     rows = [
-        parameter_row(one, k, found.inner, confidence, profile, draws, climbed.shift)
+        parameter_row(one, k, found.inner, confidence, profile, draws, climbed.moves)
         for k, one in enumerate(comparison.sought)
     ]
     keys, around = (
@@ -181,20 +185,23 @@ def report_of(
     )
     orders, held = residual_rows(comparison, found), held_out(comparison, found, confidence)
     orbits = orbit_rows(comparison, found)
-    levels = [
-        {
-            "level": step.level,
-            "answers": step.answers,
-            "values": {
-                one.key: one.shown(one.value(float(u))) for one, u in zip(model.sought, step.inner, strict=True)
-            },
-        }
-        for step in climbed.steps
-    ]
+    levels, above = (
+        [
+            {
+                "level": step.level,
+                "answers": step.answers,
+                "values": {
+                    one.key: one.shown(one.value(float(u))) for one, u in zip(model.sought, step.inner, strict=True)
+                },
+            }
+            for step in steps
+        ]
+        for steps in (climbed.steps, climbed.beyond)
+    )
     return {
         "parameters": rows, "told_apart": told_apart(found.information, comparison.known, keys),
-        "correlations": correlations(confidence, comparison.sought), "levels": levels, "orders": orders,
-        "orbits": orbits, "numbers": number_rows(comparison, found), "held_out": held,
+        "correlations": correlations(confidence, comparison.sought), "levels": levels, "above": above,
+        "orders": orders, "orbits": orbits, "numbers": number_rows(comparison, found), "held_out": held,
         "systematic": [
             *(f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]),
             *(f"orbit {row['set']}" for row in orbits if row["systematic"]),
@@ -214,7 +221,7 @@ def report_of(
 # In one piece: one row of all that is known of a parameter.
 def parameter_row(
     one: Sought, k: int, inner: Array, confidence: Confidence, profile: Sequence[tuple[float, float]] | None,
-    draws: Array | None, shift: Array,
+    draws: Array | None, moves: Array,
 ) -> dict[str, Any]:  # fmt: skip
     """Value and intervals of a parameter in its unit: that of the covariance, of the profile, of the bootstrap."""
     reach = confidence.reach * float(confidence.deviations[k])
@@ -237,7 +244,7 @@ def parameter_row(
         "deviation_percent": 100.0 * relative if math.isfinite(relative) else None,
         "covariance": [shown(end) for end in ends], "profile": None if profile is None else [shown(u) for u in best],
         "bootstrap": None if percentiles is None else [shown(u) for u in percentiles],
-        "next_level_percent": 100.0 * float(shift[k]) if one.log else None,
+        "next_level_percent": 100.0 * float(moves[:, k].sum()) if one.log else None,
         "bounds": [one.shown(one.low), one.shown(one.high)], "start": one.shown(one.start), "at_bound": bool(at_bound),
     }  # fmt: skip
 

@@ -6,10 +6,13 @@ With the answers y of the linear level and Y of a higher one, the fit of
 
 moves u₀ to u; at the fixed point the residuals of Y are orthogonal to the derivatives of y (manifold mapping,
 Echeverría and Hemker, Comput. Methods Appl. Math. 5, 2005). Three to five answers of the higher level suffice, where
-derivatives of its own would take one for each parameter and round.
+derivatives of its own would take one for each parameter and round. Where Y is of a crank that bends, y is first moved
+to where its resonances are those of Y (:mod:`cranktrain.studies.identification.mapping`).
 
-Without the correction the answers of the next level, once, say by how much they would move the parameters. This is
-added to their covariance: it is what the fitted level cannot see in its residuals.
+Levels above the fitted one answer once, at the estimate, each after the one below it: harmonic balance above the
+linear level, films by Reynolds' equation above the map of impedances, and the next crank in time, which bends where the
+fitted one only twists. By how much each would move the parameters is added to their covariance: it is what the fitted
+level cannot see in its residuals.
 """
 
 from __future__ import annotations
@@ -17,26 +20,35 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import SolverError
+from cranktrain.core.errors import CranktrainError, InputError, SolverError, nearest
 from cranktrain.core.types import Array, Progress
+from cranktrain.engine.levels import CRANKS
 from cranktrain.studies.identification.comparison import Comparison, Piece
+from cranktrain.studies.identification.data import Orbit
 from cranktrain.studies.identification.estimate import Estimate, estimate
+from cranktrain.studies.identification.mapping import Mapped, imitated
 from cranktrain.studies.identification.model import BALANCE, LINEAR, TIME, TorsionalModel
-from cranktrain.studies.identification.orbit_runs import OrbitModel
+from cranktrain.studies.identification.orbit_runs import ABOVE, OrbitModel
 from cranktrain.studies.identification.parameters import outer_values
+from cranktrain.studies.identification.tables import NEXT, NONE
 
 MOST, MOST_ORBITS = 5, 15
 """Corrections by a level, at most; with orbits, each is a step of Gauss and Newton."""
 LONGEST = 0.4
 """Longest step in u by the derivatives of orbits: half as much again, or two fifths of the distance of the bounds."""
+FOR_SIZE = 1e-2
+"""Settling error, at least, of runs in time that say once what a level would move."""
+FOLLOWED = 2
+"""Answers of a level by which the fitted one is moved; the corrections take up what is left."""
 SAME = 0.1
 """Change of a parameter, in standard deviations, at which the corrections end."""
 Follow = Callable[[float, float], None]
-ComplexArray = NDArray[np.complex128]
+ComplexArrays = tuple[NDArray[np.complex128], ...]
 
 
 @dataclass(frozen=True)
@@ -50,21 +62,47 @@ class Step:
 
 @dataclass(frozen=True)
 class Climbed:
-    """Result of the ladder: the last estimate, all steps, and what the next level would move (p,) in u."""
+    """Result of the ladder: the last estimate, the steps to it, and those ``beyond``.
+
+    A step beyond has the u to which a level above, and all below it, would move the estimate.
+    """
 
     estimate: Estimate
     steps: tuple[Step, ...]
-    shift: Array
+    beyond: tuple[Step, ...] = ()
+
+    @property
+    def moves(self) -> Array:
+        """What each level above would move (n, p) in u, beyond the one below it."""
+        places = [self.estimate.inner, *(step.inner for step in self.beyond)]
+        return np.diff(places, axis=0)
 
 
 @dataclass(frozen=True)
 class Ask:
-    """How far the ladder goes: the last level, the crank and the settling of runs in time, and the seed of starts."""
+    """How far the ladder goes: the last level, the crank and the settling of runs in time, and the seed of starts.
+
+    ``above`` is the crank whose run in time answers once at the estimate: a crank level, ``next`` or ``none``.
+    """
 
     level: str = BALANCE
     crank: str = "torsional"
     settle: float = 1e-3
     seed: int = 1
+    above: str = NONE
+
+    @property
+    def crank_above(self) -> str:
+        """Crank level of the step beyond the fit, empty for none; ``InputError``."""
+        own = self.crank if self.level == TIME else "torsional"
+        levels = list(CRANKS)
+        bending = [name for name in levels[levels.index(own) + 1 :] if CRANKS[name].bends]
+        if self.above in (NEXT, NONE):
+            return bending[0] if self.above == NEXT and bending else ""
+        if self.above not in bending:
+            known = (*bending, NEXT, NONE)
+            raise InputError(f"'{self.above}' is no crank level above '{own}' that bends; {nearest(self.above, known)}")
+        return self.above
 
 
 def climb(
@@ -75,87 +113,115 @@ def climb(
 
     ``check`` is asked of the linear estimate, before dear levels run: it raises for data that are none of the engine.
     """
-    none = np.zeros(comparison.start.size)
     if not comparison.data.of_pieces:
-        found, steps = Estimate(comparison.start, [], np.zeros((none.size, none.size)), 0, False), []
+        size = comparison.start.size
+        found, steps = Estimate(comparison.start, [], np.zeros((size, size)), 0, False), []
     else:
         say("linear run-up")
         found = estimate(comparison, ask.seed, follow)
         check(found)
         steps = [Step(LINEAR, found.inner, found.evaluations)]
-    if not (comparison.data.strands or comparison.data.orbits) or found.interrupted:
-        return Climbed(found, tuple(steps), none)
-    if ask.level == LINEAR:
-        say("harmonic balance, for what it would move")
-        try:
-            high = model.balanced(outer_values(comparison.sought, found.inner))
-        except (SolverError, KeyboardInterrupt) as error:
-            say(f"no harmonic balance, whose step the intervals leave out: {error or 'interrupted'}")
-            return Climbed(found, tuple(steps), none)
-        low = comparison.answers(found.inner).strands
-        return Climbed(found, tuple(steps), moved_by(comparison, found, high, low))
-    levels: list[tuple[str, Callable[[Array], tuple[ComplexArray, ...]]]] = []
-    if comparison.data.strands:
-        levels.append((BALANCE, model.balanced))
-    if ask.level == TIME and not comparison.data.orbits:
-        levels.append((TIME, lambda values: model.in_time(values, ask.crank, ask.settle, say)))
-    for level, answer in levels:
-        found, step = _corrected(comparison, found, level, answer, say, follow)
+    orders = bool(comparison.data.strands)
+    if orders and ask.level != LINEAR and not found.interrupted:
+        found, step = _corrected(comparison, found, (BALANCE, model.balanced), say, follow)
         steps.append(step)
-        if found.interrupted:
-            break
-    if comparison.data.orbits and not found.interrupted:
-        found, step, shift = _with_orbits(model, comparison, found, ask, say, follow)
-        return Climbed(found, (*steps, step), shift)
-    return Climbed(found, tuple(steps), none)
+    in_films = None
+    if ask.level == TIME and not found.interrupted:
+        bends = orders and CRANKS[ask.crank].bends
+        mapped = Mapped(model) if bends else None
+        if comparison.data.orbits:
+            in_films = OrbitModel(model, mapped or model, comparison.data.orbits, ask.crank, ask.settle, say)
+            found, step = _with_orbits(in_films, mapped, comparison, found, say, follow)
+            steps.append(step)
+        elif orders:
+            comparison.model = mapped or model
+            answer = partial(model.in_time, crank=ask.crank, settle=ask.settle, tell=say)
+            found, step = _corrected(comparison, found, (TIME, answer), say, follow, mapped)
+            steps.append(step)
+    beyond = () if found.interrupted else levels_beyond(model, in_films, comparison, found, ask, say)
+    return Climbed(found, tuple(steps), beyond)
+
+
+# In one piece: the model, with orbits and without, its data, the estimate, what is asked, and who is told.
+def levels_beyond(
+    model: TorsionalModel, in_films: OrbitModel | None, comparison: Comparison, found: Estimate, ask: Ask,
+    say: Progress = lambda stage: None,
+) -> tuple[Step, ...]:  # fmt: skip
+    """What levels above the fitted one would move, each after the one below it; one that has no answer is left out."""
+    values = outer_values(comparison.sought, found.inner)
+    orders, crank = sum(not isinstance(one, Orbit) for one in comparison.data.strands), ask.crank_above
+    own = comparison.answers(found.inner).strands
+
+    def balanced() -> Array:
+        return found.inner + moved_by(comparison, found, model.balanced(values), own)
+
+    def in_better_films() -> Array:
+        assert in_films is not None
+        return found.inner + moved_by(comparison, found, (*own[:orders], *in_films.above(values)), own)
+
+    def bending() -> Array:
+        high = model.in_time(values, crank, max(ask.settle, FOR_SIZE), say)
+        fitted = comparison.model if in_films is None else in_films.orders
+        return 2.0 * found.inner - imitated(fitted, comparison, found.inner, high, ask.seed)
+
+    steps: list[Step] = []
+    for level, asked, moved_to in (
+        (BALANCE, orders and ask.level == LINEAR, balanced),
+        (f"films by {ABOVE}", in_films is not None, in_better_films),
+        (f"{crank} in time", orders and crank, bending),
+    ):
+        if not asked:
+            continue
+        say(f"{level}, for what it would move")
+        try:
+            steps.append(Step(level, moved_to(), 1))
+        except (CranktrainError, KeyboardInterrupt) as error:
+            say(f"no answer by {level}, whose step the intervals leave out: {error or 'interrupted'}")
+            if isinstance(error, KeyboardInterrupt):
+                break
+    return tuple(steps)
 
 
 def _with_orbits(
-    model: TorsionalModel, comparison: Comparison, found: Estimate, ask: Ask, say: Progress, follow: Follow
-) -> tuple[Estimate, Step, Array]:  # fmt: skip
-    """Estimate by runs in time with orbits, which from here on are compared; interrupted before, without them.
-
-    With it comes what a better film would move (p,) in u.
-    """
-    in_films = OrbitModel(model, comparison.data.orbits, ask.crank, ask.settle, say)
+    in_films: OrbitModel, mapped: Mapped | None, comparison: Comparison, found: Estimate, say: Progress, follow: Follow
+) -> tuple[Estimate, Step]:  # fmt: skip
+    """Estimate by runs in time with orbits, which from here on are compared; interrupted before, without them."""
     before = comparison.model, comparison.data, comparison.biases, comparison.correction
     comparison.take(in_films, comparison.data.with_orbits())
-    found, step = _corrected(comparison, found, TIME, in_films.in_time, say, follow, LONGEST)
+    found, step = _corrected(comparison, found, (TIME, in_films.in_time), say, follow, mapped, LONGEST)
     if found.interrupted and not step.answers:
         if not found.pieces:
             raise KeyboardInterrupt  # nothing was found yet
         comparison.take(*before[:2])
         comparison.correction = before[3]
         comparison.weigh(before[2], comparison.own(found.inner))
-    shift = np.zeros(found.inner.size)
-    if not found.interrupted:
-        try:
-            high = in_films.above(outer_values(comparison.sought, found.inner))
-            shift = moved_by(comparison, found, high, comparison.answers(found.inner).strands)
-        except (SolverError, KeyboardInterrupt) as error:
-            say(f"no run on better films, whose step the intervals leave out: {error or 'interrupted'}")
-    return found, step, shift
+    return found, step
 
 
 def _corrected(
-    comparison: Comparison, found: Estimate, level: str, answer: Callable[[Array], tuple[ComplexArray, ...]],
-    say: Progress, follow: Follow, longest: float = math.inf,
+    comparison: Comparison, found: Estimate, level_of: tuple[str, Callable[[Array], ComplexArrays]],
+    say: Progress, follow: Follow, mapped: Mapped | None = None, longest: float = math.inf,
 ) -> tuple[Estimate, Step]:  # fmt: skip
     """Estimate whose answers are those of a higher level; after an interrupt the last one.
 
+    ``level_of`` is its name and what answers; ``mapped`` is the fitted model where it is moved to those answers, and
     ``longest`` step in u between two answers: where there is one, an estimate that does not come to rest is refused.
     """
-    answers = 0
+    answers, (level, answer) = 0, level_of
     for _ in range(MOST if math.isinf(longest) else MOST_ORBITS):
         say(f"{level}, correction {answers + 1}")
         values = outer_values(comparison.sought, found.inner)
         try:
-            high, low = answer(values), comparison.model.answers(values).strands
+            high, start = answer(values), found.inner
+            if mapped is not None and answers < FOLLOWED:
+                say(f"{level}, correction {answers + 1}: the linear run-up that is nearest to it")
+                start = start - mapped.follow(comparison, values, high, 1)
+            low = comparison.model.answers(values).strands
         except KeyboardInterrupt:
             return _interrupted(found), Step(level, found.inner, answers)
         answers += 1
         comparison.correction = tuple(a - b for a, b in zip(high, low, strict=True))
-        before, found = found, estimate(comparison, 1, follow, found.inner)
+        before, found = found, estimate(comparison, 1, follow, np.clip(start, comparison.low, comparison.high))
         spread = np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
         moved = found.inner - before.inner
         if found.interrupted or np.all(np.abs(moved) < SAME * spread):
@@ -177,7 +243,7 @@ def _interrupted(found: Estimate) -> Estimate:
 
 
 def moved_by(
-    comparison: Comparison, found: Estimate, high: tuple[ComplexArray, ...], low: tuple[ComplexArray, ...]
+    comparison: Comparison, found: Estimate, high: ComplexArrays, low: ComplexArrays
 ) -> Array:  # fmt: skip
     """Change of u (p,) that other answers (s,) for the orders bring, by the linear estimate."""
     blocks = []

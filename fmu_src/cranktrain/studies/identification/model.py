@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -114,6 +115,12 @@ class TorsionalModel:
         self._bodies: list[tuple[Any, Any]] = []
         self._structures: list[tuple[Any, ShaftOrders]] = []
 
+    def seeking(self, sought: Sequence[Sought]) -> TorsionalModel:
+        """The same model for other parameters, of which those of the engine file are among its own."""
+        other = copy(self)
+        other.sought = tuple(sought)
+        return other
+
     def check(self, values: Array) -> Engine:
         """Checked engine of sought values (p,), SI; ``InputError`` for values that do not fit together."""
         engine = self.engine_of(values)
@@ -203,8 +210,6 @@ class TorsionalModel:
     def made_in_time(self, values: Array, crank: str, bearings: str = "auto") -> Assembly:
         """Crank and mains of any level with sought values (p,), SI, for runs in time; ``InputError``."""
         named, engine = self._named(values), self.check(values)
-        if CRANK in named and crank != "torsional":
-            raise InputError(f"parameters.'{CRANK}': serves crank level torsional, not '{crank}'; leave it out")
         damper, load = "fitted" if self.damper else "none", named.get(LOAD, self._load)
         settings = Settings(crank=crank, bearings=bearings, damper=damper, gas_load=load)
         made = assemble(engine, settings, inherit=self._inherit)
@@ -264,7 +269,7 @@ def _of_run_up(one: Strand, amplitudes: Any, orders: Sequence[float]) -> Complex
 
 
 def _stiffer(body: Any, factor: float) -> Any:
-    """A torsional crank whose shaft is stiffer by a factor, its inertias and damping ratios being the same."""
+    """A crank that is stiffer by a factor, its masses and damping ratios being the same."""
     root = math.sqrt(factor)
     return replace(body, omega=body.omega * root, damping=body.damping * root)
 

@@ -27,6 +27,7 @@ import numpy as np
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.types import Array, Progress
 from cranktrain.film.laws.register import LAWS, PLAIN, usual_level
+from cranktrain.studies.identification.comparison import Answering
 from cranktrain.studies.identification.data import Orbit
 from cranktrain.studies.identification.model import TIME, Answers, ComplexArray, TorsionalModel
 from cranktrain.studies.identification.parameters import SCALE, ZERO, inner_values, outer_values
@@ -70,16 +71,18 @@ class OrbitModel:
 
     Parameters
     ----------
-    model : answers for all other data, and makes engines of sought values
+    model : makes engines of sought values
+    orders : what answers for all other data
     orbits : what was measured
     crank, settle : of the runs
     say : told what runs
     """
 
     def __init__(
-        self, model: TorsionalModel, orbits: Sequence[Orbit], crank: str, settle: float,
+        self, model: TorsionalModel, orders: Answering, orbits: Sequence[Orbit], crank: str, settle: float,
         say: Progress = lambda stage: None,
     ) -> None:  # fmt: skip
+        self.orders = orders
         self._model, self._orbits, self._crank, self._say = model, tuple(orbits), crank, say
         self._settle = settle
         self._line: Line | None = None
@@ -92,14 +95,13 @@ class OrbitModel:
         return (*orders, *self._answered(values))
 
     def above(self, values: Array) -> tuple[ComplexArray, ...]:
-        """Orders by the level of the fit, and orbits by films one level above; ``InputError``, ``SolverError``."""
-        self._say(f"orbits in films of level {ABOVE}, for what they would move")
+        """Orbits by films one level above; ``InputError``, ``SolverError``."""
         series, _ = self._run(values, {}, ABOVE)
-        return (*self._model.answers(values).strands, *self._seen(values, series))
+        return self._seen(values, series)
 
     def answers(self, values: Array) -> Answers:
         """Answers for sought values (p,), SI, orbits linearised about the last estimate."""
-        found = self._model.answers(values)
+        found = self.orders.answers(values)
         return replace(found, strands=(*found.strands, *self._answered(values)))
 
     def _answered(self, values: Array) -> tuple[ComplexArray, ...]:

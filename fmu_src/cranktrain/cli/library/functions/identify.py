@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 def identify(
     engine: str | Path | Engine, measured: str, *, out: str | Path | None = None,
     level: Literal["linear", "harmonic-balance", "time"] = "harmonic-balance",
-    crank: Literal["rigid", "torsional", "beam", "solid"] = "torsional", settle: float = 0.001, bootstrap: int = 400,
-    profile: bool = True, seed: int = 1,
+    crank: Literal["rigid", "torsional", "beam", "solid"] = "torsional",
+    above: Literal["next", "none", "rigid", "torsional", "beam", "solid"] = "next", settle: float = 0.001,
+    bootstrap: int = 400, profile: bool = True, seed: int = 1,
 ) -> Found:  # fmt: skip
     """Find parameters of an engine from measured data: damping, damper, inertias, shafts, load, with 95 % intervals.
 
@@ -32,6 +33,8 @@ def identify(
     out : engine file to write; an existing file is not overwritten
     level : last level: linear, harmonic-balance, time (default harmonic-balance)
     crank : crank of runs in time (default torsional)
+    above : crank above the fitted one, whose run in time says once what it would move: beam, solid, next that bends
+        (default), or none
     settle : largest settling error of runs in time (default 0.001)
     bootstrap : draws (default 400)
     profile : intervals by the covariance alone, which is faster

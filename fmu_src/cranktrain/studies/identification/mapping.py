@@ -1,0 +1,80 @@
+"""A cheap model that answers as a dear one by standing elsewhere: what it finds of the other's orders.
+
+A crank that bends on films has its torsional resonances up to an eighth higher or lower than one that twists. There the
+difference of their orders cannot be added to the cheap one, since its peaks, and so its derivatives, lie at other
+speeds. It is first moved in u to where its orders are those of the other model (space mapping: Bandler et al., IEEE
+Trans. Microw. Theory Techn. 43, 1995), and the difference that is left is added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.types import Array
+from cranktrain.studies.identification.comparison import Answering, Comparison
+from cranktrain.studies.identification.data import Data
+from cranktrain.studies.identification.estimate import estimate
+from cranktrain.studies.identification.model import Answers, TorsionalModel
+from cranktrain.studies.identification.parameters import CRANK, inner_values, outer_values, sought_parameters
+from cranktrain.studies.identification.tables import SoughtTable
+
+ComplexArrays = Sequence[NDArray[np.complex128]]
+
+
+def imitated(
+    model: Answering, comparison: Comparison, inner: Array, orders: ComplexArrays, seed: int, start: Array | None = None
+) -> Array:  # fmt: skip
+    """What a model finds, (p,) u, of another's orders (n,) at u (p,), which are as uncertain as the measured ones.
+
+    The model answers with the correction of the comparison. What the orders do not determine stays at u. The search has
+    several starts unless one is given; ``KeyboardInterrupt`` where it is interrupted.
+    """
+    noises = {name: bias.noise for name, bias in comparison.biases.items()}  # none before the first fit of a level
+    strands = tuple(
+        replace(one, values=values, noise=np.where(np.isnan(one.noise), noises.get(one.name, np.nan), one.noise))
+        for one, values in zip(comparison.data.strands, orders, strict=False)
+    )
+    found = estimate(comparison.about(model, Data(strands), inner), seed, start=start)
+    if found.interrupted:
+        raise KeyboardInterrupt
+    return found.inner
+
+
+class Mapped:
+    """A torsional model whose orders are those at values moved in u; numbers and shapes are its own.
+
+    The stiffness of the crank moves as well if it is not sought.
+    """
+
+    def __init__(self, model: TorsionalModel) -> None:
+        self._own, self._free = model, model
+        if all(one.key != CRANK for one in model.sought):
+            stiffness = sought_parameters(model.engine, {CRANK: SoughtTable()}, [], 1.0)
+            self._free = model.seeking((*model.sought, *stiffness))
+        self.move: Array = np.zeros(len(self._free.sought))
+
+    def answers(self, values: Array) -> Answers:
+        """Answers for sought values (p,), SI; ``InputError``, ``SolverError``."""
+        if not self.move.any():
+            return self._own.answers(values)
+        moved = self._free.answers(outer_values(self._free.sought, self._inner(values) + self.move))
+        own = self._own.answers(values) if self._own.data.scalars or self._own.data.shapes else moved
+        return replace(own, strands=moved.strands)
+
+    def follow(self, comparison: Comparison, values: Array, orders: ComplexArrays, seed: int) -> Array:
+        """Move to where the orders are nearest to another model's at ``values`` (p,); the change of the move (p,)."""
+        free, inner = self._free, self._inner(values)
+        about = Comparison(free, free.data, free.sought)
+        about.biases = comparison.biases
+        first = not self.move.any()
+        there = imitated(free, about, inner, orders, seed, None if first else inner + self.move)
+        before, self.move = self.move, there - inner
+        return (self.move - before)[: values.size]
+
+    def _inner(self, values: Array) -> Array:
+        own = inner_values(self._own.sought, values.tolist())
+        return np.append(own, np.zeros(self.move.size - own.size))

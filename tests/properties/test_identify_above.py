@@ -1,0 +1,176 @@
+"""Levels above the fitted one: what a crank that bends would move of a torsional fit is within its intervals.
+
+The data are orders of a crank of beams on oil films, by runs in time. A torsional crank is fitted to them.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import cranktrain as ct
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.engine.file import load_engine
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.studies.identification.comparison import Comparison
+from cranktrain.studies.identification.data import RPM, Data, Strand
+from cranktrain.studies.identification.identify import prepared, read_measured_file
+from cranktrain.studies.identification.ladder import Ask, climb
+from cranktrain.studies.identification.mapping import imitated
+from cranktrain.studies.identification.model import TorsionalModel
+from cranktrain.studies.identification.parameters import sought_parameters
+from cranktrain.studies.identification.tables import SoughtTable
+
+KEYS = ("crank.stiffness", "load")
+ENGINES = {
+    "four_petrol": (np.linspace(2500.0, 5000.0, 12) * RPM, (2.0, 4.0, 6.0)),
+    "v12_petrol": (np.linspace(2000.0, 5500.0, 15) * RPM, (4.5, 6.0, 7.5)),
+}
+"""Engines with the speeds and orders of their data."""
+TRUE = (1.03, 0.95)
+TEXT = """
+[parameters]
+"crank.stiffness" = { low = 0.5, high = 2.0 }
+load = { low = 0.7, high = 1.3 }
+"damping.torsional_ratios[1]" = { low = 0.002, high = 0.2 }
+
+[[orders]]
+name = "pulley"
+file = "orders.csv"
+"""
+
+
+def model_of(name):
+    """Model of an engine that has the true values' parameters, and the true values (p,)."""
+    speeds, orders = ENGINES[name]
+    engine = load_engine(name)
+    sought = sought_parameters(engine, {key: SoughtTable() for key in KEYS}, [], 1.0)
+    still = np.zeros(speeds.size)
+    strands = tuple(
+        Strand("pulley", "pulley.torsion", order, speeds, still.astype(complex), still + 1e-5, still > 1.0, True)
+        for order in orders
+    )
+    return TorsionalModel(engine, Data(strands), sought, 1.0, engine.damper is not None, True)
+
+
+def written(folder, name, values, noise):
+    """Measured file of an engine's orders, rad, with noise of so much of the largest order."""
+    speeds, orders = ENGINES[name]
+    rng, lines = np.random.default_rng(4), ["speed_rpm,order,amplitude,unit,phase_deg"]
+    spread = noise * max(float(np.abs(one).max()) for one in values)
+    for order, own in zip(orders, values, strict=True):
+        drawn = own + spread * (rng.normal(size=own.size) + 1j * rng.normal(size=own.size))
+        for speed, value in zip(speeds, drawn, strict=True):
+            lines.append(
+                f"{speed / RPM:.4f},{order:g},{math.degrees(abs(value)):.9f},deg,{math.degrees(np.angle(value)):.5f}"
+            )
+    (folder / "orders.csv").write_text("\n".join(lines) + "\n", "utf-8")
+    path = folder / "measured.toml"
+    path.write_text(TEXT, "utf-8")
+    return path
+
+
+@pytest.fixture(
+    scope="module", params=[pytest.param("four_petrol"), pytest.param("v12_petrol", marks=pytest.mark.slow)]
+)
+def bending(request, tmp_path_factory):
+    """An engine's name, and the measured file of its crank of beams on films."""
+    with one_thread():
+        values = model_of(request.param).in_time(np.array(TRUE), "beam", 1e-3)
+    return request.param, written(tmp_path_factory.mktemp("bending"), request.param, values, 0.003)
+
+
+def stiffness(report):
+    return next(row for row in report["parameters"] if row["key"] == "crank.stiffness")
+
+
+def test_the_step_to_a_crank_that_bends_is_in_the_interval_of_a_torsional_fit(bending, tmp_path):
+    """Journals that move in their films make a crank softer in torsion by some per cent; residuals do not show it."""
+    name, path = bending
+    alone, held = (ct.identify(name, path, level="linear", bootstrap=0, profile=False, above=above) for above in ("none", "next"))
+    found, wide = stiffness(alone), stiffness(held)
+    assert found["value"] == wide["value"]
+    assert not found["low"] <= TRUE[0] <= found["high"]
+    assert wide["low"] <= TRUE[0] <= wide["high"]
+    assert [step["level"] for step in alone["above"]] == ["harmonic-balance"]
+    assert [step["level"] for step in held["above"]] == ["harmonic-balance", "beam in time"]
+    away, there = (math.log(value / TRUE[0]) for value in (found["value"], held["above"][-1]["values"][KEYS[0]]))
+    assert abs(away) > 0.1 and abs(there) < 0.1 * abs(away)
+
+
+@pytest.mark.slow
+def test_a_crank_that_bends_finds_its_own_stiffness_though_the_linear_level_resonates_elsewhere(tmp_path):
+    """Data and model of one level, 0.3 % of noise: the factor within three of its deviations and half a per cent.
+
+    The fitted linear level has its peaks an eighth lower, so that its derivatives are of use only where it is moved.
+    """
+    name = "four_petrol"
+    model = model_of(name)
+    with one_thread():
+        values = model.in_time(np.array(TRUE), "beam", 1e-3)
+    path = written(tmp_path, name, values, 0.003)
+    path.write_text(TEXT.replace('"damping.torsional_ratios[1]" = { low = 0.002, high = 0.2 }\n', ""), "utf-8")
+    report = ct.identify(name, path, level="time", crank="beam", bootstrap=0, profile=False, above="none")
+    row = stiffness(report)
+    assert abs(math.log(row["value"] / TRUE[0])) < min(0.03 * row["deviation_percent"], 0.005)
+
+
+def test_where_no_crank_above_answers_the_intervals_leave_its_step_out_and_say_so(bending, monkeypatch):
+    def in_time(*given, **named):
+        raise SolverError("does not settle")
+
+    monkeypatch.setattr(TorsionalModel, "in_time", in_time)
+    name, path = bending
+    said = []
+    read = read_measured_file(path)[0]
+    with one_thread():
+        model, comparison = prepared(load_engine(name), read, path, said.append)
+        found = climb(model, comparison, Ask("linear", above="next"), said.append)
+    assert [step.level for step in found.beyond] == ["harmonic-balance"]
+    assert said[-1] == "no answer by beam in time, whose step the intervals leave out: does not settle"
+
+
+def test_a_model_imitates_itself_where_it_stands():
+    """No step beyond a level that answers as the fitted one does, within a tenth of a deviation."""
+    model = model_of("four_petrol")
+    with one_thread():
+        own = model.answers(np.array(TRUE)).strands
+        comparison = Comparison(
+            model, Data(tuple(replace(s, values=v) for s, v in zip(model.data.strands, own, strict=True))), model.sought
+        )
+        inner = np.log(TRUE)
+        comparison.weigh(comparison.first_biases(own), own)
+        found = imitated(model, comparison, inner, own, 1)
+    assert found == pytest.approx(inner, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("ask", "crank"),
+    [
+        (Ask(above="next"), "beam"),
+        (Ask("linear", "solid", above="next"), "beam"),
+        (Ask(above="solid"), "solid"),
+        (Ask("time", "beam", above="next"), "solid"),
+        (Ask("time", "solid", above="next"), ""),
+        (Ask("time", "beam", above="none"), ""),
+    ],
+)
+def test_the_next_crank_is_the_lowest_above_that_bends(ask, crank):
+    assert ask.crank_above == crank
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"above": "beam", "level": "time", "crank": "beam"}, "'beam' is no crank level above 'beam' that bends"),
+        ({"above": "rigid"}, "'rigid' is no crank level above 'torsional' that bends"),
+        ({"above": "bream"}, "did you mean 'beam'"),
+        ({"level": "time", "crank": "beam"}, "crank level 'beam' bends and has 'damping.ratio' for all its modes"),
+    ],
+)
+def test_cranks_above_that_are_none_and_ratios_of_a_crank_that_bends_are_refused(tmp_path, options, text):
+    path = tmp_path / "measured.toml"
+    path.write_text(TEXT, "utf-8")
+    with pytest.raises(InputError, match=text):
+        ct.identify("four_petrol", path, **options)
