@@ -96,7 +96,7 @@ class Films:
             motion = np.array([self.next[i], self.paces[i]])
             past = self.places[i], self.shapes[i], self.shapes[i], self.shapes[i]
             lane_motion(self.film, work, lane, motion, self.speed, past)
-        memory = self.start, unknowns, shapes, outs, np.zeros((self.count, 4, 0)), np.zeros((self.count, 3, 0))
+        memory = self.start, unknowns, shapes, outs, np.zeros((self.count, 4, 0))
         solve_group(self.film, work, 0, (self.elapsed, self.gain, 1.0), memory)
         for lane, i in enumerate(which):
             stiff = self.thick and self.alone(i)[one.PRESSURE_MAX] > THICK
