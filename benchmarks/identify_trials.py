@@ -255,6 +255,7 @@ class Trials:
             "rms_percent": of(lambda k: 100.0 * math.sqrt(float(np.mean([row["away"][k] ** 2 for row in rows])))),
             "mean_percent": of(lambda k: 100.0 * float(np.mean([row["away"][k] for row in rows]))),
             "bias_percent": self._biases(rows),
+            "left_percent": of(lambda k: 100.0 * math.sqrt(float(np.mean([_left(row, k) ** 2 for row in rows])))),
             "moved_percent": of(lambda k: 100.0 * float(np.mean([row["moved"][k] for row in rows]))),
             "deviation_percent": of(lambda k: 100.0 * float(np.mean([row["deviation"][k] for row in rows]))),
         }  # fmt: skip
@@ -264,6 +265,11 @@ class Trials:
         found = [row["bias"] for row in rows if "bias" in row]
         names = [f"{one.name}, order {one.order:g}" for one in self.model.data.strands]
         return dict(zip(names, (100.0 * np.median(found, axis=0)).round(2).tolist(), strict=True)) if found else {}
+
+
+def _left(row: dict[str, Any], k: int) -> float:
+    """Error of a parameter after the move to the levels above."""
+    return float(row["away"][k] + row["moved"][k])
 
 
 def _rms(values: Any) -> float:
