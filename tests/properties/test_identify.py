@@ -14,6 +14,7 @@ from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.identification import checks
 from cranktrain.studies.identification.data import RPM, Data, Scalar, Shape, Strand
+from cranktrain.studies.identification.identify import identify
 from cranktrain.studies.identification.model import TorsionalModel, mode_of, shape_of
 from cranktrain.studies.identification.parameters import sought_parameters
 from cranktrain.studies.identification.tables import SoughtTable
@@ -267,6 +268,19 @@ def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, table, k
     with pytest.raises(InputError, match=message) as error:
         quick(four, measured(tmp_path, text), out=tmp_path / "new.toml")
     assert "\n" not in str(error.value) and not (tmp_path / "new.toml").exists()
+
+
+def test_a_value_without_a_place_in_the_engine_file_is_refused_before_the_search(four, truth, tmp_path, monkeypatch):
+    write_orders(tmp_path / "orders.csv", truth[3])
+    text, entry = four.read_text("utf-8"), "torsional_ratios"
+    line = next(one for one in text.splitlines() if one.startswith(entry))
+    own = tmp_path / "own.toml"
+    own.write_text(
+        text.replace(line, f'{entry}.value = [0.03, 0.03]\n{entry}.unit = "1"\n{entry}.origin = "chosen"'), "utf-8"
+    )
+    monkeypatch.setattr(f"{identify.__module__}.climb", None)  # a search would fail
+    with pytest.raises(InputError, match=r"damping.torsional_ratios: is not written as torsional_ratios = "):
+        quick(own, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), level="linear", out=tmp_path / "new.toml")
 
 
 def test_a_parameter_that_nothing_depends_on_is_refused(four, truth, tmp_path):

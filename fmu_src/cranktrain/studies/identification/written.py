@@ -15,7 +15,7 @@ from cranktrain.engine.file import engine_of, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.store.whole_file import whole_file
 from cranktrain.studies.calibration import values as places
-from cranktrain.studies.calibration.engine_text import NEW, Written, rewritten, rounded
+from cranktrain.studies.calibration.engine_text import NEW, Written, put, rewritten, rounded
 from cranktrain.studies.identification.parameters import RATIOS, Sought, following
 
 IDENTIFIED = "identified"
@@ -76,21 +76,7 @@ def _with_ratios(
     listed = ", ".join(f"{value:.4g}" for value in values)
     entry = f'torsional_ratios = {{ value = [{listed}], unit = "1", origin = "{IDENTIFIED}", note = "{note}" }}'
     lines = text.splitlines()
-    start = next((k for k, line in enumerate(lines) if line.strip() == "[damping]"), None)
-    if start is None:
-        return "\n".join([*lines, "", "[damping]", entry]) + "\n"
-    end = next((k for k in range(start + 1, len(lines)) if lines[k].startswith("[")), len(lines))
-    for k in range(start + 1, end):
-        if re.match(r"torsional_ratios\s*=", lines[k]):
-            if not re.search(r"\}\s*$", lines[k]):
-                raise InputError(
-                    "damping.torsional_ratios: does not stand on a line of its own in the engine file; give it one"
-                )
-            lines[k] = entry
-            return "\n".join(lines) + "\n"
-    while not lines[end - 1].strip() or lines[end - 1].startswith("#"):
-        end -= 1
-    lines.insert(end, entry)
+    put(lines, RATIOS, "damping", "torsional_ratios", entry)
     return "\n".join(lines) + "\n"
 
 
