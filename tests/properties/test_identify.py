@@ -14,6 +14,7 @@ from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.identification import checks
 from cranktrain.studies.identification.data import RPM, Data, Scalar, Shape, Strand
+from cranktrain.studies.identification.decays import measured_damping_ratio
 from cranktrain.studies.identification.identify import identify
 from cranktrain.studies.identification.model import TorsionalModel, mode_of, shape_of
 from cranktrain.studies.identification.parameters import sought_parameters
@@ -185,6 +186,48 @@ def test_a_free_decay_is_read_from_its_signal(four, tmp_path):
     text = '[parameters]\n"damping.torsional_ratios[1]" = {}\n[[decay]]\nfile = "ring.csv"\nchannel = "pulley"\n'
     report = quick(four, measured(tmp_path, text))
     assert report["numbers"][0]["measured"] == pytest.approx(0.03, rel=1e-3)
+
+
+def recording(path, rate, seconds, begin=0.0, hz=300.0, ratio=0.02, noise=0.01, digits=7):
+    """A file of a free decay that begins at ``begin`` s, with noise and times rounded to some digits."""
+    times = np.arange(int(seconds * rate)) / rate
+    after = np.clip(times - begin, 0.0, None)
+    values = (times >= begin) * np.exp(-2 * np.pi * hz * ratio * after) * np.cos(2 * np.pi * hz * after)
+    values += noise * np.random.default_rng(5).normal(size=times.size)
+    rows = "".join(f"{t:.{digits}f},{v:.6g}\n" for t, v in zip(times, values, strict=True))
+    path.write_text("time [s],twist [mdeg]\n" + rows, "utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        {"rate": 51200, "seconds": 0.4},  # steps of 19.5 us that the file rounds to 0.1 us
+        {"rate": 20000, "seconds": 0.5, "begin": 0.15},  # 3000 samples before the trigger
+        {"rate": 50000, "seconds": 2.0, "hz": 25.0, "ratio": 0.05},  # 2000 samples are one cycle
+    ],
+)
+def test_a_decay_is_found_in_a_long_recording(tmp_path, state):
+    path = recording(tmp_path / "ring.csv", **state)
+    assert measured_damping_ratio(path, None, "ring") == pytest.approx(state.get("ratio", 0.02), rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("state", "said"),
+    [
+        ({"rate": 5000, "seconds": 0.3, "begin": 9.0}, "no decaying oscillation: the largest, of .* Hz, is . %"),
+        ({"rate": 5000, "seconds": 0.1, "digits": 4}, None),
+        ({"rate": 5000, "seconds": 0.1, "digits": 3}, "has no even steps of time; export it at even times"),
+    ],
+)
+def test_a_recording_without_decay_or_even_times_is_refused(tmp_path, state, said):
+    path = recording(tmp_path / "ring.csv", **state)
+    if said is None:
+        assert measured_damping_ratio(path, "twist", "ring") == pytest.approx(0.02, rel=0.05)
+        return
+    with pytest.raises(InputError, match=said) as error:
+        measured_damping_ratio(path, "twist", "ring")
+    assert "\n" not in str(error.value)
 
 
 def test_a_file_of_targets_alone_is_a_calibration(monkeypatch, tmp_path):
