@@ -19,6 +19,7 @@ from cranktrain.studies.identification.identify import identify
 from cranktrain.studies.identification.model import TorsionalModel, mode_of, shape_of
 from cranktrain.studies.identification.parameters import sought_parameters
 from cranktrain.studies.identification.tables import SoughtTable
+from cranktrain.studies.identification.written import identified_text
 
 SPEEDS = np.linspace(1500.0, 5000.0, 22) * RPM
 ORDERS = (2.0, 4.0, 6.0)
@@ -311,6 +312,20 @@ def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, table, k
     with pytest.raises(InputError, match=message) as error:
         quick(four, measured(tmp_path, text), out=tmp_path / "new.toml")
     assert "\n" not in str(error.value) and not (tmp_path / "new.toml").exists()
+
+
+def test_values_of_one_list_have_their_own_intervals_in_its_note(four):
+    """A note on one value of a list does not speak of the others, which are as they were."""
+    engine, text = load_engine(four), four.read_text("utf-8")
+    sought = sought_parameters(engine, {f"oil.temperatures[{k}]": SoughtTable(unit="degC") for k in (1, 2)}, [], 1.0)
+    rows = [
+        {"key": one.key, "value": 80.0 + k, "unit": "degC", "low": 70.0 + k, "high": 90.0 + k}
+        for k, one in enumerate(sought)
+    ]
+    found = tomllib.loads(identified_text(text, engine, sought, rows, "data.toml", "four.toml"))["oil"]["temperatures"]
+    assert found["value"] == [80, 81]
+    assert "value 1 from data.toml" in found["note"] and "95 % from 70 to 90 degC" in found["note"]
+    assert "value 2 from data.toml" in found["note"] and "95 % from 71 to 91 degC" in found["note"]
 
 
 def test_a_value_without_a_place_in_the_engine_file_is_refused_before_the_search(four, truth, tmp_path, monkeypatch):

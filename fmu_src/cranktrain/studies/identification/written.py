@@ -33,11 +33,12 @@ def identified_text(
     data, name : names of the measured file and of the old engine file
     """
     written: dict[str, Written] = {}
+    notes = _notes(sought, rows, data)
     for one, row in zip(sought, rows, strict=True):
         if one.in_file and not one.key.startswith(RATIOS):
             value = rounded(one.scale * row["value"] + one.zero, 1.0) if one.zero else rounded(
                 one.scale * row["value"], one.scale)  # fmt: skip
-            written[one.key] = Written(value, IDENTIFIED, _note(one, row, data))
+            written[one.key] = Written(value, IDENTIFIED, notes[_list_of(one.key)])
             for key, number in following(engine, sought, one, value).items():
                 written[key] = Written(rounded(number), "derived", f"follows {one.key} in proportion")
     ratios = [(one, row) for one, row in zip(sought, rows, strict=True) if one.key.startswith(RATIOS)]
@@ -58,6 +59,22 @@ def _note(one: Sought, row: Mapping[str, Any], data: str) -> str:
     """Data, date and interval of a value, and the note of the measured file."""
     unit = "" if one.unit == "1" else f" {one.unit}"
     return f"from {data}, {date.today().isoformat()}; {_interval(row)}{unit}" + (f"; {one.note}" if one.note else "")
+
+
+def _list_of(key: str) -> str:
+    """Key of a value, or of the list that it belongs to."""
+    return key.partition("[")[0]
+
+
+def _notes(sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str) -> dict[str, str]:
+    """Note of each value; a list has one for all of its identified values, each named by its number."""
+    notes: dict[str, str] = {}
+    for one, row in zip(sought, rows, strict=True):
+        base, _, number = one.key.partition("[")
+        note = _note(one, row, data)
+        note = f"value {number.rstrip(']')} {note}" if number else note
+        notes[base] = f"{notes[base]}; {note}" if base in notes else note
+    return notes
 
 
 def _with_ratios(
