@@ -36,8 +36,7 @@ def identified_text(
     notes = _notes(sought, rows, data)
     for one, row in zip(sought, rows, strict=True):
         if one.in_file and not one.key.startswith(RATIOS):
-            value = rounded(one.scale * row["value"] + one.zero, 1.0) if one.zero else rounded(
-                one.scale * row["value"], one.scale)  # fmt: skip
+            value = rounded(one.scale * row["value"], one.scale) + one.zero
             written[one.key] = Written(value, IDENTIFIED, notes[_list_of(one.key)])
             for key, number in following(engine, sought, one, value).items():
                 written[key] = Written(rounded(number), "derived", f"follows {one.key} in proportion")
