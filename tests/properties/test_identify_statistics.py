@@ -21,7 +21,7 @@ from cranktrain.studies.identification.estimate import estimate
 from cranktrain.studies.identification.ladder import Ask, climb
 from cranktrain.studies.identification.model import Answers
 from cranktrain.studies.identification.parameters import Sought
-from cranktrain.studies.identification.residuals import lack_of_fit, runs_probability
+from cranktrain.studies.identification.residuals import lack_of_fit, region, runs_probability
 
 
 @pytest.fixture(autouse=True)
@@ -318,3 +318,12 @@ def test_repeated_speeds_tell_a_wrong_model_from_noise():
     assert lack_of_fit(noise, speeds) > 0.01
     assert lack_of_fit(noise + 3.0 * np.sin(0.3 * speeds)[:, None], speeds) < 1e-6
     assert lack_of_fit(noise[:20], np.arange(20.0)) is None
+
+
+@pytest.mark.parametrize("parts", [1, 2])
+def test_the_region_of_a_predicted_point_holds_95_percent_of_draws(parts):
+    """Real and imaginary part together: intervals of 95 % of each hold both in 90 % of the draws."""
+    rng, root = np.random.default_rng(3), np.array([[1.0, 0.0], [0.7, 0.4]])[:parts, :parts]
+    draws = rng.normal(size=(40000, parts)) @ root.T
+    squares = np.einsum("bi,ij,bj->b", draws, np.linalg.inv(root @ root.T), draws)
+    assert np.mean(squares <= region(parts, 1e6) ** 2) == pytest.approx(0.95, abs=0.004)
