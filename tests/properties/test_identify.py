@@ -13,11 +13,12 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.identification import checks
+from cranktrain.studies.identification.confidence import Confidence
 from cranktrain.studies.identification.data import RPM, Data, Scalar, Shape, Strand
 from cranktrain.studies.identification.decays import measured_damping_ratio
-from cranktrain.studies.identification.identify import identify
+from cranktrain.studies.identification.identify import identify, parameter_row
 from cranktrain.studies.identification.model import TorsionalModel, mode_of, shape_of
-from cranktrain.studies.identification.parameters import sought_parameters
+from cranktrain.studies.identification.parameters import Sought, sought_parameters
 from cranktrain.studies.identification.tables import SoughtTable
 from cranktrain.studies.identification.written import identified_text
 
@@ -392,10 +393,25 @@ def test_an_interrupt_keeps_the_best_and_says_so(four, truth, tmp_path, monkeypa
 
     monkeypatch.setattr(TorsionalModel, "answers", answers)
     assert main(["identify", str(four), str(path), "--out", str(tmp_path / "best.toml")]) == 130
-    assert "the best values so far are in" in capsys.readouterr().err
-    assert (
-        tomllib.loads((tmp_path / "best.toml").read_text("utf-8"))["pulley"]["polar_inertia"]["origin"] == "identified"
-    )
+    told = capsys.readouterr()
+    assert "the best values so far are in" in told.err
+    assert "The search was interrupted" in told.out
+    text = (tmp_path / "best.toml").read_text("utf-8")
+    entry = tomllib.loads(text)["pulley"]["polar_inertia"]
+    assert entry["origin"] == "identified"
+    # No fit has ended there, so there is no interval.
+    assert "best so far of an interrupted search, without interval" in entry["note"]
+    assert "95 % from" not in text
+
+
+def test_an_angle_about_zero_has_no_relative_deviation():
+    """Percent of nothing say nothing: the encoder's zero of a search that has just begun."""
+    zero = Sought("zero.pulley", 0.0, -0.5, 0.5, math.inf, "deg", math.radians(1.0), in_file=False)
+    confidence = Confidence(np.array([[1e-4]]), 100.0)
+    away = zero.inner(math.radians(20.0))
+    rows = [parameter_row(zero, 0, np.array([u]), confidence, None, None, np.zeros(1)) for u in (0.0, 1e-3, away)]
+    assert [row["deviation_percent"] for row in rows[:2]] == [None, None]
+    assert rows[2]["deviation_percent"] == pytest.approx(100.0 * 0.01 / math.radians(20.0))
 
 
 def test_a_peak_that_no_values_within_the_bounds_give_is_refused_with_its_frequency(four, truth, tmp_path):

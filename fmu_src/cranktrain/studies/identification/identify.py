@@ -106,17 +106,22 @@ def identify(
         return report
     # Minutes of search are not lost to a file that cannot be: the report is given all the same.
     try:
-        write_identified(new, text(report["parameters"]), path.parent, model.sought, report["parameters"])
+        found_text = text(report["parameters"], interrupted=report["interrupted"])
+        write_identified(new, found_text, path.parent, model.sought, report["parameters"])
         report["file"] = str(new)
     except (InputError, StoreError) as error:
         report["refused"] = str(error)
     return report
 
 
-def _text(path: Path, base: Engine, model: TorsionalModel, data: str, rows: Sequence[Mapping[str, Any]]) -> str:
+def _text(
+    path: Path, base: Engine, model: TorsionalModel, data: str, rows: Sequence[Mapping[str, Any]],
+    *, interrupted: bool = False,
+) -> str:  # fmt: skip
     """Text of the engine file with the values of ``rows``; ``InputError`` where the old file has no place for one."""
     engine = replace(base, damping=model.engine.damping)
-    return identified_text(path.read_text("utf-8"), engine, model.sought, rows, data, path.name)
+    old = path.read_text("utf-8")
+    return identified_text(old, engine, model.sought, rows, data, path.name, interrupted=interrupted)
 
 
 def parameter_of_start(one: Sought) -> dict[str, Any]:
@@ -244,10 +249,12 @@ def parameter_row(
     relative = float(confidence.deviations[k]) * (
         1.0 if one.log else (one.high - one.low) / max(abs(one.value(own)), 1e-300)
     )
+    # Of an angle about zero there is no relative deviation.
+    known = math.isfinite(relative) and (one.log or abs(own) > float(confidence.deviations[k]))
     return {
         "key": one.key, "value": one.shown(one.value(own)), "unit": one.unit,
         "low": shown(best[0]), "high": shown(best[1]),
-        "deviation_percent": 100.0 * relative if math.isfinite(relative) else None,
+        "deviation_percent": 100.0 * relative if known else None,
         "covariance": [shown(end) for end in ends], "profile": None if profile is None else [shown(u) for u in best],
         "bootstrap": None if percentiles is None else [shown(u) for u in percentiles],
         "next_level_percent": 100.0 * float(shift[k]) if one.log else None,

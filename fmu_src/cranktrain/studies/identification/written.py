@@ -22,8 +22,9 @@ IDENTIFIED = "identified"
 
 
 def identified_text(
-    text: str, engine: Engine, sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str, name: str
-) -> str:
+    text: str, engine: Engine, sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str, name: str,
+    *, interrupted: bool = False,
+) -> str:  # fmt: skip
     """Text of the new engine file.
 
     Parameters
@@ -31,7 +32,10 @@ def identified_text(
     text, engine : of the old file
     sought, rows : the parameters and what was found of each
     data, name : names of the measured file and of the old engine file
+    interrupted : whether the search ended early; its values then have no intervals
     """
+    if interrupted:
+        rows = [{**row, "low": None} for row in rows]
     written: dict[str, Written] = {}
     notes = _notes(sought, rows, data)
     for one, row in zip(sought, rows, strict=True):
@@ -51,12 +55,16 @@ def identified_text(
 
 
 def _interval(row: Mapping[str, Any]) -> str:
+    """Interval of a row in words; that of an interrupted search is none, because no fit has ended there."""
+    if row["low"] is None:
+        return "best so far of an interrupted search, without interval"
     return f"95 % from {row['low']:.4g} to {row['high']:.4g}"
 
 
 def _note(one: Sought, row: Mapping[str, Any], data: str) -> str:
     """Data, date and interval of a value, and the note of the measured file."""
     unit = "" if one.unit == "1" else f" {one.unit}"
+    unit = unit if row["low"] is not None else ""
     return f"from {data}, {date.today().isoformat()}; {_interval(row)}{unit}" + (f"; {one.note}" if one.note else "")
 
 
