@@ -1,6 +1,7 @@
 """Identification in closed form: one mass and two masses, whose derivatives, bounds and optima are known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -131,6 +132,17 @@ def test_the_bootstrap_scatters_as_the_covariance():
     found = estimate(comparison)
     drawn = bootstrap(comparison, found, 400, 1)
     ratio = drawn.std(axis=0) / np.sqrt(np.diag(np.linalg.inv(found.information)))
+    assert np.all((ratio > 0.6) & (ratio < 1.6))
+
+
+def test_the_bootstrap_scatters_as_the_covariance_where_a_prior_counts():
+    """A prior on the stiffness that knows three times as much as the data: draws of the data alone scatter half as much."""
+    parameters = tuple(replace(one, prior=1e-5) if one.key == "k" else one for one in THREE)
+    comparison = compared(noisy(np.random.default_rng(5), one_mass(TRUE.values())), parameters)
+    found = estimate(comparison)
+    assert comparison.prior[0, 0] > 3.0 * found.information[0, 0]
+    drawn = bootstrap(comparison, found, 400, 1)
+    ratio = drawn.std(axis=0) / np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
     assert np.all((ratio > 0.6) & (ratio < 1.6))
 
 
