@@ -136,7 +136,7 @@ def test_the_bootstrap_scatters_as_the_covariance():
 
 
 def test_the_bootstrap_scatters_as_the_covariance_where_a_prior_counts():
-    """A prior on the stiffness that knows three times as much as the data: draws of the data alone scatter half as much."""
+    """A prior on the stiffness worth three times the data: draws of the data alone scatter half as much."""
     parameters = tuple(replace(one, prior=1e-5) if one.key == "k" else one for one in THREE)
     comparison = compared(noisy(np.random.default_rng(5), one_mass(TRUE.values())), parameters)
     found = estimate(comparison)
