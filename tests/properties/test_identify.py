@@ -290,6 +290,7 @@ BAD = [
     ("load = {}", "frequencies", {}, {}, r"900.0 Hz, is not the engine's: with load within their bounds it has \d+"),
     ("load = {}", "both", {}, {}, "derived: serves files of .targets. alone"),
     ("", "orders", {}, {}, "parameters: none is given"),
+    ('"crank.stifness" = {}', "orders", {}, {}, r"is not a key of an engine file; did you mean 'crank\.stiffness'\?"),
     ('"combustion.heat" = {}\nload = {}\n"mounts.stiffness" = {}', "orders", {}, {}, "mounts"),
 ]
 

@@ -189,7 +189,7 @@ def _measured(engine: Engine, key: str, sets: Sequence[str], load: float, where:
         if name not in sets:
             raise InputError(f"{where}: no set of orders is called '{name}'; {nearest(name, sets)}")
         return ("angle", "deg", 0.0, None) if kind == ZERO else ("1", "1", 1.0, None)
-    if "." not in key:
+    if "." not in key or kind == CRANK.partition(".")[0]:
         near = nearest(key, (LOAD, CRANK, f"{RATIOS}[1]", "damper.viscosity"))
         raise InputError(f"{where}: is not a key of an engine file; {near}")
     try:
