@@ -237,6 +237,66 @@ def test_the_new_file_differs_in_the_calibrated_entries_alone(tmp_path):
         new_path(new)
 
 
+def own_hand(old, form):
+    """An engine file as users write it: the table of the flywheel in another form."""
+    start = old.index("[flywheel]")
+    line = next(one for one in old[start:].splitlines() if one.startswith("mass ="))
+    return old[:start] + old[start:].replace("[flywheel]", form[0], 1).replace(line, form[1], 1)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        ("[flywheel]", 'mass = { value = 32, unit = "kg", origin = "chosen" } # "weighed" # twice'),
+        ("[ flywheel ]  # [of cast iron]", '\tmass  = { value = 32, unit = "kg", origin = "chosen" }'),
+        ("  [flywheel]#", 'mass = { value = 32, unit = "kg", origin = "chosen", note = "a # in a text" }#'),
+    ],
+)
+def test_remarks_and_indents_of_a_file_are_kept(tmp_path, form):
+    old, engine = own_hand(engine_path("diesel_i6").read_text("utf-8"), form), load_engine("diesel_i6")
+    change = Written(31.23, "calibrated", "to a test 238 Hz")
+    new = rewritten(old, engine, {"flywheel.mass": change})
+    path = tmp_path / "new.toml"
+    path.write_text(new, encoding="utf-8")
+    assert load_engine(path).flywheel.mass == pytest.approx(31.23)
+    (before, after) = next((a, b) for a, b in zip(old.splitlines(), new.splitlines(), strict=True) if a != b)
+    assert before == form[1]
+    assert after[0] == before[0]
+    assert after.rpartition("}")[2].strip() == before.rpartition("}")[2].strip()
+
+
+def test_lists_over_several_lines_and_tables_that_a_file_lacks(tmp_path):
+    old, engine = engine_path("diesel_i6").read_text("utf-8"), load_engine("diesel_i6")
+    old = old.replace("value = [40, 38, 38, 38,", "value = [40, 38, 38, # mm\n  38,", 1)
+    start = old.index("[damping]")
+    old = old[:start] + old[old.index("# A run uses the damper", start) :]
+    changes = {
+        "crankshaft.main_widths[2]": Written(0.0375, "derived", "of a test"),
+        "damping.ratio": Written(0.02, "calibrated", "to a test 3 %"),
+    }
+    path = tmp_path / "new.toml"
+    path.write_text(rewritten(old, engine, changes), encoding="utf-8")
+    found = load_engine(path)
+    assert found.crankshaft.main_widths[:3] == pytest.approx((0.04, 0.0375, 0.038))
+    assert found.damping.ratio == 0.02
+
+
+@pytest.mark.parametrize(
+    ("form", "said"),
+    [
+        (("[flywheel]", 'mass.value = 32\nmass.unit = "kg"\nmass.origin = "chosen"'), "is not written as mass = "),
+        (
+            ("[flywheel.mass]\nvalue = 32\nunit = 'kg'\norigin = 'chosen'\n[ 'flywheel' ]", ""),
+            "has no line .flywheel.",
+        ),
+    ],
+)
+def test_entries_that_cannot_be_replaced_are_refused(form, said):
+    old, engine = own_hand(engine_path("diesel_i6").read_text("utf-8"), form), load_engine("diesel_i6")
+    with pytest.raises(InputError, match=rf"flywheel\.mass: .*{said}"):
+        rewritten(old, engine, {"flywheel.mass": Written(31.23, "calibrated", "to a test 238 Hz")})
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

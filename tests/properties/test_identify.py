@@ -13,10 +13,14 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.identification import checks
+from cranktrain.studies.identification.confidence import Confidence
 from cranktrain.studies.identification.data import RPM, Data, Scalar, Shape, Strand
+from cranktrain.studies.identification.decays import measured_damping_ratio
+from cranktrain.studies.identification.identify import identify, parameter_row
 from cranktrain.studies.identification.model import TorsionalModel, mode_of, shape_of
-from cranktrain.studies.identification.parameters import sought_parameters
+from cranktrain.studies.identification.parameters import Sought, sought_parameters
 from cranktrain.studies.identification.tables import SoughtTable
+from cranktrain.studies.identification.written import identified_text
 
 SPEEDS = np.linspace(1500.0, 5000.0, 22) * RPM
 ORDERS = (2.0, 4.0, 6.0)
@@ -186,6 +190,48 @@ def test_a_free_decay_is_read_from_its_signal(four, tmp_path):
     assert report["numbers"][0]["measured"] == pytest.approx(0.03, rel=1e-3)
 
 
+def recording(path, rate, seconds, begin=0.0, hz=300.0, ratio=0.02, noise=0.01, digits=7):
+    """A file of a free decay that begins at ``begin`` s, with noise and times rounded to some digits."""
+    times = np.arange(int(seconds * rate)) / rate
+    after = np.clip(times - begin, 0.0, None)
+    values = (times >= begin) * np.exp(-2 * np.pi * hz * ratio * after) * np.cos(2 * np.pi * hz * after)
+    values += noise * np.random.default_rng(5).normal(size=times.size)
+    rows = "".join(f"{t:.{digits}f},{v:.6g}\n" for t, v in zip(times, values, strict=True))
+    path.write_text("time [s],twist [mdeg]\n" + rows, "utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        {"rate": 51200, "seconds": 0.4},  # steps of 19.5 us that the file rounds to 0.1 us
+        {"rate": 20000, "seconds": 0.5, "begin": 0.15},  # 3000 samples before the trigger
+        {"rate": 50000, "seconds": 2.0, "hz": 25.0, "ratio": 0.05},  # 2000 samples are one cycle
+    ],
+)
+def test_a_decay_is_found_in_a_long_recording(tmp_path, state):
+    path = recording(tmp_path / "ring.csv", **state)
+    assert measured_damping_ratio(path, None, "ring") == pytest.approx(state.get("ratio", 0.02), rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("state", "said"),
+    [
+        ({"rate": 5000, "seconds": 0.3, "begin": 9.0}, "no decaying oscillation: the largest, of .* Hz, is . %"),
+        ({"rate": 5000, "seconds": 0.1, "digits": 4}, None),
+        ({"rate": 5000, "seconds": 0.1, "digits": 3}, "has no even steps of time; export it at even times"),
+    ],
+)
+def test_a_recording_without_decay_or_even_times_is_refused(tmp_path, state, said):
+    path = recording(tmp_path / "ring.csv", **state)
+    if said is None:
+        assert measured_damping_ratio(path, "twist", "ring") == pytest.approx(0.02, rel=0.05)
+        return
+    with pytest.raises(InputError, match=said) as error:
+        measured_damping_ratio(path, "twist", "ring")
+    assert "\n" not in str(error.value)
+
+
 def test_a_file_of_targets_alone_is_a_calibration(monkeypatch, tmp_path):
     """The same function with the same arguments; what the tolerances say of each value is added."""
     given = {
@@ -244,6 +290,7 @@ BAD = [
     ("load = {}", "frequencies", {}, {}, r"900.0 Hz, is not the engine's: with load within their bounds it has \d+"),
     ("load = {}", "both", {}, {}, "derived: serves files of .targets. alone"),
     ("", "orders", {}, {}, "parameters: none is given"),
+    ('"crank.stifness" = {}', "orders", {}, {}, r"is not a key of an engine file; did you mean 'crank\.stiffness'\?"),
     ('"combustion.heat" = {}\nload = {}\n"mounts.stiffness" = {}', "orders", {}, {}, "mounts"),
 ]
 
@@ -267,6 +314,33 @@ def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, table, k
     with pytest.raises(InputError, match=message) as error:
         quick(four, measured(tmp_path, text), out=tmp_path / "new.toml")
     assert "\n" not in str(error.value) and not (tmp_path / "new.toml").exists()
+
+
+def test_values_of_one_list_have_their_own_intervals_in_its_note(four):
+    """A note on one value of a list does not speak of the others, which are as they were."""
+    engine, text = load_engine(four), four.read_text("utf-8")
+    sought = sought_parameters(engine, {f"oil.temperatures[{k}]": SoughtTable(unit="degC") for k in (1, 2)}, [], 1.0)
+    rows = [
+        {"key": one.key, "value": 80.0 + k, "unit": "degC", "low": 70.0 + k, "high": 90.0 + k}
+        for k, one in enumerate(sought)
+    ]
+    found = tomllib.loads(identified_text(text, engine, sought, rows, "data.toml", "four.toml"))["oil"]["temperatures"]
+    assert found["value"] == [80, 81]
+    assert "value 1 from data.toml" in found["note"] and "95 % from 70 to 90 degC" in found["note"]
+    assert "value 2 from data.toml" in found["note"] and "95 % from 71 to 91 degC" in found["note"]
+
+
+def test_a_value_without_a_place_in_the_engine_file_is_refused_before_the_search(four, truth, tmp_path, monkeypatch):
+    write_orders(tmp_path / "orders.csv", truth[3])
+    text, entry = four.read_text("utf-8"), "torsional_ratios"
+    line = next(one for one in text.splitlines() if one.startswith(entry))
+    own = tmp_path / "own.toml"
+    own.write_text(
+        text.replace(line, f'{entry}.value = [0.03, 0.03]\n{entry}.unit = "1"\n{entry}.origin = "chosen"'), "utf-8"
+    )
+    monkeypatch.setattr(f"{identify.__module__}.climb", None)  # a search would fail
+    with pytest.raises(InputError, match=r"damping.torsional_ratios: is not written as torsional_ratios = "):
+        quick(own, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), level="linear", out=tmp_path / "new.toml")
 
 
 def test_a_parameter_that_nothing_depends_on_is_refused(four, truth, tmp_path):
@@ -320,10 +394,25 @@ def test_an_interrupt_keeps_the_best_and_says_so(four, truth, tmp_path, monkeypa
 
     monkeypatch.setattr(TorsionalModel, "answers", answers)
     assert main(["identify", str(four), str(path), "--out", str(tmp_path / "best.toml")]) == 130
-    assert "the best values so far are in" in capsys.readouterr().err
-    assert (
-        tomllib.loads((tmp_path / "best.toml").read_text("utf-8"))["pulley"]["polar_inertia"]["origin"] == "identified"
-    )
+    told = capsys.readouterr()
+    assert "the best values so far are in" in told.err
+    assert "The search was interrupted" in told.out
+    text = (tmp_path / "best.toml").read_text("utf-8")
+    entry = tomllib.loads(text)["pulley"]["polar_inertia"]
+    assert entry["origin"] == "identified"
+    # No fit has ended there, so there is no interval.
+    assert "best so far of an interrupted search, without interval" in entry["note"]
+    assert "95 % from" not in text
+
+
+def test_an_angle_about_zero_has_no_relative_deviation():
+    """Percent of nothing say nothing: the encoder's zero of a search that has just begun."""
+    zero = Sought("zero.pulley", 0.0, -0.5, 0.5, math.inf, "deg", math.radians(1.0), in_file=False)
+    confidence = Confidence(np.array([[1e-4]]), 100.0)
+    away = zero.inner(math.radians(20.0))
+    rows = [parameter_row(zero, 0, np.array([u]), confidence, None, None, np.zeros(1)) for u in (0.0, 1e-3, away)]
+    assert [row["deviation_percent"] for row in rows[:2]] == [None, None]
+    assert rows[2]["deviation_percent"] == pytest.approx(100.0 * 0.01 / math.radians(20.0))
 
 
 def test_a_peak_that_no_values_within_the_bounds_give_is_refused_with_its_frequency(four, truth, tmp_path):

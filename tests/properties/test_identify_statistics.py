@@ -1,6 +1,7 @@
 """Identification in closed form: one mass and two masses, whose derivatives, bounds and optima are known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from cranktrain.studies.identification.estimate import estimate
 from cranktrain.studies.identification.ladder import Ask, climb
 from cranktrain.studies.identification.model import Answers
 from cranktrain.studies.identification.parameters import Sought
-from cranktrain.studies.identification.residuals import lack_of_fit, runs_probability
+from cranktrain.studies.identification.residuals import lack_of_fit, region, runs_probability
 
 
 @pytest.fixture(autouse=True)
@@ -131,6 +132,17 @@ def test_the_bootstrap_scatters_as_the_covariance():
     found = estimate(comparison)
     drawn = bootstrap(comparison, found, 400, 1)
     ratio = drawn.std(axis=0) / np.sqrt(np.diag(np.linalg.inv(found.information)))
+    assert np.all((ratio > 0.6) & (ratio < 1.6))
+
+
+def test_the_bootstrap_scatters_as_the_covariance_where_a_prior_counts():
+    """A prior on the stiffness worth three times the data: draws of the data alone scatter half as much."""
+    parameters = tuple(replace(one, prior=1e-5) if one.key == "k" else one for one in THREE)
+    comparison = compared(noisy(np.random.default_rng(5), one_mass(TRUE.values())), parameters)
+    found = estimate(comparison)
+    assert comparison.prior[0, 0] > 3.0 * found.information[0, 0]
+    drawn = bootstrap(comparison, found, 400, 1)
+    ratio = drawn.std(axis=0) / np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
     assert np.all((ratio > 0.6) & (ratio < 1.6))
 
 
@@ -318,3 +330,12 @@ def test_repeated_speeds_tell_a_wrong_model_from_noise():
     assert lack_of_fit(noise, speeds) > 0.01
     assert lack_of_fit(noise + 3.0 * np.sin(0.3 * speeds)[:, None], speeds) < 1e-6
     assert lack_of_fit(noise[:20], np.arange(20.0)) is None
+
+
+@pytest.mark.parametrize("parts", [1, 2])
+def test_the_region_of_a_predicted_point_holds_95_percent_of_draws(parts):
+    """Real and imaginary part together: intervals of 95 % of each hold both in 90 % of the draws."""
+    rng, root = np.random.default_rng(3), np.array([[1.0, 0.0], [0.7, 0.4]])[:parts, :parts]
+    draws = rng.normal(size=(40000, parts)) @ root.T
+    squares = np.einsum("bi,ij,bj->b", draws, np.linalg.inv(root @ root.T), draws)
+    assert np.mean(squares <= region(parts, 1e6) ** 2) == pytest.approx(0.95, abs=0.004)

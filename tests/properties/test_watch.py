@@ -10,10 +10,11 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.watch.defects import MISFIRE, with_misfire
+from cranktrain.studies.watch.detector import Finding, Verdict
 from cranktrain.studies.watch.model import Place, TorsionalAnswers
 from cranktrain.studies.watch.recordings import RPM
 from cranktrain.studies.watch.scatter import real_rows, scatter_of
-from cranktrain.studies.watch.watch import Watch
+from cranktrain.studies.watch.watch import Watch, said
 
 NOISE = math.radians(1e-3)
 ORDERS = 0.5 * np.arange(1, 13)
@@ -208,3 +209,24 @@ def test_what_cannot_be_watched_is_refused_with_numbers(files, four):
     other = write(folder / "other.csv", watch.place._replace(speeds=watch.place.speeds * 1.1), watch.own)
     with pytest.raises(InputError, match=r"order 0.5 was not recorded at 1650 rev/min"):
         ask(other, healthy)
+
+
+@pytest.mark.parametrize(
+    ("likely", "told"),
+    [
+        ((0.99, 0.01), "This is no defect: less load, severity 0.21, probability 99 %."),
+        ((0.54, 0.46), "Likeliest: less load, which is no defect, severity 0.21, probability 54 %."),
+    ],
+)
+def test_a_defect_that_is_nearly_as_likely_is_not_ruled_out(likely, told):
+    """Of a single a misfire is the same as less load: the sentence must not say that there is no defect."""
+    rows = [
+        {"defect": name, "harmless": harmless, "severity": 0.21, "probability": probability}
+        for name, harmless, probability in zip(
+            ("less load", "misfire of cylinder 1"), (True, False), likely, strict=True
+        )
+    ]
+    verdict = Verdict(True, 1e-3, (Finding("load-", 90.0, 0.21, likely[0], 0.5),))
+    lines = said(verdict, rows)
+    assert told in lines
+    assert any("Not told apart from: misfire of cylinder 1" in line for line in lines) == (likely[1] > 0.1)

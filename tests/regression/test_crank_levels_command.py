@@ -42,6 +42,12 @@ def test_levels_from_dimensions_run_on_films(level, tmp_path, capsys):
     assert len(json.loads(capsys.readouterr().out)["bearings"]) == 7
 
 
+def test_modal_names_the_command_that_makes_the_solid_crank_of_an_own_file(formula, capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path / "cache"))  # no solid crank there
+    assert main(["modal", str(formula), "--crank", "torsional"]) == 0
+    assert f"cranktrain reduce {formula} makes it" in " ".join(capsys.readouterr().out.split())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("level", ["rigid", "torsional", "beam"])
 def test_modal_puts_a_level_beside_the_solid(level, capsys):

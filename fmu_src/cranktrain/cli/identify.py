@@ -127,6 +127,8 @@ def _show(report: dict[str, Any]) -> None:
     ]  # fmt: skip
     header = ("parameter", "found", "95 % from", "to", "unit", "deviation", "bounds", "")
     show_rows(f"{report['engine']}: identified from {report['measured']}", header, rows)
+    if report["interrupted"]:
+        print("The search was interrupted: intervals are those of a fit that ended here, and say little.")
     for line in report["told_apart"]:
         print(f"Not told apart: {line}")
     keys = [p["key"] for p in report["parameters"]]

@@ -14,6 +14,7 @@ from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import engine_provenance
 from cranktrain.engine.firing import firing_summary, firing_text
 from cranktrain.engine.levels import CRANKS, described
+from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.laws.register import MAINS, bearing_levels
 
@@ -93,9 +94,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         for table in (*level_tables(engine, report), line_table(report["drive_line"])):
             show(table)
         if not report["compared_with_solid"]:
-            print(
-                f"Not compared with the solid crank, which is not made yet; cranktrain reduce {engine.name} makes it."
-            )
+            # The name of an engine of the user's own is no argument of a command; the path of its file is.
+            given = engine.name if isinstance(options.engine, Engine) else options.engine
+            print(f"Not compared with the solid crank, which is not made yet; cranktrain reduce {given} makes it.")
         return report
     motion, block = report["in_motion"], report.get("block")
     for table in [*frequency_tables(engine, report), *(block_tables(block) if block is not None else ())]:

@@ -7,7 +7,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.units import unit_factor
@@ -38,16 +38,16 @@ def rounded(number: float, scale: float = 1.0) -> float:
 def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
     """Text of an engine file with other values by key; each keeps its unit.
 
-    Raises ``InputError``: for an entry that does not stand on a line of its own.
+    Raises ``InputError``: for an entry that is not written as ``name = ...`` under its ``[table]``.
     """
     lines, document = text.splitlines(), tomllib.loads(text)
     for key, change in changes.items():
         table, name, index = re.fullmatch(r"([a-z_]+)\.([a-z0-9_]+)(?:\[(\d+)\])?", key).groups()  # type: ignore[union-attr]
-        old = document[table].get(name)
+        old = document.get(table, {}).get(name)
         note = change.note.replace("\\", "\\\\").replace('"', '\\"')
         if isinstance(change.value, tuple):
             entry = f'{name} = {{ value = {list(change.value)}, origin = "{change.origin}", note = "{note}" }}'
-            _put(lines, key, table, name, entry)
+            put(lines, key, table, name, entry)
             continue
         rule = values.quantity(engine, key)
         unit = (old or {}).get("unit", next(iter(UNITS[rule.dimension])))
@@ -58,16 +58,38 @@ def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
             entries = [number if index in (None, str(i)) else entry for i, entry in enumerate(entries, 1)]
             old["value"], number = [float(entry) for entry in entries], f"[{', '.join(entries)}]"
         entry = f'{name} = {{ value = {number}, unit = "{unit}", origin = "{change.origin}", note = "{note}" }}'
-        _put(lines, key, table, name, entry)
+        put(lines, key, table, name, entry)
     return "\n".join(lines) + "\n"
 
 
-def _put(lines: list[str], key: str, table: str, name: str, entry: str) -> None:
-    """Put an entry in the place of the old one."""
-    at = _line(lines, table, name)
-    if at is None:
-        raise InputError(f"{key}: does not stand on a line of its own in the engine file; give it its own line")
-    lines[at[0] : at[1]] = [entry]
+def put(lines: list[str], key: str, table: str, name: str, entry: str) -> None:
+    """Put an entry into the lines of an engine file: in the place of the old one, or behind the last of its table.
+
+    A remark behind the old entry and its indentation are kept. A table that the file does not have is added.
+
+    Raises ``InputError``: for an entry that is not written as ``name = ...`` under ``[table]``.
+    """
+    document = tomllib.loads("\n".join(lines))
+    start = next((i for i, line in enumerate(lines) if re.fullmatch(rf"\s*\[\s*{table}\s*\]\s*(#.*)?", line)), None)
+    if start is None:
+        if table in document:
+            raise InputError(f"{key}: the engine file has no line [{table}]; write the table under such a line")
+        lines += ["", f"[{table}]", entry]
+        return
+    last = at = start + 1
+    while at < len(lines) and not re.match(r"\s*\[", lines[at]):
+        if not lines[at].strip() or lines[at].lstrip().startswith("#"):
+            at += 1
+            continue
+        end = _end(lines, at)
+        if old := re.match(rf"(\s*){name}\s*=", lines[at]):
+            remark = _remark(lines[at:end])
+            lines[at:end] = [old[1] + entry + ("  " + remark if remark else "")]
+            return
+        last = at = end
+    if name in document[table]:
+        raise InputError(f"{key}: is not written as {name} = {{ ... }} under [{table}] in the engine file; write it so")
+    lines.insert(last, entry)
 
 
 def new_path(path: Path) -> Path:
@@ -88,15 +110,27 @@ def _number(value: float) -> str:
     return digits if math.isclose(float(digits), value, rel_tol=1e-9) else repr(value)
 
 
-def _line(lines: list[str], table: str, name: str) -> tuple[int, int] | None:
-    """Lines of an entry, or where a new one goes: behind the last entry of its table."""
-    start = next((i for i, line in enumerate(lines) if line.strip() == f"[{table}]"), None)
-    if start is None:
+def _end(lines: list[str], start: int) -> int:
+    """Line behind an entry, whose lists may go over several lines."""
+    for end in range(start + 1, len(lines) + 1):
+        if _parsed("\n".join(lines[start:end])) is not None:
+            return end
+    return start + 1
+
+
+def _remark(lines: list[str]) -> str:
+    """Remark behind an entry; empty if there is none."""
+    text = "\n".join(lines)
+    whole, last = _parsed(text), text.rfind("\n") + 1
+    for place in re.finditer("#", text):
+        if place.start() >= last and _parsed(text[: place.start()]) == whole:
+            return text[place.start() :].rstrip()
+    return ""
+
+
+def _parsed(text: str) -> dict[str, Any] | None:
+    """Document of a text; None where it is no TOML."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
         return None
-    end = next((i for i in range(start + 1, len(lines)) if lines[i].startswith("[")), len(lines))
-    for i in range(start + 1, end):
-        if re.match(rf"{name}\s*=", lines[i]):
-            return (i, i + 1) if re.search(r"\}\s*$", lines[i]) else None
-    while not lines[end - 1].strip() or lines[end - 1].startswith("#"):
-        end -= 1
-    return end, end

@@ -52,7 +52,7 @@ def engine_text(source: Source, engine: Engine, knobs: Sequence[Knob], chosen: C
     The text of the source's file, with its comments, origins and notes; changed values are *chosen*, and their notes
     name what they were. An engine in memory is written whole.
 
-    Raises ``InputError``: nothing is changed, an entry of the file that does not stand on a line of its own.
+    Raises ``InputError``: nothing is changed, an entry that is not written as ``name = ...`` under its table.
     """
     found = changes(engine, knobs, chosen)
     if not found:

@@ -9,7 +9,8 @@ d being what each level of the model above the fitted one would move, beyond the
 (:mod:`cranktrain.studies.identification.ladder`). Intervals take
 Student's t with the number of independent residuals less that of the parameters. A profile fixes one parameter, fits
 all others and ends where the sum of squares has risen by t². The bootstrap draws blocks of residuals at neighbouring
-speeds, or single ones among repeated runs of a speed, and maps each draw by the linear estimate.
+speeds, or single ones among repeated runs of a speed, and draws of what was known before, and maps each draw by the
+linear estimate.
 
 Sources: G. A. F. Seber, C. J. Wild, *Nonlinear Regression* (1989), ch. 5; H. R. Künsch, Ann. Statist. 17 (1989) 1217,
 blocks.
@@ -207,8 +208,14 @@ def _end(
 
 
 def bootstrap(comparison: Comparison, found: Estimate, draws: int, seed: int) -> Array:
-    """Draws (b, p) of u: residuals of each order in blocks over the speed, or among runs at the same speed."""
-    rng = np.random.default_rng(seed)
+    """Draws (b, p) of u: residuals of each order in blocks over the speed, or among runs at the same speed.
+
+    What was known before is drawn too, as one more measurement of each parameter; draws of the data alone would scatter
+    less than the covariance wherever a prior counts.
+    """
+    rng, before = np.random.default_rng(seed), np.random.default_rng([seed, 1])
+    known = np.sqrt(np.diag(comparison.known))
+    spread = np.linalg.inv(found.information + comparison.known)
     result = np.zeros((draws, found.inner.size))
     blocks = [_block(comparison, piece, k) for k, piece in enumerate(found.pieces)]
     scale = math.sqrt(comparison.count / max(comparison.count - found.inner.size, 1))
@@ -224,6 +231,7 @@ def bootstrap(comparison: Comparison, found: Estimate, draws: int, seed: int) ->
                 rows = own * rng.normal(size=rows.shape)
             drawn.append(rows)
         result[b] = linear_move(comparison, found.pieces, found.information, drawn)
+        result[b] += spread @ (known * before.normal(size=known.size))
     return found.inner + result - result.mean(axis=0)
 
 

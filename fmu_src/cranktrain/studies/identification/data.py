@@ -16,10 +16,10 @@ from cranktrain.core.stated_units import begins_as_number, in_unit, stated
 from cranktrain.core.types import Array
 from cranktrain.core.user_file import beside
 from cranktrain.engine.model import Engine
-from cranktrain.measured.reading import read_measured
 from cranktrain.measured.tracking import BAND
 from cranktrain.results.orders.measured import LARGEST, LEAST, OUTPUTS, MeasuredOrders, read_measured_orders
 from cranktrain.structure.crank.torsional import shaft_nodes
+from cranktrain.studies.identification.decays import measured_damping_ratio
 from cranktrain.studies.identification.tables import (
     DecayTable,
     FrequencyTable,
@@ -29,7 +29,6 @@ from cranktrain.studies.identification.tables import (
     RangeTable,
     TorqueTable,
 )
-from cranktrain.studies.run_up.free_decay import largest_decay
 from cranktrain.studies.torsion.frequency_run_up import HIGHEST_ORDER, shaft_output
 
 RPM = math.pi / 30.0
@@ -39,8 +38,6 @@ BEYOND = 0.05
 """Distance beyond the engine's speeds, over them, up to which measured speeds are taken."""
 FEWEST = 4
 """Fewest speeds of an order."""
-MOST_SAMPLES = 2000
-"""Samples of a free decay that are analysed: a longer signal is cut."""
 
 
 @dataclass(frozen=True)
@@ -328,22 +325,9 @@ def _decay(table: DecayTable, name: str, path: Path) -> Scalar:
     elif table.log_decrement is not None:
         ratio = table.log_decrement / math.hypot(2.0 * math.pi, table.log_decrement)
     else:
-        ratio = _measured_decay(table, where, path)
+        assert table.file is not None
+        ratio = measured_damping_ratio(beside(path, table.file), table.channel, where)
     return Scalar(name, RATIO, table.number, ratio, table.deviation, table.damper)
-
-
-def _measured_decay(table: DecayTable, where: str, path: Path) -> float:
-    """Damping ratio of the largest oscillation in a measured signal; ``InputError``."""
-    assert table.file is not None
-    found = read_measured(beside(path, table.file), channels=None if table.channel is None else [table.channel])
-    channel = found.channels[0]
-    if len(found.channels) > 1 or not math.isfinite(channel.rate):
-        raise InputError(f"{where}: name the channel over time of {Path(table.file).name}: {', '.join(found.names)}")
-    signal = channel.values(0, min(channel.size, MOST_SAMPLES))
-    exponent = largest_decay(np.asarray(signal - signal.mean()), 1.0 / channel.rate, 1.0, 0.5 * channel.rate)
-    if not math.isfinite(exponent.real):
-        raise InputError(f"{where}: channel {channel.name} of {Path(table.file).name} holds no decaying oscillation")
-    return -exponent.real / abs(exponent)
 
 
 def _shape(engine: Engine, table: ModeTable, name: str) -> Shape:

@@ -6,7 +6,7 @@ A file of ``[targets]`` alone is a calibration: the same search, with the interv
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -97,25 +97,43 @@ def identify(
             if request.ask.level == TIME:
                 checks.check_crank(base, read.parameters, request.ask.crank)
             model, comparison = prepared(base, read, place, say)
+            text = partial(_text, path, base, model, place.name)
+            if new is not None:
+                text([parameter_of_start(one) for one in model.sought])  # before minutes of search
             found = climb(model, comparison, request.ask, say, follow, partial(first, comparison))
             report = report_of(model, comparison, found, request, say)
     except InputError as error:
-        text = str(error)
-        raise InputError(text if text.startswith(place.name) else f"{place.name}: {text}") from None
+        said = str(error)
+        raise InputError(said if said.startswith(place.name) else f"{place.name}: {said}") from None
     report |= {"engine": base.name, "measured": place.name, "seed": request.ask.seed, "file": None, "refused": None}
     if new is None:
         return report
     # Minutes of search are not lost to a file that cannot be: the report is given all the same.
     try:
-        text = identified_text(
-            path.read_text("utf-8"), replace(base, damping=model.engine.damping), model.sought, report["parameters"],
-            place.name, path.name,
-        )  # fmt: skip
-        write_identified(new, text, path.parent, model.sought, report["parameters"])
+        found_text = text(report["parameters"], interrupted=report["interrupted"])
+        write_identified(new, found_text, path.parent, model.sought, report["parameters"])
         report["file"] = str(new)
     except (InputError, StoreError) as error:
         report["refused"] = str(error)
     return report
+
+
+def _text(
+    path: Path, base: Engine, model: TorsionalModel, data: str, rows: Sequence[Mapping[str, Any]],
+    *, interrupted: bool = False,
+) -> str:  # fmt: skip
+    """Text of the engine file with the values of ``rows``; ``InputError`` where the old file has no place for one."""
+    engine = replace(base, damping=model.engine.damping)
+    old = path.read_text("utf-8")
+    return identified_text(old, engine, model.sought, rows, data, path.name, interrupted=interrupted)
+
+
+def parameter_of_start(one: Sought) -> dict[str, Any]:
+    """Row of a parameter before the search: its start and its bounds."""
+    return {
+        "key": one.key, "value": one.shown(one.start), "unit": one.unit,
+        "low": one.shown(one.low), "high": one.shown(one.high),
+    }  # fmt: skip
 
 
 def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> tuple[TorsionalModel, Comparison]:
@@ -238,10 +256,12 @@ def parameter_row(
     relative = float(confidence.deviations[k]) * (
         1.0 if one.log else (one.high - one.low) / max(abs(one.value(own)), 1e-300)
     )
+    # Of an angle about zero there is no relative deviation.
+    known = math.isfinite(relative) and (one.log or abs(own) > float(confidence.deviations[k]))
     return {
         "key": one.key, "value": one.shown(one.value(own)), "unit": one.unit,
         "low": shown(best[0]), "high": shown(best[1]),
-        "deviation_percent": 100.0 * relative if math.isfinite(relative) else None,
+        "deviation_percent": 100.0 * relative if known else None,
         "covariance": [shown(end) for end in ends], "profile": None if profile is None else [shown(u) for u in best],
         "bootstrap": None if percentiles is None else [shown(u) for u in percentiles],
         "next_level_percent": 100.0 * float(moves[:, k].sum()) if one.log else None,

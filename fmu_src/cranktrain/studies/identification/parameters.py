@@ -134,8 +134,9 @@ def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], l
     ]
     low, high = _bounds(ends, start, key, where)
     if rule is not None:
+        least, largest = _range(rule)
         low, high = (
-            end if given is not None else min(max(end, rule.low * _scale(rule)), rule.high * _scale(rule))
+            end if given is not None else min(max(end, least), largest)
             for end, given in zip((low, high), ends, strict=True)
         )
         for end in (low, high):
@@ -162,8 +163,11 @@ def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], l
     return replace(found, start=start)
 
 
-def _scale(rule: Any) -> float:
-    return UNITS[rule.dimension][rule.unit or next(iter(UNITS[rule.dimension]))]
+def _range(rule: Any) -> tuple[float, float]:
+    """Range of a field of the engine file, SI."""
+    unit = rule.unit or next(iter(UNITS[rule.dimension]))
+    scale, zero = UNITS[rule.dimension][unit], OFFSETS.get(unit, 0.0)
+    return rule.low * scale + zero, rule.high * scale + zero
 
 
 def _bounds(ends: Sequence[float | None], start: float, key: str, where: str) -> tuple[float, float]:
@@ -185,7 +189,7 @@ def _measured(engine: Engine, key: str, sets: Sequence[str], load: float, where:
         if name not in sets:
             raise InputError(f"{where}: no set of orders is called '{name}'; {nearest(name, sets)}")
         return ("angle", "deg", 0.0, None) if kind == ZERO else ("1", "1", 1.0, None)
-    if "." not in key:
+    if "." not in key or kind == CRANK.partition(".")[0]:
         near = nearest(key, (LOAD, CRANK, f"{RATIOS}[1]", "damper.viscosity"))
         raise InputError(f"{where}: is not a key of an engine file; {near}")
     try:

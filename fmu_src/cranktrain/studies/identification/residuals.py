@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from cranktrain.core.types import Array
 from cranktrain.studies.identification.comparison import Comparison
-from cranktrain.studies.identification.confidence import Confidence
+from cranktrain.studies.identification.confidence import LEVEL, Confidence
 from cranktrain.studies.identification.data import RPM, Orbit
 from cranktrain.studies.identification.estimate import Estimate
 
@@ -130,8 +130,19 @@ def lack_of_fit(rows: Array, speeds: Array) -> float | None:
     return float(fisher.sf((between / (c * different.size)) / (pure / free), c * different.size, free))
 
 
+def region(parts: int, freedom: float) -> float:
+    """Reach, in standard deviations, of the region of 95 % of a point of one or two parts.
+
+    A complex order has two parts, and both of them lie within 95 % intervals of their own for 90 % of the points only.
+    """
+    return math.sqrt(parts * float(fisher.ppf(LEVEL, parts, freedom)))
+
+
 def held_out(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[dict[str, Any]]:
-    """A row for each held-out point: measured, predicted, half of the band of 95 %, whether it is inside."""
+    """A row for each held-out point: measured, predicted, half of the band of 95 %, whether it is inside.
+
+    The band is the largest half width of the region of 95 % of the complex amplitude.
+    """
     rows: list[dict[str, Any]] = []
     sizes = [np.abs(own) for own in comparison.own(found.inner)]
     for j, (one, piece, size) in enumerate(zip(comparison.data.strands, found.pieces, sizes, strict=False)):
@@ -139,12 +150,14 @@ def held_out(comparison: Comparison, found: Estimate, confidence: Confidence) ->
         for k in np.flatnonzero(piece.held).tolist():
             slopes = piece.slopes[k]
             spread = slopes @ confidence.covariance @ slopes.T + own[k] * np.eye(slopes.shape[0])
-            band = confidence.reach * np.sqrt(np.diag(spread))
+            reach = region(slopes.shape[0], confidence.freedom)
+            left = piece.rows[k]
             rows.append(
                 {
                     "set": one.name, "order": one.order, "rpm": float(one.speeds[k] / RPM),
-                    "measured": float(abs(one.values[k])), "predicted": float(size[k]), "band": float(np.max(band)),
-                    "inside": bool(np.all(np.abs(piece.rows[k]) <= band)),
+                    "measured": float(abs(one.values[k])), "predicted": float(size[k]),
+                    "band": reach * math.sqrt(float(np.linalg.eigvalsh(spread)[-1])),
+                    "inside": bool(left @ np.linalg.solve(spread, left) <= reach**2),
                 }
             )  # fmt: skip
     return rows

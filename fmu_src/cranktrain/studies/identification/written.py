@@ -15,15 +15,16 @@ from cranktrain.engine.file import engine_of, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.store.whole_file import whole_file
 from cranktrain.studies.calibration import values as places
-from cranktrain.studies.calibration.engine_text import NEW, Written, rewritten, rounded
+from cranktrain.studies.calibration.engine_text import NEW, Written, put, rewritten, rounded
 from cranktrain.studies.identification.parameters import RATIOS, Sought, following
 
 IDENTIFIED = "identified"
 
 
 def identified_text(
-    text: str, engine: Engine, sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str, name: str
-) -> str:
+    text: str, engine: Engine, sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str, name: str,
+    *, interrupted: bool = False,
+) -> str:  # fmt: skip
     """Text of the new engine file.
 
     Parameters
@@ -31,13 +32,16 @@ def identified_text(
     text, engine : of the old file
     sought, rows : the parameters and what was found of each
     data, name : names of the measured file and of the old engine file
+    interrupted : whether the search ended early; its values then have no intervals
     """
+    if interrupted:
+        rows = [{**row, "low": None} for row in rows]
     written: dict[str, Written] = {}
+    notes = _notes(sought, rows, data)
     for one, row in zip(sought, rows, strict=True):
         if one.in_file and not one.key.startswith(RATIOS):
-            value = rounded(one.scale * row["value"] + one.zero, 1.0) if one.zero else rounded(
-                one.scale * row["value"], one.scale)  # fmt: skip
-            written[one.key] = Written(value, IDENTIFIED, _note(one, row, data))
+            value = rounded(one.scale * row["value"], one.scale) + one.zero
+            written[one.key] = Written(value, IDENTIFIED, notes[_list_of(one.key)])
             for key, number in following(engine, sought, one, value).items():
                 written[key] = Written(rounded(number), "derived", f"follows {one.key} in proportion")
     ratios = [(one, row) for one, row in zip(sought, rows, strict=True) if one.key.startswith(RATIOS)]
@@ -51,13 +55,33 @@ def identified_text(
 
 
 def _interval(row: Mapping[str, Any]) -> str:
+    """Interval of a row in words; that of an interrupted search is none, because no fit has ended there."""
+    if row["low"] is None:
+        return "best so far of an interrupted search, without interval"
     return f"95 % from {row['low']:.4g} to {row['high']:.4g}"
 
 
 def _note(one: Sought, row: Mapping[str, Any], data: str) -> str:
     """Data, date and interval of a value, and the note of the measured file."""
     unit = "" if one.unit == "1" else f" {one.unit}"
+    unit = unit if row["low"] is not None else ""
     return f"from {data}, {date.today().isoformat()}; {_interval(row)}{unit}" + (f"; {one.note}" if one.note else "")
+
+
+def _list_of(key: str) -> str:
+    """Key of a value, or of the list that it belongs to."""
+    return key.partition("[")[0]
+
+
+def _notes(sought: Sequence[Sought], rows: Sequence[Mapping[str, Any]], data: str) -> dict[str, str]:
+    """Note of each value; a list has one for all of its identified values, each named by its number."""
+    notes: dict[str, str] = {}
+    for one, row in zip(sought, rows, strict=True):
+        base, _, number = one.key.partition("[")
+        note = _note(one, row, data)
+        note = f"value {number.rstrip(']')} {note}" if number else note
+        notes[base] = f"{notes[base]}; {note}" if base in notes else note
+    return notes
 
 
 def _with_ratios(
@@ -76,21 +100,7 @@ def _with_ratios(
     listed = ", ".join(f"{value:.4g}" for value in values)
     entry = f'torsional_ratios = {{ value = [{listed}], unit = "1", origin = "{IDENTIFIED}", note = "{note}" }}'
     lines = text.splitlines()
-    start = next((k for k, line in enumerate(lines) if line.strip() == "[damping]"), None)
-    if start is None:
-        return "\n".join([*lines, "", "[damping]", entry]) + "\n"
-    end = next((k for k in range(start + 1, len(lines)) if lines[k].startswith("[")), len(lines))
-    for k in range(start + 1, end):
-        if re.match(r"torsional_ratios\s*=", lines[k]):
-            if not re.search(r"\}\s*$", lines[k]):
-                raise InputError(
-                    "damping.torsional_ratios: does not stand on a line of its own in the engine file; give it one"
-                )
-            lines[k] = entry
-            return "\n".join(lines) + "\n"
-    while not lines[end - 1].strip() or lines[end - 1].startswith("#"):
-        end -= 1
-    lines.insert(end, entry)
+    put(lines, RATIOS, "damping", "torsional_ratios", entry)
     return "\n".join(lines) + "\n"
 
 

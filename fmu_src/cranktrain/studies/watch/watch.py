@@ -237,11 +237,14 @@ def said(verdict: Verdict, rows: Sequence[dict[str, Any]]) -> list[str]:
             f"None of the defects explains the change. The nearest is {first['defect']}, severity "
             f"{first['severity']:.2f}; look for another cause, or for a model that is too far from the engine.",
         ]
-    what = "This is no defect: " if first["harmless"] else "Likeliest: "
-    lines.append(
-        f"{what}{first['defect']}, severity {first['severity']:.2f}, probability {100.0 * first['probability']:.0f} %."
-    )
-    also = [f"{row['defect']} ({100.0 * row['probability']:.0f} %)" for row in others if row["probability"] >= LIKELY]
+    also = [row for row in others if row["probability"] >= LIKELY]
+    # A defect that is nearly as likely must not be ruled out.
+    cleared = first["harmless"] and all(row["harmless"] for row in also)
+    what, which = "This is no defect: " if cleared else "Likeliest: ", first["defect"]
+    if first["harmless"] and not cleared:
+        which += ", which is no defect"
+    lines.append(f"{what}{which}, severity {first['severity']:.2f}, probability {100.0 * first['probability']:.0f} %.")
     if also:
-        lines.append(f"Not told apart from: {', '.join(also)}.")
+        named = ", ".join(f"{row['defect']} ({100.0 * row['probability']:.0f} %)" for row in also)
+        lines.append(f"Not told apart from: {named}.")
     return lines
