@@ -1,12 +1,15 @@
 """FMUs of FMI 3.0: their description, the same results as by FMI 2.0, and couplings of both."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from benchmarks._clients import CLIENTS_3, ONE_VALUE_EACH
 from benchmarks.clients import ClientError, Job, checked, difference
-from fmpy import read_model_description, simulate_fmu
+from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 from cranktrain.core.errors import InputError
@@ -31,11 +34,11 @@ SPEED = 2000.0 * np.pi / 30.0
 STEP = np.radians(1.5) / SPEED
 
 
-def engine_fmu(name, folder, fmi):
+def engine_fmu(name, folder, fmi, clocks=False):
     """An engine's FMU with the torsional crank alone."""
     engine = load_engine(name)
     model = FlatModel(engine, {"torsional": running_crank(engine, "torsional")})
-    interface = with_starts(engine_interface(engine), {"crank.level": "torsional"})
+    interface = with_starts(engine_interface(engine, clocks), {"crank.level": "torsional"})
     return build(model, folder, interface=interface, platforms=("linux64",), fmi=fmi)
 
 
@@ -77,6 +80,30 @@ def test_a_single_cylinder_has_arrays_of_one_element(tmp_path):
     assert validate_fmu(str(path)) == []
     shapes = {v.name: v.shape for v in read_model_description(str(path)).modelVariables}
     assert shapes["cylinder.pressure"] == (1,)
+
+
+@pytest.mark.parametrize("module", [COMBUSTION, VALVETRAIN, CRANKTRAIN])
+def test_items_have_the_numbers_of_the_description(fmus, module):
+    """At the start, and of every item in turn by the name that a message lists at its place."""
+    path = str(fmus["3.0"][module])
+    about = read_model_description(path)
+    said, folder = [], extract(path)
+    unit = FMU3Slave(
+        guid=about.instantiationToken, unzipDirectory=folder, modelIdentifier=about.coSimulation.modelIdentifier
+    )
+    unit.instantiate(logMessage=lambda _, status, category, text: said.append(text.decode()))
+    try:
+        for variable in [v for v in about.modelVariables if v.type == "Enumeration"]:
+            names = [item.name for item in variable.declaredType.items]
+            with pytest.raises(FMICallException):
+                unit.setInt64([variable.valueReference], [len(names) + 1])
+            assert said[-1].endswith(f"valid: 1 to {len(names)} for {', '.join(names)}")
+        unit.enterInitializationMode()
+        for variable in [v for v in about.modelVariables if v.type == "Enumeration"]:
+            assert unit.getInt64([variable.valueReference]) == [int(variable.start)], variable.name
+    finally:
+        unit.freeInstance()
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 @pytest.mark.parametrize("module", [COMBUSTION, VALVETRAIN, CRANKTRAIN])

@@ -210,7 +210,7 @@ def test_a_step_from_which_an_event_was_sought_can_be_taken_again(unit3):
     """States, past points and results are those of a step that ends at the event at once."""
     one, other = set_off(unit3()), set_off(unit3(events=False), events=False)
     found = swung(one, 0.2, 0.01)
-    time, k = 0.0, 0
+    time = 0.0
     ends = sorted([time for time, _, _ in found] + [(k + 1) * 0.01 for k in range(20)])
     for end in ends:
         assert other.step(time, end - time) == OK

@@ -84,7 +84,7 @@ def build_fmu(
 
 
 class _Target(NamedTuple):
-    """Platforms of a native FMU, not given: this machine's, empty: the Python FMU; version of FMI; whether with clocks."""
+    """Platforms of a native FMU, not given: this machine's, empty: the Python FMU; version of FMI; whether it ticks."""
 
     platforms: Sequence[str] | None
     fmi: str

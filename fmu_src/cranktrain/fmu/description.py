@@ -370,5 +370,7 @@ def variable_table(interface: Interface, counts: Mapping[str, int], arrays: bool
     if arrays and interface.clock is not None:
         clock = interface.clock
         name = _FAMILY.sub(lambda found: f"[1..{counts[found[1]]}]", clock.name)
-        rows.append(f"<tr><td>{name}</td><td>clock</td><td></td><td></td><td>{html.escape(clock.description)}</td></tr>")
+        rows.append(
+            f"<tr><td>{name}</td><td>clock</td><td></td><td></td><td>{html.escape(clock.description)}</td></tr>"
+        )
     return "<table>\n" + "\n".join(rows) + "\n</table>"
