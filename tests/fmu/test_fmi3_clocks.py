@@ -1,6 +1,7 @@
 """Clocks of a cranktrain's FMU of FMI 3.0: ticks at firing dead centres, told to a host that uses event mode."""
 
 import csv
+import importlib.util
 import shutil
 import subprocess
 from itertools import pairwise
@@ -10,7 +11,6 @@ import build_fmu as command
 import numpy as np
 import pytest
 from fmpy import extract, read_model_description, simulate_fmu
-from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 from test_fmi3_fmus import engine_fmu
 
@@ -45,37 +45,25 @@ def fmus(tmp_path_factory):
     return fmu
 
 
-class Listener(FMU3Slave):
-    """FMPy's unit, which tells of the clocks and of the crank's angle in each event mode that FMPy enters."""
-
-    def __init__(self, path):
-        self.about = read_model_description(str(path))
-        folder = extract(str(path))
-        model = self.about.coSimulation.modelIdentifier
-        super().__init__(guid=self.about.instantiationToken, unzipDirectory=folder, modelIdentifier=model)
-        self.folder = folder
-        self.clocks = [v.valueReference for v in self.about.modelVariables if v.type == "Clock"]
-        [self.angle] = [v.valueReference for v in self.about.modelVariables if v.name == "crank.angle"]
-        self.ticks = []
-        self.instantiate(eventModeUsed=True, earlyReturnAllowed=True)
-
-    def enterEventMode(self):
-        super().enterEventMode()
-        active = [k for k, tick in enumerate(self.getClock(self.clocks)) if tick]
-        self.ticks.append((self.getFloat64([self.angle])[0], active))
+def example():
+    """The example that listens to clocks."""
+    path = Path(__file__).resolve().parents[2] / "examples" / "fmu_dead_centres.py"
+    specification = importlib.util.spec_from_file_location("fmu_dead_centres", path)
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
 
 
 def heard(path, cycles, degrees, **options):
     """Ticks (angle in rad, cylinders from 0 on) and results of a run by FMPy in event mode at the FMU's start speed."""
-    unit = Listener(path)
-    [speed] = [float(v.start) for v in unit.about.modelVariables if v.name == "speed"]
-    step = np.radians(degrees) / speed
-    result = simulate_fmu(
-        unit.folder, model_description=unit.about, fmu_instance=unit, fmi_type="CoSimulation", use_event_mode=True,
-        early_return_allowed=True, stop_time=round(cycles * 720.0 / degrees) * step, output_interval=step, **options,
-    )  # fmt: skip
-    shutil.rmtree(unit.folder)
-    return unit.ticks, result
+    unit = example().Listener(path)
+    step = np.radians(degrees) / unit.start_speed
+    result = unit.simulate(round(cycles * 720.0 / degrees) * step, step, **options)
+    return numbered(unit), result
+
+
+def numbered(unit):
+    return [(angle, [list(unit.clocks).index(name) for name in names]) for _, angle, names in unit.ticks]
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -111,14 +99,10 @@ def test_dead_centres_are_found_while_the_speed_changes(fmus):
     """From 1000 to 2500 rev/min within two cycles, steps of 5 degrees at first and 12 at the end."""
     stop, step = 0.137, np.radians(5.0) / (0.5 * SPEED)
     speed = np.array([(0.0, 0.5 * SPEED), (stop, 1.25 * SPEED)], dtype=[("time", "f8"), ("speed", "f8")])
-    unit = Listener(fmus("diesel_i6"))
-    simulate_fmu(
-        unit.folder, model_description=unit.about, fmu_instance=unit, fmi_type="CoSimulation", use_event_mode=True,
-        early_return_allowed=True, stop_time=stop, output_interval=step, input=speed,
-    )  # fmt: skip
-    shutil.rmtree(unit.folder)
+    unit = example().Listener(fmus("diesel_i6"))
+    unit.simulate(stop, step, input=speed)
     angles = load_engine("diesel_i6").firing_angles
-    found = [(angle, k) for angle, cylinders in unit.ticks for k in cylinders]
+    found = [(angle, k) for angle, cylinders in numbered(unit) for k in cylinders]
     assert len(found) >= 11
     for angle, k in found:
         behind = (angle - angles[k] + NEAR) % CYCLE - NEAR
@@ -151,6 +135,15 @@ def test_events_leave_the_torsion_as_it_is(fmus, dense, tolerance):
     np.testing.assert_array_equal(times, plain["time"])
     difference = events["pulley.torsion"][same][places] - plain["pulley.torsion"]
     assert np.abs(difference).max() <= tolerance * np.ptp(plain["pulley.torsion"])
+
+
+def test_fmu_dead_centres(fmus, capsys):
+    """The example prints a line for each tick."""
+    found = example().main([str(fmus("diesel_i6")), "--cycles", "0.5"])
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == len(found) == 3 and lines[0].endswith("120.0000 deg  cylinder[5].dead_centre")
+    with pytest.raises(SystemExit, match="has no clocks; build it with"):
+        example().main([str(fmus("diesel_i6", False))])
 
 
 # ------------------------------------------------------------------ the description
