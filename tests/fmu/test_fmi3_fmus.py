@@ -1,7 +1,6 @@
 """FMUs of FMI 3.0: their description, the same results as by FMI 2.0, and couplings of both."""
 
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,14 +12,12 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.connections import Connection
 from cranktrain.coupling.element_names import array_element, name_among
 from cranktrain.coupling.fmu3_description import whole_numbers
 from cranktrain.coupling.fmu3_unit import Fmu3Unit, open_fmu
 from cranktrain.coupling.fmu_unit import described
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain.coupling.run import Steps, run
-from cranktrain.coupling.ssp import write_ssp
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
@@ -179,14 +176,6 @@ def test_a_pressure_that_is_refused_is_named(fmus):
             unit.write(np.array([-1.0]))
     finally:
         unit.close()
-
-
-def test_an_ssp_refuses_elements_of_arrays(fmus, tmp_path):
-    units = {name: (open_fmu(fmus["3.0"][name], name), Path(fmus["3.0"][name])) for name in (CRANKTRAIN, COMBUSTION)}
-    link = Connection((COMBUSTION, "cylinder[1].pressure"), (CRANKTRAIN, "cylinder[1].pressure"))
-    with pytest.raises(InputError, match=r"element of an array of FMI 3\.0, which SSP 1\.0 cannot connect"):
-        write_ssp(tmp_path / "made.ssp", "made", units, [link], {}, {}, 0.1)
-    assert not (tmp_path / "made.ssp").exists()
 
 
 # ------------------------------------------------------------------ other people's clients

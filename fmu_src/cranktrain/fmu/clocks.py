@@ -6,7 +6,7 @@ Source: FMI 3.0.2, section 2.2.9 (clocks): they are scalars, and triggered where
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from xml.etree.ElementTree import Element
 
 from cranktrain.core.errors import InputError
@@ -46,7 +46,7 @@ def clock_entries(product: Product, first: int) -> list[Element]:
     ]
 
 
-def _attributes(name: str, reference: int, description: str) -> Mapping[str, str]:
+def _attributes(name: str, reference: int, description: str) -> dict[str, str]:
     return {
         "name": name, "valueReference": str(reference), "description": description, "causality": "output",
         "variability": "discrete", "intervalVariability": "triggered",
