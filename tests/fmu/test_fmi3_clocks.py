@@ -146,6 +146,20 @@ def test_fmu_dead_centres(fmus, capsys):
         example().main([str(fmus("diesel_i6", False))])
 
 
+@pytest.mark.slow
+def test_the_fmu_of_a_scene_ticks(tmp_path):
+    """It has fewer variables, which number otherwise."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        'engine = "diesel_i6"\nspeeds_rpm = [1600]\nfrequency_hz = 500\naccuracy = 0.4\ncycles = 2\nstep_deg = 3\n'
+        'integrator = "esdirk4"\noutputs = ["pulley.torsion"]\ncrank = "torsional"\n',
+        encoding="utf-8",
+    )
+    path = build_fmu(scene, tmp_path / "fmu", platforms=("linux64",), fmi="3.0", clocks=True)
+    ticks, _ = heard(path, 1.0, 1.0)
+    assert [k + 1 for _, cylinders in ticks for k in cylinders] == [5, 3, 6, 2, 4, 1]
+
+
 # ------------------------------------------------------------------ the description
 
 
