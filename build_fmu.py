@@ -98,6 +98,11 @@ def _parser() -> argparse.ArgumentParser:
         "--fmi", default="2.0", metavar="VERSION",
         help="version of FMI: 2.0 (default), or 3.0, whose FMUs are native and have arrays and enumerations",
     )  # fmt: skip
+    add(
+        "--clocks", action="store_true",
+        help="with --fmi 3.0: an output clock for each cylinder of an engine or scene, which ticks at its firing dead "
+        "centre; for clients that use event mode",
+    )  # fmt: skip
     add("--reference", action="store_true", help="also simulate the FMU and write its cross-check files beside it")
     return parser
 
@@ -116,6 +121,8 @@ def _check(chosen: argparse.Namespace) -> None:
         raise InputError("--platform belongs to a native FMU; leave --python out, or --platform")
     if checked_version(chosen.fmi) != "2.0" and (chosen.python or chosen.description):
         raise InputError("--python and --description are of FMI 2.0; leave them out, or --fmi")
+    if chosen.clocks and chosen.fmi != "3.0":
+        raise InputError("--clocks are of FMI 3.0; add --fmi 3.0, or leave it out")
     if chosen.reference and chosen.platforms and this_platform() not in chosen.platforms:
         raise InputError(f"--reference runs the FMU here; name {this_platform()} among the platforms")
 
@@ -132,7 +139,7 @@ def _built(chosen: argparse.Namespace) -> Path:
     """The FMU, with its reference results where they are asked for."""
     _check(chosen)
     parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body, "levels": chosen.levels}
-    target = {"platforms": () if chosen.python else chosen.platforms, "fmi": chosen.fmi}
+    target = {"platforms": () if chosen.python else chosen.platforms, "fmi": chosen.fmi, "clocks": chosen.clocks}
     path = build_fmu(chosen.engine, chosen.output, **parts, **target, starts=dict(chosen.start), say=_say)
     if chosen.reference:
         module = module_path(chosen.engine)

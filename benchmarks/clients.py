@@ -84,7 +84,8 @@ class Job:
     def __init__(self, fmu: Path, steps: int = STEPS, step: float = STEP, arrays: bool = True) -> None:
         about = read_model_description(str(fmu))
         variables, self.native = about.modelVariables, not about.coSimulation.needsExecutionTool
-        outputs = [v for v in variables if v.causality == "output" and not v.name.startswith(ROUNDING)]
+        outputs = [v for v in variables if v.causality == "output" and v.type != "Clock"]
+        outputs = [v for v in outputs if not v.name.startswith(ROUNDING)]
         outputs = [v for v in outputs if arrays or not v.shape]
         self.nominal = [float(v.nominal or 1.0) for v in outputs for _ in range(math.prod(v.shape))]
         self.given = {

@@ -1,23 +1,23 @@
 """FMUs of FMI 3.0: their description, the same results as by FMI 2.0, and couplings of both."""
 
-from pathlib import Path
+import shutil
 
 import numpy as np
 import pytest
 from benchmarks._clients import CLIENTS_3, ONE_VALUE_EACH
 from benchmarks.clients import ClientError, Job, checked, difference
-from fmpy import read_model_description, simulate_fmu
+from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.connections import Connection
 from cranktrain.coupling.element_names import array_element, name_among
 from cranktrain.coupling.fmu3_description import whole_numbers
 from cranktrain.coupling.fmu3_unit import Fmu3Unit, open_fmu
 from cranktrain.coupling.fmu_unit import described
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain.coupling.run import Steps, run
-from cranktrain.coupling.ssp import write_ssp
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
@@ -31,11 +31,11 @@ SPEED = 2000.0 * np.pi / 30.0
 STEP = np.radians(1.5) / SPEED
 
 
-def engine_fmu(name, folder, fmi):
+def engine_fmu(name, folder, fmi, clocks=False):
     """An engine's FMU with the torsional crank alone."""
     engine = load_engine(name)
     model = FlatModel(engine, {"torsional": running_crank(engine, "torsional")})
-    interface = with_starts(engine_interface(engine), {"crank.level": "torsional"})
+    interface = with_starts(engine_interface(engine, clocks), {"crank.level": "torsional"})
     return build(model, folder, interface=interface, platforms=("linux64",), fmi=fmi)
 
 
@@ -77,6 +77,30 @@ def test_a_single_cylinder_has_arrays_of_one_element(tmp_path):
     assert validate_fmu(str(path)) == []
     shapes = {v.name: v.shape for v in read_model_description(str(path)).modelVariables}
     assert shapes["cylinder.pressure"] == (1,)
+
+
+@pytest.mark.parametrize("module", [COMBUSTION, VALVETRAIN, CRANKTRAIN])
+def test_items_have_the_numbers_of_the_description(fmus, module):
+    """At the start, and of every item in turn by the name that a message lists at its place."""
+    path = str(fmus["3.0"][module])
+    about = read_model_description(path)
+    said, folder = [], extract(path)
+    unit = FMU3Slave(
+        guid=about.instantiationToken, unzipDirectory=folder, modelIdentifier=about.coSimulation.modelIdentifier
+    )
+    unit.instantiate(logMessage=lambda _, status, category, text: said.append(text.decode()))
+    try:
+        for variable in [v for v in about.modelVariables if v.type == "Enumeration"]:
+            names = [item.name for item in variable.declaredType.items]
+            with pytest.raises(FMICallException):
+                unit.setInt64([variable.valueReference], [len(names) + 1])
+            assert said[-1].endswith(f"valid: 1 to {len(names)} for {', '.join(names)}")
+        unit.enterInitializationMode()
+        for variable in [v for v in about.modelVariables if v.type == "Enumeration"]:
+            assert unit.getInt64([variable.valueReference]) == [int(variable.start)], variable.name
+    finally:
+        unit.freeInstance()
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 @pytest.mark.parametrize("module", [COMBUSTION, VALVETRAIN, CRANKTRAIN])
@@ -152,14 +176,6 @@ def test_a_pressure_that_is_refused_is_named(fmus):
             unit.write(np.array([-1.0]))
     finally:
         unit.close()
-
-
-def test_an_ssp_refuses_elements_of_arrays(fmus, tmp_path):
-    units = {name: (open_fmu(fmus["3.0"][name], name), Path(fmus["3.0"][name])) for name in (CRANKTRAIN, COMBUSTION)}
-    link = Connection((COMBUSTION, "cylinder[1].pressure"), (CRANKTRAIN, "cylinder[1].pressure"))
-    with pytest.raises(InputError, match=r"element of an array of FMI 3\.0, which SSP 1\.0 cannot connect"):
-        write_ssp(tmp_path / "made.ssp", "made", units, [link], {}, {}, 0.1)
-    assert not (tmp_path / "made.ssp").exists()
 
 
 # ------------------------------------------------------------------ other people's clients

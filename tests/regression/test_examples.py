@@ -33,7 +33,8 @@ def beam():
 
 
 def test_all_examples_are_here():
-    others = (Path(__file__).parents[1] / "fmu" / "test_example_fmus.py").read_text("utf-8")
+    fmus = Path(__file__).parents[1] / "fmu"
+    others = "".join((fmus / f"test_{name}.py").read_text("utf-8") for name in ("example_fmus", "fmi3_clocks"))
     tested = {name[len("test_") :] for name in [*globals(), *re.findall(r"def (\w+)", others)] if "test_" in name}
     assert {path.stem for path in EXAMPLES.glob("*.py")} <= tested
 

@@ -24,16 +24,26 @@ class Place(NamedTuple):
 
     Attributes
     ----------
-    reference, kind, of_array, size : value reference of its variable, its type, whether it is an array, and how many
-        elements it has
+    reference, kind, variable, shape : value reference of its variable, its type, its name, and its numbers of elements,
+        none for a scalar
     number : of the element, from 0 on
     """
 
     reference: int
     kind: str
-    of_array: bool
-    size: int
+    variable: str
+    shape: tuple[int, ...]
     number: int
+
+    @property
+    def of_array(self) -> bool:
+        """Whether its variable is an array."""
+        return bool(self.shape)
+
+    @property
+    def size(self) -> int:
+        """Elements of its variable."""
+        return prod(self.shape)
 
 
 def flattened(description: ModelDescription) -> ModelDescription:
@@ -68,7 +78,7 @@ def _elements(variable: ModelVariable, own: bool) -> list[ModelVariable]:
     starts = _starts(variable, size)
     found = []
     for number, index in enumerate(product(*(range(1, n + 1) for n in shape))):
-        one = _Element(variable, Place(variable.valueReference, variable.type, bool(shape), size, number))
+        one = _Element(variable, Place(variable.valueReference, variable.type, variable.name, shape, number))
         one.name = element_name(variable.name, index, own)
         one.type = _type(variable.type)
         one.start = starts[number] if starts else None

@@ -16,6 +16,7 @@ from fmpy.fmi1 import FMICallException
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
+from cranktrain.coupling.element_names import Elements
 from cranktrain.coupling.fmu3_description import Place, places, whole_numbers
 from cranktrain.coupling.fmu_unit import FmuUnit, described, is_bad
 from cranktrain.coupling.unit import UnitError
@@ -76,10 +77,27 @@ class Fmu3Unit(FmuUnit):
         self._listener = call
 
     @property
-    def elements(self) -> frozenset[str]:
-        """Inputs and outputs that are elements of arrays."""
-        found = places(self._description)
-        return frozenset(name for name in (*self.inputs, *self.outputs) if found[name].of_array)
+    def places(self) -> Mapping[str, Place]:
+        """Places of scalars and of elements of arrays, by name."""
+        return Elements(places(self._description))
+
+    def start_values(self, name: str, given: Mapping[str, Any]) -> list[Any]:
+        """Start values of all elements of the variable to which a name belongs, ``given`` ones among them.
+
+        Enumerations have the names of their items. ``InputError`` where an element has no start value.
+        """
+        known = places(self._description)
+        place = known[self._variables.own(name)]
+        own = {self._variables.own(key): value for key, value in given.items()}
+        names = [key for key, one in known.items() if one.reference == place.reference]
+        values = [own.get(key, self._variables[key].start) for key in names]
+        if None in values:
+            lacking = names[values.index(None)]
+            raise InputError(f"{self.name}: {lacking} has no start value; give one for each element of its array")
+        if place.kind != "Enumeration":
+            return values
+        items = {int(item.value): item.name for item in self._variables[names[0]].declaredType.items}
+        return [value if value in items.values() else items[int(value)] for value in values]
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         """See the protocol."""

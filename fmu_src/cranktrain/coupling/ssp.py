@@ -1,6 +1,7 @@
 """A coupled system as an SSP: its FMUs, connections, units and parameter sets in one archive that other masters read.
 
-SSP 1.0 contains neither schemes nor reconstruction; each master has its own. Equal systems give equal bytes.
+An SSP contains neither schemes nor reconstruction; each master has its own. Equal systems give equal bytes. FMUs of
+FMI 2.0 alone make an SSP 1.0; one of FMI 3.0 among them makes it an SSP 2.0, whose connectors are variables of FMI 3.0.
 """
 
 from __future__ import annotations
@@ -14,12 +15,20 @@ from xml.etree.ElementTree import Element, SubElement, indent, register_namespac
 from cranktrain.core.errors import InputError
 from cranktrain.core.user_file import ending
 from cranktrain.coupling.connections import Connection, checked
+from cranktrain.coupling.fmu3_unit import Fmu3Unit
+from cranktrain.coupling.ssp_arrays import (
+    SSC,
+    SSV,
+    Variable,
+    add_dimensions,
+    add_parameters,
+    variable_of,
+    whole_connections,
+)
 from cranktrain.coupling.unit import DIMENSIONS, Port, Unit
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
-SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
-SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 _DATE = (2020, 1, 1, 0, 0, 0)
 _KIND = marked("SSP", "SystemStructure.ssd")
 
@@ -40,35 +49,25 @@ def write_ssp(
     Raises
     ------
     InputError
-        connections that cannot be, a place that must not be taken
+        connections that cannot be, arrays that are not connected whole, a place that must not be taken
     """
-    checked({key: unit for key, (unit, _) in units.items()}, connections)
-    _refuse_elements(units, connections, outputs)
+    plain = {key: unit for key, (unit, _) in units.items()}
+    checked(plain, connections)
     check_target(path)
+    version = "2.0" if any(isinstance(unit, Fmu3Unit) for unit in plain.values()) else "1.0"
+    root = Element(f"{{{SSD}}}SystemStructureDescription", version=version, name=name)
+    _add_structure(root, units, connections, outputs)
+    SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0.0", stopTime=repr(stop))
     for prefix, space in (("ssd", SSD), ("ssc", SSC), ("ssv", SSV)):
         register_namespace(prefix, space)
-    files = {"SystemStructure.ssd": _text(_structure(name, units, connections, outputs, stop))}
-    for key, (_, fmu) in units.items():
-        files[f"resources/{key}.ssv"] = _text(_parameter_set(key, values.get(key, {})))
+    files = {"SystemStructure.ssd": _text(root)}
+    for key, (unit, fmu) in units.items():
+        files[f"resources/{key}.ssv"] = _text(_parameter_set(key, unit, values.get(key, {}), version))
         files[f"resources/{fmu.name}"] = fmu.read_bytes()
     with whole_file(path, _KIND) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
         for file, content in files.items():
             archive.writestr(zipfile.ZipInfo(file, _DATE), content, zipfile.ZIP_DEFLATED)
     return path
-
-
-def _refuse_elements(
-    units: Mapping[str, tuple[Unit, Path]], connections: Sequence[Connection], outputs: Mapping[str, Sequence[str]]
-) -> None:
-    """``InputError`` for elements of arrays of FMI 3.0, which SSP 1.0 cannot name."""
-    ends = [end for link in connections for end in (link.source, link.target)]
-    ends += [(unit, name) for unit, names in outputs.items() for name in names]
-    for unit, name in ends:
-        if name in getattr(units[unit][0], "elements", ()):
-            raise InputError(
-                f"{unit}.{name} is an element of an array of FMI 3.0, which SSP 1.0 cannot connect; take FMUs of "
-                "FMI 2.0 for an SSP"
-            )
 
 
 def check_target(path: Path) -> None:
@@ -78,36 +77,41 @@ def check_target(path: Path) -> None:
     check_place(path, _KIND)
 
 
-def _structure(
-    name: str, units: Mapping[str, tuple[Unit, Path]], connections: Sequence[Connection],
-    outputs: Mapping[str, Sequence[str]], stop: float,
-) -> Element:  # fmt: skip
-    root = Element(f"{{{SSD}}}SystemStructureDescription", version="1.0", name=name)
-    shown: dict[str, dict[tuple[str, str], Port]] = {}
+def _add_structure(
+    root: Element, units: Mapping[str, tuple[Unit, Path]], connections: Sequence[Connection],
+    outputs: Mapping[str, Sequence[str]],
+) -> None:  # fmt: skip
+    """Add the system with its components, connectors and connections, and the units that connectors name."""
+    links = whole_connections({key: unit for key, (unit, _) in units.items()}, connections)
+    shown: dict[str, dict[tuple[str, Variable], Port]] = {}
     for key, (unit, _) in units.items():
-        there = {("input", c.target[1]): unit.inputs[c.target[1]] for c in connections if c.target[0] == key}
+        inputs = [c.target[1] for c in connections if c.target[0] == key]
         sources = [c.source[1] for c in connections if c.source[0] == key]
-        there |= {("output", o): unit.outputs[o] for o in dict.fromkeys([*sources, *outputs.get(key, ())])}
+        there: dict[tuple[str, Variable], Port] = {}
+        for cause, names, ports in (
+            ("input", inputs, unit.inputs), ("output", [*sources, *outputs.get(key, ())], unit.outputs),
+        ):  # fmt: skip
+            for one in names:
+                there.setdefault((cause, variable_of(unit, one)[0]), ports[one])
         shown[key] = there
-    system = SubElement(root, f"{{{SSD}}}System", name=name)
+    system = SubElement(root, f"{{{SSD}}}System", name=root.attrib["name"])
     elements = SubElement(system, f"{{{SSD}}}Elements")
     for key, (_, fmu) in units.items():
         kind = "application/x-fmu-sharedlibrary"
         component = SubElement(elements, f"{{{SSD}}}Component", name=key, source=f"resources/{fmu.name}", type=kind)
         connectors = SubElement(component, f"{{{SSD}}}Connectors")
         for (cause, variable), port in shown[key].items():
-            connector = SubElement(connectors, f"{{{SSD}}}Connector", name=variable, kind=cause)
-            SubElement(connector, f"{{{SSC}}}Real", {"unit": port.unit} if port.unit else {})
+            connector = SubElement(connectors, f"{{{SSD}}}Connector", name=variable.name, kind=cause)
+            SubElement(connector, f"{{{SSC}}}{variable.kind}", {"unit": port.unit} if port.unit else {})
+            add_dimensions(connector, variable.shape)
         bindings = SubElement(component, f"{{{SSD}}}ParameterBindings")
         SubElement(bindings, f"{{{SSD}}}ParameterBinding", source=f"resources/{key}.ssv")
-    links = SubElement(system, f"{{{SSD}}}Connections")
-    for link in connections:
+    group = SubElement(system, f"{{{SSD}}}Connections")
+    for link in links:
         (start, output), (end, taken) = link.source, link.target
         ends = {"startElement": start, "startConnector": output, "endElement": end, "endConnector": taken}
-        SubElement(links, f"{{{SSD}}}Connection", ends)
+        SubElement(group, f"{{{SSD}}}Connection", ends)
     _units(root, [port for there in shown.values() for port in there.values()])
-    SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0.0", stopTime=repr(stop))
-    return root
 
 
 def _units(root: Element, ports: Sequence[Port]) -> None:
@@ -124,9 +128,12 @@ def _units(root: Element, ports: Sequence[Port]) -> None:
         SubElement(unit, f"{{{SSC}}}BaseUnit", base)
 
 
-def _parameter_set(name: str, values: Mapping[str, Any]) -> Element:
-    root = Element(f"{{{SSV}}}ParameterSet", version="1.0", name=name)
+def _parameter_set(name: str, unit: Unit, values: Mapping[str, Any], version: str) -> Element:
+    root = Element(f"{{{SSV}}}ParameterSet", version=version, name=name)
     group = SubElement(root, f"{{{SSV}}}Parameters")
+    if isinstance(unit, Fmu3Unit):
+        add_parameters(group, unit, values)
+        return root
     for variable, value in values.items():
         parameter = SubElement(group, f"{{{SSV}}}Parameter", name=variable)
         kind = {bool: "Boolean", int: "Integer", str: "String"}.get(type(value), "Real")

@@ -22,7 +22,7 @@ from cranktrain.fmu.engine_fmu import build, check_target, engine_interface, fam
 from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.module_fmu import build_module, module_product
-from cranktrain.fmu.native.archive import VERSIONS
+from cranktrain.fmu.native.archive import FMI3, VERSIONS
 from cranktrain.fmu.native.link import checked_platform
 from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
@@ -48,6 +48,7 @@ def build_fmu(
     starts: Mapping[str, Any] | None = None,
     platforms: Sequence[str] | None = None,
     fmi: str = "2.0",
+    clocks: bool = False,
     say: Progress | None = None,
 ) -> Path:
     """Build the FMU of an engine, a scene or a module beside the cranktrain; returns its path.
@@ -66,6 +67,8 @@ def build_fmu(
     platforms : of a native FMU, which needs no Python (``linux64``, ``win64``), without any this machine's; empty: the
         Python FMU
     fmi : version of FMI, ``2.0`` or ``3.0``; the latter for native FMUs, which then have arrays and enumerations
+    clocks : True: an engine's or a scene's FMU of FMI 3.0 has an output clock for each cylinder, which ticks at its
+        firing dead centre; for clients that use event mode
     say : gets each stage of long work; not given: what takes more than a second is told on stderr
 
     Raises
@@ -75,15 +78,22 @@ def build_fmu(
     """
     with waits() as told:
         parts = _Parts(levels, film_table, block, body, starts or {})
-        target = _Target(platforms, checked_version(fmi))
+        target = _Target(platforms, checked_version(fmi), clocks)
+        target.check_clocks()
         return _built(source, Path(folder), parts, target, (say or told.tell, say or print_line))
 
 
 class _Target(NamedTuple):
-    """Platforms of a native FMU, not given: this machine's, empty: the Python FMU; and the version of FMI."""
+    """Platforms of a native FMU, not given: this machine's, empty: the Python FMU; version of FMI; whether it ticks."""
 
     platforms: Sequence[str] | None
     fmi: str
+    clocks: bool = False
+
+    def check_clocks(self) -> None:
+        """``InputError`` if clocks are asked for in a version of FMI that has none."""
+        if self.clocks and self.fmi != FMI3:
+            raise InputError(f"clocks are of FMI {FMI3}; build the FMU for it, or leave clocks out")
 
     def resolved(self, say: Progress) -> Sequence[str]:
         """Folders of the platforms, none for the Python FMU; ``InputError`` where this needs FMI 2.0."""
@@ -147,6 +157,8 @@ def _built(
     if module is not None:
         if parts.chosen:
             raise InputError("levels, film table, block, body and starts belong to an engine's FMU, not to a module's")
+        if target.clocks:
+            raise InputError("clocks tick at dead centres of an engine's or a scene's FMU; a module has none")
         return build_module(module, folder, say, platforms, target.fmi)
     if isinstance(source, str | Path) and is_scene(source):
         source = load_scene(source)
@@ -156,12 +168,12 @@ def _built(
         if parts.chosen:
             raise InputError("levels, film table, block and starts are chosen for an engine's FMU, not for a scene's")
         check_target(folder, source.engine)
-        return build_scene(source, folder, say, platforms, target.fmi)
+        return build_scene(source, folder, say, platforms, target.fmi, target.clocks)
     engine = load_engine(source)
     check_target(folder, engine)
     check_mesh(parts.body, "journal surfaces")
     model = whole_model(engine, **parts.carried(engine, note), body=parts.body, say=say)
-    interface = with_starts(engine_interface(model.engine), parts.starts)
+    interface = with_starts(engine_interface(model.engine, target.clocks), parts.starts)
     return build(model, folder, say, interface, platforms=platforms, fmi=target.fmi)
 
 
@@ -260,6 +272,7 @@ def build_scene(
     say: Progress = lambda text: None,
     platforms: Sequence[str] = (),
     fmi: str = "2.0",
+    clocks: bool = False,
 ) -> Path:
     """Plan a scene and write its FMU into ``folder``; returns its path. Prints its contents and size."""
     from cranktrain.studies.planning.planning import plan
@@ -290,6 +303,6 @@ def build_scene(
     if platforms and scene.film_temperature != "engine":
         say(f"{scene.name}: film temperatures by their friction need runs before the start, so the Python FMU is built")
         platforms = ()
-    interface = scene_interface(engine_interface(engine), made, model, family_counts(engine))
+    interface = scene_interface(engine_interface(engine, clocks), made, model, family_counts(engine))
     say(f"{scene.name}: {made.case}, {made.modes} modes; predicted error {made.predicted_error:.2g}")
     return build(flat, folder, say, interface, fixed_settings(made, model), scene_suffix(made), platforms, fmi)

@@ -85,11 +85,32 @@ class Variable:
 
 
 @dataclass(frozen=True)
+class Clock:
+    """A family of output clocks that an FMU of FMI 3.0 may have, one for each cylinder.
+
+    Attributes
+    ----------
+    name : of the family
+    angle : output that is an angle, rad
+    at : family of parameters, rad: a clock ticks where the angle passes its own, or differs by whole periods from it
+    period : value of the model's data, rad
+    description : for the model description
+    """
+
+    name: str
+    angle: str
+    at: str
+    period: str
+    description: str
+
+
+@dataclass(frozen=True)
 class Interface:
     """Contents of interface.toml and units.toml.
 
     ``speed`` is the input that holds the engine's speed. ``reference`` are the inputs of the reference run, linear from
-    the start of the default experiment to its end; without values they stay at their start.
+    the start of the default experiment to its end; without values they stay at their start. ``clock`` are the output
+    clocks that an FMU of FMI 3.0 has if they are asked for.
     """
 
     prefix: str
@@ -101,6 +122,7 @@ class Interface:
     units: dict[str, Any]
     speed: str
     reference: Mapping[str, Sequence[float]]
+    clock: Clock | None = None
 
 
 def read_interface(folder: str | Path, units_folder: str | Path | None = None) -> Interface:
@@ -129,7 +151,9 @@ def read_interface(folder: str | Path, units_folder: str | Path | None = None) -
         variables.append(variable)
     used = {variable.unit for variable in variables}
     units = {name: unit for name, unit in units.items() if name in used}
-    return Interface(**listed["model"], variables=tuple(variables), units=units, reference=listed["reference"])
+    clock = Clock(**listed["clock"]) if "clock" in listed else None
+    about = listed["model"] | {"reference": listed["reference"], "clock": clock}
+    return Interface(**about, variables=tuple(variables), units=units)
 
 
 def read_units(folder: str | Path) -> dict[str, Any]:
@@ -228,6 +252,13 @@ def expand(
     if len(references) != len(listed):
         raise InputError("interface.toml: a name is listed twice; names must be unique")
     return tuple(replace(v, reference=references[v.name]) for v in listed)
+
+
+def member_names(family: str, counts: Mapping[str, int]) -> tuple[str, ...]:
+    """Names of the members of a family such as ``cylinder[1..cylinders].pressure``."""
+    found = _FAMILY.search(family)
+    assert found is not None, family
+    return tuple(_FAMILY.sub(f"[{i}]", family) for i in range(1, counts[found[1]] + 1))
 
 
 def naming(variables: Sequence[Variable]) -> str:
@@ -336,4 +367,10 @@ def variable_table(interface: Interface, counts: Mapping[str, int], arrays: bool
             meaning += " (" + ", ".join(variable.choices) + ")"
         cells = map(html.escape, (name, variable.causality, unit, str(start), meaning))
         rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    if arrays and interface.clock is not None:
+        clock = interface.clock
+        name = _FAMILY.sub(lambda found: f"[1..{counts[found[1]]}]", clock.name)
+        rows.append(
+            f"<tr><td>{name}</td><td>clock</td><td></td><td></td><td>{html.escape(clock.description)}</td></tr>"
+        )
     return "<table>\n" + "\n".join(rows) + "\n</table>"

@@ -8,8 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
+from cranktrain.fmu.archive import Product
 from cranktrain.fmu.arrays import Group
-from cranktrain.fmu.description import Interface, naming, unit_definitions
+from cranktrain.fmu.clocks import clock_entries
+from cranktrain.fmu.description import naming, unit_definitions
 from cranktrain.fmu.model_version import model_version
 
 LOG_CATEGORIES = {
@@ -32,19 +34,22 @@ CAPABILITIES = {
     "providesIntermediateUpdate": "true",
     "canReturnEarlyAfterIntermediateUpdate": "true",
 }
+WITH_CLOCKS = {"mightReturnEarlyFromDoStep": "true", "hasEventMode": "true"}
 TYPES = {"Real": "Float64", "String": "String", "Enumeration": "Enumeration"}
 
 
-def description3(model: str, interface: Interface, groups: Sequence[Group], token: str) -> Element:
+def description3(product: Product, groups: Sequence[Group], token: str) -> Element:
     """Root of the model description.
 
     Parameters
     ----------
-    model : name of the model and of its library
+    product : whose name is that of its library, and whose clocks come behind the time
     groups : variables with their value references, see :func:`cranktrain.fmu.arrays.grouped`
     token : instantiation token
     """
+    model, interface = product.model, product.interface
     members = [member for group in groups for member in group.members]
+    clocks = clock_entries(product, len(members) + 1)
     root = Element(
         "fmiModelDescription",
         {
@@ -53,7 +58,7 @@ def description3(model: str, interface: Interface, groups: Sequence[Group], toke
             "license": "BSD-3-Clause", "generationTool": "cranktrain", "variableNamingConvention": naming(members),
         },
     )  # fmt: skip
-    SubElement(root, "CoSimulation", {"modelIdentifier": model, **CAPABILITIES})
+    SubElement(root, "CoSimulation", {"modelIdentifier": model, **CAPABILITIES} | (WITH_CLOCKS if clocks else {}))
     root.append(unit_definitions(interface.units))
     enumerations = [group for group in groups if group.variable.type == "Enumeration"]
     if enumerations:
@@ -82,6 +87,8 @@ def description3(model: str, interface: Interface, groups: Sequence[Group], toke
     outputs = [str(group.variable.reference) for group in groups if group.variable.causality == "output"]
     for group in groups:
         listed.append(_variable(group))
+    listed.extend(clocks)
+    outputs += [clock.attrib["valueReference"] for clock in clocks]
     # As in FMI 2.0: outputs are those of the end of a step, and at the start they depend on everything.
     for reference in outputs:
         SubElement(structure, "Output", {"valueReference": reference, "dependencies": ""})

@@ -77,9 +77,13 @@ def full_interface() -> Interface:
     return read_interface(DESCRIPTION)
 
 
-def engine_interface(engine: Engine) -> Interface:
-    """The full interface with an engine's lumped data, and outputs of bodies and connections that its file adds."""
+def engine_interface(engine: Engine, clocks: bool = False) -> Interface:
+    """The full interface with an engine's lumped data, and outputs of bodies and connections that its file adds.
+
+    It has its clocks only if asked for ``clocks``.
+    """
     interface = full_interface()
+    interface = interface if clocks else replace(interface, clock=None)
     data = tuple(
         Variable(
             one.name, "parameter", one.row.title, unit=one.row.unit, display_unit=one.row.display_unit,

@@ -37,10 +37,11 @@ def geometry(engine: Engine) -> dict[str, Any]:
 
 
 def start_values(engine: Engine) -> dict[str, Any]:
-    """Values of an engine from which variables of the interface start: dimensions, axial force (N), speed (rad/s)."""
+    """Values of an engine for variables of the interface: dimensions, axial force (N), speed (rad/s), cycle (rad)."""
     low, high = engine.speeds
     speed = min(max(START_SPEED, low), high)
-    return geometry(engine) | {"axial_force": axial_force(Settings(), engine), "speed": speed}
+    more = {"axial_force": axial_force(Settings(), engine), "speed": speed, "cycle": engine.cylinders.cycle}
+    return geometry(engine) | more
 
 
 def with_geometry(engine: Engine, chosen: Mapping[str, Any], names: Mapping[str, str]) -> tuple[Engine, dict[str, Any]]:

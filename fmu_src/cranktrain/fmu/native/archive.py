@@ -12,6 +12,7 @@ from xml.etree.ElementTree import Element, SubElement
 from cranktrain.core.machine_code import code_digest
 from cranktrain.fmu.archive import FMU, Product, accompanying, archived, fmu_path, write_whole, xml_bytes
 from cranktrain.fmu.arrays import Group, array_table, grouped, scalars
+from cranktrain.fmu.clocks import clock_table
 from cranktrain.fmu.description import Variable, complete
 from cranktrain.fmu.description3 import description3
 from cranktrain.fmu.model_version import model_version
@@ -40,7 +41,7 @@ def write_native_fmu(
 ) -> Path:
     """Write a product's native FMU, of a version of FMI, into ``folder``; returns its path and says how large it is.
 
-    The file appears whole or not at all. ``InputError`` where a platform's library cannot be made.
+    The file appears whole or not at all. ``InputError`` where a platform's library cannot be made, or clocks cannot be.
     """
     path = fmu_path(product, folder)
     files = {}
@@ -55,7 +56,7 @@ def write_native_fmu(
     say(f"{product.title}: {product.model} {guid}")
     files[DATA] = data(guid)
     if fmi == FMI3:
-        root = description3(product.model, product.interface, groups, guid)
+        root = description3(product, groups, guid)
         files |= accompanying(product, native=True, arrays=[group.variable for group in groups])
     else:
         root = description(product, guid, "input_rates" in model.leaves())
@@ -77,6 +78,7 @@ def native_data(
     rows |= model.tables()
     about = {"model": product.model, "version": model_version(), "speed": product.interface.speed, **model.about}
     about |= {"arrays": array_table(groups)} if groups else {}
+    about |= {"clocks": clock_table(product, variables)} if groups and product.interface.clock else {}
     rows["INFO"] = [{"name": texts.at(name), "text": texts.at(text)} for name, text in about.items()]
     tables = {name: table(name, listed) if isinstance(listed, list) else listed for name, listed in rows.items()}
     tables["TEXT"] = texts.table()

@@ -110,7 +110,9 @@ def _choice(
     else:
         slot, numbers = model.options[setting]
         choice |= {"kind": at.NUMBER, "index": slot}
-        options = [{"text": texts.at(name), "number": number} for name, number in numbers.items()]
+        # In the order of the description, whose items an enumeration counts.
+        ordered = variable.choices if set(variable.choices) == set(numbers) else numbers
+        options = [{"text": texts.at(name), "number": numbers[name]} for name in ordered]
     tables["OPTN"] += options
     row = _row(variable, texts) | {"index": len(tables["CHOI"])}
     tables["CHOI"].append(choice | {"n_options": len(options)})

@@ -4,7 +4,7 @@
 
 /* Names of the members of Run, and whether Run must have them. */
 static const struct {
-    const char *name;
+    char name[15];
     bool needed;
 } MEMBERS[CT_MEMBERS] = {
     [CT_STATE] = {"state", true},          [CT_INPUTS] = {"inputs", true},

@@ -12,7 +12,7 @@ static const double UPDATE = 0.5;     /* degrees of crank angle between intermed
 static const double ROUNDING = 1e-6;  /* of that, by which the last of them may be longer */
 
 enum {
-    AFTER_START = CT_STEPPED | CT_FAILED | CT_TERMINATED,
+    AFTER_START = CT_STEPPED | CT_FAILED | CT_TERMINATED | CT_EVENT,
     ANY = CT_INSTANTIATED | CT_INITIALIZING | AFTER_START,
     STEPPABLE = CT_STEPPED | CT_FAILED /* more than the standard asks, see fmi2.c */
 };
@@ -21,15 +21,19 @@ enum {
 static const struct ct_call CALLS[] = {
     [SET_EXPERIMENT] = {"enterInitializationMode", CT_INSTANTIATED},
     [EXIT_INITIALIZATION] = {"exitInitializationMode", CT_INITIALIZING},
-    [TERMINATE] = {"terminate", STEPPABLE},
+    [TERMINATE] = {"terminate", STEPPABLE | CT_EVENT},
     [RESET] = {"reset", ANY},
     [DO_STEP] = {"doStep", ANY}, /* ct_check_step says more of it */
     [GET] = {"getting values", CT_INITIALIZING | AFTER_START},
-    [SET] = {"setting values", CT_INSTANTIATED | CT_INITIALIZING | STEPPABLE},
+    [SET] = {"setting values", CT_INSTANTIATED | CT_INITIALIZING | STEPPABLE | CT_EVENT},
     [GET_RATES] = {"getOutputDerivatives", AFTER_START},
     [GET_DERIVATIVES] = {"derivatives by inputs", CT_INITIALIZING | AFTER_START},
     [STATES] = {"a call for an FMU state", ANY},
     [SET_LOGGING] = {"setDebugLogging", ANY},
+    [ENTER_EVENT_MODE] = {"enterEventMode", STEPPABLE},
+    [ENTER_STEP_MODE] = {"enterStepMode", CT_EVENT},
+    [UPDATE_DISCRETE_STATES] = {"updateDiscreteStates", CT_EVENT},
+    [GET_CLOCK] = {"getClock", CT_INITIALIZING | CT_EVENT},
 };
 /* What a host may call while it is called. */
 enum { IN_UPDATE = 1 << GET | 1 << SET | 1 << GET_RATES | 1 << GET_DERIVATIVES | 1 << SET_LOGGING };
@@ -38,6 +42,11 @@ bool ct_unit_allowed(const struct unit *unit, enum unit_call call) {
     if (unit == NULL) return false;
     if (unit->updating && (IN_UPDATE >> call & 1) == 0) {
         ct_refuse(&unit->model->host, "%s inside an intermediate update; return from it first", CALLS[call].name);
+        return false;
+    }
+    if (call >= ENTER_EVENT_MODE && !unit->events) {
+        ct_refuse(&unit->model->host, "%s, but this FMU has no %s", CALLS[call].name,
+                  "event mode, or was instantiated without");
         return false;
     }
     return ct_allowed(unit->model, CALLS + call);
@@ -85,7 +94,7 @@ static struct unit *made(const struct ct_host *host, fmi3String token, fmi3Strin
         unit->list = ct_allocate(host, (unit->n + 1) * sizeof *unit->list);
         unit->integers = ct_allocate(host, (unit->n + 1) * sizeof *unit->integers);
         if (unit->lengths != NULL && unit->list != NULL && unit->integers != NULL) {
-            if (ct_find_arrays(unit)) return unit;
+            if (ct_find_arrays(unit) && ct_find_clocks(unit)) return unit;
         } else {
             ct_refuse(host, "no memory for an instance");
         }
@@ -108,11 +117,15 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
         ct_refuse(&host, "an instance without a name; the host must give one");
     } else if (token == NULL) {
         ct_refuse(&host, "no instantiation token; the host must give that of modelDescription.xml");
-    } else if (event_mode) {
-        ct_refuse(&host, "this FMU has no event mode; instantiate it without");
     } else {
         struct unit *unit = made(&host, token, resources);
         if (unit == NULL) return NULL;
+        if (event_mode && unit->clocks == 0) {
+            ct_refuse(&host, "this FMU has no event mode; instantiate it without");
+            dissolve(unit, &host);
+            return NULL;
+        }
+        unit->events = event_mode;
         unit->update = update;
         unit->environment = environment;
         unit->may_return = early_return;
@@ -181,7 +194,10 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
     struct unit *unit = instance;
-    return ct_unit_allowed(unit, EXIT_INITIALIZATION) ? ct_status3(ct_end_initialization(unit->model)) : fmi3Error;
+    if (!ct_unit_allowed(unit, EXIT_INITIALIZATION)) return fmi3Error;
+    const ct_result result = ct_end_initialization(unit->model);
+    if (result == CT_OK && unit->events) unit->model->now->phase = CT_EVENT;
+    return ct_status3(result);
 }
 
 fmi3Status fmi3Terminate(fmi3Instance instance) {
@@ -207,7 +223,10 @@ fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state) {
 
 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state) {
     struct unit *unit = instance;
-    return ct_unit_allowed(unit, STATES) ? ct_status3(ct_set_state(unit->model, state)) : fmi3Error;
+    if (!ct_unit_allowed(unit, STATES) || ct_set_state(unit->model, state) != CT_OK) return fmi3Error;
+    struct ct_snapshot *now = unit->model->now;
+    if (!unit->events && (now->phase == CT_EVENT || now->ticks != 0)) ct_end_events(now); /* of a host that uses them */
+    return fmi3OK;
 }
 
 fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *state) {
@@ -249,13 +268,17 @@ static ct_result step_in_parts(struct unit *unit, double time, double step, doub
     const double share = ct_degrees(unit->model, step) / UPDATE;
     const double parts = fmax(1.0, ceil(share * (1.0 - ROUNDING)));
     for (double k = 1.0; k < parts; k += 1.0) {
-        const double point = fmin(time + step * (k / parts), *end);
-        const ct_result result = ct_step_to(unit->model, point);
+        double point = fmin(time + step * (k / parts), *end);
+        const ct_result result = ct_step_to_event(unit, &point);
         if (result != CT_OK || point >= *end) return result;
+        if (unit->may_return && unit->model->now->ticks != 0) {
+            *end = point;
+            return CT_OK;
+        }
         *end = updated(unit, *end);
         if (!(*end > ct_time(unit->model))) return CT_OK;
     }
-    return ct_step_to(unit->model, *end);
+    return ct_step_to_event(unit, end);
 }
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_state_before,
@@ -264,14 +287,20 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 step,
     (void)no_state_before;
     if (!ct_unit_allowed(unit, DO_STEP)) return fmi3Error;
     if (event == NULL || terminate == NULL || early == NULL || last_time == NULL) {
-        return ct_status3(ct_refuse(&unit->model->host, "doStep without a place for what it tells"));
+        return ct_status3(ct_refuse(&unit->model->host, "%s without a place for what it tells", "doStep"));
     }
     *event = *terminate = *early = false;
     *last_time = ct_time(unit->model);
+    if (unit->model->now->phase == CT_EVENT || unit->model->now->ticks != 0) {
+        return ct_status3(ct_refuse(
+            &unit->model->host, "doStep before an event was handled; call enterEventMode and enterStepMode first"));
+    }
     if (ct_check_step(unit->model, time, step) != CT_OK) return fmi3Error;
     double end = time + step;
     const ct_result result =
-        unit->update == NULL ? ct_step_to(unit->model, end) : step_in_parts(unit, time, step, &end);
+        unit->update == NULL ? ct_step_to_event(unit, &end) : step_in_parts(unit, time, step, &end);
+    if (result != CT_OK) unit->model->now->ticks = 0;
+    *event = unit->model->now->ticks != 0;
     *early = result == CT_OK && end < time + step;
     /* The model may lag by a sliver of time, which is no news to a host. */
     *last_time = result == CT_OK ? end : ct_time(unit->model);

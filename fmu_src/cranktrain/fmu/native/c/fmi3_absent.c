@@ -1,4 +1,4 @@
-/* Functions of FMI 3.0.2 that an FMU for co-simulation without events has no use for: each says so and is refused. */
+/* Functions of FMI 3.0.2 that this FMU for co-simulation has no use for: each says so and is refused. */
 #include "fmi3_unit.h"
 
 static fmi3Status refused(fmi3Instance instance, const char *call, const char *lacking) {
@@ -27,19 +27,10 @@ ABSENT(UInt16)
 ABSENT(UInt32)
 ABSENT(UInt64)
 
-fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
-    return refused(instance, "enterEventMode", "event mode");
-}
-
 fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference a[], size_t b, size_t c[], fmi3Binary d[],
                          size_t e) {
     (void)a, (void)b, (void)c, (void)d, (void)e;
     return refused(instance, "getBinary", "variables of type Binary");
-}
-
-fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference a[], size_t b, fmi3Clock c[]) {
-    (void)a, (void)b, (void)c;
-    return refused(instance, "getClock", "variables of type Clock");
 }
 
 fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference a[], size_t b, const size_t c[],
@@ -50,7 +41,7 @@ fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference a[], si
 
 fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference a[], size_t b, const fmi3Clock c[]) {
     (void)a, (void)b, (void)c;
-    return refused(instance, "setClock", "variables of type Clock");
+    return refused(instance, "setClock", "input clocks");
 }
 
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference a, size_t *b) {
@@ -75,61 +66,51 @@ fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance) {
 fmi3Status fmi3GetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference a[], size_t b, fmi3Float64 c[],
                                   fmi3IntervalQualifier d[]) {
     (void)a, (void)b, (void)c, (void)d;
-    return refused(instance, "getIntervalDecimal", "clocks");
+    return refused(instance, "getIntervalDecimal", "input clocks");
 }
 
 fmi3Status fmi3GetIntervalFraction(fmi3Instance instance, const fmi3ValueReference a[], size_t b, fmi3UInt64 c[],
                                    fmi3UInt64 d[], fmi3IntervalQualifier e[]) {
     (void)a, (void)b, (void)c, (void)d, (void)e;
-    return refused(instance, "getIntervalFraction", "clocks");
+    return refused(instance, "getIntervalFraction", "input clocks");
 }
 
 fmi3Status fmi3GetShiftDecimal(fmi3Instance instance, const fmi3ValueReference a[], size_t b, fmi3Float64 c[]) {
     (void)a, (void)b, (void)c;
-    return refused(instance, "getShiftDecimal", "clocks");
+    return refused(instance, "getShiftDecimal", "input clocks");
 }
 
 fmi3Status fmi3GetShiftFraction(fmi3Instance instance, const fmi3ValueReference a[], size_t b, fmi3UInt64 c[],
                                 fmi3UInt64 d[]) {
     (void)a, (void)b, (void)c, (void)d;
-    return refused(instance, "getShiftFraction", "clocks");
+    return refused(instance, "getShiftFraction", "input clocks");
 }
 
 fmi3Status fmi3SetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference a[], size_t b,
                                   const fmi3Float64 c[]) {
     (void)a, (void)b, (void)c;
-    return refused(instance, "setIntervalDecimal", "clocks");
+    return refused(instance, "setIntervalDecimal", "input clocks");
 }
 
 fmi3Status fmi3SetIntervalFraction(fmi3Instance instance, const fmi3ValueReference a[], size_t b, const fmi3UInt64 c[],
                                    const fmi3UInt64 d[]) {
     (void)a, (void)b, (void)c, (void)d;
-    return refused(instance, "setIntervalFraction", "clocks");
+    return refused(instance, "setIntervalFraction", "input clocks");
 }
 
 fmi3Status fmi3SetShiftDecimal(fmi3Instance instance, const fmi3ValueReference a[], size_t b, const fmi3Float64 c[]) {
     (void)a, (void)b, (void)c;
-    return refused(instance, "setShiftDecimal", "clocks");
+    return refused(instance, "setShiftDecimal", "input clocks");
 }
 
 fmi3Status fmi3SetShiftFraction(fmi3Instance instance, const fmi3ValueReference a[], size_t b, const fmi3UInt64 c[],
                                 const fmi3UInt64 d[]) {
     (void)a, (void)b, (void)c, (void)d;
-    return refused(instance, "setShiftFraction", "clocks");
+    return refused(instance, "setShiftFraction", "input clocks");
 }
 
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
-    return refused(instance, "evaluateDiscreteStates", "event mode");
-}
-
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *a, fmi3Boolean *b, fmi3Boolean *c,
-                                    fmi3Boolean *d, fmi3Boolean *e, fmi3Float64 *f) {
-    (void)a, (void)b, (void)c, (void)d, (void)e, (void)f;
-    return refused(instance, "updateDiscreteStates", "event mode");
-}
-
-fmi3Status fmi3EnterStepMode(fmi3Instance instance) {
-    return refused(instance, "enterStepMode", "event mode");
+    return refused(instance, "evaluateDiscreteStates", "discrete states");
 }
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance) {
@@ -183,5 +164,5 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *a) {
 
 fmi3Status fmi3ActivateModelPartition(fmi3Instance instance, fmi3ValueReference a, fmi3Float64 b) {
     (void)a, (void)b;
-    return refused(instance, "activateModelPartition", "clocks");
+    return refused(instance, "activateModelPartition", "input clocks");
 }

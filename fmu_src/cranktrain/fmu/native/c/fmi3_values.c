@@ -27,7 +27,8 @@ bool ct_find_arrays(struct unit *unit) {
         const unsigned long first = strtoul(text, &behind, 10);
         const unsigned long count = strtoul(*behind == '*' ? behind + 1 : behind, &end, 10);
         if (*behind != '*' || (*end != ' ' && *end != '\0') || !can_be_array(unit, first, count)) {
-            ct_refuse(&unit->model->host, "native.bin has an array of variables that cannot be; unpack the FMU again");
+            ct_refuse(&unit->model->host, "native.bin has %s that cannot be; unpack the FMU again",
+                      "an array of variables");
             return false;
         }
         for (unsigned long k = first; k < first + count; ++k) unit->lengths[k] = 0;
@@ -39,7 +40,7 @@ bool ct_find_arrays(struct unit *unit) {
 
 /* ---------------------------------------------------------------- elements of a call */
 
-static const char *const TYPE_NAMES[] = {"Float64", "Int32", "Boolean", "String", "Enumeration"};
+static const char TYPE_NAMES[][12] = {"Float64", "Int32", "Boolean", "String", "Enumeration"};
 
 /* The elements of variables of one type into unit->list; refused unless they are as many as the values. ``orders``,
    where there are any, are one for each variable and go to unit->integers. */
@@ -100,27 +101,30 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference refere
     return ct_unit_allowed(unit, GET) ? ct_status3(get_reals(unit, references, n, values, n_values)) : fmi3Error;
 }
 
+/* Whether a call is allowed now and its variables are of a type; their elements are in unit->list then. */
+static bool begun(struct unit *unit, enum unit_call call, enum ct_type type, const fmi3ValueReference references[],
+                  size_t n, size_t n_values) {
+    return ct_unit_allowed(unit, call) && expand(unit, type, references, n, n_values, NULL) == CT_OK;
+}
+
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference references[], size_t n,
                           const fmi3Float64 values[], size_t n_values) {
     struct unit *unit = instance;
-    if (!ct_unit_allowed(unit, SET)) return fmi3Error;
-    if (expand(unit, CT_REAL, references, n, n_values, NULL) != CT_OK) return fmi3Error;
+    if (!begun(unit, SET, CT_REAL, references, n, n_values)) return fmi3Error;
     return ct_status3(ct_set_reals(unit->model, unit->list, n_values, values));
 }
 
 fmi3Status fmi3GetString(fmi3Instance instance, const fmi3ValueReference references[], size_t n, fmi3String values[],
                          size_t n_values) {
     struct unit *unit = instance;
-    if (!ct_unit_allowed(unit, GET)) return fmi3Error;
-    if (expand(unit, CT_STRING, references, n, n_values, NULL) != CT_OK) return fmi3Error;
+    if (!begun(unit, GET, CT_STRING, references, n, n_values)) return fmi3Error;
     return ct_status3(ct_get_strings(unit->model, unit->list, n_values, values));
 }
 
 fmi3Status fmi3SetString(fmi3Instance instance, const fmi3ValueReference references[], size_t n,
                          const fmi3String values[], size_t n_values) {
     struct unit *unit = instance;
-    if (!ct_unit_allowed(unit, SET)) return fmi3Error;
-    if (expand(unit, CT_STRING, references, n, n_values, NULL) != CT_OK) return fmi3Error;
+    if (!begun(unit, SET, CT_STRING, references, n, n_values)) return fmi3Error;
     return ct_status3(ct_set_strings(unit->model, unit->list, n_values, values));
 }
 
@@ -128,31 +132,47 @@ fmi3Status fmi3SetString(fmi3Instance instance, const fmi3ValueReference referen
 
 static int within_int(int64_t value) { return value > INT_MAX ? INT_MAX : value < INT_MIN ? INT_MIN : (int)value; }
 
-/* The model counts in int: a larger number becomes the largest, which its bounds refuse. */
-#define WHOLE_NUMBERS(TYPE, kind, get, set)                                                                       \
+/* The model counts in int. Int32, Int64 (of enumerations) and Boolean share these two. */
+static fmi3Status get_whole(struct unit *unit, const fmi3ValueReference references[], size_t n, void *values,
+                            size_t n_values, enum ct_type type) {
+    if (!begun(unit, GET, type, references, n, n_values)) return fmi3Error;
+    int *found = values == NULL ? NULL : unit->integers;
+    const ct_result result =
+        (type == CT_BOOLEAN ? ct_get_booleans : ct_get_integers)(unit->model, unit->list, n_values, found);
+    for (size_t i = 0; i < n_values && result == CT_OK; ++i) {
+        if (type == CT_INTEGER) ((fmi3Int32 *)values)[i] = found[i];
+        if (type == CT_ENUMERATION) ((fmi3Int64 *)values)[i] = found[i];
+        if (type == CT_BOOLEAN) ((fmi3Boolean *)values)[i] = found[i] != 0;
+    }
+    return ct_status3(result);
+}
+
+/* A larger number becomes the largest int, which the variable's bounds refuse. */
+static fmi3Status set_whole(struct unit *unit, const fmi3ValueReference references[], size_t n, const void *values,
+                            size_t n_values, enum ct_type type) {
+    if (!begun(unit, SET, type, references, n, n_values)) return fmi3Error;
+    for (size_t i = 0; i < n_values && values != NULL; ++i) {
+        unit->integers[i] = type == CT_INTEGER       ? ((const fmi3Int32 *)values)[i]
+                            : type == CT_ENUMERATION ? within_int(((const fmi3Int64 *)values)[i])
+                                                     : ((const fmi3Boolean *)values)[i];
+    }
+    const int *given = values == NULL ? NULL : unit->integers;
+    return ct_status3(
+        (type == CT_BOOLEAN ? ct_set_booleans : ct_set_integers)(unit->model, unit->list, n_values, given));
+}
+
+#define WHOLE_NUMBERS(TYPE, kind)                                                                                 \
     fmi3Status fmi3Get##TYPE(fmi3Instance instance, const fmi3ValueReference references[], size_t n,              \
                              fmi3##TYPE values[], size_t n_values) {                                              \
-        struct unit *unit = instance;                                                                             \
-        if (!ct_unit_allowed(unit, GET) || expand(unit, kind, references, n, n_values, NULL) != CT_OK) {          \
-            return fmi3Error;                                                                                     \
-        }                                                                                                         \
-        int *found = values == NULL ? NULL : unit->integers;                                                      \
-        const ct_result result = get(unit->model, unit->list, n_values, found);                                   \
-        for (size_t i = 0; i < n_values && result == CT_OK; ++i) values[i] = (fmi3##TYPE)found[i];                \
-        return ct_status3(result);                                                                                \
+        return get_whole(instance, references, n, values, n_values, kind);                                        \
     }                                                                                                             \
     fmi3Status fmi3Set##TYPE(fmi3Instance instance, const fmi3ValueReference references[], size_t n,              \
                              const fmi3##TYPE values[], size_t n_values) {                                        \
-        struct unit *unit = instance;                                                                             \
-        if (!ct_unit_allowed(unit, SET) || expand(unit, kind, references, n, n_values, NULL) != CT_OK) {          \
-            return fmi3Error;                                                                                     \
-        }                                                                                                         \
-        for (size_t i = 0; i < n_values && values != NULL; ++i) unit->integers[i] = within_int(values[i]);        \
-        return ct_status3(set(unit->model, unit->list, n_values, values == NULL ? NULL : unit->integers));        \
+        return set_whole(instance, references, n, values, n_values, kind);                                        \
     }
-WHOLE_NUMBERS(Int32, CT_INTEGER, ct_get_integers, ct_set_integers)
-WHOLE_NUMBERS(Int64, CT_ENUMERATION, ct_get_integers, ct_set_integers)
-WHOLE_NUMBERS(Boolean, CT_BOOLEAN, ct_get_booleans, ct_set_booleans)
+WHOLE_NUMBERS(Int32, CT_INTEGER)
+WHOLE_NUMBERS(Int64, CT_ENUMERATION)
+WHOLE_NUMBERS(Boolean, CT_BOOLEAN)
 
 /* ---------------------------------------------------------------- derivatives */
 

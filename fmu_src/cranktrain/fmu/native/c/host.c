@@ -7,8 +7,8 @@
 
 enum { SIGNIFICANT = 17 };
 
-static const char *const CATEGORIES[] = {"logEvents",      "logStatusWarning", "logStatusDiscard",
-                                         "logStatusError", "logStatusFatal",   "logAll"};
+static const char CATEGORIES[][20] = {"logEvents",      "logStatusWarning", "logStatusDiscard",
+                                      "logStatusError", "logStatusFatal",   "logAll"};
 enum { ALL = 5, N_CATEGORIES = 6 };
 
 void *ct_allocate(const struct ct_host *host, size_t bytes) {

@@ -127,7 +127,7 @@ void ct_reset(struct ct_instance *one) {
     memcpy(now->magic, "CRNKNST", sizeof now->magic);
     memcpy(now->guid, one->file.guid, sizeof now->guid);
     now->capacity = capacity;
-    now->version = 2;
+    now->version = 3;
     now->phase = CT_INSTANTIATED;
     now->bytes = (uint64_t)((char *)one->state - (char *)now);
     now->stop_time = INFINITY;

@@ -5,7 +5,9 @@
 #include "file.h"
 
 /* Phases of an instance, bits of the table of allowed calls. */
-enum ct_phase { CT_INSTANTIATED = 1, CT_INITIALIZING = 2, CT_STEPPED = 4, CT_FAILED = 8, CT_TERMINATED = 16 };
+enum ct_phase {
+    CT_INSTANTIATED = 1, CT_INITIALIZING = 2, CT_STEPPED = 4, CT_FAILED = 8, CT_TERMINATED = 16, CT_EVENT = 32
+};
 
 /* An FMU state, and the part of an instance that one is a copy of. Behind it follow float64 numbers: values of the
    variables (options of Strings and Enumerations by their place), rates of the inputs, inputs at the start, and from
@@ -20,6 +22,7 @@ struct ct_snapshot {
     uint64_t sums[2]; /* of a serialized one */
     uint64_t bytes;   /* with all that follows */
     uint64_t capacity;
+    uint64_t ticks; /* bits of the clocks that tick: from the step that led there until the event is handled */
     uint32_t version;
     uint32_t phase;
     uint32_t variant;
@@ -78,7 +81,10 @@ uint32_t ct_level(const struct ct_instance *instance);
 ct_result ct_make(struct ct_instance *instance);
 
 /* A call: its name, and the phases in which the standard allows it. */
-struct ct_call { const char *name; unsigned phases; };
+struct ct_call {
+    char name[28]; /* a pointer would need a relocation */
+    uint32_t phases;
+};
 
 /* Whether a call is allowed now. False, with the reason in the log, where not, and where there is no instance. */
 bool ct_allowed(const struct ct_instance *instance, const struct ct_call *call);

@@ -103,7 +103,7 @@ static const char *check_state(const struct ct_instance *one, const struct ct_sn
     if (state->version != one->now->version || memcmp(state->guid, one->now->guid, sizeof state->guid) != 0) {
         return OTHER_BUILD;
     }
-    if (phase == 0 || phase > CT_TERMINATED || (phase & (phase - 1)) != 0) return DAMAGED;
+    if (phase == 0 || phase > CT_EVENT || (phase & (phase - 1)) != 0) return DAMAGED;
     if (is_running(state)) {
         if (state->variant >= one->file.n_variants) return DAMAGED;
         const struct ct_variant *variant = one->file.variants + state->variant;

@@ -14,13 +14,14 @@ static const double DEGREE = 3.14159265358979323846 / 180.0;
 
 static const struct {
     enum ct_phase phase;
-    const char *name;
+    char name[36];
 } PHASES[] = {
     {CT_INSTANTIATED, "only instantiated"},
     {CT_INITIALIZING, "in initialization mode"},
     {CT_STEPPED, "initialized"},
     {CT_FAILED, "initialized and has failed a step"},
     {CT_TERMINATED, "terminated"},
+    {CT_EVENT, "in event mode"},
 };
 enum { N_PHASES = sizeof PHASES / sizeof PHASES[0] };
 
