@@ -64,7 +64,7 @@ class _Table(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ENTRIES),
         ("functions", ctypes.POINTER(ctypes.c_void_p)),
         ("n_functions", ctypes.c_uint32),
-        ("names", ctypes.POINTER(ctypes.c_char_p)),
+        ("names", ctypes.c_char_p),
         ("layout", ctypes.c_char_p),
     )
 
@@ -136,8 +136,8 @@ class Library:
         self.digest, self.layout = table.digest.decode(), table.layout.decode()
         self.functions: dict[tuple[str, str], int] = {}
         self.calls: dict[str, dict[str, Call]] = {}
-        for k in range(table.n_functions):
-            name, arguments, *results = table.names[k].decode().split("|")
+        for k, line in enumerate(table.names.decode().splitlines()):
+            name, arguments, *results = line.split("|")
             address = int(table.functions[k] or 0)
             if results:
                 self.calls.setdefault(name, {})[arguments] = Call(address, results[0])

@@ -114,6 +114,6 @@ static int64_t advance(void *image, double end) {
 
 static const void *const FUNCTIONS[] = {(const void *)linear, (const void *)cubic, (const void *)motion,
                                         (const void *)rest};
-static const char *const NAMES[] = {"mock:linear", "mock:cubic", "mock:motion", "mock:rest"};
+static const char NAMES[] = "mock:linear\nmock:cubic\nmock:motion\nmock:rest\n";
 const struct ct_kernels ct_kernels = {"0123456789abcdef", prepare, start, advance, observe, FUNCTIONS, 4, NAMES,
                                       "mock"};

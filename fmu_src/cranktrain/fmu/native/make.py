@@ -41,7 +41,7 @@ _TABLE = """/* Made by cranktrain.fmu.native.make: what this library's kernels a
 #define EXPORTED __attribute__((visibility("default")))
 #endif
 
-static const char *const names[] = {{{names}NULL}};
+static const char names[] = {names};
 {tables}
 EXPORTED const struct ct_kernels *ct_kernels_table(int portable);
 
@@ -84,7 +84,8 @@ def make(kind: str, folder: Path) -> None:
     fast = [f"{name}{FAST}" for name in (*entries, *names)]
     second = _tables("ct_fast_kernels", "fast_functions", fast[: len(entries)], fast[len(entries) :], layout(made.run))
     tables += f"\n#ifdef CT_FAST{second}#endif\n"
-    table = _TABLE.format(names="".join(f'"{name}", ' for name in names.values()), tables=tables)
+    lines = "".join(f'"{name}\\n" ' for name in names.values())
+    table = _TABLE.format(names=lines or '""', tables=tables)
     _write(folder / f"{kind}.c", table.encode())
 
 

@@ -15,7 +15,7 @@ struct ct_kernels {
     ct_entry *observe;             /* x unused: fill the wanted outputs from the state */
     const void *const *functions;  /* addresses for fixups: force laws, output families, integrators */
     uint32_t n_functions;
-    const char *const *names;      /* of these functions, "module:function" */
+    const char *names;             /* of these functions, one a line: pointers to each would need relocations */
     const char *layout;            /* of Run in words, for Python, which loads the library as well */
 };
 
