@@ -88,7 +88,9 @@ def stiffness(report):
 def test_the_step_to_a_crank_that_bends_is_in_the_interval_of_a_torsional_fit(bending, tmp_path):
     """Journals that move in their films make a crank softer in torsion by some per cent; residuals do not show it."""
     name, path = bending
-    alone, held = (ct.identify(name, path, level="linear", bootstrap=0, profile=False, above=above) for above in ("none", "next"))
+    alone, held = (
+        ct.identify(name, path, level="linear", bootstrap=0, profile=False, above=above) for above in ("none", "next")
+    )
     found, wide = stiffness(alone), stiffness(held)
     assert found["value"] == wide["value"]
     assert not found["low"] <= TRUE[0] <= found["high"]
