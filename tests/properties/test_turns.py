@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from two_mass_units import units
 
-from cranktrain.coupling.kernels.exchange import INPUTS, NOTE_CALL, NOTE_COUNT, NOTE_SLOTS, NOTE_STOP, OUTPUTS, STEPPING
+from cranktrain.coupling.exchanged_values import ExchangedValues, Place
+from cranktrain.coupling.kernels.exchange import FMI_2, INPUTS, NOTE_CALL, NOTE_COUNT, NOTE_SLOTS, NOTE_STOP, OUTPUTS, STEPPING
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.run import Bond, Steps, run
-from cranktrain.coupling.turns import Direct
+from cranktrain.coupling.turns import Calls, Direct
 from cranktrain.coupling.unit import Around, Port, UnitError
 from cranktrain.studies.stability.two_mass import TwoMass
 
@@ -33,8 +34,8 @@ class InC(Around):
     def direct(self):
         self.called = VALUES(self.set), STEP(self.go), VALUES(self.get)
         addresses = [ctypes.cast(function, ctypes.c_void_p).value for function in self.called]
-        references = [np.arange(size, dtype=np.uint32) for size in self.sizes]
-        return Direct(*addresses, 1, *references, True, self.fail, self.notes, 0)
+        given, taken = (ExchangedValues(range(n), [Place(k) for k in range(n)], {}) for n in self.sizes)
+        return Direct(Calls(FMI_2, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
 
     def answer(self, call):
         return self.status if call == self.odd and self.time > 0.5 * STOP else 0
@@ -53,8 +54,8 @@ class InC(Around):
         np.ctypeslib.as_array(ctypes.cast(values, ctypes.POINTER(ctypes.c_double)), (count,))[:] = self.read()
         return self.answer(OUTPUTS)
 
-    def fail(self, call, status, inputs):
-        raise UnitError(f"call {call} said {status}")
+    def fail(self, failed):
+        raise UnitError(f"call {failed.call} said {failed.status}")
 
 
 def coupled(scheme, reconstruction, wrap):
