@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from odd_units import ENTRIES, MADE, hostile, odd_unit
+from odd_units import DESCRIBED, ENTRIES, MADE, hostile, odd_unit
 
 from cranktrain.core.errors import CranktrainError, InputError, StoreError
 from cranktrain.coupling.connections import Connection
+from cranktrain.coupling.fmu3_unit import open_fmu
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange
 from cranktrain.coupling.run import Bond, Steps
@@ -34,13 +35,13 @@ class System(NamedTuple):
 
 
 def system(path):
-    units = {name: FmuUnit(path, name) for name in ("one", "two")}
+    units = {name: open_fmu(path, name) for name in ("one", "two")}
     return System(units, [Connection(("one", "out"), ("two", "in"))], Exchange(), {"two": ["out"]}, [])
 
 
-@pytest.fixture(scope="module")
-def odd(tmp_path_factory):
-    return odd_unit(tmp_path_factory.mktemp("odd"))
+@pytest.fixture(scope="module", params=list(DESCRIBED))
+def odd(request, tmp_path_factory):
+    return odd_unit(tmp_path_factory.mktemp("odd"), request.param)
 
 
 def ran(odd, monkeypatch, mode):

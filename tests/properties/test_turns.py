@@ -7,7 +7,16 @@ import pytest
 from two_mass_units import units
 
 from cranktrain.coupling.exchanged_values import ExchangedValues, Place
-from cranktrain.coupling.kernels.exchange import FMI_2, INPUTS, NOTE_CALL, NOTE_COUNT, NOTE_SLOTS, NOTE_STOP, OUTPUTS, STEPPING
+from cranktrain.coupling.kernels.exchange import (
+    FMI_2,
+    INPUTS,
+    NOTE_CALL,
+    NOTE_COUNT,
+    NOTE_SLOTS,
+    NOTE_STOP,
+    OUTPUTS,
+    STEPPING,
+)
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.run import Bond, Steps, run
 from cranktrain.coupling.turns import Calls, Direct
