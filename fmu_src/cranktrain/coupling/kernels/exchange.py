@@ -59,7 +59,6 @@ def take_turns(control, numbers, units, wires, places, inputs, sources, exchange
     """
     n = samples.shape[1]
     what = control[WHAT]
-    control[EVENT] = control[ENDED] = control[EARLY] = 0
     for u in range(control[FIRST], control[END]):
         notes[NOTE_UNIT] = units[u, PLACE]
         if what & WRITE and units[u, IN_END] > units[u, IN_FIRST]:
@@ -105,10 +104,11 @@ def call_with_values(unit, function, references):
 @inlined_kernel
 def call_step(unit, control, numbers):
     """Let a unit step; what it tells is in ``control`` and ``numbers``."""
+    control[EVENT] = control[ENDED] = control[EARLY] = 0
+    numbers[REACHED] = 0.0
     time, size, no_state_before = numbers[TIME], numbers[SIZE], unit[NO_STATE_BEFORE]
     if unit[VERSION] == FMI_2:
         return call_foreign(unit[DO_STEP], (unit[COMPONENT], time, size, no_state_before))
-    numbers[REACHED] = 0.0
     event, ended, early, reached = control[EVENT_AT], control[ENDED_AT], control[EARLY_AT], control[REACHED_AT]
     return call_foreign(unit[DO_STEP], (unit[COMPONENT], time, size, no_state_before, event, ended, early, reached))
 
@@ -151,7 +151,8 @@ def begin_call(notes, call):
 @inlined_kernel
 def end_call(control, notes, unit, call, status):
     """Note the end of a call; whether its status is good and a step went to its end. One that failed stays noted."""
-    if not 0 <= status <= _WARNING or control[ENDED] != 0 or control[EARLY] != 0:
+    whole = call != STEPPING or (control[ENDED] == 0 and control[EARLY] == 0)
+    if not (whole and 0 <= status <= _WARNING):
         control[FAILED] = unit
         control[CALL] = call
         control[STATUS] = status
