@@ -5,7 +5,9 @@ communication step in degrees of crank angle: processor time over simulated time
 taken in turn, so that the figures of one run compare on a busy machine too. ``one_process``: the run as ``run`` takes
 it, with every point recorded; of it each unit's own functions, and ``master``, all the rest. ``supervised``: the
 process of a supervised run, from two runs of different length. ``python``: the same as ``one_process``, but with every
-unit's functions called from Python. ``usual_method``: as ``one_process``, but with the cranktrain's usual integrator.
+unit's functions called from Python. ``fmi3`` and ``fmi3_python``: both with FMUs of FMI 3.0, whose pressures are an
+array. ``intermediate``: with these and exchange inside a step, ``intermediate_python`` with the functions of the
+cranktrain alone called from Python. ``usual_method``: as ``one_process``, but with the cranktrain's usual integrator.
 ``crank_alone``: the cranktrain with its built-in gas, at its own steps. Prints one JSON object.
 """
 
@@ -17,14 +19,16 @@ import resource
 import sys
 import tempfile
 import time
+from collections.abc import Collection
 from functools import partial
 from pathlib import Path
 from statistics import median
+from typing import NamedTuple
 
 import cranktrain as ct
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Master
-from cranktrain.coupling.modules import CRANKTRAIN
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain.coupling.run import Record, Steps
 from cranktrain.coupling.supervised import run_supervised
 from cranktrain.coupling.unit import Around
@@ -38,10 +42,10 @@ CYCLES = 4, 24
 """Cycles of the shorter and of the longer supervised run."""
 
 
-def started(engine: VirtualEngine, compiled: bool = True) -> Master:
-    """Its initialized master; without ``compiled`` turns it calls all units' functions itself."""
-    units = engine.units.values() if compiled else [Around(unit) for unit in engine.units.values()]
-    master = Master(list(units), engine.connections, engine.exchange, engine.outputs)
+def started(engine: VirtualEngine, called: Collection[str] = ()) -> Master:
+    """Its initialized master, which calls the functions of the units ``called`` itself, without compiled turns."""
+    units = [Around(unit) if name in called else unit for name, unit in engine.units.items()]
+    master = Master(units, engine.connections, engine.exchange, engine.outputs)
     master.initialize()
     return master
 
@@ -100,14 +104,47 @@ def crank_alone(path: Path) -> float:
     return median(found)
 
 
-def measure(fmus: tuple[Path, Path, Path], step_deg: float) -> dict[str, float]:
-    """Figures of one communication step."""
+class Fmus(NamedTuple):
+    """Files of cranktrain, combustion and valve train."""
+
+    cranktrain: Path
+    combustion: Path
+    valvetrain: Path
+
+    @classmethod
+    def built(cls, name: str, folder: Path, fmi: str) -> Fmus:
+        """Those of an engine, of a version of FMI."""
+        folder.mkdir()
+        modules = [ct.build_fmu(module, folder, fmi=fmi) for module in MODULES[name]]
+        return cls(ct.build_fmu(name, folder, film_table=False, fmi=fmi), *modules)
+
+    def partners(self, integrator: str | None = None) -> Partners:
+        """With the cranktrain's integrator, or the one that the coupling chooses."""
+        values = {} if integrator is None else {CRANKTRAIN: {INTEGRATOR: integrator}}
+        return Partners(self.cranktrain, self.combustion, values, self.valvetrain)
+
+
+class Way(NamedTuple):
+    """A way to run: whose functions are called from Python, and a scheme."""
+
+    partners: Partners
+    called: Collection[str] = ()
+    scheme: str = "gauss-seidel"
+
+
+def measure(two: Fmus, three: Fmus, step_deg: float) -> dict[str, float]:
+    """Figures of one communication step, with FMUs of FMI 2.0 and of 3.0."""
     size = math.radians(step_deg) / SPEED
-    partners = Partners(fmus[0], fmus[1], {}, fmus[2])
-    usual = Partners(fmus[0], fmus[1], {CRANKTRAIN: {INTEGRATOR: "auto"}}, fmus[2])
-    ways = {"one_process": (partners, True), "python": (partners, False), "usual_method": (usual, True)}
-    engines = {way: virtual_engine(chosen, SPEED, "gauss-seidel", "own", size) for way, (chosen, _) in ways.items()}
-    masters = {way: started(engine, ways[way][1]) for way, engine in engines.items()}
+    everyone = COMBUSTION, VALVETRAIN, CRANKTRAIN
+    ways = {
+        "one_process": Way(two.partners()), "python": Way(two.partners(), everyone),
+        "fmi3": Way(three.partners()), "fmi3_python": Way(three.partners(), everyone),
+        "intermediate": Way(three.partners(), (), "intermediate"),
+        "intermediate_python": Way(three.partners(), (CRANKTRAIN,), "intermediate"),
+        "usual_method": Way(two.partners(integrator="auto")),
+    }  # fmt: skip
+    engines = {key: virtual_engine(way.partners, SPEED, way.scheme, "own", size) for key, way in ways.items()}
+    masters = {key: started(engine, ways[key].called) for key, engine in engines.items()}
     found: dict[str, list[float]] = {}
     for block in range(BLOCKS + 1):
         for way, master in masters.items():
@@ -121,7 +158,7 @@ def measure(fmus: tuple[Path, Path, Path], step_deg: float) -> dict[str, float]:
         master.close()
     figures = {name: median(values) for name, values in found.items()}
     figures["master"] = figures["one_process"] - sum(figures[name] for name in engines["one_process"].units)
-    make = partial(virtual_engine, partners, SPEED, "gauss-seidel", "own", size)
+    make = partial(virtual_engine, two.partners(), SPEED, "gauss-seidel", "own", size)
     return figures | {"supervised": supervised(make, size)}
 
 
@@ -131,17 +168,12 @@ def main() -> int:
     if name not in MODULES:
         print(f"coupling_cost: no combustion ships for '{name}'; valid: {', '.join(MODULES)}", file=sys.stderr)
         return 2
-    combustion, valvetrain = MODULES[name]
     with tempfile.TemporaryDirectory() as folder:
-        fmus = (
-            ct.build_fmu(name, folder, film_table=False),
-            ct.build_fmu(combustion, folder),
-            ct.build_fmu(valvetrain, folder),
-        )
-        figures: dict[str, object] = {"crank_alone": crank_alone(fmus[0])}
+        two, three = (Fmus.built(name, Path(folder) / f"fmi{fmi[0]}", fmi) for fmi in ("2.0", "3.0"))
+        figures: dict[str, object] = {"crank_alone": crank_alone(two.cranktrain)}
         for step_deg in STEPS_DEG:
             print(f"coupling cost: {step_deg:g} deg", file=sys.stderr, flush=True)
-            figures[f"{step_deg:g}"] = measure(fmus, step_deg)
+            figures[f"{step_deg:g}"] = measure(two, three, step_deg)
     print(json.dumps(figures, indent=1))
     return 0
 

@@ -21,16 +21,34 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
 <ModelStructure><Outputs><Unknown index="2" dependencies="1"/></Outputs></ModelStructure>
 </fmiModelDescription>
 """
+XML_3 = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Odd" instantiationToken="{odd}">
+<CoSimulation modelIdentifier="Odd" canHandleVariableCommunicationStepSize="true"/>
+<ModelVariables>
+<Float64 name="time" valueReference="4" causality="independent" variability="continuous"/>
+<Float64 name="in" valueReference="0" causality="input" start="0"/>
+<Float64 name="out" valueReference="1" causality="output"/>
+<Float64 name="row" valueReference="2" causality="input" start="0.1 0.2 0.3"><Dimension start="3"/></Float64>
+<Float64 name="sums" valueReference="3" causality="output"><Dimension start="3"/></Float64>
+</ModelVariables>
+<ModelStructure>
+<Output valueReference="1" dependencies=""/><Output valueReference="3" dependencies=""/>
+</ModelStructure>
+</fmiModelDescription>
+"""
 PLAIN = XML.format(more="", identifier="Odd")
 LIBRARY = "binaries/linux64/Odd.so"
+DESCRIBED = {"2.0": (PLAIN, LIBRARY), "3.0": (XML_3, "binaries/x86_64-linux/Odd.so")}
+"""By version the model description, and where the library is, which has the functions of both."""
 
 
-def odd_unit(folder: Path) -> Path:
-    """The FMU, compiled."""
+def odd_unit(folder: Path, fmi: str = "2.0") -> Path:
+    """The FMU of a version of FMI, compiled."""
+    text, place = DESCRIBED[fmi]
     library = folder / "Odd.so"
     command = [str(shutil.which("cc")), "-std=gnu11", "-O1", "-shared", "-fPIC", "-w", str(SOURCE), "-o", str(library)]
     subprocess.run([*command, "-lpthread"], check=True)
-    return packed(folder / "Odd.fmu", {"modelDescription.xml": PLAIN, LIBRARY: library.read_bytes()})
+    return packed(folder / "Odd.fmu", {"modelDescription.xml": text, place: library.read_bytes()})
 
 
 def packed(path: Path, entries: dict[str, str | bytes]) -> Path:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from coarse_engines import COARSE, NATIVE, built, coarse
+from fmus_by_version import VERSIONS, six
 
 from cranktrain.core.errors import InputError
 from cranktrain.fmu.build import build_fmu
@@ -40,6 +41,12 @@ def fmu(model, tmp_path_factory):
 def partner(tmp_path_factory):
     """The six's combustion."""
     return build_fmu("combustion_i6", tmp_path_factory.mktemp("partner"))
+
+
+@pytest.fixture(scope="session")
+def fmus(tmp_path_factory):
+    """By version of FMI the native FMUs of the six, its crank torsional, by module."""
+    return {fmi: six(tmp_path_factory.mktemp(f"fmi{fmi[0]}"), fmi) for fmi in VERSIONS}
 
 
 @pytest.fixture(scope="session", params=list(COARSE))

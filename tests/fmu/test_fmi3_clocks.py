@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
-from test_fmi3_fmus import engine_fmu
+from fmus_by_version import torsional_fmu
 
 from cranktrain.core.errors import InputError
 from cranktrain.coupling.fmu3_unit import open_fmu
@@ -37,7 +37,7 @@ def fmus(tmp_path_factory):
         if (name, clocks) not in kept:
             try:
                 folder = tmp_path_factory.mktemp(name)
-                kept[name, clocks] = engine_fmu(name, folder, "3.0", clocks)
+                kept[name, clocks] = torsional_fmu(name, folder, "3.0", clocks)
             except InputError as error:
                 pytest.skip(str(error))
         return kept[name, clocks]

@@ -9,11 +9,10 @@ import build_fmu as command
 import numpy as np
 import pytest
 from fmpy import read_model_description
-from test_fmi3_fmus import VERSIONS, engine_fmu
+from fmus_by_version import VERSIONS
 
 from cranktrain.cli.main import main
-from cranktrain.core.errors import InputError
-from cranktrain.fmu.build import build_fmu
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN
 from cranktrain.store.hdf5 import read_result
 
 MIXED = [("2.0", "3.0"), ("3.0", "2.0"), ("3.0", "3.0")]
@@ -49,23 +48,10 @@ ends = [{{ of = "combustion", at_cycles = 0.25, says = "SIGSEGV" }}]
 """
 
 
-@pytest.fixture(scope="module")
-def fmus(tmp_path_factory):
-    """Paths by version: cranktrain and combustion."""
-    found = {}
-    for fmi in VERSIONS:
-        folder = tmp_path_factory.mktemp(f"fmi{fmi[0]}")
-        try:
-            combustion = build_fmu("combustion_i6", folder, platforms=("linux64",), fmi=fmi)
-            found[fmi] = engine_fmu("diesel_i6", folder, fmi), combustion
-        except InputError as error:
-            pytest.skip(str(error))
-    return found
-
-
 def coupled(fmus, versions, capsys, *more):
     """Exit code and what is said of some cycles of both units."""
-    paths = "--cranktrain", fmus[versions[0]][0], "--combustion", fmus[versions[1]][1], "--no-valvetrain"
+    paths = [fmus[fmi][module] for fmi, module in zip(versions, (CRANKTRAIN, COMBUSTION), strict=True)]
+    paths = "--cranktrain", paths[0], "--combustion", paths[1], "--no-valvetrain"
     run = "--speed", 2000, "--cycles", 1, "--step-deg", 3, "--json", "--output", "run.h5"
     code = main(["couple", "diesel_i6", *map(str, (*paths, *run, *more))])
     return code, capsys.readouterr()
@@ -108,7 +94,7 @@ def test_an_ssp_of_arrays_and_scalars_is_refused_in_one_line(fmus, versions, tmp
 def test_a_harness_watches_units_of_both_versions(fmus, versions, tmp_path, monkeypatch, capsys):
     """In processes of their own: one that dies ends its scenario alone."""
     monkeypatch.chdir(tmp_path)
-    text = SCENARIOS.format(cranktrain=fmus[versions[0]][0], combustion=fmus[versions[1]][1])
+    text = SCENARIOS.format(cranktrain=fmus[versions[0]][CRANKTRAIN], combustion=fmus[versions[1]][COMBUSTION])
     Path("harness.toml").write_text(text, "utf-8")
     code = main(["harness", "harness.toml", "--json"])
     found = json.loads(capsys.readouterr().out)

@@ -1,6 +1,8 @@
 """FMUs of FMI 3.0: their description, the same results as by FMI 2.0, and couplings of both."""
 
 import shutil
+from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -10,50 +12,26 @@ from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
+from fmus_by_version import VERSIONS, torsional_fmu
 
 from cranktrain.core.errors import InputError
+from cranktrain.coupling.connections import Connection
 from cranktrain.coupling.element_names import array_element, name_among
 from cranktrain.coupling.fmu3_description import whole_numbers
 from cranktrain.coupling.fmu3_unit import Fmu3Unit, open_fmu
 from cranktrain.coupling.fmu_unit import described
+from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain.coupling.run import Steps, run
+from cranktrain.coupling.trace_unit import MeasuredPressures
+from cranktrain.coupling.unit import Around, Port, UnitError
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
-from cranktrain.fmu.engine_fmu import build, engine_interface
-from cranktrain.fmu.flat import FlatModel
-from cranktrain.fmu.start_levels import with_starts
-from cranktrain.structure.assembly import running_crank
+from cranktrain.loads.gas_pressure import GasTrace
 
-VERSIONS = ("2.0", "3.0")
 SPEED = 2000.0 * np.pi / 30.0
 STEP = np.radians(1.5) / SPEED
-
-
-def engine_fmu(name, folder, fmi, clocks=False):
-    """An engine's FMU with the torsional crank alone."""
-    engine = load_engine(name)
-    model = FlatModel(engine, {"torsional": running_crank(engine, "torsional")})
-    interface = with_starts(engine_interface(engine, clocks), {"crank.level": "torsional"})
-    return build(model, folder, interface=interface, platforms=("linux64",), fmi=fmi)
-
-
-@pytest.fixture(scope="module")
-def fmus(tmp_path_factory):
-    """Paths by version and module."""
-    found = {}
-    for fmi in VERSIONS:
-        folder = tmp_path_factory.mktemp(f"fmi{fmi[0]}")
-        try:
-            found[fmi] = {
-                COMBUSTION: build_fmu("combustion_i6", folder, platforms=("linux64",), fmi=fmi),
-                VALVETRAIN: build_fmu("valvetrain_i6", folder, platforms=("linux64",), fmi=fmi),
-                CRANKTRAIN: engine_fmu("diesel_i6", folder, fmi),
-            }
-        except InputError as error:
-            pytest.skip(str(error))
-    return found
 
 
 @pytest.mark.parametrize("module", [COMBUSTION, VALVETRAIN, CRANKTRAIN])
@@ -73,7 +51,7 @@ def test_a_description_is_valid_and_its_families_are_arrays(fmus, module):
 
 
 def test_a_single_cylinder_has_arrays_of_one_element(tmp_path):
-    path = engine_fmu("single_petrol", tmp_path, "3.0")
+    path = torsional_fmu("single_petrol", tmp_path, "3.0")
     assert validate_fmu(str(path)) == []
     shapes = {v.name: v.shape for v in read_model_description(str(path)).modelVariables}
     assert shapes["cylinder.pressure"] == (1,)
@@ -126,24 +104,115 @@ def test_results_are_those_of_fmi_2_to_the_bit(fmus, module):
 # ------------------------------------------------------------------ coupled
 
 
-def coupled(fmus, versions):
-    """Some steps of the three units, each of a version."""
+def coupled(fmus, versions, scheme="gauss-seidel", wrap=lambda unit: unit):
+    """Some steps of the three units, each of a version, and which of them take compiled turns."""
     paths = [fmus[fmi][name] for fmi, name in zip(versions, (CRANKTRAIN, COMBUSTION, VALVETRAIN), strict=True)]
-    system = virtual_engine(Partners(*paths[:2], {}, paths[2]), SPEED, "gauss-seidel", "own")
-    master = system.master()
+    return ran(virtual_engine(Partners(*paths[:2], {}, paths[2]), SPEED, scheme, "own"), wrap)
+
+
+def ran(system, wrap, steps=40):
+    """The run and the units that take compiled turns."""
+    units = [wrap(unit) for unit in system.units.values()]
+    master = Master(units, system.connections, system.exchange, system.outputs)
     try:
         master.initialize(0.0)
-        return run(master, 40 * STEP, Steps(STEP), system.bonds)
+        compiled = set() if master._turns is None else set(master._turns.inputs)
+        return run(master, steps * STEP, Steps(STEP), system.bonds), compiled
     finally:
         master.close()
 
 
-@pytest.mark.parametrize("versions", [("3.0", "2.0", "2.0"), ("2.0", "3.0", "3.0"), ("3.0", "3.0", "3.0")])
-def test_units_of_both_versions_run_together_to_the_same_bits(fmus, versions):
-    expected, found = coupled(fmus, ("2.0",) * 3), coupled(fmus, versions)
+def same_bits(found, expected):
     assert set(found.names) == set(expected.names)
     for name in expected.names:
         np.testing.assert_array_equal(found.of(name), expected.of(name), err_msg=name)
+
+
+@pytest.mark.parametrize("versions", [("3.0", "2.0", "2.0"), ("2.0", "3.0", "3.0"), ("3.0", "3.0", "3.0")])
+def test_units_of_both_versions_run_together_to_the_same_bits(fmus, versions):
+    expected, all_of_them = coupled(fmus, ("2.0",) * 3)
+    found, compiled = coupled(fmus, versions)
+    assert compiled == all_of_them == {CRANKTRAIN, COMBUSTION, VALVETRAIN}
+    same_bits(found, expected)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "versions"),
+    [
+        *((scheme, ("3.0",) * 3) for scheme in ("jacobi", "gauss-seidel", "iterative", "intermediate")),
+        ("iterative", ("3.0", "2.0", "3.0")), ("intermediate", ("3.0", "3.0", "2.0")),
+    ],
+)  # fmt: skip
+def test_compiled_turns_give_the_bits_of_calls_from_python(fmus, scheme, versions):
+    """Also of a cranktrain that calls its master inside a step: its exchange there is compiled, its step is not."""
+    plain, none = coupled(fmus, versions, scheme, Around)
+    found, compiled = coupled(fmus, versions, scheme)
+    assert compiled == {CRANKTRAIN, COMBUSTION, VALVETRAIN} and none == set()
+    same_bits(found, plain)
+    assert np.ptp(found.of("cranktrain.pulley.torsion")) > 0.0
+
+
+@pytest.mark.parametrize("scheme", ["gauss-seidel", "intermediate"])
+def test_a_single_cylinder_takes_its_trace_with_the_same_bits(tmp_path, scheme):
+    """Its array of pressures has one element; its partner is a unit in Python."""
+    engine = load_engine("single_petrol")
+    path = torsional_fmu(engine.name, tmp_path, "3.0")
+    found = []
+    for wrap in (Around, lambda unit: unit):
+        gas = MeasuredPressures(engine, GasTrace.from_engine(engine))
+        found.append(ran(virtual_engine(Partners(path, gas, {}), SPEED, scheme, "own"), wrap))
+    (plain, none), (direct, compiled) = found
+    assert compiled == {CRANKTRAIN} and none == set()
+    same_bits(direct, plain)
+
+
+class Pressures:
+    """Pressures of 1 bar, but for one cylinder at the end of the sixth step."""
+
+    name, restorable, inputs = "gas", False, MappingProxyType({})
+    link = initialize = write = close = lambda self, *values: None
+
+    def __init__(self, odd):
+        self.outputs = {f"cylinder[{c + 1}].pressure": Port() for c in range(6)}
+        self.odd, self.steps = odd, 0
+
+    def step(self, time, size):
+        self.steps += 1
+
+    def read(self):
+        found = np.full(6, 1e5)
+        found[2] = self.odd if self.steps == 6 else 1e5
+        return found
+
+
+@pytest.mark.parametrize(
+    ("odd", "says"),
+    [
+        (
+            -1e5,
+            r"^cranktrain at 0\.000625 s: .*cylinder\[3\]\.pressure = -100000.*must be a finite number, at least 0$",
+        ),
+        (1e300, r"^cranktrain, step from 0\.000625 s to 0\.00075 s: step: .*the forces at the ports found no balance"),
+    ],
+)
+def test_what_a_crank_refuses_in_a_turn_is_told_as_from_python(fmus, odd, says):
+    """An element of its array in its own words, or the step."""
+    told = {}
+    for fmi, wrap in [("3.0", Around), *((fmi, lambda unit: unit) for fmi in VERSIONS)]:
+        crank = open_fmu(fmus[fmi][CRANKTRAIN], CRANKTRAIN, {"speed": SPEED, "gas.source": "input"})
+        crank.inputs = {name: replace(port, low=-np.inf) for name, port in crank.inputs.items()}
+        gas = Pressures(odd)
+        links = [Connection(("gas", name), (CRANKTRAIN, name), "newest") for name in gas.outputs]
+        master = Master([gas, wrap(crank)], links, Exchange(), {CRANKTRAIN: ["pulley.torsion"]})
+        try:
+            master.initialize(0.0)
+            assert (master._turns is None) == (wrap is Around)
+            with pytest.raises(UnitError, match=says) as caught:
+                run(master, 40 * STEP, Steps(STEP))
+            told[fmi, wrap is Around] = str(caught.value)
+        finally:
+            master.close()
+    assert told["3.0", True] == told["3.0", False]
 
 
 def test_an_element_is_found_wherever_its_number_stands(fmus):

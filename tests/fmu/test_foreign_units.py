@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from odd_units import ENTRIES, MADE, hostile, odd_unit
+from odd_units import DESCRIBED, ENTRIES, MADE, hostile, odd_unit
 
 from cranktrain.core.errors import CranktrainError, InputError, StoreError
 from cranktrain.coupling.connections import Connection
+from cranktrain.coupling.fmu3_unit import open_fmu
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange
+from cranktrain.coupling.points import ROWS
 from cranktrain.coupling.run import Bond, Steps
 from cranktrain.coupling.supervised import Limits, run_supervised
 from cranktrain.coupling.unit import UnitError
@@ -34,20 +36,20 @@ class System(NamedTuple):
 
 
 def system(path):
-    units = {name: FmuUnit(path, name) for name in ("one", "two")}
+    units = {name: open_fmu(path, name) for name in ("one", "two")}
     return System(units, [Connection(("one", "out"), ("two", "in"))], Exchange(), {"two": ["out"]}, [])
 
 
-@pytest.fixture(scope="module")
-def odd(tmp_path_factory):
-    return odd_unit(tmp_path_factory.mktemp("odd"))
+@pytest.fixture(scope="module", params=list(DESCRIBED))
+def odd(request, tmp_path_factory):
+    return odd_unit(tmp_path_factory.mktemp("odd"), request.param)
 
 
-def ran(odd, monkeypatch, mode):
-    """The run, or the error that ended it, which is one short line."""
+def ran(odd, monkeypatch, mode, size=0.1):
+    """The run in steps of a size, or the error that ended it, which is one short line."""
     monkeypatch.setenv("ODD", mode)
     try:
-        return run_supervised(partial(system, odd), 1.0, Steps(0.1), Limits(LIMIT, LIMIT))
+        return run_supervised(partial(system, odd), 1.0, Steps(size), Limits(LIMIT, LIMIT))
     except CranktrainError as error:
         assert str(error).isprintable() and len(str(error)) < 1500
         return error
@@ -64,7 +66,7 @@ CALLS = ("instantiate", "setup", "enter", "exit", "set", "get", "step")
 ENDINGS = (
     "signal 11", "signal 6", "signal 9", "signal 15", "signal 40", "signal 64", "exit 0", "exit 3", "_exit 0",
     "_exit 255", "abort", "divide", "stack", "free twice", "hang", "spin", "stop", "fork and crash", "fork and exit",
-    "thread crashes", "close files", "close and exit", "no room", "no memory", "no files", "log nothing", "log bytes",
+    "thread crashes", "close files", "close and exit", "no memory", "no files", "log nothing", "log bytes",
     "log long", "log much",
 )  # fmt: skip
 STATUSES = tuple(f"status {number}" for number in (2, 3, 4, 5, 6, -1, -2147483648, 2147483647))
@@ -81,11 +83,17 @@ MODES = (
 def test_a_mode_costs_one_line_and_the_run_is_kept(odd, monkeypatch, mode):
     """Only a unit that neither ends nor returns is waited for until its limit."""
     found = ran(odd, monkeypatch, mode)
-    wanted = StoreError if mode == "step:no room" else CranktrainError
-    assert isinstance(found, wanted), found
+    assert isinstance(found, CranktrainError), found
     assert ("did not return" in str(found)) == (mode in WAITED), found
     if mode.startswith(("step:", "value:")):
         assert found.found.steps in (4, 5)
+
+
+def test_a_full_disk_is_told_when_the_next_points_need_room(odd, monkeypatch):
+    """Room is taken for ROWS points at once, so these are kept."""
+    found = ran(odd, monkeypatch, "step:no room", 1.0 / (2 * ROWS))
+    assert isinstance(found, StoreError) and "temporary folder" in str(found)
+    assert found.found.steps == ROWS - 1
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from fmus_by_version import module_fmu, torsional_fmu
 
 from cranktrain.core.errors import InputError
 from cranktrain.coupling.master import Exchange, Master
@@ -15,12 +16,7 @@ from cranktrain.coupling.trace_unit import MeasuredPressures
 from cranktrain.coupling.unit import Around, UnitError
 from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.engine.file import load_engine
-from cranktrain.fmu.build import build_fmu
-from cranktrain.fmu.engine_fmu import build, engine_interface
-from cranktrain.fmu.flat import FlatModel
-from cranktrain.fmu.start_levels import with_starts
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.structure.assembly import running_crank
 
 SPEED = 2000.0 * math.pi / 30.0
 CYCLE = 4.0 * math.pi / SPEED
@@ -29,37 +25,23 @@ COARSE_DEG = 1.5
 COMBUSTIONS = {"diesel_i6": "combustion_i6", "diesel_v8": "combustion_v8"}
 
 
-def crank_of(name, folder, fmi="3.0"):
-    """FMU of an engine with the torsional crank alone."""
-    engine = load_engine(name)
-    model = FlatModel(engine, {"torsional": running_crank(engine, "torsional")})
-    interface = with_starts(engine_interface(engine), {"crank.level": "torsional"})
-    return build(model, folder, interface=interface, platforms=("linux64",), fmi=fmi)
-
-
 @pytest.fixture(scope="module", params=["diesel_i6", "diesel_v8", "single_petrol"])
 def pair(request, tmp_path_factory):
     """Cranktrain of FMI 3.0 and its combustion, for the single the pressures of its trace."""
     folder = tmp_path_factory.mktemp(request.param)
-    try:
-        if request.param in COMBUSTIONS:
-            gas = build_fmu(COMBUSTIONS[request.param], folder, platforms=("linux64",))
-        else:
-            engine = load_engine(request.param)
-            gas = MeasuredPressures(engine, GasTrace.from_engine(engine))
-        return crank_of(request.param, folder), gas
-    except InputError as error:
-        pytest.skip(str(error))
+    if request.param in COMBUSTIONS:
+        gas = module_fmu(COMBUSTIONS[request.param], folder)
+    else:
+        engine = load_engine(request.param)
+        gas = MeasuredPressures(engine, GasTrace.from_engine(engine))
+    return torsional_fmu(request.param, folder), gas
 
 
 @pytest.fixture(scope="module")
 def six(tmp_path_factory):
     """Likewise of the six alone."""
     folder = tmp_path_factory.mktemp("six")
-    try:
-        return crank_of("diesel_i6", folder), build_fmu("combustion_i6", folder, platforms=("linux64",))
-    except InputError as error:
-        pytest.skip(str(error))
+    return torsional_fmu("diesel_i6", folder), module_fmu("combustion_i6", folder)
 
 
 def system_of(pair, scheme, step_deg, reconstruction="own"):
@@ -144,7 +126,7 @@ class Made:
 
 
 def test_a_crank_of_fmi_2_is_refused_in_one_line(six, tmp_path):
-    pair = crank_of("diesel_i6", tmp_path, "2.0"), six[1]
+    pair = torsional_fmu("diesel_i6", tmp_path, "2.0"), six[1]
     with pytest.raises(InputError, match=r"cranktrain does not call its master inside a step; take gauss-seidel") as e:
         system_of(pair, "intermediate", COARSE_DEG).master()
     assert "\n" not in str(e.value)

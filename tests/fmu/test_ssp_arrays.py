@@ -9,8 +9,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from fmus_by_version import torsional_fmu
 from lxml import etree
-from test_fmi3_fmus import engine_fmu
 
 from cranktrain.core.errors import InputError
 from cranktrain.coupling.connections import Connection
@@ -37,7 +37,7 @@ def fmus(tmp_path_factory):
         return {
             COMBUSTION: build_fmu("combustion_i6", folder, platforms=("linux64",), fmi="3.0"),
             VALVETRAIN: build_fmu("valvetrain_i6", folder, platforms=("linux64",), fmi="3.0"),
-            CRANKTRAIN: engine_fmu("diesel_i6", folder, "3.0"),
+            CRANKTRAIN: torsional_fmu("diesel_i6", folder, "3.0"),
             "scalars": build_fmu("combustion_i6", folder / "two", platforms=("linux64",)),
         }
     except InputError as error:

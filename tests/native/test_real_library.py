@@ -1,16 +1,12 @@
-"""Libraries of the real kernels: the same gates as the mock's, a host without Python, tools that watch memory."""
+"""Libraries of the real kernels: the same gates as the mock's, resources of any name, data that are not whole."""
 
 import shutil
-import subprocess
 import zipfile
 
 import gates
 import numpy as np
 import pytest
 import real_unit
-from gates import tool
-from mock_unit import compiler
-from plain_host import hosted, plain_host
 from raw_unit import ERROR, OK, Raw, summed
 from real_unit import STEP
 
@@ -26,33 +22,10 @@ def engine(tmp_path_factory):
     return real_unit.opened(real_unit.engine_fmu(tmp_path_factory.mktemp("engine")))
 
 
-@pytest.fixture(scope="module")
-def host(tmp_path_factory):
-    if compiler() is None:
-        pytest.skip("needs a C compiler: gcc or clang")
-    return plain_host(tmp_path_factory.mktemp("host"))
-
-
-def texts(unit):
-    return [f"{reference}={text}" for reference, text in unit.texts().items()]
-
-
-def from_python(unit, steps):
-    return [value.hex() for value in unit.fresh().run(steps, step=STEP).get("Real", *unit.outputs())]
-
-
 def keeps_the_gates(unit):
     for gate in GATES:
         gate(unit.binary())
     gates.nothing_but_the_interface_is_shown(unit.binary(), "ct_kernels_table")
-
-
-def runs_without_python(unit, host):
-    """Restored, reset and serialized on the way, in one thread and in three, where the environment is empty."""
-    expected = from_python(unit, 60)
-    assert hosted(host, unit.folder, "run", 60, 0, texts=texts(unit), step=STEP)[0] == expected
-    expected = from_python(unit, 50)
-    assert hosted(host, unit.folder, "threads", 3, 0, texts=texts(unit), step=STEP)[0] == expected
 
 
 def test_a_library_keeps_the_gates(real):
@@ -60,15 +33,10 @@ def test_a_library_keeps_the_gates(real):
     assert real.binary().stat().st_size < 1.5e6
 
 
-def test_a_host_without_python_finds_the_same(real, host):
-    runs_without_python(real, host)
-
-
 @pytest.mark.slow
-def test_an_engine_does_so_too(engine, host):
+def test_an_engines_library_keeps_them_too(engine):
     keeps_the_gates(engine)
     assert engine.binary().stat().st_size < 1.5e6
-    runs_without_python(engine, host)
 
 
 # ------------------------------------------------------------------ resources
@@ -145,43 +113,3 @@ def test_an_fmu_holds_what_it_needs_and_no_code_of_python(real):
     assert {"modelDescription.xml", "resources/native.bin"} <= set(names)
     assert not [name for name in names if name.endswith((".py", ".pyc", ".toml"))]
     assert real.about.coSimulation.needsExecutionTool is not True
-
-
-# ------------------------------------------------------------------ what watches memory
-
-
-@pytest.mark.slow
-def test_a_million_calls_at_random_do_no_harm(real, host):
-    assert hosted(host, real.folder, "fuzz", 1_000_000, 17, texts=texts(real), step=STEP)[0] == from_python(real, 10)
-
-
-@pytest.mark.slow
-def test_calls_at_random_do_an_engine_no_harm(engine, host):
-    assert hosted(host, engine.folder, "fuzz", 20_000, 17, step=STEP)[0] == from_python(engine, 10)
-
-
-@pytest.mark.slow
-def test_memcheck_finds_nothing_in_the_real_kernels(real, host):
-    checked = tool("valgrind"), "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"
-    for what in (("run", 60, 0), ("threads", 2, 0), ("fuzz", 5_000, 3)):
-        hosted(host, real.folder, *what, before=checked, texts=texts(real), step=STEP)
-
-
-@pytest.mark.slow
-def test_memcheck_finds_nothing_in_an_engine(engine, host):
-    checked = tool("valgrind"), "-q", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"
-    hosted(host, engine.folder, "run", 4, 0, before=checked, step=STEP)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("sanitizer", ["address,undefined", "thread"])
-def test_sanitizers_find_nothing_around_the_real_kernels(real, sanitizer, tmp_path):
-    """The shim and the host are watched; the kernels' machine code is what it is, but its memory is the shim's."""
-    options = "-g", f"-fsanitize={sanitizer}", "-fno-sanitize-recover=all"
-    try:
-        watched = plain_host(tmp_path, *options)
-        library = real_unit.watched_library(real, tmp_path, options)
-    except subprocess.CalledProcessError:
-        pytest.skip(f"the compiler has no -fsanitize={sanitizer}, or the library came without its objects")
-    for what in (("run", 60, 0), ("threads", 3, 0), ("fuzz", 50_000, 3)):
-        hosted(watched, real.folder, *what, binary=library, texts=texts(real), step=STEP)

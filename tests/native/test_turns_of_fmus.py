@@ -9,7 +9,7 @@ import pytest
 import real_unit
 
 from cranktrain.coupling.connections import START, Connection
-from cranktrain.coupling.fmu_unit import FmuUnit
+from cranktrain.coupling.fmu3_unit import open_fmu
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.run import Steps, run
 from cranktrain.coupling.supervised import run_supervised
@@ -30,11 +30,10 @@ class System(NamedTuple):
 
 def valves(scheme, reconstruction, valvetrain, combustion):
     """A valve train at constant speed, whose lifts a combustion takes."""
+    turning = {"crank.speed": SPEED} | real_unit.TURNING
     units = {
-        "valvetrain": FmuUnit(valvetrain, "valvetrain", {"crank.speed": SPEED} | real_unit.TURNING),
-        "combustion": FmuUnit(
-            combustion, "combustion", {"crank.speed": SPEED, "lift.source": "input"} | real_unit.TURNING
-        ),
+        "valvetrain": open_fmu(valvetrain, "valvetrain", turning),
+        "combustion": open_fmu(combustion, "combustion", {"lift.source": "input"} | turning),
     }
     lifts = [name for name in units["combustion"].inputs if name.endswith("_lift")]
     connections = [Connection(("valvetrain", name), ("combustion", name), START) for name in lifts]
@@ -42,16 +41,18 @@ def valves(scheme, reconstruction, valvetrain, combustion):
     return System(units, connections, Exchange(scheme, reconstruction), {"combustion": pressures})
 
 
-@pytest.fixture(scope="module")
-def fmus(tmp_path_factory):
-    """Valve train and combustion."""
+@pytest.fixture(scope="module", params=[("2.0", "2.0"), ("3.0", "3.0"), ("2.0", "3.0"), ("3.0", "2.0")])
+def fmus(request, tmp_path_factory):
+    """Valve train and combustion, each of a version of FMI."""
     folder = tmp_path_factory.mktemp("valves")
-    return [real_unit.built(name, folder) for name in ("valvetrain_i6", "combustion_i6")]
+    names = zip(("valvetrain_i6", "combustion_i6"), request.param, strict=True)
+    return [real_unit.built(name, folder, fmi=fmi) for name, fmi in names]
 
 
 def ran(system, units):
     master = Master(units, system.connections, system.exchange, system.outputs)
     master.initialize()
+    assert all((master._turns is None) == isinstance(unit, Around) for unit in units)
     try:
         return master, run(master, STOP, Steps(STEP))
     finally:

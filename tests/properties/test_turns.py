@@ -6,15 +6,33 @@ import numpy as np
 import pytest
 from two_mass_units import units
 
-from cranktrain.coupling.kernels.exchange import INPUTS, NOTE_CALL, NOTE_COUNT, NOTE_SLOTS, NOTE_STOP, OUTPUTS, STEPPING
+from cranktrain.coupling.exchanged_values import ExchangedValues, Place
+from cranktrain.coupling.kernels.exchange import (
+    FMI_2,
+    FMI_3,
+    INPUTS,
+    NOTE_CALL,
+    NOTE_COUNT,
+    NOTE_SLOTS,
+    NOTE_STOP,
+    OUTPUTS,
+    STEPPING,
+)
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.run import Bond, Steps, run
-from cranktrain.coupling.turns import Direct
+from cranktrain.coupling.turns import Calls, Direct
 from cranktrain.coupling.unit import Around, Port, UnitError
 from cranktrain.studies.stability.two_mass import TwoMass
 
-VALUES = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_void_p)
-STEP = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int)
+pytestmark = pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")  # of what C calls
+POINTER = ctypes.c_void_p
+VALUES = ctypes.CFUNCTYPE(ctypes.c_int, POINTER, POINTER, ctypes.c_size_t, POINTER)
+STEP = ctypes.CFUNCTYPE(ctypes.c_int, POINTER, ctypes.c_double, ctypes.c_double, ctypes.c_int)
+VALUES_3 = ctypes.CFUNCTYPE(ctypes.c_int, POINTER, POINTER, ctypes.c_size_t, POINTER, ctypes.c_size_t)
+STEP_3 = ctypes.CFUNCTYPE(
+    ctypes.c_int, POINTER, ctypes.c_double, ctypes.c_double, ctypes.c_bool,
+    *(ctypes.POINTER(ctypes.c_bool),) * 3, ctypes.POINTER(ctypes.c_double),
+)  # fmt: skip
 STOP = 2.0
 
 
@@ -33,8 +51,8 @@ class InC(Around):
     def direct(self):
         self.called = VALUES(self.set), STEP(self.go), VALUES(self.get)
         addresses = [ctypes.cast(function, ctypes.c_void_p).value for function in self.called]
-        references = [np.arange(size, dtype=np.uint32) for size in self.sizes]
-        return Direct(*addresses, 1, *references, True, self.fail, self.notes, 0)
+        given, taken = (ExchangedValues(range(n), [Place(k) for k in range(n)], {}) for n in self.sizes)
+        return Direct(Calls(FMI_2, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
 
     def answer(self, call):
         return self.status if call == self.odd and self.time > 0.5 * STOP else 0
@@ -53,8 +71,58 @@ class InC(Around):
         np.ctypeslib.as_array(ctypes.cast(values, ctypes.POINTER(ctypes.c_double)), (count,))[:] = self.read()
         return self.answer(OUTPUTS)
 
-    def fail(self, call, status, inputs):
-        raise UnitError(f"call {call} said {status}")
+    def fail(self, failed):
+        raise UnitError(f"call {failed.call} said {failed.status}")
+
+
+class InC3(InC):
+    """The same by functions of FMI 3.0: inputs and outputs are arrays, whose first element no connection leads to.
+
+    ``told`` are eventHandlingNeeded, terminateSimulation and earlyReturn of the steps that are odd.
+    """
+
+    FREE = 5.0
+
+    def __init__(self, unit, told=(), **options):
+        super().__init__(unit, **options)
+        self.told = told
+
+    def direct(self):
+        self.called = VALUES_3(self.set_array), STEP_3(self.tell), VALUES_3(self.get_array)
+        addresses = [ctypes.cast(function, ctypes.c_void_p).value for function in self.called]
+        given, taken = (
+            ExchangedValues(range(n), [Place(9, shape=(n + 1,), number=k + 1) for k in range(n)], starts)
+            for n, starts in zip(self.sizes, ({9: [self.FREE]}, {}), strict=True)
+        )
+        return Direct(Calls(FMI_3, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
+
+    def array(self, references, count, values, size):
+        assert count == 1 and ctypes.cast(references, ctypes.POINTER(ctypes.c_uint32))[0] == 9
+        return ctypes.cast(values, ctypes.POINTER(ctypes.c_double * size)).contents
+
+    def set_array(self, component, references, count, values, size):
+        whole = self.array(references, count, values, size)
+        assert whole[0] == self.FREE
+        return self.set(component, references, size - 1, ctypes.addressof(whole) + 8)
+
+    def get_array(self, component, references, count, values, size):
+        whole = self.array(references, count, values, size)
+        whole[0] = float("nan")
+        return self.get(component, references, size - 1, ctypes.addressof(whole) + 8)
+
+    def tell(self, component, time, size, no_state_before, event, ended, early, reached):
+        assert no_state_before
+        flags = event, ended, early
+        for flag in flags:
+            assert not flag[0]
+        if self.told and time > 0.5 * STOP:
+            for flag, value in zip(flags, self.told, strict=True):
+                flag[0] = value
+            reached[0] = time + 0.25 * size
+        return self.go(component, time, size, no_state_before)
+
+    def fail(self, failed):
+        raise UnitError(f"call {failed.call} said {failed.status}, {failed.told}")
 
 
 def coupled(scheme, reconstruction, wrap):
@@ -70,7 +138,7 @@ def coupled(scheme, reconstruction, wrap):
 @pytest.mark.parametrize("reconstruction", ["hold", "linear", "quadratic"])
 @pytest.mark.parametrize("error", [None, 1e-3])
 def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction, error):
-    """Also if one of two units is called by the master itself; bounds of inputs are reached."""
+    """Also if one of two units is called by the master itself, or by FMI 3.0; bounds of inputs are reached."""
 
     class Plain(InC):
         direct = None
@@ -78,8 +146,11 @@ def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction,
     def first_only(unit):
         return InC(unit) if unit.name == "first" else Plain(unit)
 
+    def of_both_versions(unit):
+        return InC(unit) if unit.name == "first" else InC3(unit)
+
     found = []
-    for wrap in (Plain, InC, first_only):
+    for wrap in (Plain, InC, InC3, first_only, of_both_versions):
         master, bonds = coupled(scheme, reconstruction, wrap)
         assert (master._turns is None) == (wrap is Plain)
         steps = Steps(0.05) if error is None else Steps(0.05, error, 0.005, 0.2)
@@ -96,16 +167,39 @@ def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction,
     [(INPUTS, "second at "), (OUTPUTS, "second at "), (STEPPING, "second, step from ")],
 )
 @pytest.mark.parametrize("status", [-1, 2, 3])
-def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, when, status):
+@pytest.mark.parametrize("kind", [InC, InC3])
+def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, when, status, kind):
     notes = np.zeros(NOTE_SLOTS, dtype=np.int64)
 
     def wrap(unit):
-        return InC(unit, call, status if unit.name == "second" else 0, notes)
+        return kind(unit, call=call, status=status if unit.name == "second" else 0, notes=notes)
 
     master, bonds = coupled("gauss-seidel", "linear", wrap)
     with pytest.raises(UnitError, match=f"{when}.*: call {call} said {status}"):
         run(master, STOP, Steps(0.05), bonds)
     assert notes[NOTE_CALL] == call and notes[NOTE_COUNT] % 2 == 1
+
+
+@pytest.mark.parametrize(
+    ("told", "words"), [((1, 1, 0), "ended=True, early=False"), ((0, 0, 1), "ended=False, early=True")]
+)
+def test_a_step_that_ends_too_early_ends_the_run(told, words):
+    """Its status is good; how far it came is told, and the call stays noted."""
+    notes = np.zeros(NOTE_SLOTS, dtype=np.int64)
+
+    def wrap(unit):
+        return InC3(unit, told=told, notes=notes) if unit.name == "second" else InC(unit, notes=notes)
+
+    master, bonds = coupled("gauss-seidel", "linear", wrap)
+    with pytest.raises(UnitError, match=r"second, step from .*: call 4 said 0") as caught:
+        run(master, STOP, Steps(0.05), bonds)
+    assert f"{words}, reached=1.0625" in str(caught.value)
+    assert notes[NOTE_CALL] == STEPPING and notes[NOTE_COUNT] % 2 == 1
+
+
+def test_an_event_alone_ends_nothing():
+    master, bonds = coupled("gauss-seidel", "linear", lambda unit: InC3(unit, told=(1, 0, 0)))
+    assert run(master, STOP, Steps(0.05), bonds).times[-1] == STOP
 
 
 def test_a_warning_is_good():

@@ -6,44 +6,18 @@ import copy
 from collections.abc import Mapping
 from itertools import product
 from math import prod
-from typing import Any, NamedTuple
+from typing import Any
 
 from fmpy.model_description import ModelDescription, ModelVariable
 
 from cranktrain.core.errors import InputError
+from cranktrain.coupling.exchanged_values import Place
 
 MOST_ELEMENTS = 1_000_000
 """Elements of all arrays: more is no description of a model."""
 OWN = "cranktrain"
 """The tool whose arrays have the number of an element in the middle of its name, as its FMUs of FMI 2.0."""
 _INTEGERS = {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)}
-
-
-class Place(NamedTuple):
-    """An element, or a scalar.
-
-    Attributes
-    ----------
-    reference, kind, variable, shape : value reference of its variable, its type, its name, and its numbers of elements,
-        none for a scalar
-    number : of the element, from 0 on
-    """
-
-    reference: int
-    kind: str
-    variable: str
-    shape: tuple[int, ...]
-    number: int
-
-    @property
-    def of_array(self) -> bool:
-        """Whether its variable is an array."""
-        return bool(self.shape)
-
-    @property
-    def size(self) -> int:
-        """Elements of its variable."""
-        return prod(self.shape)
 
 
 def flattened(description: ModelDescription) -> ModelDescription:
@@ -66,7 +40,7 @@ def flattened(description: ModelDescription) -> ModelDescription:
     return flat
 
 
-def places(description: ModelDescription) -> Mapping[str, Place]:
+def places_of(description: ModelDescription) -> Mapping[str, Place]:
     """Places of the elements of a flattened description, by name."""
     return {variable.name: variable.place for variable in description.modelVariables}
 

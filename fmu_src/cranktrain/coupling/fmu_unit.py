@@ -26,10 +26,11 @@ from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.user_file import ending
 from cranktrain.coupling.element_names import Elements
+from cranktrain.coupling.exchanged_values import ExchangedValues, Place
 from cranktrain.coupling.fmu3_description import flattened
 from cranktrain.coupling.fmu_archive import check_archive, check_room
-from cranktrain.coupling.kernels.exchange import OUTPUTS, STEPPING
-from cranktrain.coupling.turns import Direct
+from cranktrain.coupling.kernels.exchange import FMI_2, OUTPUTS, STEPPING
+from cranktrain.coupling.turns import Calls, Direct, Failed
 from cranktrain.coupling.unit import DIMENSIONS, Port, UnitError
 
 STATUS = {fmi2.fmi2Warning: "warning", fmi2.fmi2Discard: "discard", fmi2.fmi2Error: "error", fmi2.fmi2Fatal: "fatal"}
@@ -62,6 +63,7 @@ class FmuUnit:
     """
 
     _slave: Any = FMU2CheckedSlave
+    _version = FMI_2
 
     def __init__(
         self,
@@ -92,14 +94,17 @@ class FmuUnit:
 
     def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         """See the protocol."""
-        self._in_names = tuple(inputs)
-        self._in, self._in_refs = self._array(inputs)
-        self._out, self._out_refs = self._array(outputs)
-        self._in[:] = [self.start(name) for name in inputs]
+        given = [self._place(name) for name in inputs]
+        self._given = ExchangedValues(inputs, given, self._starts(inputs, given))
+        self._taken = ExchangedValues(outputs, [self._place(name) for name in outputs], {})
 
-    def _array(self, names: Sequence[str]) -> tuple[Array, Any]:
-        references = [self._variables[name].valueReference for name in names]
-        return np.zeros(len(names)), (ctypes.c_uint * max(1, len(names)))(*references)
+    def _place(self, name: str) -> Place:
+        """Where the value of a real variable is."""
+        return Place(self._variables[name].valueReference)
+
+    def _starts(self, names: Sequence[str], places: Sequence[Place]) -> Mapping[int, Sequence[float]]:
+        """Start values, by reference, of all elements of the variables that have these elements."""
+        return {place.reference: [self.start(name)] for name, place in zip(names, places, strict=True)}
 
     def initialize(self, time: float) -> None:
         """See the protocol."""
@@ -138,15 +143,15 @@ class FmuUnit:
 
     def write(self, values: Array) -> None:
         """See the protocol."""
-        self._in[:] = values
-        status = self._set_real(self._component, self._in_refs, len(self._in), self._in_at)
+        self._given.linked = values
+        status = self._set_real(self._component, *self._given_at)
         if is_bad(status):
             self._direct(self._refused_input(status), lambda: status)
 
     def read(self) -> Array:
         """See the protocol."""
-        self._direct("its outputs", self._get_real, self._component, self._out_refs, len(self._out), self._out_at)
-        return self._out
+        self._direct("its outputs", self._get_real, self._component, *self._taken_at)
+        return self._taken.linked
 
     def step(self, time: float, size: float) -> None:
         """See the protocol."""
@@ -166,15 +171,15 @@ class FmuUnit:
         """See :mod:`cranktrain.coupling.turns`."""
         functions = (self._set_real, self._do_step, self._get_real)
         set_, step, get = (int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in functions)
-        taken, given = (np.frombuffer(own, np.uint32) for own in (self._in_refs, self._out_refs))
-        return Direct(set_, step, get, int(self._component), taken, given, not self.restorable, self._fail)
+        calls = Calls(self._version, set_, step, get, int(self._component))
+        return Direct(calls, self._given, self._taken, not self.restorable, self._fail)
 
-    def _fail(self, call: int, status: int, inputs: Array) -> NoReturn:
+    def _fail(self, failed: Failed) -> NoReturn:
         """Raise ``UnitError`` for a call that compiled code made."""
-        self._in[:] = inputs
-        what = {STEPPING: "step", OUTPUTS: "its outputs"}.get(call, "")
-        self._direct(what or self._refused_input(status), lambda: status)
-        raise AssertionError(status)
+        self._given.linked = failed.inputs
+        what = {STEPPING: "step", OUTPUTS: "its outputs"}.get(failed.call, "")
+        self._direct(what or self._refused_input(failed.status), lambda: failed.status)
+        raise AssertionError(failed)
 
     def close(self) -> None:
         """See the protocol."""
@@ -215,8 +220,8 @@ class FmuUnit:
         _LOADED[self.name] = self
         self._instantiate()
         self._component = self._fmu.component
-        pointer = ctypes.POINTER(ctypes.c_double)
-        self._in_at, self._out_at = self._in.ctypes.data_as(pointer), self._out.ctypes.data_as(pointer)
+        sized = self._version != FMI_2
+        self._given_at, self._taken_at = self._given.arguments(sized), self._taken.arguments(sized)
 
     def _instantiate(self) -> None:
         """Make the instance, and find the functions that are called once per step."""
@@ -241,10 +246,9 @@ class FmuUnit:
     def _refused_input(self, status: int) -> str:
         """The input that a unit refuses, if the unit still responds."""
         if status != fmi2.fmi2Fatal:
-            for name, reference, value in zip(self._in_names, self._in_refs, self._in, strict=False):
-                one = ctypes.byref(ctypes.c_uint(reference)), 1, ctypes.byref(ctypes.c_double(value))
-                if is_bad(self._set_real(self._component, *one)):
-                    return f"{name} = {value:g}"
+            for said, arguments in self._given.one_by_one(self._version != FMI_2):
+                if is_bad(self._set_real(self._component, *arguments)):
+                    return said
         return "its inputs"
 
     def _try(self, what: str, call: Any, *arguments: Any, **named: Any) -> None:

@@ -16,6 +16,7 @@ from cranktrain.core.kernel import bound_call
 from cranktrain.core.records import address_of
 from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.connections import Wiring
+from cranktrain.coupling.exchanged_values import ExchangedValues
 from cranktrain.coupling.kernels import exchange as at
 from cranktrain.coupling.reconstruction import POINTS
 from cranktrain.coupling.unit import Unit
@@ -23,30 +24,61 @@ from cranktrain.coupling.unit import Unit
 Notes = NDArray[np.int64]
 
 
+class Told(NamedTuple):
+    """What a step of FMI 3.0 tells: whether the simulation has ended, the step has ended too early, and when, s."""
+
+    ended: bool
+    early: bool
+    reached: float
+
+
+class Failed(NamedTuple):
+    """A call of a unit that failed: the kernel's number of it, its status, the inputs (k,) it was given, its step."""
+
+    call: int
+    status: int
+    inputs: Array
+    told: Told
+
+
 class Failing(Protocol):
-    """Raises the error of a call of a unit: ``call`` of the kernel's, its status and the inputs (k,) it was given."""
+    """Raises the error of a call of a unit."""
 
-    def __call__(self, call: int, status: int, inputs: Array) -> NoReturn: ...  # noqa: D102
+    def __call__(self, failed: Failed) -> NoReturn: ...  # noqa: D102
 
 
-class Direct(NamedTuple):
-    """A loaded unit's C functions, those of FMI 2.0, for the inputs and outputs that it was linked with.
+class Calls(NamedTuple):
+    """A loaded unit's C functions.
 
     Attributes
     ----------
-    set, step, get, component : addresses of ``fmi2SetReal``, ``fmi2DoStep``, ``fmi2GetReal`` and of the instance
-    in_references, out_references : references of the linked inputs and outputs, uint32
-    no_state_before : whether no earlier state will be set
-    fail : called where a status is not good
-    notes, place : where calls are noted, and the unit's number there; None: nowhere
+    version : of FMI, ``FMI_2`` or ``FMI_3`` of the kernel
+    set, step, get, component : addresses of ``fmi2SetReal`` or ``fmi3SetFloat64``, of ``fmi2DoStep`` or ``fmi3DoStep``,
+        of ``fmi2GetReal`` or ``fmi3GetFloat64``, and of the instance
     """
 
+    version: int
     set: int
     step: int
     get: int
     component: int
-    in_references: NDArray[np.uint32]
-    out_references: NDArray[np.uint32]
+
+
+class Direct(NamedTuple):
+    """A loaded unit for compiled code.
+
+    Attributes
+    ----------
+    calls : its functions
+    given, taken : values of its inputs and outputs, with those that it was linked with
+    no_state_before : whether no earlier state will be set
+    fail : called where a status is not good, or a step of FMI 3.0 ended early or ended the simulation
+    notes, place : where calls are noted, and the unit's number there; None: nowhere
+    """
+
+    calls: Calls
+    given: ExchangedValues
+    taken: ExchangedValues
     no_state_before: bool
     fail: Failing
     notes: Notes | None = None
@@ -79,36 +111,51 @@ class Turns:
         known = vectors.known
         found = {name: _direct(unit) for name, unit in asked.items()}
         chosen = {name: one for name, one in found.items() if one is not None and not wirings[name].modified}
-        count = sum(len(wirings[name].names) for name in chosen)
-        self._units = np.zeros((len(order), at.COLUMNS), dtype=np.int64)
-        self._wires, self._places = np.zeros((count, at.WIRES)), np.zeros(count, dtype=np.int64)
-        self._values = np.zeros(count)
         self._chosen, self._order = chosen, order
+        self._units = np.zeros((len(order), at.COLUMNS), dtype=np.int64)
+        count = sum(len(wirings[name].names) for name in chosen)
+        self._wires, self._values = np.zeros((count, at.WIRES)), np.zeros(count)
+        self._places = np.zeros((count, at.ENDS), dtype=np.int64)
+        self._sources = np.zeros(known.size // 3, dtype=np.int64)
+        blocks = [values.values for one in chosen.values() for values in (one.given, one.taken)]
+        self._exchanged = np.concatenate([np.empty(0), *blocks])
         self.inputs: dict[str, Array] = {}
-        n, first = known.size // 3, 0
-        notes = None
-        for row, unit in zip(self._units, order, strict=True):
-            if unit.name not in chosen:
-                continue
-            one, taken, part = chosen[unit.name], wirings[unit.name], parts[unit.name]
-            end = first + len(taken.names)
-            self.inputs[unit.name] = values = self._values[first:end]
-            self._places[first:end] = taken.places
-            self._wires[first:end] = np.column_stack([taken.scale, taken.shift, taken.low, taken.high])
-            row[[at.SET, at.DO_STEP, at.GET, at.COMPONENT]] = one.set, one.step, one.get, one.component
-            row[[at.IN_REFERENCES, at.OUT_REFERENCES]] = address_of(one.in_references), address_of(one.out_references)
-            row[[at.IN_FIRST, at.IN_END, at.OUT_FIRST, at.OUT_END]] = first, end, part.start, part.stop
-            row[[at.IN_VALUES, at.OUT_VALUES]] = address_of(values), address_of(known[n + part.start :])
-            row[[at.NO_STATE_BEFORE, at.PLACE]] = int(one.no_state_before), one.place
-            notes = one.notes if one.notes is not None else notes
-            first = end
+        self._fill(wirings, parts)
         self._control, self._numbers = np.zeros(at.CONTROLS, dtype=np.int64), np.zeros(at.OLD_WEIGHT + POINTS)
-        notes = np.zeros(at.NOTE_SLOTS, dtype=np.int64) if notes is None else notes
-        arrays = self._units, self._wires, self._places, self._values, *vectors, notes
-        self.arguments = (self._control, self._numbers, *arrays)
+        for slot, own in ((at.EVENT_AT, at.EVENT), (at.ENDED_AT, at.ENDED), (at.EARLY_AT, at.EARLY)):
+            self._control[slot] = address_of(self._control[own:])
+        self._control[at.REACHED_AT] = address_of(self._numbers[at.REACHED :])
+        noted = [one.notes for one in chosen.values() if one.notes is not None]
+        notes = noted[-1] if noted else np.zeros(at.NOTE_SLOTS, dtype=np.int64)
+        tables = self._units, self._wires, self._places, self._values, self._sources, self._exchanged
+        self.arguments = (self._control, self._numbers, *tables, *vectors, notes)
         self.until = self._ends()
         if chosen:
             self._call = bound_call(at.take_turns, self.arguments)
+
+    def _fill(self, wirings: Mapping[str, Wiring], parts: Mapping[str, slice]) -> None:
+        """Rows of the units, and places of their inputs and outputs."""
+        rows = {unit.name: row for unit, row in zip(self._order, self._units, strict=True)}
+        first = begin = 0
+        for name, one in self._chosen.items():
+            row, taken, part = rows[name], wirings[name], parts[name]
+            end = first + len(taken.names)
+            self.inputs[name] = self._values[first:end]
+            self._wires[first:end] = np.column_stack([taken.scale, taken.shift, taken.low, taken.high])
+            self._places[first:end, at.SOURCE] = taken.places
+            row[[at.VERSION, at.SET, at.DO_STEP, at.GET, at.COMPONENT]] = one.calls
+            row[[at.NO_STATE_BEFORE, at.PLACE]] = int(one.no_state_before), one.place
+            row[[at.IN_FIRST, at.IN_END, at.OUT_FIRST, at.OUT_END]] = first, end, part.start, part.stop
+            for values, column in ((one.given, at.IN_REFERENCES), (one.taken, at.OUT_REFERENCES)):
+                where = address_of(self._exchanged[begin:])
+                numbers = address_of(values.references), values.references.size, where, values.values.size
+                row[column : column + len(numbers)] = numbers
+                if values is one.given:
+                    self._places[first:end, at.TARGET] = begin + values.places
+                else:
+                    self._sources[part] = begin + values.places
+                begin += values.values.size
+            first = end
 
     def _ends(self) -> list[int]:
         ends = [0] * len(self._order)
@@ -137,8 +184,9 @@ class Turns:
             raise KeyboardInterrupt
         if found == at.REFUSED:
             unit = self._order[int(control[at.FAILED])]
-            call, status = int(control[at.CALL]), int(control[at.STATUS])
-            self._chosen[unit.name].fail(call, status, self.inputs[unit.name])
+            told = Told(bool(control[at.ENDED]), bool(control[at.EARLY]), float(numbers[at.REACHED]))
+            failed = Failed(int(control[at.CALL]), int(control[at.STATUS]), self.inputs[unit.name], told)
+            self._chosen[unit.name].fail(failed)
 
     def arrive(self) -> bool:
         """Remember the newest values as those of a communication point, if all are finite; whether they are."""

@@ -23,11 +23,25 @@ static struct {
     const char *guid, *resources;
     size_t variables;
     unsigned first, last;
+    size_t n_values;
     double step;
     int n_texts;
     unsigned references[16];
     const char *texts[16];
 } unit;
+
+typedef fmi2Component Instance;
+typedef fmi2FMUstate State;
+typedef fmi2Byte Byte;
+typedef void *Update;
+#define CALL(two, three) f.fmi2##two
+
+/* An instance and what it may say. */
+struct place {
+    const char *name;
+    fmi2Component one;
+    bool quiet;
+};
 
 static void logger(void *quiet, const char *name, fmi2Status status, const char *category, const char *format, ...) {
     char line[8192];
@@ -46,10 +60,11 @@ static void demand(fmi2Status status, const char *what) {
     if (status != fmi2OK) fail(what);
 }
 
-static fmi2Component fresh(const char *name, const fmi2CallbackFunctions *callbacks) {
-    fmi2Component one = f.fmi2Instantiate(name, fmi2CoSimulation, unit.guid, unit.resources, callbacks, 0, 0);
-    if (one == NULL) fail("no instance");
-    return one;
+static void fresh(struct place *place, Update none) {
+    (void)none;
+    place->one = f.fmi2Instantiate(place->name, fmi2CoSimulation, unit.guid, unit.resources,
+                                   place->quiet ? &QUIET : &SPEAKING, 0, 0);
+    if (place->one == NULL) fail("no instance");
 }
 
 static void start(fmi2Component one) {
@@ -70,71 +85,7 @@ static void read_outputs(fmi2Component one, double *values) {
     }
 }
 
-static size_t outputs_bytes(void) { return (unit.last - unit.first + 1) * sizeof(double); }
-
-static void compare(const double *values, const double *others, const char *what) {
-    if (memcmp(values, others, outputs_bytes()) != 0) fail(what);
-}
-
-/* Outputs after ``count`` steps, found in several ways. */
-static void run(const char *name, long count, double *values) {
-    double *again = malloc(outputs_bytes());
-    fmi2FMUstate state = NULL, other = NULL;
-    size_t size = 0;
-    fmi2Component one = fresh(name, &SPEAKING), two = fresh(name, &QUIET);
-    start(one);
-    steps(one, 0, count / 2);
-    demand(f.fmi2GetFMUstate(one, &state), "getFMUstate");
-    demand(f.fmi2SerializedFMUstateSize(one, state, &size), "serializedFMUstateSize");
-    char *bytes = malloc(size);
-    demand(f.fmi2SerializeFMUstate(one, state, bytes, size), "serializeFMUstate");
-    steps(one, count / 2, count);
-    read_outputs(one, values);
-    demand(f.fmi2SetFMUstate(one, state), "setFMUstate");
-    steps(one, count / 2, count);
-    read_outputs(one, again);
-    compare(values, again, "a restored state does not go on as before");
-    demand(f.fmi2DeSerializeFMUstate(two, bytes, size, &other), "deSerializeFMUstate");
-    demand(f.fmi2SetFMUstate(two, other), "setFMUstate in another instance");
-    steps(two, count / 2, count);
-    read_outputs(two, again);
-    compare(values, again, "another instance does not go on as the first");
-    demand(f.fmi2Terminate(one), "terminate");
-    demand(f.fmi2Reset(one), "reset");
-    start(one);
-    steps(one, 0, count);
-    read_outputs(one, again);
-    compare(values, again, "a reset instance does not run as a fresh one");
-    demand(f.fmi2FreeFMUstate(one, &state), "freeFMUstate");
-    demand(f.fmi2FreeFMUstate(two, &other), "freeFMUstate");
-    f.fmi2FreeInstance(one);
-    f.fmi2FreeInstance(two);
-    free(bytes);
-    free(again);
-}
-
-struct job { long count; double *values; thread thread; };
-
-static BEGIN run_job(void *given) {
-    struct job *job = given;
-    run("thread", job->count, job->values);
-    return 0;
-}
-
-static void run_threads(long n, long count, double *values) {
-    struct job *jobs = calloc((size_t)n, sizeof *jobs);
-    for (long k = 0; k < n; ++k) {
-        jobs[k] = (struct job){.count = count, .values = malloc(outputs_bytes())};
-        if (begin(&jobs[k].thread, run_job, jobs + k) != 0) fail("no thread");
-    }
-    for (long k = 0; k < n; ++k) end(jobs[k].thread);
-    memcpy(values, jobs[0].values, outputs_bytes());
-    for (long k = 0; k < n; ++k) {
-        compare(values, jobs[k].values, "threads differ");
-        free(jobs[k].values);
-    }
-    free(jobs);
-}
+#include "host_runs.h"
 
 /* ---------------------------------------------------------------- calls at random */
 
@@ -256,33 +207,33 @@ static void fuzz(long count, uint64_t seed, double *values) {
     long by_status[6] = {0};
     double time = 0.0;
     fmi2FMUstate state = NULL;
-    fmi2Component one = fresh("fuzz 100%", &QUIET);
+    struct place place = {.name = "fuzz 100%", .quiet = true};
+    fresh(&place, NULL);
     for (long k = 0; k < count; ++k) {
         const uint64_t kind = draw(&seed, 10);
-        const fmi2Status status = kind < 5   ? value_call(one, &seed, a)
-                                  : kind < 6 ? status_call(one, &seed)
-                                  : kind < 7 ? state_call(one, &seed, &state, &a)
-                                             : life_call(one, &seed, &time);
+        const fmi2Status status = kind < 5   ? value_call(place.one, &seed, a)
+                                  : kind < 6 ? status_call(place.one, &seed)
+                                  : kind < 7 ? state_call(place.one, &seed, &state, &a)
+                                             : life_call(place.one, &seed, &time);
         if (status > fmi2Error) fail("a status that no call may have");
         by_status[status]++;
-        if (draw(&seed, 2000) == 0) demand(f.fmi2Reset(one), "reset"); /* not for ever in one phase */
+        if (draw(&seed, 2000) == 0) demand(f.fmi2Reset(place.one), "reset"); /* not for ever in one phase */
         if (draw(&seed, 20000) == 0) {
-            f.fmi2FreeFMUstate(one, &state);
-            f.fmi2FreeInstance(one);
-            one = fresh("fuzz 100%", &QUIET);
+            f.fmi2FreeFMUstate(place.one, &state);
+            f.fmi2FreeInstance(place.one);
+            fresh(&place, NULL);
         }
     }
-    demand(f.fmi2FreeFMUstate(one, &state), "freeFMUstate");
-    demand(f.fmi2Reset(one), "reset");
-    start(one);
-    steps(one, 0, 10);
-    read_outputs(one, values);
-    f.fmi2FreeInstance(one);
-    double *again = malloc(outputs_bytes());
-    run("after", 10, again);
+    demand(f.fmi2FreeFMUstate(place.one, &state), "freeFMUstate");
+    demand(f.fmi2Reset(place.one), "reset");
+    start(place.one);
+    steps(place.one, 0, 10);
+    read_outputs(place.one, values);
+    f.fmi2FreeInstance(place.one);
+    double *again = room();
+    run("after", 10, NULL, again);
     compare(values, again, "after all these calls an instance runs otherwise than a fresh one");
-    fprintf(stderr, "%ld calls: %ld ok, %ld discarded, %ld refused\n", count, by_status[fmi2OK], by_status[fmi2Discard],
-            by_status[fmi2Error]);
+    tell(count, by_status);
     free(again);
     free(a.references);
     free(a.reals);
@@ -306,14 +257,8 @@ int main(int n, char **arguments) {
         unit.references[unit.n_texts] = (unsigned)strtoul(arguments[k], NULL, 10);
         unit.texts[unit.n_texts] = strchr(arguments[k], '=') + 1;
     }
-    const long count = strtol(arguments[9], NULL, 10);
-    const uint64_t seed = strtoull(arguments[10], NULL, 10) + 88172645463325252u;
-    double *values = malloc(outputs_bytes());
-    if (strcmp(arguments[8], "run") == 0) run("one", count, values);
-    if (strcmp(arguments[8], "threads") == 0) run_threads(count, 50, values);
-    if (strcmp(arguments[8], "fuzz") == 0) fuzz(count, seed, values);
-    for (unsigned k = 0; k <= unit.last - unit.first; ++k) printf("%a\n", values[k]);
-    free(values);
+    unit.n_values = unit.last - unit.first + 1;
+    answer(arguments + 8, fuzz);
     dlclose(library);
     return 0;
 }

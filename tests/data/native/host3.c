@@ -31,6 +31,12 @@ static struct {
     fmi3Int64 items[16];
 } unit;
 
+typedef fmi3Instance Instance;
+typedef fmi3FMUState State;
+typedef fmi3Byte Byte;
+typedef fmi3IntermediateUpdateCallback Update;
+#define CALL(two, three) f.fmi3##three
+
 struct arguments {
     fmi3ValueReference *references, *others;
     fmi3Float64 *reals, *results;
@@ -62,7 +68,7 @@ static void demand(fmi3Status status, const char *what) {
     if (status != fmi3OK) fail(what);
 }
 
-static void fresh(struct place *place, fmi3IntermediateUpdateCallback update) {
+static void fresh(struct place *place, Update update) {
     place->one = f.fmi3InstantiateCoSimulation(place->name, unit.token, unit.resources, false, false, false,
                                                update != NULL, NULL, 0, place, logger, update);
     if (place->one == NULL) fail("no instance");
@@ -94,74 +100,7 @@ static void read_outputs(fmi3Instance one, double *values) {
     free(again);
 }
 
-static double *room(void) { return malloc(unit.n_values * sizeof(double)); }
-
-static void compare(const double *values, const double *others, const char *what) {
-    if (memcmp(values, others, unit.n_values * sizeof *values) != 0) fail(what);
-}
-
-/* Outputs after ``count`` steps, found in several ways. */
-static void run(const char *name, long count, fmi3IntermediateUpdateCallback update, double *values) {
-    double *again = room();
-    fmi3FMUState state = NULL, other = NULL;
-    size_t size = 0;
-    struct place here = {.name = name}, there = {.name = name, .quiet = true};
-    fresh(&here, update);
-    fresh(&there, update);
-    fmi3Instance one = here.one, two = there.one;
-    start(one);
-    steps(one, 0, count / 2);
-    demand(f.fmi3GetFMUState(one, &state), "getFMUState");
-    demand(f.fmi3SerializedFMUStateSize(one, state, &size), "serializedFMUStateSize");
-    fmi3Byte *bytes = malloc(size);
-    demand(f.fmi3SerializeFMUState(one, state, bytes, size), "serializeFMUState");
-    steps(one, count / 2, count);
-    read_outputs(one, values);
-    demand(f.fmi3SetFMUState(one, state), "setFMUState");
-    steps(one, count / 2, count);
-    read_outputs(one, again);
-    compare(values, again, "a restored state does not go on as before");
-    demand(f.fmi3DeserializeFMUState(two, bytes, size, &other), "deserializeFMUState");
-    demand(f.fmi3SetFMUState(two, other), "setFMUState in another instance");
-    steps(two, count / 2, count);
-    read_outputs(two, again);
-    compare(values, again, "another instance does not go on as the first");
-    demand(f.fmi3Terminate(one), "terminate");
-    demand(f.fmi3Reset(one), "reset");
-    start(one);
-    steps(one, 0, count);
-    read_outputs(one, again);
-    compare(values, again, "a reset instance does not run as a fresh one");
-    demand(f.fmi3FreeFMUState(one, &state), "freeFMUState");
-    demand(f.fmi3FreeFMUState(two, &other), "freeFMUState");
-    f.fmi3FreeInstance(one);
-    f.fmi3FreeInstance(two);
-    free(bytes);
-    free(again);
-}
-
-struct job { long count; double *values; thread thread; };
-
-static BEGIN run_job(void *given) {
-    struct job *job = given;
-    run("thread", job->count, NULL, job->values);
-    return 0;
-}
-
-static void run_threads(long n, long count, double *values) {
-    struct job *jobs = calloc((size_t)n, sizeof *jobs);
-    for (long k = 0; k < n; ++k) {
-        jobs[k] = (struct job){.count = count, .values = room()};
-        if (begin(&jobs[k].thread, run_job, jobs + k) != 0) fail("no thread");
-    }
-    for (long k = 0; k < n; ++k) end(jobs[k].thread);
-    memcpy(values, jobs[0].values, unit.n_values * sizeof *values);
-    for (long k = 0; k < n; ++k) {
-        compare(values, jobs[k].values, "threads differ");
-        free(jobs[k].values);
-    }
-    free(jobs);
-}
+#include "host_runs.h"
 
 /* ---------------------------------------------------------------- calls at random */
 
@@ -384,8 +323,7 @@ static void fuzz(long count, uint64_t seed, double *values) {
     run("after", 10, updated ? update : NULL, again);
     compare(again, reset, "after all these calls an instance runs otherwise than a fresh one");
     run("after", 10, NULL, values);
-    fprintf(stderr, "%ld calls: %ld ok, %ld discarded, %ld refused\n", count, by_status[fmi3OK], by_status[fmi3Discard],
-            by_status[fmi3Error]);
+    tell(count, by_status);
     free(again);
     free(reset);
     discard(&a);
@@ -415,14 +353,7 @@ int main(int n, char **arguments) {
     if (library == NULL) fail(dlerror());
     FUNCTIONS(LOAD)
     read_arguments(n, arguments);
-    const long count = strtol(arguments[8], NULL, 10);
-    const uint64_t seed = strtoull(arguments[9], NULL, 10) + 88172645463325252u;
-    double *values = room();
-    if (strcmp(arguments[7], "run") == 0) run("one", count, NULL, values);
-    if (strcmp(arguments[7], "threads") == 0) run_threads(count, 50, values);
-    if (strcmp(arguments[7], "fuzz") == 0) fuzz(count, seed, values);
-    for (size_t k = 0; k < unit.n_values; ++k) printf("%a\n", values[k]);
-    free(values);
+    answer(arguments + 7, fuzz);
     dlclose(library);
     return 0;
 }

@@ -1,11 +1,15 @@
-/* A foreign FMU whose call fails in a way that the environment names: ODD = "call:mode", e.g. "step:signal 11".
+/* A foreign FMU whose call fails in a way that the environment names: ODD = "call:mode", e.g. "step:signal 11";
+   where the environment has ODD_UNIT, only the instance of that name fails.
 
-   Variables (FMI 2.0 Real): 0 is the input "in", 1 the output "out" = "in". */
+   Variables of FMI 2.0 (Real): 0 is the input "in", 1 the output "out" = "in" + time. Those of FMI 3.0 (Float64) are the
+   same, and 2 is the input "row" of three elements, 3 the output "sums": of the first, of two, of all three. Outputs of
+   FMI 3.0 are those of the end of the last step. */
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <pthread.h>
 #include <setjmp.h>
 #include <signal.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,9 +26,11 @@ typedef struct {
     void (*release)(void *);
     void *finished, *environment;
 } Callbacks;
+typedef void (*Logger3)(void *, Status, const char *, const char *);
 struct unit {
-    double in, time;
-    const Callbacks *callbacks;
+    double in, time, row[3], outputs[4];
+    const Callbacks *callbacks; /* of FMI 2.0 */
+    Logger3 log; /* of FMI 3.0 */
     char name[64];
 };
 #define EXPORT __attribute__((visibility("default")))
@@ -42,9 +48,25 @@ static void overflow_stack(volatile char *above) {
     room[1] = room[0];
 }
 
+static void say(struct unit *one, const char *name, const char *category, const char *text) {
+    if (one->callbacks == NULL) one->log(NULL, 3, category, text);
+    else one->callbacks->log(NULL, name, 3, category, text);
+}
+
+/* What the environment asks of a unit; NULL for nothing. */
+static const char *mode_of(const struct unit *one) {
+    const char *name = getenv("ODD_UNIT");
+    return name == NULL || strcmp(name, one->name) == 0 ? getenv("ODD") : NULL;
+}
+
+static bool asked(const struct unit *one, const char *mode) {
+    const char *said = mode_of(one);
+    return said != NULL && strcmp(said, mode) == 0;
+}
+
 /* Misbehave where the environment says so; returns the status of the call. */
 static Status odd(struct unit *one, const char *call) {
-    const char *said = getenv("ODD");
+    const char *said = mode_of(one);
     size_t n = strlen(call);
     if (said == NULL || strncmp(said, call, n) != 0 || said[n] != ':') return 0;
     if (strcmp(call, "step") == 0 && one->time < 0.45) return 0;
@@ -77,22 +99,33 @@ static Status odd(struct unit *one, const char *call) {
     }
     if (strcmp(mode, "elsewhere") == 0 && chdir("/") != 0) return 3;
     if (strcmp(mode, "print") == 0 && write(1, text, 1) < 0) return 3;
-    if (strcmp(mode, "log nothing") == 0) { one->callbacks->log(NULL, NULL, 3, NULL, NULL); return 3; }
-    if (strcmp(mode, "log bytes") == 0) { one->callbacks->log(NULL, one->name, 3, "x", "\xff\xfe\x1b[2J"); return 3; }
+    if (strcmp(mode, "log nothing") == 0) { say(one, NULL, NULL, NULL); return 3; }
+    if (strcmp(mode, "log bytes") == 0) { say(one, one->name, "x", "\xff\xfe\x1b[2J"); return 3; }
     if (strcmp(mode, "log long") == 0) {
         char *much = malloc(1 << 20);
         memset(much, 'x', (1 << 20) - 1);
         much[(1 << 20) - 1] = 0;
-        one->callbacks->log(NULL, one->name, 3, "x", "%s", much);
+        say(one, one->name, "x", much);
         free(much);
         return 3;
     }
     if (strcmp(mode, "log much") == 0) {
-        for (int k = 0; k < 20000; ++k) one->callbacks->log(NULL, one->name, 3, "x", "message");
+        for (int k = 0; k < 20000; ++k) say(one, one->name, "x", "message");
         return 3;
     }
     return 0;
 }
+
+/* The first of the values that are read, where the environment says so; returns the status of the call. */
+static Status odd_value(struct unit *own, double *values) {
+    if (own->time <= 0.45) return 0;
+    if (asked(own, "value:nan")) values[0] = 0.0 / 0.0 * (own->time + 1.0);
+    if (asked(own, "value:inf")) values[0] = 1.0 / (own->time - own->time);
+    if (asked(own, "value:huge")) values[0] = 1.7e308;
+    return odd(own, "get");
+}
+
+/* ---------------------------------------------------------------- FMI 2.0 */
 
 EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
 EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
@@ -123,13 +156,9 @@ EXPORT Status fmi2SetReal(void *one, const Ref *refs, size_t n, const double *va
     return odd(one, "set");
 }
 EXPORT Status fmi2GetReal(void *one, const Ref *refs, size_t n, double *values) {
-    const char *said = getenv("ODD");
     struct unit *own = one;
     for (size_t k = 0; k < n; ++k) values[k] = refs[k] == 0 ? own->in : own->in + own->time;
-    if (said != NULL && own->time > 0.45 && strcmp(said, "value:nan") == 0) values[0] = 0.0 / 0.0 * (own->time + 1.0);
-    if (said != NULL && own->time > 0.45 && strcmp(said, "value:inf") == 0) values[0] = 1.0 / (own->time - own->time);
-    if (said != NULL && own->time > 0.45 && strcmp(said, "value:huge") == 0) values[0] = 1.7e308;
-    return own->time > 0.45 ? odd(one, "get") : 0;
+    return odd_value(own, values);
 }
 EXPORT Status fmi2DoStep(void *one, double time, double size, int no_set) {
     (void)no_set;
@@ -145,3 +174,82 @@ REST(fmi2SerializedFMUstateSize) REST(fmi2SerializeFMUstate) REST(fmi2DeSerializ
 REST(fmi2GetDirectionalDerivative) REST(fmi2SetRealInputDerivatives) REST(fmi2GetRealOutputDerivatives)
 REST(fmi2CancelStep) REST(fmi2GetStatus) REST(fmi2GetRealStatus) REST(fmi2GetIntegerStatus)
 REST(fmi2GetBooleanStatus) REST(fmi2GetStringStatus)
+
+/* ---------------------------------------------------------------- FMI 3.0 */
+
+EXPORT const char *fmi3GetVersion(void) { return "3.0"; }
+EXPORT void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *where, bool visible, bool logging,
+                                         bool events, bool early, const Ref *refs, size_t n, void *environment, Logger3 log,
+                                         void *update) {
+    struct unit *one = calloc(1, sizeof *one);
+    (void)token, (void)where, (void)visible, (void)logging, (void)events, (void)early, (void)refs, (void)n;
+    (void)environment, (void)update;
+    one->log = log;
+    strncpy(one->name, name, sizeof one->name - 1);
+    if (odd(one, "instantiate") != 0) return NULL;
+    return one;
+}
+EXPORT void fmi3FreeInstance(void *one) { odd(one, "free"); }
+EXPORT Status fmi3EnterInitializationMode(void *one, bool t, double tolerance, double start, bool s, double stop) {
+    (void)t, (void)tolerance, (void)start, (void)s, (void)stop;
+    Status status = odd(one, "setup");
+    return status != 0 ? status : odd(one, "enter");
+}
+EXPORT Status fmi3ExitInitializationMode(void *one) { return odd(one, "exit"); }
+EXPORT Status fmi3Terminate(void *one) { return odd(one, "terminate"); }
+EXPORT Status fmi3SetFloat64(void *one, const Ref *refs, size_t n, const double *values, size_t m) {
+    struct unit *own = one;
+    const double *end = values + m;
+    for (size_t k = 0; k < n; ++k) {
+        if (refs[k] != 0 && refs[k] != 2) return 3;
+        size_t size = refs[k] == 2 ? 3 : 1;
+        if (values + size > end) return 3;
+        memcpy(refs[k] == 2 ? own->row : &own->in, values, size * sizeof *values);
+        values += size;
+        if (refs[k] == 2 && own->time > 0.45 && asked(own, "row:refused")) return 3;
+    }
+    if (values != end) return 3;
+    return own->time > 0.45 ? odd(own, "set") : 0;
+}
+EXPORT Status fmi3GetFloat64(void *one, const Ref *refs, size_t n, double *values, size_t m) {
+    struct unit *own = one;
+    double *next = values, *end = values + m;
+    for (size_t k = 0; k < n; ++k) {
+        if (refs[k] != 1 && refs[k] != 3) return 3;
+        size_t size = refs[k] == 3 ? 3 : 1;
+        if (next + size > end) return 3;
+        memcpy(next, own->outputs + (refs[k] == 3), size * sizeof *next);
+        next += size;
+    }
+    if (next != end) return 3;
+    return odd_value(own, values);
+}
+EXPORT Status fmi3DoStep(void *one, double time, double size, bool no_set, bool *event, bool *ended, bool *early,
+                         double *reached) {
+    struct unit *own = one;
+    (void)no_set;
+    own->time = time;
+    Status status = odd(own, "step");
+    const bool now = time > 0.45;
+    *event = now && asked(own, "step:event");
+    *ended = now && asked(own, "step:ended");
+    *early = now && (asked(own, "step:early") || asked(own, "step:early and status 3"));
+    if (now && asked(own, "step:early and status 3")) status = 3;
+    own->time = *reached = time + (*early ? 0.5 : 1.0) * size;
+    own->outputs[0] = own->in + own->time;
+    for (int k = 0; k < 3; ++k) own->outputs[1 + k] = own->row[k] + (k == 0 ? 0.0 : own->outputs[k]);
+    return status;
+}
+#define VALUES(type) REST(fmi3Get##type) REST(fmi3Set##type)
+VALUES(Float32) VALUES(Int8) VALUES(UInt8) VALUES(Int16) VALUES(UInt16) VALUES(Int32) VALUES(UInt32) VALUES(Int64)
+VALUES(UInt64) VALUES(Boolean) VALUES(String) VALUES(Binary) VALUES(Clock) VALUES(FMUState) VALUES(IntervalDecimal)
+VALUES(IntervalFraction) VALUES(ShiftDecimal) VALUES(ShiftFraction) VALUES(ContinuousStates)
+REST(fmi3InstantiateModelExchange) REST(fmi3InstantiateScheduledExecution) REST(fmi3Reset) REST(fmi3SetDebugLogging)
+REST(fmi3EnterEventMode) REST(fmi3EnterStepMode) REST(fmi3EnterConfigurationMode) REST(fmi3ExitConfigurationMode)
+REST(fmi3FreeFMUState) REST(fmi3SerializedFMUStateSize) REST(fmi3SerializeFMUState) REST(fmi3DeserializeFMUState)
+REST(fmi3GetNumberOfVariableDependencies) REST(fmi3GetVariableDependencies) REST(fmi3GetDirectionalDerivative)
+REST(fmi3GetAdjointDerivative) REST(fmi3EvaluateDiscreteStates) REST(fmi3UpdateDiscreteStates)
+REST(fmi3EnterContinuousTimeMode) REST(fmi3CompletedIntegratorStep) REST(fmi3SetTime)
+REST(fmi3GetContinuousStateDerivatives) REST(fmi3GetEventIndicators) REST(fmi3GetNominalsOfContinuousStates)
+REST(fmi3GetNumberOfEventIndicators) REST(fmi3GetNumberOfContinuousStates) REST(fmi3GetOutputDerivatives)
+REST(fmi3ActivateModelPartition)

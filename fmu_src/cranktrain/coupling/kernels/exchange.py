@@ -1,8 +1,9 @@
 """Turns of units whose functions can be called at their addresses: set inputs, step, read outputs.
 
 The values of all units are in the master's vectors, see :mod:`cranktrain.coupling.master`. An input is
-``scale · known[place] + shift``, within its bounds. Outputs are read to their places among the newest values. Each call
-is noted in memory that a supervising process reads.
+``scale · known[place] + shift``, within its bounds. A call sets or reads the values of a unit's variables where they
+lie one after the other, arrays whole; inputs and outputs of the master have places among them. Each call is noted in
+memory that a supervising process reads.
 """
 
 from __future__ import annotations
@@ -12,21 +13,31 @@ import math
 from cranktrain.core.foreign_function import call_foreign
 from cranktrain.core.kernel import inlined_kernel, kernel
 
+FMI_2, FMI_3 = 2, 3
+"""Versions of the functions: those of 3.0 take the number of values too, and a step has more to tell."""
 (
-    SET, DO_STEP, GET, COMPONENT, IN_REFERENCES, IN_VALUES, IN_FIRST, IN_END, OUT_REFERENCES, OUT_VALUES, OUT_FIRST,
-    OUT_END, NO_STATE_BEFORE, PLACE, COLUMNS,
-) = range(15)  # fmt: skip
-"""Columns of a unit's row: addresses of its functions and of its instance; addresses of the references and values of
-its inputs, and its part of all inputs; likewise of its outputs; whether no earlier state will be set; its number in the
-notes."""
+    VERSION, SET, DO_STEP, GET, COMPONENT, NO_STATE_BEFORE, PLACE, IN_FIRST, IN_END, IN_REFERENCES, IN_COUNT, IN_VALUES,
+    IN_SIZE, OUT_FIRST, OUT_END, OUT_REFERENCES, OUT_COUNT, OUT_VALUES, OUT_SIZE, COLUMNS,
+) = range(20)  # fmt: skip
+"""Columns of a unit's row: version and addresses of its functions, address of its instance; whether no earlier state
+will be set; its number in the notes; its part of all inputs, address and number of the references to set, address and
+number of their values; likewise of its outputs."""
 SCALE, SHIFT, LOW, HIGH, WIRES = range(5)
 """Columns of an input's row."""
-WHAT, FIRST, END, OLDER, FAILED, CALL, STATUS, CONTROLS = range(8)
-"""What to do for which units; how many earlier points a mean takes; row, call and status of a unit that failed."""
+SOURCE, TARGET, ENDS = range(3)
+"""Columns of an input's places: among the known values, and among the values that calls set or read."""
+(
+    WHAT, FIRST, END, OLDER, FAILED, CALL, STATUS, EVENT, ENDED, EARLY, EVENT_AT, ENDED_AT, EARLY_AT, REACHED_AT,
+    CONTROLS,
+) = range(15)  # fmt: skip
+"""What to do for which units; how many earlier points a mean takes; row, call and status of a unit that failed; what a
+step of FMI 3.0 tells: whether there was an event, whether the simulation has ended and whether the step has, too early;
+addresses of these and of the time that it reached."""
 WRITE, STEP, READ, MEAN, ARRIVE = 1, 2, 4, 8, 16
 """Bits of ``WHAT``."""
-TIME, SIZE, NEW_WEIGHT, OLD_WEIGHT = range(4)
-"""Time (s) and size (s) of the step; weights of the mean over it: of the newest value, and of earlier points."""
+TIME, SIZE, REACHED, NEW_WEIGHT, OLD_WEIGHT = range(5)
+"""Time (s) and size (s) of the step; time (s) that a step of FMI 3.0 reached; weights of the mean over it: of the
+newest value, and of earlier points."""
 NOTE_UNIT, NOTE_CALL, NOTE_COUNT, NOTE_STOP, NOTE_SLOTS = range(5)
 """Integers of the notes: unit and call under way, how many calls have begun and ended, whether to stop."""
 NOTHING, INITIALIZATION, INPUTS, OUTPUTS, STEPPING, STATE, CLOSING = range(7)
@@ -38,44 +49,38 @@ _WARNING = 1
 
 # In one piece: arrays of a master, which numba takes one by one from Python.
 @kernel
-def take_turns(control, numbers, units, wires, places, inputs, known, samples, extremes, notes):
+def take_turns(control, numbers, units, wires, places, inputs, sources, exchanged, known, samples, extremes, notes):
     """Let units write, step and read as ``control`` says, and at last remember the values of a communication point.
 
-    ``units`` (u, COLUMNS), ``wires`` (i, WIRES) and ``places`` (i,) of all inputs, ``known`` (3 n,), ``samples``
-    (points, n) the values at earlier communication points, newest first, ``extremes`` (2, n) the least and largest so
-    far. Returns DONE, REFUSED with the call in ``control``, STOPPED, or NOT_FINITE, where nothing is remembered.
+    ``units`` (u, COLUMNS), ``wires`` (i, WIRES) and ``places`` (i, ENDS) of all ``inputs`` (i,), ``sources`` (n,) of
+    the outputs among the values ``exchanged`` by calls, ``known`` (3 n,), ``samples`` (points, n) the values at earlier
+    communication points, newest first, ``extremes`` (2, n) the least and largest so far. Returns DONE, REFUSED with the
+    call in ``control``, STOPPED, or NOT_FINITE, where nothing is remembered.
     """
     n = samples.shape[1]
     what = control[WHAT]
     for u in range(control[FIRST], control[END]):
         notes[NOTE_UNIT] = units[u, PLACE]
         if what & WRITE and units[u, IN_END] > units[u, IN_FIRST]:
-            gather(units[u], wires, places, inputs, known)
-            arguments = (
-                units[u, COMPONENT], units[u, IN_REFERENCES], units[u, IN_END] - units[u, IN_FIRST], units[u, IN_VALUES]
-            )  # fmt: skip
+            gather(units[u], wires, places, inputs, exchanged, known)
             begin_call(notes, INPUTS)
-            status = call_foreign(units[u, SET], arguments)
+            status = call_with_values(units[u], SET, IN_REFERENCES)
             if not end_call(control, notes, u, INPUTS, status):
                 return REFUSED
         if what & STEP:
             if notes[NOTE_STOP] != 0:
                 return STOPPED
             begin_call(notes, STEPPING)
-            status = call_foreign(
-                units[u, DO_STEP], (units[u, COMPONENT], numbers[TIME], numbers[SIZE], units[u, NO_STATE_BEFORE])
-            )
+            status = call_step(units[u], control, numbers)
             if not end_call(control, notes, u, STEPPING, status):
                 return REFUSED
         if what & READ and units[u, OUT_END] > units[u, OUT_FIRST]:
-            arguments = (
-                units[u, COMPONENT], units[u, OUT_REFERENCES], units[u, OUT_END] - units[u, OUT_FIRST],
-                units[u, OUT_VALUES],
-            )  # fmt: skip
             begin_call(notes, OUTPUTS)
-            status = call_foreign(units[u, GET], arguments)
+            status = call_with_values(units[u], GET, OUT_REFERENCES)
             if not end_call(control, notes, u, OUTPUTS, status):
                 return REFUSED
+            for k in range(units[u, OUT_FIRST], units[u, OUT_END]):
+                known[n + k] = exchanged[sources[k]]
         if what & MEAN:
             for k in range(units[u, OUT_FIRST], units[u, OUT_END]):
                 mean = numbers[NEW_WEIGHT] * known[n + k]
@@ -85,6 +90,27 @@ def take_turns(control, numbers, units, wires, places, inputs, known, samples, e
     if what & ARRIVE:
         return arrive(known[n : 2 * n], samples, extremes)
     return DONE
+
+
+@inlined_kernel
+def call_with_values(unit, function, references):
+    """Call the function that sets or reads values; ``references`` is the first of four columns that follow."""
+    count, values, size = unit[references + 1], unit[references + 2], unit[references + 3]
+    if unit[VERSION] == FMI_2:
+        return call_foreign(unit[function], (unit[COMPONENT], unit[references], count, values))
+    return call_foreign(unit[function], (unit[COMPONENT], unit[references], count, values, size))
+
+
+@inlined_kernel
+def call_step(unit, control, numbers):
+    """Let a unit step; what it tells is in ``control`` and ``numbers``."""
+    control[EVENT] = control[ENDED] = control[EARLY] = 0
+    numbers[REACHED] = 0.0
+    time, size, no_state_before = numbers[TIME], numbers[SIZE], unit[NO_STATE_BEFORE]
+    if unit[VERSION] == FMI_2:
+        return call_foreign(unit[DO_STEP], (unit[COMPONENT], time, size, no_state_before))
+    event, ended, early, reached = control[EVENT_AT], control[ENDED_AT], control[EARLY_AT], control[REACHED_AT]
+    return call_foreign(unit[DO_STEP], (unit[COMPONENT], time, size, no_state_before, event, ended, early, reached))
 
 
 @inlined_kernel
@@ -103,15 +129,16 @@ def arrive(newest, samples, extremes):
 
 
 @inlined_kernel
-def gather(unit, wires, places, inputs, known):
+def gather(unit, wires, places, inputs, exchanged, known):
     """Inputs of a unit from the known values of all outputs."""
     for i in range(unit[IN_FIRST], unit[IN_END]):
-        value = known[places[i]] * wires[i, SCALE] + wires[i, SHIFT]
+        value = known[places[i, SOURCE]] * wires[i, SCALE] + wires[i, SHIFT]
         if value < wires[i, LOW]:
             value = wires[i, LOW]
         if value > wires[i, HIGH]:
             value = wires[i, HIGH]
         inputs[i] = value
+        exchanged[places[i, TARGET]] = value
 
 
 @inlined_kernel
@@ -123,8 +150,9 @@ def begin_call(notes, call):
 
 @inlined_kernel
 def end_call(control, notes, unit, call, status):
-    """Note the end of a call; whether its status is good. One that failed stays noted."""
-    if not 0 <= status <= _WARNING:
+    """Note the end of a call; whether its status is good and a step went to its end. One that failed stays noted."""
+    whole = call != STEPPING or (control[ENDED] == 0 and control[EARLY] == 0)
+    if not (whole and 0 <= status <= _WARNING):
         control[FAILED] = unit
         control[CALL] = call
         control[STATUS] = status

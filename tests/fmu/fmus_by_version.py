@@ -1,0 +1,46 @@
+"""Native FMUs of both versions of FMI: of engines with the torsional crank alone, and of the six with its modules."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cranktrain.core.errors import InputError
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain.engine.file import load_engine
+from cranktrain.fmu.build import build_fmu
+from cranktrain.fmu.engine_fmu import build, engine_interface
+from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.start_levels import with_starts
+from cranktrain.structure.assembly import running_crank
+
+VERSIONS = ("2.0", "3.0")
+
+
+def torsional_fmu(name: str, folder: Path, fmi: str = "3.0", clocks: bool = False) -> Path:
+    """An engine's FMU with the torsional crank alone; skips where its library cannot be made."""
+    engine = load_engine(name)
+    model = FlatModel(engine, {"torsional": running_crank(engine, "torsional")})
+    interface = with_starts(engine_interface(engine, clocks), {"crank.level": "torsional"})
+    try:
+        return build(model, folder, interface=interface, platforms=("linux64",), fmi=fmi)
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+def module_fmu(name: str, folder: Path, fmi: str = "2.0") -> Path:
+    """A module's; skips likewise."""
+    try:
+        return build_fmu(name, folder, platforms=("linux64",), fmi=fmi)
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+def six(folder: Path, fmi: str) -> dict[str, Path]:
+    """The six by module: cranktrain, combustion, valve train."""
+    return {
+        CRANKTRAIN: torsional_fmu("diesel_i6", folder, fmi),
+        COMBUSTION: module_fmu("combustion_i6", folder, fmi),
+        VALVETRAIN: module_fmu("valvetrain_i6", folder, fmi),
+    }
