@@ -1,6 +1,7 @@
 """Damaged and hostile files of results and bodies: one line and exit code 2, and no memory that they only state."""
 
 import json
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -16,8 +17,10 @@ from cranktrain.coupling.run import Coupled, keep_run
 from cranktrain.results.export import export
 from cranktrain.results.in_hand.loaded import load_run
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.store import columns
 from cranktrain.store.bodies import export_body, import_body
-from cranktrain.store.hdf5 import load_body, save_body
+from cranktrain.store.columns import ResultColumns
+from cranktrain.store.hdf5 import load_body, save_body, write_result
 from cranktrain.store.variant_files import HEAD, VariantFiles
 from cranktrain.structure.fem.own_body import read_body
 from cranktrain.studies.report.findings import _fatigue
@@ -35,9 +38,8 @@ def refused(capsys, *arguments):
 def test_a_damaged_result_is_refused_by_every_reader(tmp_path, capsys, harm):
     path = result(tmp_path / "run.h5")
     harm(path)
-    if harm.__name__ != "not_a_number":  # a table is of numbers as they are
-        assert "run.h5" in refused(capsys, "export", path, "--to", tmp_path / "t.csv")
-        assert not (tmp_path / "t.csv").exists()
+    assert "run.h5" in refused(capsys, "export", path, "--to", tmp_path / "t.csv")
+    assert not (tmp_path / "t.csv").exists()
     assert "run.h5" in refused(capsys, "bearing-loads", "diesel_i6", "--result", path)
     with pytest.raises(StoreError, match=r"run\.h5"):
         load_run(path)
@@ -57,14 +59,75 @@ def test_a_damaged_run_up_is_refused_by_every_reader(tmp_path, capsys, harm, nam
     assert not (tmp_path / "t.csv").exists()
 
 
+def with_value(path, name, value, place=-1):
+    """A file of which one number is another."""
+    with h5py.File(path, "r+") as file:
+        values = file[f"data/{name}"][()]
+        values.flat[place] = value
+        file[f"data/{name}"][...] = values
+
+
+@pytest.mark.parametrize("place", [0, 7, 49])
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan, -1.0, 0.0])
+def test_a_time_that_is_not_finite_or_does_not_rise_is_refused_by_every_reader(tmp_path, capsys, value, place):
+    path = result(tmp_path / "run.h5")
+    if place == 0 and value in (0.0, -1.0):
+        value = 1.0  # the run lasts less
+    with_value(path, "time", value, place)
+    for table in ("t.csv", "t.npz"):
+        assert "run.h5: its time is damaged" in refused(capsys, "export", path, "--to", tmp_path / table)
+        assert not (tmp_path / table).exists()
+    assert "run.h5" in refused(capsys, "bearing-loads", "diesel_i6", "--result", path)
+    with pytest.raises(StoreError, match=r"run\.h5"):
+        load_run(path)
+
+
+def test_times_of_a_long_result_rise_from_block_to_block(tmp_path):
+    time = np.arange(2.0 * columns.BLOCK)
+    write_result(tmp_path / "run.h5", {"time": (time, "s")}, {})
+    assert ResultColumns.of(tmp_path / "run.h5").rows == time.size
+    time[columns.BLOCK :] -= 1.0
+    write_result(tmp_path / "run.h5", {"time": (time, "s")}, {})
+    with pytest.raises(StoreError, match="its time is damaged"):
+        ResultColumns.of(tmp_path / "run.h5")
+
+
+def test_a_time_of_coupled_units_rises(tmp_path):
+    times, values = np.array([0.0, 1.0, 2.0, 2.0]), np.arange(4.0)[:, None]
+    keep_run(
+        tmp_path / "run.h5", Coupled(("six.crank.angle",), ("rad",), times, values, {}, 3, 0, 3, 0.1), {"scheme": "x"}
+    )
+    with pytest.raises(StoreError, match="its time is damaged"):
+        load_run(tmp_path / "run.h5")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("cycles", -3), ("repeats", -1), ("left", -1e-5), ("orders", 0.5), ("extremes", np.inf), ("extremes", -1e300)],
+)
+def test_numbers_that_no_run_up_has_are_refused_by_every_reader(tmp_path, capsys, name, value):
+    """A negative count of cycles would be drawn as one."""
+    run_up(tmp_path / "up.h5")
+    with_value(tmp_path / "up.h5", name, value)
+    for call in (("export", "up.h5", "--to", "t.csv"), ("plot-runup", "up.h5", "--plots", "new")):
+        call = [tmp_path / one if "." in one or one == "new" else one for one in call]
+        assert "up.h5: holds numbers that no run-up has" in refused(capsys, *call)
+    with pytest.raises(StoreError, match="holds numbers that no run-up has"):
+        load_run(tmp_path / "up.h5")
+
+
+def test_a_journal_with_numbers_that_no_run_up_has_is_refused(tmp_path):
+    made = run_up(tmp_path / "up.h5")
+    replace(made, speeds=made.speeds + 50.0, cycles=-made.cycles).add_to_journal(tmp_path / "up.h5")
+    with pytest.raises(StoreError, match="holds numbers that no run-up has"):
+        RunUp.load(tmp_path / "up.h5")
+
+
 @pytest.mark.parametrize(("name", "value"), [("speeds", 1e300), ("amplitudes", 1e308), ("amplitudes", np.inf)])
 def test_a_run_up_of_numbers_beyond_measure_is_refused(tmp_path, capsys, name, value):
     """They would overflow where they are drawn."""
     run_up(tmp_path / "up.h5")
-    with h5py.File(tmp_path / "up.h5", "r+") as file:
-        values = file[f"data/{name}"][()]
-        values.flat[-1] = value
-        file[f"data/{name}"][...] = values
+    with_value(tmp_path / "up.h5", name, value)
     assert "up.h5" in refused(capsys, "plot-runup", tmp_path / "up.h5", "--plots", tmp_path / "new")
 
 

@@ -45,7 +45,9 @@ sys.exit(main(["modal", "diesel_i6", "--json"]))
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("module", ["rich.console", "numpy._core.multiarray", "numpy.linalg", "numpy.random.mtrand", "scipy.sparse.linalg"])
+@pytest.mark.parametrize(
+    "module", ["rich.console", "numpy._core.multiarray", "numpy.linalg", "numpy.random.mtrand", "scipy.sparse.linalg"]
+)
 def test_while_libraries_are_loaded_it_is_one_line(tmp_path, module, number):
     """The first second: some libraries make another error of it, or swallow it."""
     script = WHILE_LOADING.format(module=module, number=int(number))

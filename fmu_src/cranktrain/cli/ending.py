@@ -59,7 +59,6 @@ def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
     An interrupt that arrives in a function whose errors Python ignores arrives once more. One that the caller ignores,
     as a shell's background job does, stays ignored.
     """
-
     process = os.getpid()
 
     def stop(number: int, frame: Any) -> NoReturn:

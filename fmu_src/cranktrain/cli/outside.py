@@ -51,7 +51,7 @@ def begun() -> None:
 def outside(number: int, frame: Any) -> None:
     """Answer to a signal outside of the verb."""
     if not _begun:
-        text = '{{"error": {{"what": "interrupted", "where": null, "remedy": "{}"}}}}\n'.format(NOTHING)
+        text = f'{{"error": {{"what": "interrupted", "where": null, "remedy": "{NOTHING}"}}}}\n'
         os.write(2, f"cranktrain: interrupted; {NOTHING}\n".encode())
         if "--json" in sys.argv:
             os.write(1, text.encode())

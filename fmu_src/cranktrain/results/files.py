@@ -17,6 +17,7 @@ from cranktrain.dynamics.outputs.register import FAMILIES
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.store.hdf5 import RESULT, read_result, write_result
 from cranktrain.store.result_stream import ResultStream, result_stream
+from cranktrain.store.sound_files import rising
 from cranktrain.store.whole_file import check_place
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ class StoredRun:
         if len(axes) < 2 or any(axis.size < 2 for axis in axes):
             raise StoreError(f"{path}: holds no samples; run 'cranktrain simulate' again")
         sound = all(axis.ndim == 1 and axis.dtype.kind in "iuf" and np.isfinite(axis).all() for axis in axes)
-        if not sound or axes[0].size != axes[1].size or np.any(np.diff(axes[0]) <= 0.0):
+        if not sound or axes[0].size != axes[1].size or not rising(axes[0]):
             raise StoreError(f"{path}: its time and angle are damaged; run 'cranktrain simulate' again")
         return cls(outputs.pop("time"), outputs.pop("angle"), outputs, attributes)
 

@@ -79,6 +79,11 @@ def check_tree(file: Any, size: int) -> None:
         check_size(asked, size, name)
 
 
+def rising(values: NDArray[Any], last: float = -math.inf) -> bool:
+    """Whether numbers (n,) are finite, each above the one before and all above ``last``."""
+    return bool(np.isfinite(values).all() and np.all(np.diff(values, prepend=last) > 0.0))
+
+
 def _items(group: Any, above: str = "", seen: frozenset[Any] = frozenset()) -> Iterator[tuple[str, Any]]:
     """Names and objects below a group; ``ValueError`` where a link is none of a tree."""
     for name in group:
