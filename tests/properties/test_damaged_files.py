@@ -14,6 +14,7 @@ from test_own_body import made as made  # a fixture
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.coupling.run import Coupled, keep_run
+from cranktrain.engine.file import load_engine
 from cranktrain.results.export import export
 from cranktrain.results.in_hand.loaded import load_run
 from cranktrain.results.run_up.run_up import RunUp
@@ -22,6 +23,7 @@ from cranktrain.store.bodies import export_body, import_body
 from cranktrain.store.columns import ResultColumns
 from cranktrain.store.hdf5 import load_body, save_body, write_result
 from cranktrain.store.variant_files import HEAD, VariantFiles
+from cranktrain.structure.crank.beam import beam_body
 from cranktrain.structure.fem.own_body import read_body
 from cranktrain.studies.report.findings import _fatigue
 
@@ -159,6 +161,74 @@ def test_a_body_of_negative_mass_is_refused_in_every_format(tmp_path, made):
         file.attrs["mass"] = -1.0
     with pytest.raises(StoreError, match="its mass is -1 kg, needs one above zero"):
         load_body(path)
+
+
+def antisymmetric(matrix):
+    return matrix + np.tril(np.ones_like(matrix))
+
+
+HARMED = (
+    ("gyroscopic", lambda a: a + np.eye(len(a)), "'gyroscopic' is not antisymmetric"),
+    ("centrifugal", antisymmetric, "'centrifugal' is not symmetric"),
+    ("stress_stiffness", antisymmetric, "'stress_stiffness' is not symmetric"),
+    ("inertia", lambda a: 2.0 * a, "rigid modes do not belong"),
+    ("centre", lambda a: a + 0.1, "rigid modes do not belong"),
+    ("positions", lambda a: a[::-1], "rigid modes do not belong"),
+    ("translation", lambda a: -a, "rigid modes do not belong"),
+    ("shapes", lambda a: 0.0 * a, "rigid modes do not belong"),
+    ("euler_load", lambda a: 1e300 * np.ones_like(a), "'euler_load' holds values beyond"),
+    ("centrifugal_load", lambda a: a * np.nan, "'centrifugal_load' holds values that are not finite"),
+    ("centrifugal_load", lambda a: a.astype(complex), "damaged"),
+    ("gyroscopic", lambda a: a.astype("S5"), "damaged"),
+)
+"""Array of a body → what makes it that of no body, and what is said of it."""
+
+
+@pytest.mark.parametrize(("name", "harm", "said"), HARMED)
+@pytest.mark.parametrize("form", ["b.h5", "b.npz"])
+def test_terms_that_do_not_belong_to_one_body_are_refused(tmp_path, made, form, name, harm, said):
+    """Six rigid modes of a body know its mass, centre and inertia, and how its interfaces move with it."""
+    path = export_body(tmp_path / form, made)
+    if form == "b.h5":
+        with h5py.File(path, "r+") as file:
+            array, unit = file[f"body/{name}"][()], file[f"body/{name}"].attrs["unit"]
+            del file[f"body/{name}"]
+            file[f"body/{name}"] = harm(array)
+            file[f"body/{name}"].attrs["unit"] = unit
+    else:
+        with np.load(path) as data:
+            arrays = dict(data)
+        np.savez(path, **{**arrays, name: harm(arrays[name])})
+    with pytest.raises(StoreError, match=said):
+        import_body(path)
+
+
+def test_a_mass_of_another_body_is_refused(tmp_path, made):
+    with pytest.raises(StoreError, match="rigid modes do not belong"):
+        import_body(export_body(tmp_path / "b.npz", replace(made, mass=1e30)))
+
+
+SECTIONS = ("section_interface", "section_mass", "section_polar", "section_diametral")
+
+
+@pytest.mark.parametrize(
+    "records",
+    [
+        {}, {"section_interface": np.full(9, 999.0)}, {"section_interface": np.full(9, np.nan)},
+        {"section_mass": np.ones(2)}, {"section_mass": -np.ones(9)}, {"section_polar": np.ones((3, 3))},
+    ],
+)  # fmt: skip
+def test_sections_that_no_crank_has_are_refused_by_modal(tmp_path, capsys, records):
+    """Records of a body tell mass and inertia along its axis; what is left out of them is named."""
+    beams = beam_body(load_engine("diesel_i6"))
+    path = export_body(tmp_path / "crank.npz", replace(beams, records={**beams.records, **records} if records else {}))
+    assert all(name in refused(capsys, "modal", "diesel_i6", "--body", path, "--json") for name in SECTIONS)
+
+
+def test_a_body_that_does_not_say_how_it_was_reduced_is_told_by_what_it_has(tmp_path, capsys):
+    path = export_body(tmp_path / "crank.h5", replace(beam_body(load_engine("diesel_i6")), quality={}))
+    assert main(["reduce", "diesel_i6", "--body", str(path)]) == 0
+    assert "59.0 kg, 150 modes" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("head", [DEEP, "{", "[]", '{"format": 1}', '"x"'])
