@@ -25,6 +25,8 @@ from cranktrain.store.hdf5 import load_body, save_body, write_result
 from cranktrain.store.variant_files import HEAD, VariantFiles
 from cranktrain.structure.crank.beam import beam_body
 from cranktrain.structure.fem.own_body import read_body
+from cranktrain.studies.identification.data import _shape
+from cranktrain.studies.identification.tables import ModeTable
 from cranktrain.studies.report.findings import _fatigue
 
 
@@ -266,3 +268,22 @@ def test_a_superelement_that_states_terabytes_is_refused(tmp_path):
         (tmp_path / name).write_text("%%MatrixMarket matrix array real general\n1000000000 1000000\n1.0\n")
     with pytest.raises(InputError, match="at most"):
         read_body(tmp_path / "super.toml")
+
+
+@pytest.mark.parametrize("harm", HARMS)
+def test_a_damaged_file_of_measured_signals_is_read_as_far_as_it_is_sound(tmp_path, capsys, harm):
+    """What is no signal is left out; a shape of terabytes is refused before it is read."""
+    path = result(tmp_path / "run.h5")
+    harm(path, "pulley.torsion")
+    code = main(["measured", str(path), "--json"])
+    out, err = capsys.readouterr()
+    assert (code, "Traceback" in err) == (2 if harm.__name__ == "huge" else 0, False), err
+    if code:
+        assert "states 1.1e+12 values, more than the file can hold" in err
+    elif harm.__name__ in ("virtual", "link_to_other", "pairs", "texts"):
+        assert "pulley.torsion" not in [one["name"] for one in json.loads(out)["channels"]]
+
+
+def test_a_shape_whose_squares_are_beyond_measure_is_one_of_unit_length():
+    values = _shape(load_engine("diesel_i6"), ModeTable(shape={"pulley": 1e308, "flywheel": -1e307}), "mode").values
+    assert np.hypot(*values) == pytest.approx(1.0) and values[0] / values[1] == pytest.approx(-10.0)

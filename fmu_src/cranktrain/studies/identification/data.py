@@ -354,4 +354,5 @@ def _shape(engine: Engine, table: ModeTable, name: str) -> Shape:
     values = np.array(list(table.shape.values()))
     if values.size < 2 or not np.any(values):
         raise InputError(f"{where}: a shape has rotations of two places or more, not all zero")
+    values = values / np.abs(values).max()  # squares of what the file states may be beyond measure
     return Shape(name, table.number, tuple(table.shape), values / np.linalg.norm(values), table.deviation)
