@@ -13,10 +13,10 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.identification import checks
-from cranktrain.studies.identification.data import RPM, Data, Scalar, Shape, Strand
+from cranktrain.studies.identification.data import RPM, Data, Scalar, Shape, Strand, read_data
 from cranktrain.studies.identification.model import TorsionalModel, mode_of, shape_of
 from cranktrain.studies.identification.parameters import sought_parameters
-from cranktrain.studies.identification.tables import SoughtTable
+from cranktrain.studies.identification.tables import MeasuredTable, OrdersTable, SoughtTable
 
 SPEEDS = np.linspace(1500.0, 5000.0, 22) * RPM
 ORDERS = (2.0, 4.0, 6.0)
@@ -267,6 +267,14 @@ def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, table, k
     with pytest.raises(InputError, match=message) as error:
         quick(four, measured(tmp_path, text), out=tmp_path / "new.toml")
     assert "\n" not in str(error.value) and not (tmp_path / "new.toml").exists()
+
+
+def test_an_order_that_is_named_twice_counts_once(four, truth, tmp_path):
+    """Its noise would otherwise seem to be smaller."""
+    write_orders(tmp_path / "orders.csv", truth[2])
+    table = MeasuredTable(orders=[OrdersTable(file="orders.csv", orders=[4.0, 2.0, 4.0])])
+    found = read_data(load_engine(four), table, tmp_path / "measured.toml")
+    assert [one.order for one in found.strands] == [2.0, 4.0]
 
 
 def test_a_parameter_that_nothing_depends_on_is_refused(four, truth, tmp_path):

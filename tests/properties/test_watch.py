@@ -1,6 +1,7 @@
 """Watch: defects are told from orders of torsion alone, healthy engines raise the stated rate of alarms."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -208,3 +209,20 @@ def test_what_cannot_be_watched_is_refused_with_numbers(files, four):
     other = write(folder / "other.csv", watch.place._replace(speeds=watch.place.speeds * 1.1), watch.own)
     with pytest.raises(InputError, match=r"order 0.5 was not recorded at 1650 rev/min"):
         ask(other, healthy)
+
+
+def test_a_recording_that_is_given_twice_is_refused(files):
+    """Its scatter would be none: the smallest misfire that is found would be a billionth."""
+    healthy, misfire, _, folder = files
+    copy = folder / "copy.csv"
+    copy.write_text(Path(healthy[0]).read_text("utf-8"), "utf-8")
+    for given in (healthy[:1] * 3, [*healthy, str(copy)]):
+        with pytest.raises(InputError, match=r"holds the same orders as healthy0.csv; a recording counts once"):
+            ask(misfire, given)
+    with pytest.raises(InputError, match=r"misfire.csv: holds the same orders as misfire.csv"):
+        ask([misfire, misfire], healthy)
+
+
+def test_an_order_that_is_named_twice_counts_once(files):
+    healthy, misfire, _, _ = files
+    assert ask(misfire, healthy, orders="2,4,2,2")["orders"] == [2.0, 4.0]

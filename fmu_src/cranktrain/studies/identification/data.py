@@ -193,7 +193,7 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
     own = "torque" if torque else output if output in found else OUTPUTS["angle"]
     if own not in found:
         raise InputError(f"{where}: {Path(table.file).name} has no orders of {output}; {nearest(output, found)}")
-    wanted = sorted(found[own]) if not table.orders else table.orders
+    wanted = sorted(found[own]) if not table.orders else sorted(set(table.orders))
     noise = _noise(table.noise, "torque" if torque else "angle", f"{where}.noise")
     strands = []
     for order in wanted:
