@@ -287,3 +287,25 @@ def test_a_damaged_file_of_measured_signals_is_read_as_far_as_it_is_sound(tmp_pa
 def test_a_shape_whose_squares_are_beyond_measure_is_one_of_unit_length():
     values = _shape(load_engine("diesel_i6"), ModeTable(shape={"pulley": 1e308, "flywheel": -1e307}), "mode").values
     assert np.hypot(*values) == pytest.approx(1.0) and values[0] / values[1] == pytest.approx(-10.0)
+
+
+@pytest.mark.parametrize("harm", ["gone", "shorter", "without a unit", "texts"])
+def test_a_result_that_lacks_an_output_is_refused_by_its_name(tmp_path, capsys, harm):
+    """Outputs of mains and big ends that are there count as before."""
+    names = [f"{of}[{k}].force.{axis}" for of in ("bearing", "big_end") for k in range(1, 8) for axis in "xy"]
+    names = ["bearing[1].gap.angle", *(name for name in names if not name.startswith("big_end[7]"))]
+    time = np.linspace(0.0, 0.06, 721)
+    path, angle = tmp_path / "run.h5", (4.0 * np.pi * time / 0.06, "rad")
+    data = {"time": (time, "s"), "angle": angle, "crank.angle": angle}
+    write_result(path, data | {name: (np.ones(721), "N") for name in names}, {"engine": "diesel_i6"})
+    with h5py.File(path, "r+") as file:
+        values = file["data/bearing[1].gap.angle"]
+        if harm == "without a unit":
+            del values.attrs["unit"]
+        else:
+            del file["data/bearing[1].gap.angle"]
+        if harm in ("shorter", "texts"):
+            file["data/bearing[1].gap.angle"] = np.ones(700) if harm == "shorter" else np.array([b"x"] * 721)
+            file["data/bearing[1].gap.angle"].attrs["unit"] = "N"
+    said = refused(capsys, "bearing-loads", "diesel_i6", "--result", path)
+    assert "run.h5: " in said and ("'bearing[1].gap.angle'" in said or harm == "texts")
