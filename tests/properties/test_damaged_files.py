@@ -107,7 +107,14 @@ def test_a_time_of_coupled_units_rises(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("cycles", -3), ("repeats", -1), ("left", -1e-5), ("orders", 0.5), ("extremes", np.inf), ("extremes", -1e300)],
+    [
+        ("cycles", -3),
+        ("repeats", -1),
+        ("left", -1e-5),
+        ("orders", 0.5),
+        ("extremes", np.inf),
+        ("extremes", -1e300),
+    ],
 )
 def test_numbers_that_no_run_up_has_are_refused_by_every_reader(tmp_path, capsys, name, value):
     """A negative count of cycles would be drawn as one."""
@@ -118,6 +125,21 @@ def test_numbers_that_no_run_up_has_are_refused_by_every_reader(tmp_path, capsys
         assert "up.h5: holds numbers that no run-up has" in refused(capsys, *call)
     with pytest.raises(StoreError, match="holds numbers that no run-up has"):
         load_run(tmp_path / "up.h5")
+
+
+def test_speeds_of_a_run_up_that_are_whole_numbers_are_not_calculated_with_as_such(tmp_path):
+    """Their squares would be beyond what a byte holds; those that have overflowed are negative."""
+    run_up(tmp_path / "up.h5")
+    for values, kind in ((np.array([100, 110, 120]), np.uint8), (np.array([-68, -66, -64]), np.int8)):
+        with h5py.File(tmp_path / "up.h5", "r+") as file:
+            del file["data/speeds"]
+            file["data/speeds"] = values.astype(kind)
+            file["data/speeds"].attrs["unit"] = "rad/s"
+        if kind is np.uint8:
+            assert RunUp.load(tmp_path / "up.h5").speeds.dtype == np.float64
+        else:
+            with pytest.raises(StoreError, match="holds numbers that no run-up has"):
+                RunUp.load(tmp_path / "up.h5")
 
 
 def test_a_journal_with_numbers_that_no_run_up_has_is_refused(tmp_path):
