@@ -14,13 +14,15 @@ import pytest
 from cranktrain.cli import engines
 from cranktrain.cli.console import Interrupted
 from cranktrain.cli.main import main
+from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.settled.judging import Settling
 from cranktrain.engine.file import load_engine
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.store import whole_file as files
 from cranktrain.store.journal import journal_place
 from cranktrain.structure.assembly import assemble
-from cranktrain.studies.run_up import workers
+from cranktrain.studies.run_up import steady, workers
 from cranktrain.studies.run_up.run_up import Means, run_up
 from cranktrain.studies.run_up.starts import drop_starts, keep_start, kept_starts
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
@@ -173,6 +175,23 @@ def test_a_run_up_that_is_interrupted_at_every_second_speed_is_the_whole_one(tmp
     for name, extremes in whole.extremes.items():
         assert np.abs(often.extremes[name] - extremes).max() <= 1e-9 * max(np.abs(extremes).max(), 1e-12), name
     assert not journal_place(path.with_name(f"{path.name}.starts")).exists()
+
+
+@pytest.mark.parametrize("neighbours", [0, 1])
+def test_a_speed_that_is_interrupted_is_not_begun_anew_nor_kept_as_finished(monkeypatch, neighbours):
+    """A run that is cut short has cycles, but none that repeats: with a start from neighbours it began once more."""
+    runs = SteadyRuns(job("torsional", "held"))
+    near = [runs.at(1500.0 * RPM).start][:neighbours]
+    taken = []
+
+    def cut_short(*arguments, **named):
+        taken.append(run_cycles(*arguments, **named))
+        return replace(taken[-1], settling=Settling(2, 0, 1e-4), complete=False)
+
+    monkeypatch.setattr(steady, "run_cycles", cut_short)
+    with pytest.raises(KeyboardInterrupt):
+        runs.at(1520.0 * RPM, near)
+    assert len(taken) == 1
 
 
 def test_the_motions_of_finished_speeds_come_back_as_they_were(tmp_path):

@@ -168,7 +168,7 @@ class RunUp:
         if not _fit({**values, "parting": parting}, named):
             raise StoreError(f"{path}: arrays do not fit together; {REMEDY}")
         outputs: Any = {name: dict(zip(named[name], values[name], strict=True)) for name in _NAMED}
-        axes = {name: values[name] if name in _COUNTS else real(values[name]) for name in _AXES}
+        axes: dict[str, Any] = {name: values[name] if name in _COUNTS else real(values[name]) for name in _AXES}
         found = cls(**axes, **outputs, parting=real(parting), attributes=attributes)
         found = found._with_rows(journal_rows(Path(path), found._tie))
         if not _sound(found):
@@ -195,7 +195,7 @@ def _fit(values: Mapping[str, Any], named: Mapping[str, Any]) -> bool:
 def _sound(run_up: RunUp) -> bool:
     """Whether numbers can be those of a run-up: speeds and orders rise, counts are whole and not below zero."""
     counted = [run_up.cycles, run_up.repeats]
-    bounded = [run_up.speeds, run_up.orders, *counted, run_up.parting]
+    bounded: list[NDArray[Any]] = [run_up.speeds, run_up.orders, *counted, run_up.parting]
     bounded += [*run_up.amplitudes.values(), *run_up.extremes.values()]
     sound = rising(run_up.speeds, 0.0) and rising(run_up.orders, 0.0)
     sound &= all(bool(np.all(count == np.floor(count))) for count in counted)

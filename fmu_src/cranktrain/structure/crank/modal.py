@@ -191,7 +191,8 @@ def _sections(body: ReducedBody) -> tuple[NDArray[np.intp], Array, Array, Array]
             f"body '{body.name}': its records {', '.join(names)} are not those of sections, which energies of modes "
             "need; write it anew by 'cranktrain reduce ENGINE --output'"
         )
-    return rows.astype(np.intp), *masses
+    mass, polar, diametral = masses
+    return rows.astype(np.intp), mass, polar, diametral
 
 
 def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: bool) -> Array:
