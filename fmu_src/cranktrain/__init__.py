@@ -11,7 +11,10 @@ Keywords carry engineering units (``speed_rpm``), everything inside is SI. Names
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:  # typing takes longer to load than all else that the command needs before it answers to signals
+    from typing import Any
 
 _FUNCTIONS = (
     "analyse_measured", "bearing_loads", "calibrate", "campbell", "couple", "damper_optimum", "export", "fatigue",

@@ -1,6 +1,7 @@
 """Damaged and hostile files of results and bodies: one line and exit code 2, and no memory that they only state."""
 
 import json
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -13,13 +14,19 @@ from test_own_body import made as made  # a fixture
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.coupling.run import Coupled, keep_run
+from cranktrain.engine.file import load_engine
 from cranktrain.results.export import export
 from cranktrain.results.in_hand.loaded import load_run
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.store import columns
 from cranktrain.store.bodies import export_body, import_body
-from cranktrain.store.hdf5 import load_body, save_body
+from cranktrain.store.columns import ResultColumns
+from cranktrain.store.hdf5 import load_body, save_body, write_result
 from cranktrain.store.variant_files import HEAD, VariantFiles
+from cranktrain.structure.crank.beam import beam_body
 from cranktrain.structure.fem.own_body import read_body
+from cranktrain.studies.identification.data import _shape
+from cranktrain.studies.identification.tables import ModeTable
 from cranktrain.studies.report.findings import _fatigue
 
 
@@ -35,9 +42,8 @@ def refused(capsys, *arguments):
 def test_a_damaged_result_is_refused_by_every_reader(tmp_path, capsys, harm):
     path = result(tmp_path / "run.h5")
     harm(path)
-    if harm.__name__ != "not_a_number":  # a table is of numbers as they are
-        assert "run.h5" in refused(capsys, "export", path, "--to", tmp_path / "t.csv")
-        assert not (tmp_path / "t.csv").exists()
+    assert "run.h5" in refused(capsys, "export", path, "--to", tmp_path / "t.csv")
+    assert not (tmp_path / "t.csv").exists()
     assert "run.h5" in refused(capsys, "bearing-loads", "diesel_i6", "--result", path)
     with pytest.raises(StoreError, match=r"run\.h5"):
         load_run(path)
@@ -57,14 +63,97 @@ def test_a_damaged_run_up_is_refused_by_every_reader(tmp_path, capsys, harm, nam
     assert not (tmp_path / "t.csv").exists()
 
 
+def with_value(path, name, value, place=-1):
+    """A file of which one number is another."""
+    with h5py.File(path, "r+") as file:
+        values = file[f"data/{name}"][()]
+        values.flat[place] = value
+        file[f"data/{name}"][...] = values
+
+
+@pytest.mark.parametrize("place", [0, 7, 49])
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan, -1.0, 0.0])
+def test_a_time_that_is_not_finite_or_does_not_rise_is_refused_by_every_reader(tmp_path, capsys, value, place):
+    path = result(tmp_path / "run.h5")
+    if place == 0 and value in (0.0, -1.0):
+        value = 1.0  # the run lasts less
+    with_value(path, "time", value, place)
+    for table in ("t.csv", "t.npz"):
+        assert "run.h5: its time is damaged" in refused(capsys, "export", path, "--to", tmp_path / table)
+        assert not (tmp_path / table).exists()
+    assert "run.h5" in refused(capsys, "bearing-loads", "diesel_i6", "--result", path)
+    with pytest.raises(StoreError, match=r"run\.h5"):
+        load_run(path)
+
+
+def test_times_of_a_long_result_rise_from_block_to_block(tmp_path):
+    time = np.arange(2.0 * columns.BLOCK)
+    write_result(tmp_path / "run.h5", {"time": (time, "s")}, {})
+    assert ResultColumns.of(tmp_path / "run.h5").rows == time.size
+    time[columns.BLOCK :] -= 1.0
+    write_result(tmp_path / "run.h5", {"time": (time, "s")}, {})
+    with pytest.raises(StoreError, match="its time is damaged"):
+        ResultColumns.of(tmp_path / "run.h5")
+
+
+def test_a_time_of_coupled_units_rises(tmp_path):
+    times, values = np.array([0.0, 1.0, 2.0, 2.0]), np.arange(4.0)[:, None]
+    keep_run(
+        tmp_path / "run.h5", Coupled(("six.crank.angle",), ("rad",), times, values, {}, 3, 0, 3, 0.1), {"scheme": "x"}
+    )
+    with pytest.raises(StoreError, match="its time is damaged"):
+        load_run(tmp_path / "run.h5")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("cycles", -3),
+        ("repeats", -1),
+        ("left", -1e-5),
+        ("orders", 0.5),
+        ("extremes", np.inf),
+        ("extremes", -1e300),
+    ],
+)
+def test_numbers_that_no_run_up_has_are_refused_by_every_reader(tmp_path, capsys, name, value):
+    """A negative count of cycles would be drawn as one."""
+    run_up(tmp_path / "up.h5")
+    with_value(tmp_path / "up.h5", name, value)
+    for call in (("export", "up.h5", "--to", "t.csv"), ("plot-runup", "up.h5", "--plots", "new")):
+        call = [tmp_path / one if "." in one or one == "new" else one for one in call]
+        assert "up.h5: holds numbers that no run-up has" in refused(capsys, *call)
+    with pytest.raises(StoreError, match="holds numbers that no run-up has"):
+        load_run(tmp_path / "up.h5")
+
+
+def test_speeds_of_a_run_up_that_are_whole_numbers_are_not_calculated_with_as_such(tmp_path):
+    """Their squares would be beyond what a byte holds; those that have overflowed are negative."""
+    run_up(tmp_path / "up.h5")
+    for values, kind in ((np.array([100, 110, 120]), np.uint8), (np.array([-68, -66, -64]), np.int8)):
+        with h5py.File(tmp_path / "up.h5", "r+") as file:
+            del file["data/speeds"]
+            file["data/speeds"] = values.astype(kind)
+            file["data/speeds"].attrs["unit"] = "rad/s"
+        if kind is np.uint8:
+            assert RunUp.load(tmp_path / "up.h5").speeds.dtype == np.float64
+        else:
+            with pytest.raises(StoreError, match="holds numbers that no run-up has"):
+                RunUp.load(tmp_path / "up.h5")
+
+
+def test_a_journal_with_numbers_that_no_run_up_has_is_refused(tmp_path):
+    made = run_up(tmp_path / "up.h5")
+    replace(made, speeds=made.speeds + 50.0, cycles=-made.cycles).add_to_journal(tmp_path / "up.h5")
+    with pytest.raises(StoreError, match="holds numbers that no run-up has"):
+        RunUp.load(tmp_path / "up.h5")
+
+
 @pytest.mark.parametrize(("name", "value"), [("speeds", 1e300), ("amplitudes", 1e308), ("amplitudes", np.inf)])
 def test_a_run_up_of_numbers_beyond_measure_is_refused(tmp_path, capsys, name, value):
     """They would overflow where they are drawn."""
     run_up(tmp_path / "up.h5")
-    with h5py.File(tmp_path / "up.h5", "r+") as file:
-        values = file[f"data/{name}"][()]
-        values.flat[-1] = value
-        file[f"data/{name}"][...] = values
+    with_value(tmp_path / "up.h5", name, value)
     assert "up.h5" in refused(capsys, "plot-runup", tmp_path / "up.h5", "--plots", tmp_path / "new")
 
 
@@ -96,6 +185,74 @@ def test_a_body_of_negative_mass_is_refused_in_every_format(tmp_path, made):
         file.attrs["mass"] = -1.0
     with pytest.raises(StoreError, match="its mass is -1 kg, needs one above zero"):
         load_body(path)
+
+
+def antisymmetric(matrix):
+    return matrix + np.tril(np.ones_like(matrix))
+
+
+HARMED = (
+    ("gyroscopic", lambda a: a + np.eye(len(a)), "'gyroscopic' is not antisymmetric"),
+    ("centrifugal", antisymmetric, "'centrifugal' is not symmetric"),
+    ("stress_stiffness", antisymmetric, "'stress_stiffness' is not symmetric"),
+    ("inertia", lambda a: 2.0 * a, "rigid modes do not belong"),
+    ("centre", lambda a: a + 0.1, "rigid modes do not belong"),
+    ("positions", lambda a: a[::-1], "rigid modes do not belong"),
+    ("translation", lambda a: -a, "rigid modes do not belong"),
+    ("shapes", lambda a: 0.0 * a, "rigid modes do not belong"),
+    ("euler_load", lambda a: 1e300 * np.ones_like(a), "'euler_load' holds values beyond"),
+    ("centrifugal_load", lambda a: a * np.nan, "'centrifugal_load' holds values that are not finite"),
+    ("centrifugal_load", lambda a: a.astype(complex), "damaged"),
+    ("gyroscopic", lambda a: a.astype("S5"), "damaged"),
+)
+"""Array of a body → what makes it that of no body, and what is said of it."""
+
+
+@pytest.mark.parametrize(("name", "harm", "said"), HARMED)
+@pytest.mark.parametrize("form", ["b.h5", "b.npz"])
+def test_terms_that_do_not_belong_to_one_body_are_refused(tmp_path, made, form, name, harm, said):
+    """Six rigid modes of a body know its mass, centre and inertia, and how its interfaces move with it."""
+    path = export_body(tmp_path / form, made)
+    if form == "b.h5":
+        with h5py.File(path, "r+") as file:
+            array, unit = file[f"body/{name}"][()], file[f"body/{name}"].attrs["unit"]
+            del file[f"body/{name}"]
+            file[f"body/{name}"] = harm(array)
+            file[f"body/{name}"].attrs["unit"] = unit
+    else:
+        with np.load(path) as data:
+            arrays = dict(data)
+        np.savez(path, **{**arrays, name: harm(arrays[name])})
+    with pytest.raises(StoreError, match=said):
+        import_body(path)
+
+
+def test_a_mass_of_another_body_is_refused(tmp_path, made):
+    with pytest.raises(StoreError, match="rigid modes do not belong"):
+        import_body(export_body(tmp_path / "b.npz", replace(made, mass=1e30)))
+
+
+SECTIONS = ("section_interface", "section_mass", "section_polar", "section_diametral")
+
+
+@pytest.mark.parametrize(
+    "records",
+    [
+        {}, {"section_interface": np.full(9, 999.0)}, {"section_interface": np.full(9, np.nan)},
+        {"section_mass": np.ones(2)}, {"section_mass": -np.ones(9)}, {"section_polar": np.ones((3, 3))},
+    ],
+)  # fmt: skip
+def test_sections_that_no_crank_has_are_refused_by_modal(tmp_path, capsys, records):
+    """Records of a body tell mass and inertia along its axis; what is left out of them is named."""
+    beams = beam_body(load_engine("diesel_i6"))
+    path = export_body(tmp_path / "crank.npz", replace(beams, records={**beams.records, **records} if records else {}))
+    assert all(name in refused(capsys, "modal", "diesel_i6", "--body", path, "--json") for name in SECTIONS)
+
+
+def test_a_body_that_does_not_say_how_it_was_reduced_is_told_by_what_it_has(tmp_path, capsys):
+    path = export_body(tmp_path / "crank.h5", replace(beam_body(load_engine("diesel_i6")), quality={}))
+    assert main(["reduce", "diesel_i6", "--body", str(path)]) == 0
+    assert "59.0 kg, 150 modes" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("head", [DEEP, "{", "[]", '{"format": 1}', '"x"'])
@@ -133,3 +290,44 @@ def test_a_superelement_that_states_terabytes_is_refused(tmp_path):
         (tmp_path / name).write_text("%%MatrixMarket matrix array real general\n1000000000 1000000\n1.0\n")
     with pytest.raises(InputError, match="at most"):
         read_body(tmp_path / "super.toml")
+
+
+@pytest.mark.parametrize("harm", HARMS)
+def test_a_damaged_file_of_measured_signals_is_read_as_far_as_it_is_sound(tmp_path, capsys, harm):
+    """What is no signal is left out; a shape of terabytes is refused before it is read."""
+    path = result(tmp_path / "run.h5")
+    harm(path, "pulley.torsion")
+    code = main(["measured", str(path), "--json"])
+    out, err = capsys.readouterr()
+    assert (code, "Traceback" in err) == (2 if harm.__name__ == "huge" else 0, False), err
+    if code:
+        assert "states 1.1e+12 values, more than the file can hold" in err
+    elif harm.__name__ in ("virtual", "link_to_other", "pairs", "texts"):
+        assert "pulley.torsion" not in [one["name"] for one in json.loads(out)["channels"]]
+
+
+def test_a_shape_whose_squares_are_beyond_measure_is_one_of_unit_length():
+    values = _shape(load_engine("diesel_i6"), ModeTable(shape={"pulley": 1e308, "flywheel": -1e307}), "mode").values
+    assert np.hypot(*values) == pytest.approx(1.0) and values[0] / values[1] == pytest.approx(-10.0)
+
+
+@pytest.mark.parametrize("harm", ["gone", "shorter", "without a unit", "texts"])
+def test_a_result_that_lacks_an_output_is_refused_by_its_name(tmp_path, capsys, harm):
+    """Outputs of mains and big ends that are there count as before."""
+    names = [f"{of}[{k}].force.{axis}" for of in ("bearing", "big_end") for k in range(1, 8) for axis in "xy"]
+    names = ["bearing[1].gap.angle", *(name for name in names if not name.startswith("big_end[7]"))]
+    time = np.linspace(0.0, 0.06, 721)
+    path, angle = tmp_path / "run.h5", (4.0 * np.pi * time / 0.06, "rad")
+    data = {"time": (time, "s"), "angle": angle, "crank.angle": angle}
+    write_result(path, data | {name: (np.ones(721), "N") for name in names}, {"engine": "diesel_i6"})
+    with h5py.File(path, "r+") as file:
+        values = file["data/bearing[1].gap.angle"]
+        if harm == "without a unit":
+            del values.attrs["unit"]
+        else:
+            del file["data/bearing[1].gap.angle"]
+        if harm in ("shorter", "texts"):
+            file["data/bearing[1].gap.angle"] = np.ones(700) if harm == "shorter" else np.array([b"x"] * 721)
+            file["data/bearing[1].gap.angle"].attrs["unit"] = "N"
+    said = refused(capsys, "bearing-loads", "diesel_i6", "--result", path)
+    assert "run.h5: " in said and ("'bearing[1].gap.angle'" in said or harm == "texts")

@@ -14,12 +14,12 @@ from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.identification import checks
 from cranktrain.studies.identification.confidence import Confidence
-from cranktrain.studies.identification.data import RPM, Data, Scalar, Shape, Strand
+from cranktrain.studies.identification.data import RPM, Data, Scalar, Shape, Strand, read_data
 from cranktrain.studies.identification.decays import measured_damping_ratio
 from cranktrain.studies.identification.identify import identify, parameter_row
 from cranktrain.studies.identification.model import TorsionalModel, mode_of, shape_of
 from cranktrain.studies.identification.parameters import Sought, sought_parameters
-from cranktrain.studies.identification.tables import SoughtTable
+from cranktrain.studies.identification.tables import MeasuredTable, OrdersTable, SoughtTable
 from cranktrain.studies.identification.written import identified_text
 
 SPEEDS = np.linspace(1500.0, 5000.0, 22) * RPM
@@ -341,6 +341,14 @@ def test_a_value_without_a_place_in_the_engine_file_is_refused_before_the_search
     monkeypatch.setattr(f"{identify.__module__}.climb", None)  # a search would fail
     with pytest.raises(InputError, match=r"damping.torsional_ratios: is not written as torsional_ratios = "):
         quick(own, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), level="linear", out=tmp_path / "new.toml")
+
+
+def test_an_order_that_is_named_twice_counts_once(four, truth, tmp_path):
+    """Its noise would otherwise seem to be smaller."""
+    write_orders(tmp_path / "orders.csv", truth[2])
+    table = MeasuredTable(orders=[OrdersTable(file="orders.csv", orders=[4.0, 2.0, 4.0])])
+    found = read_data(load_engine(four), table, tmp_path / "measured.toml")
+    assert [one.order for one in found.strands] == [2.0, 4.0]
 
 
 def test_a_parameter_that_nothing_depends_on_is_refused(four, truth, tmp_path):

@@ -14,13 +14,15 @@ import pytest
 from cranktrain.cli import engines
 from cranktrain.cli.console import Interrupted
 from cranktrain.cli.main import main
+from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.settled.judging import Settling
 from cranktrain.engine.file import load_engine
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.store import whole_file as files
 from cranktrain.store.journal import journal_place
 from cranktrain.structure.assembly import assemble
-from cranktrain.studies.run_up import workers
+from cranktrain.studies.run_up import steady, workers
 from cranktrain.studies.run_up.run_up import Means, run_up
 from cranktrain.studies.run_up.starts import drop_starts, keep_start, kept_starts
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
@@ -45,7 +47,9 @@ sys.exit(main(["modal", "diesel_i6", "--json"]))
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("module", ["rich.console", "numpy.linalg", "numpy.random.mtrand", "scipy.sparse.linalg"])
+@pytest.mark.parametrize(
+    "module", ["rich.console", "numpy._core.multiarray", "numpy.linalg", "numpy.random.mtrand", "scipy.sparse.linalg"]
+)
 def test_while_libraries_are_loaded_it_is_one_line(tmp_path, module, number):
     """The first second: some libraries make another error of it, or swallow it."""
     script = WHILE_LOADING.format(module=module, number=int(number))
@@ -173,6 +177,23 @@ def test_a_run_up_that_is_interrupted_at_every_second_speed_is_the_whole_one(tmp
     assert not journal_place(path.with_name(f"{path.name}.starts")).exists()
 
 
+@pytest.mark.parametrize("neighbours", [0, 1])
+def test_a_speed_that_is_interrupted_is_not_begun_anew_nor_kept_as_finished(monkeypatch, neighbours):
+    """A run that is cut short has cycles, but none that repeats: with a start from neighbours it began once more."""
+    runs = SteadyRuns(job("torsional", "held"))
+    near = [runs.at(1500.0 * RPM).start][:neighbours]
+    taken = []
+
+    def cut_short(*arguments, **named):
+        taken.append(run_cycles(*arguments, **named))
+        return replace(taken[-1], settling=Settling(2, 0, 1e-4), complete=False)
+
+    monkeypatch.setattr(steady, "run_cycles", cut_short)
+    with pytest.raises(KeyboardInterrupt):
+        runs.at(1520.0 * RPM, near)
+    assert len(taken) == 1
+
+
 def test_the_motions_of_finished_speeds_come_back_as_they_were(tmp_path):
     start = SteadyRuns(job("torsional", "held")).at(1500.0 * RPM).start
     for one in (start, start._replace(temperatures=np.array([350.0]), learned=None)):
@@ -204,3 +225,96 @@ def test_an_interrupt_before_the_first_speed_says_what_an_older_file_keeps(tmp_p
     assert "up.h5 keeps 2 speeds; run the same command again" in capsys.readouterr().err
     assert main([*command, "--anew"]) == 130
     assert "run the command without --anew again" in capsys.readouterr().err
+
+
+OUTSIDE = """
+import os, runpy, signal, sys
+
+class Sends:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), {number})
+        return None
+
+class Late:
+    def __del__(self):
+        os.kill(os.getpid(), {number})
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.meta_path.insert(0, Sends())
+if {late}:
+    sys.modules["late"] = Late()  # removed when the interpreter is taken down
+sys.orig_argv = [sys.executable, "-m", "cranktrain"]
+sys.argv = ["cranktrain", "engines", "--json"]
+runpy.run_module("cranktrain", run_name="__main__", alter_sys=True)
+"""
+
+
+def as_command(folder, number, module="", late=False):
+    """The command in a process, to which a signal is sent when it loads a module or as its interpreter goes."""
+    script = OUTSIDE.format(module=module, number=int(number), late=late)
+    command = [sys.executable, "-c", script]
+    return subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=300, check=False)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("module", ["cranktrain.cli.main", "argparse", "cranktrain.core.errors"])
+def test_before_the_verb_begins_it_is_one_line(tmp_path, number, module):
+    done = as_command(tmp_path, number, module)
+    assert done.returncode == 128 + number, done.stderr
+    assert done.stderr == "cranktrain: interrupted; nothing was written, and what earlier runs wrote is kept\n"
+    assert json.loads(done.stdout)["error"]["what"] == "interrupted"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_once_the_verb_has_ended_its_exit_code_stands(tmp_path, number):
+    """Python gives signals back to the system while it takes its modules down."""
+    done = as_command(tmp_path, number, late=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert len(json.loads(done.stdout)["engines"]) > 5
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_within_a_text_that_is_executed_ends_as_any_other(tmp_path, number):
+    """Python kills a process at its end whose KeyboardInterrupt once left such a text, as a dataclass is made from."""
+    script = f"""
+import signal, sys
+from cranktrain.cli import engines
+from cranktrain.cli.main import main
+signal.signal(signal.SIGINT, signal.default_int_handler)
+engines.run = lambda options: exec("signal.raise_signal({int(number)})")
+sys.exit(main(["engines"]))
+"""
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=300, check=False)
+    assert done.returncode == 128 + number
+    assert done.stderr == "cranktrain: interrupted; nothing was written, and what earlier runs wrote is kept\n"
+
+
+def test_a_second_signal_while_the_first_is_told_changes_nothing(tmp_path):
+    """A terminal's user presses twice."""
+    script = """
+import os, signal, sys
+from cranktrain.cli import ending, main
+from cranktrain.cli.outside import outside
+signal.signal(signal.SIGINT, outside)
+told = main.interrupted
+main.interrupted = lambda stop: (signal.raise_signal(signal.SIGINT), told(stop))[1]
+from cranktrain.cli import engines
+engines.run = lambda options: signal.raise_signal(signal.SIGINT)
+sys.exit(main.main(["engines"]))
+"""
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=300, check=False)
+    assert done.returncode == 130 and len(done.stderr.splitlines()) == 1, done.stderr
+
+
+def test_python_m_is_the_script(tmp_path):
+    """python -m cranktrain, where scripts are not on the path."""
+    for arguments, code in ((["engines", "--json"], 0), (["modal"], 2), (["--version"], 0)):
+        found = []
+        for module in ("cranktrain", "cranktrain.cli.main"):
+            command = [sys.executable, "-m", module, *arguments]
+            found.append(subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False))
+        assert [one.returncode for one in found] == [code, code]
+        assert (found[0].stdout, found[0].stderr) == (found[1].stdout, found[1].stderr)

@@ -376,7 +376,10 @@ def test_a_block_of_another_engine_is_refused(tmp_path, small_block, capsys):
     path = export_body(tmp_path / "block.npz", small_block)
     with pytest.raises(InputError, match=r"no interface named bore\[3\].*name a node of each bore"):
         reduced_block(load_engine("diesel_v8"), path)
-    moved = replace(small_block, positions=small_block.positions + 0.05)
+    centre, far = small_block.centre, small_block.centre + 0.05
+    steiner = (far @ far - centre @ centre) * np.eye(3) - np.outer(far, far) + np.outer(centre, centre)
+    inertia = small_block.inertia + small_block.mass * steiner
+    moved = replace(small_block, positions=small_block.positions + 0.05, centre=far, inertia=inertia)
     with pytest.raises(InputError, match="the engine file has it at"):
         reduced_block(single(), export_body(path, moved))
     flexible = ["simulate", "diesel_i6", "--speed", "2000", "--block", "flexible", "--block-body", str(path)]

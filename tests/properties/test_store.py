@@ -6,9 +6,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from superelements import shaft
 
 from cranktrain.core.errors import StoreError
-from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.file import load_engine
 from cranktrain.store.hdf5 import load_body, load_extras, read_result, save_body, write_result
 from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaft, running_loads, stored_path
@@ -16,30 +16,9 @@ from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaf
 
 @pytest.fixture
 def body():
-    n, generator = 8, np.random.default_rng(3)
-
-    def some(*shape):
-        return generator.standard_normal(shape)
-
-    return ReducedBody(
-        name="test",
-        omega=np.concatenate((np.zeros(6), [10.0, 20.0])),
-        interfaces=("a", "b"),
-        positions=some(2, 3),
-        shapes=some(2, 6, n),
-        gyroscopic=some(n, n),
-        centrifugal=some(n, n),
-        stress_stiffness=some(n, n),
-        centrifugal_load=some(n),
-        euler_load=some(n),
-        translation=some(3, n),
-        mass=2.0,
-        centre=some(3),
-        inertia=np.eye(3),
-        digest="abc",
-        quality={"max_relative_error": 1e-3},
-        records={"full_hz": some(4)},
-    )
+    """A shaft in two elastic modes."""
+    made = shaft(4).reduced("test", "abc", {"a": 0, "b": 4}, 8)
+    return replace(made, quality={"max_relative_error": 1e-3}, records={"full_hz": np.arange(4.0)})
 
 
 def test_a_body_comes_back_as_it_was(tmp_path, body):

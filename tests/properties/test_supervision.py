@@ -2,6 +2,8 @@
 
 import ctypes
 import faulthandler
+import gc
+import math
 import os
 import subprocess
 import sys
@@ -20,6 +22,7 @@ from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.run import Bond, Steps, run
 from cranktrain.coupling.supervised import Limits, run_supervised
 from cranktrain.coupling.unit import UnitError
+from cranktrain.coupling.watch import Watched
 from cranktrain.studies.stability.two_mass import TwoMass
 
 STOP, STEP, BREAKS = 1.0, 0.1, 0.5 - 1e-9
@@ -85,6 +88,15 @@ def close_everything():
 
 def remove_the_record():
     (Path(tempfile.gettempdir()) / "points").unlink(missing_ok=True)
+
+
+def write_over_the_notes():
+    """As a unit does that writes beyond its own memory."""
+    for one in gc.get_objects():
+        if isinstance(one, Watched):
+            notes = one._notes
+            notes.unit, notes.call, notes.points, notes.time = 77, -3, 1 << 60, math.nan
+    os._exit(300)
 
 
 def full_disk():
@@ -162,6 +174,13 @@ def test_an_odd_end_is_noticed_long_before_the_limit_of_a_call(odd, said):
     with pytest.raises(UnitError, match=said) as caught:
         run_supervised(partial(system, odd), STOP, Steps(STEP), Limits(20.0, 20.0))
     assert caught.value.found.steps == 5
+
+
+def test_notes_that_a_unit_writes_over_cost_no_fault_of_the_program():
+    """What is known of its end is told, and the points that the file holds are kept."""
+    with pytest.raises(UnitError, match="a unit, a call at nan s: ended its process with code 44") as caught:
+        run_supervised(partial(system, write_over_the_notes), STOP, Steps(STEP))
+    assert caught.value.found.times[:6] == pytest.approx(np.arange(6) * STEP)
 
 
 def test_a_record_that_a_unit_removes_is_told():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.units import ATMOSPHERE, UNITS, base_powers, to_si, unit_factor
+from cranktrain.core.units import ATMOSPHERE, UNITS, base_powers, is_unit, to_si, unit_factor
 from cranktrain.coupling.unit import DIMENSIONS, Port
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.studies.harness.measures import between, named
@@ -169,3 +169,10 @@ def test_harness_files_take_the_same_spellings():
     with pytest.raises(InputError, match="unit 'foo' is not known"):
         named("foo", "x")
     assert base_powers("N m/rad") == {"kg": 1, "m": 2, "s": -2, "rad": -1}
+
+
+@pytest.mark.parametrize("unit", [400 * "9", 400 * "9" + " mm", "0 mm", "-1 mm", "km^200"])
+def test_a_unit_of_no_finite_size_above_zero_is_none(unit):
+    with pytest.raises(InputError):
+        unit_factor(unit, "length")
+    assert not is_unit(unit)

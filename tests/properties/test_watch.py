@@ -1,6 +1,7 @@
 """Watch: defects are told from orders of torsion alone, healthy engines raise the stated rate of alarms."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -230,3 +231,20 @@ def test_a_defect_that_is_nearly_as_likely_is_not_ruled_out(likely, told):
     lines = said(verdict, rows)
     assert told in lines
     assert any("Not told apart from: misfire of cylinder 1" in line for line in lines) == (likely[1] > 0.1)
+
+
+def test_a_recording_that_is_given_twice_is_refused(files):
+    """Its scatter would be none: the smallest misfire that is found would be a billionth."""
+    healthy, misfire, _, folder = files
+    copy = folder / "copy.csv"
+    copy.write_text(Path(healthy[0]).read_text("utf-8"), "utf-8")
+    for given in (healthy[:1] * 3, [*healthy, str(copy)]):
+        with pytest.raises(InputError, match=r"holds the same orders as healthy0.csv; a recording counts once"):
+            ask(misfire, given)
+    with pytest.raises(InputError, match=r"misfire.csv: holds the same orders as misfire.csv"):
+        ask([misfire, misfire], healthy)
+
+
+def test_an_order_that_is_named_twice_counts_once(files):
+    healthy, misfire, _, _ = files
+    assert ask(misfire, healthy, orders="2,4,2,2")["orders"] == [2.0, 4.0]

@@ -14,11 +14,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NoReturn
 
+from cranktrain.cli.outside import NOTHING, begun, outside
+
 LONGEST = 1500
 """Characters of a line, of which the middle is left out where there are more."""
 _REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.ELOOP, errno.ENOTDIR, errno.EISDIR}
 """What a system says of a file that it does not give to its user, or that cannot be."""
 _PLACE = re.compile(r"--[a-z-]+(?= )|((?:[^\s:]+|[^:]*[/\\][^:]*|[^:]*\.\w{1,5}): )+")
+
+
+class Stopped(KeyboardInterrupt):
+    """What a signal raises.
+
+    Python lets a process die with SIGINT, whatever its exit code, if once a plain ``KeyboardInterrupt`` has left a text
+    that ``exec`` runs, as each dataclass has; not so one of another class.
+    """
 
 
 def one_line(text: str) -> str:
@@ -49,10 +59,13 @@ def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
     An interrupt that arrives in a function whose errors Python ignores arrives once more. One that the caller ignores,
     as a shell's background job does, stays ignored.
     """
+    process = os.getpid()
 
     def stop(number: int, frame: Any) -> NoReturn:
+        if os.getpid() != process:
+            os._exit(128 + number)  # a fork that has not yet set its own answer
         stopped.append(signal.Signals(number))
-        raise KeyboardInterrupt
+        raise Stopped
 
     def ignored(unraisable: Any) -> None:
         if not issubclass(unraisable.exc_type, KeyboardInterrupt) or not stopped:
@@ -65,7 +78,8 @@ def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    usual = signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_DFL)
+    begun()
+    usual = signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_DFL, outside)
     numbers = [signal.SIGTERM, *([signal.SIGINT] if usual else [])]
     before = {number: signal.signal(number, stop) for number in numbers}
     hook, sys.unraisablehook = sys.unraisablehook, ignored
@@ -79,14 +93,13 @@ def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
 
 def interrupted(stop: KeyboardInterrupt) -> str:
     """What to say of an interrupt: what its verb says, or which files are there."""
-    from cranktrain.cli.console import Interrupted
-    from cranktrain.store.whole_file import WRITTEN
-
-    if isinstance(stop, Interrupted):
+    # A module that an interrupt left half loaded cannot be loaded again: what is not there has said or written nothing.
+    loaded = sys.modules.get
+    if isinstance(stop, getattr(loaded("cranktrain.cli.console"), "Interrupted", ())):
         return str(stop)
-    if WRITTEN:
-        return f"interrupted; written before: {', '.join(map(str, WRITTEN))}"
-    return "interrupted; nothing was written, and what earlier runs wrote is kept"
+    if written := getattr(loaded("cranktrain.store.whole_file"), "WRITTEN", ()):
+        return f"interrupted; written before: {', '.join(map(str, written))}"
+    return f"interrupted; {NOTHING}"
 
 
 def refused(error: OSError) -> str:

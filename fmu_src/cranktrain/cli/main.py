@@ -87,7 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     text = one_line(text)
     print(f"cranktrain: {text}", file=sys.stderr, flush=True)
     if any(len(word) > 2 and "--json".startswith(word) for word in given):
-        print(json.dumps({"error": parts(text)}, indent=2))
+        print(json.dumps({"error": parts(text)}, indent=2), flush=True)
     return code
 
 

@@ -60,12 +60,11 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def _show(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
     """Print what the crankshaft is worth."""
     quality = body.quality
-    dofs = f"{quality['dofs_full']:.0f} degrees of freedom"
-    print(f"{engine.name} crankshaft: {body.mass:.1f} kg, {dofs}, {body.n_modes} modes")
+    print(f"{engine.name} crankshaft: {body.mass:.1f} kg, {_dofs(body)}{body.n_modes} modes")
     _show_errors(body, result)
     if "slice_mass_error" in quality:
         print(f"error of modal mass in the terms of rotation, to 1000 Hz: {100.0 * quality['slice_mass_error']:.2g} %")
-    else:
+    if {"tied_raises_first", "other_mass_shifts_first"} <= quality.keys():
         tied, shift = quality["tied_raises_first"], quality["other_mass_shifts_first"]
         print(f"rigidly tied journals (RBE2) would raise the first mode by {100.0 * tied:.0f} %")
         other = "lumped" if engine.reduction.consistent_mass else "consistent"
@@ -75,15 +74,20 @@ def _show(engine: Engine, body: ReducedBody, result: dict[str, Any]) -> None:
         print(f"written to {result['output']}")
 
 
+def _dofs(body: ReducedBody) -> str:
+    """Degrees of freedom of the full model, where the body tells them."""
+    return f"{body.quality['dofs_full']:.0f} degrees of freedom, " if "dofs_full" in body.quality else ""
+
+
 def _show_errors(body: ReducedBody, result: dict[str, Any]) -> None:
     """Print its first modes and how well they are known."""
     quality = body.quality
     print("first elastic modes / Hz: " + ", ".join(f"{hz:.1f}" for hz in result["elastic_hz"]))
-    if "max_relative_error" not in quality:
-        print(f"frequency of rigid motions in the given stiffness: {quality['rigid_hz']:.2g} Hz")
-    else:
+    if {"max_relative_error", "static_error"} <= quality.keys():
         print(f"error of the reduced frequencies to 1000 Hz: {100.0 * quality['max_relative_error']:.2g} %")
         print(f"error of the static stiffness of the interfaces: {100.0 * quality['static_error']:.2g} %")
+    elif "rigid_hz" in quality:
+        print(f"frequency of rigid motions in the given stiffness: {quality['rigid_hz']:.2g} Hz")
 
 
 def _block_quality(engine: Engine, options: argparse.Namespace) -> dict[str, Any]:
@@ -106,8 +110,8 @@ def _block_quality(engine: Engine, options: argparse.Namespace) -> dict[str, Any
         result["output"] = str(export_body(options.block_output, body))
     if not options.json:
         print(
-            f"{engine.name} block: {body.mass:.1f} kg, {body.quality['dofs_full']:.0f} degrees of freedom, "
-            f"{body.n_modes} modes, {running.n_modes} in the running model"
+            f"{engine.name} block: {body.mass:.1f} kg, {_dofs(body)}{body.n_modes} modes, {running.n_modes} in the "
+            "running model"
         )
         _show_errors(body, result)
         print(f"kept in {result['path']}")

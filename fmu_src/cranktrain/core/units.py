@@ -301,9 +301,10 @@ def _registry() -> Any:
 
 @cache
 def _quantity(expression: str) -> Any:
-    """One of a unit in base units; None where pint cannot make it one."""
+    """One of a unit in base units; None where pint cannot make it one, or it is of no finite size above zero."""
     try:
-        return _registry().parse_expression(expression or "1").to_base_units()
+        found = _registry().parse_expression(expression or "1").to_base_units()
+        return found if 0.0 < float(found.magnitude) < math.inf else None
     except AttributeError:  # a plain number
         return None if re.search(r"[a-z]", expression) else _registry().Quantity(1, "")
     except Exception:  # of pint, its tokenizer and arithmetic: the text is no unit

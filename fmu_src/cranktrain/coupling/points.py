@@ -49,5 +49,6 @@ class PointsFile:
 
 def read_points(path: Path, width: int, count: int) -> Array:
     """The first ``count`` points (k, width), or as many as the file holds."""
-    values = np.fromfile(path, dtype=np.float64, count=max(0, count) * width)
+    held = path.stat().st_size // (8 * width)
+    values = np.fromfile(path, dtype=np.float64, count=min(max(0, count), held) * width)
     return values[: len(values) // width * width].reshape(-1, width)

@@ -185,7 +185,9 @@ class _Watcher:
         notes = self._notes
         if self._header is None:
             return "the units, being made"
-        return f"{self._header.units[notes.unit]}, {WORDS[notes.call]} at {notes.time:.6g} s"
+        # A unit may have written over the notes.
+        unit = dict(enumerate(self._header.units)).get(notes.unit, "a unit")
+        return f"{unit}, {dict(enumerate(WORDS)).get(notes.call, 'a call')} at {notes.time:.6g} s"
 
     def _died(self) -> str:
         """How the process ended."""

@@ -17,6 +17,7 @@ from cranktrain.dynamics.outputs.register import FAMILIES
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.store.hdf5 import RESULT, read_result, write_result
 from cranktrain.store.result_stream import ResultStream, result_stream
+from cranktrain.store.sound_files import rising
 from cranktrain.store.whole_file import check_place
 
 if TYPE_CHECKING:
@@ -124,9 +125,31 @@ class StoredRun:
         if len(axes) < 2 or any(axis.size < 2 for axis in axes):
             raise StoreError(f"{path}: holds no samples; run 'cranktrain simulate' again")
         sound = all(axis.ndim == 1 and axis.dtype.kind in "iuf" and np.isfinite(axis).all() for axis in axes)
-        if not sound or axes[0].size != axes[1].size or np.any(np.diff(axes[0]) <= 0.0):
+        if not sound or axes[0].size != axes[1].size or not rising(axes[0]):
             raise StoreError(f"{path}: its time and angle are damaged; run 'cranktrain simulate' again")
-        return cls(outputs.pop("time"), outputs.pop("angle"), outputs, attributes)
+        time, angle = outputs.pop("time"), outputs.pop("angle")
+        kept = {name: own for name, own in outputs.items() if _over(time, own) or name.endswith(OF_BEARINGS)}
+        return cls(time, angle, _Outputs(path, kept), attributes)
+
+
+OF_BEARINGS = "film_temperature_c"
+"""Array of a result that has a number for each main bearing."""
+
+
+def _over(time: Array, values: Array) -> bool:
+    """Whether an array of a file is numbers over its time."""
+    return values.shape == time.shape and values.dtype.kind in "biuf"
+
+
+class _Outputs(dict[str, Array]):
+    """Outputs of a file; the first one that is asked for and is not there is named, ``StoreError``."""
+
+    def __init__(self, path: str | Path, outputs: Mapping[str, Array]) -> None:
+        super().__init__(outputs)
+        self._path = path
+
+    def __missing__(self, name: str) -> Array:
+        raise StoreError(f"{self._path}: has no output '{name}' over its time; run 'cranktrain simulate' again")
 
 
 def save_run(path: Path, run: Result, attributes: Mapping[str, str | int | float]) -> Path:

@@ -25,7 +25,7 @@ from cranktrain.core.types import Array
 from cranktrain.core.user_file import ending, user_path
 from cranktrain.store.archive import write_archive
 from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, load_body, save_body
-from cranktrain.store.sound_files import DAMAGED, archive_arrays, check_body, json_of, matrix
+from cranktrain.store.sound_files import DAMAGED, archive_arrays, check_body, json_of, matrix, real
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 HEADER = "cranktrain reduced body"
@@ -114,6 +114,7 @@ def _split(body: ReducedBody) -> tuple[dict[str, Array], dict[str, Any]]:
 
 def _joined(header: dict[str, Any], arrays: dict[str, Array]) -> ReducedBody:
     """The body of :func:`_split`."""
+    arrays = {name: real(array) for name, array in arrays.items()}
     own = {name: arrays[name] for name in BODY_UNITS}
     return ReducedBody(
         name=str(header["name"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,8 +13,11 @@ import numpy as np
 from cranktrain.core.errors import InputError, StoreError, nearest
 from cranktrain.core.types import Array
 from cranktrain.store.hdf5 import RESULT_FORMAT, RESULT_SCHEMA, opened
+from cranktrain.store.sound_files import rising
 
 REMEDY = "run 'cranktrain simulate' again"
+BLOCK = 1 << 16
+"""Times that are checked at once."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,7 @@ class ResultColumns:
                 raise InputError(f"{path}: {told}; name one with --group")
             data = data[group] if group else data
             rows = data["time"].shape
-            if len(rows) != 1 or not rows[0] or data["time"].dtype.kind not in "iuf":
+            if len(rows) != 1 or not rows[0] or data["time"].dtype.kind not in "iuf" or not _rises(data["time"]):
                 raise StoreError(f"{path}: its time is damaged; {REMEDY}")
             all_of = _arrays(data, [name.removeprefix(f"{group}/") for name in groups if name != group])
             names = ["time", "angle", *(name for name in all_of if name not in ("time", "angle"))]
@@ -66,6 +70,17 @@ class ResultColumns:
             for first in range(0, self.rows, size):
                 block = np.stack([data[name][first : first + size] for name in names], axis=1)
                 yield np.asarray(block, dtype=np.float64)
+
+
+def _rises(time: Any) -> bool:
+    """Whether times in a file are finite and rise."""
+    last = -math.inf
+    for first in range(0, time.size, BLOCK):
+        block = time[first : first + BLOCK]
+        if not rising(block, last):
+            return False
+        last = block[-1]
+    return True
 
 
 def _arrays(data: Any, others: Sequence[str]) -> dict[str, Any]:

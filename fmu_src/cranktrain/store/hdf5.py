@@ -21,7 +21,7 @@ from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
 from cranktrain.store.seal import check_seal, seal
-from cranktrain.store.sound_files import DAMAGED, check_body, check_tree
+from cranktrain.store.sound_files import DAMAGED, check_body, check_tree, real
 from cranktrain.store.whole_file import Kind, whole_file
 
 File = h5py.File
@@ -106,10 +106,10 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
             mass=float(file.attrs["mass"]),
             digest=found,
             quality={name: float(file[f"quality/{name}"][()]) for name in file.get("quality", {})},
-            records={name: file[f"records/{name}"][()] for name in file.get("records", {})},
-            basis=file["body/basis"][()] if "basis" in file["body"] else None,
-            damping=file["body/damping"][()] if "damping" in file["body"] else np.zeros(0),
-            **{name: file[f"body/{name}"][()] for name in BODY_UNITS},
+            records={name: real(file[f"records/{name}"][()]) for name in file.get("records", {})},
+            basis=real(file["body/basis"][()]) if "basis" in file["body"] else None,
+            damping=real(file["body/damping"][()]) if "damping" in file["body"] else np.zeros(0),
+            **{name: real(file[f"body/{name}"][()]) for name in BODY_UNITS},
         )
     try:
         check_body(body)

@@ -15,6 +15,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.store.hdf5 import CUT_SHORT, File, cut_short
+from cranktrain.store.sound_files import EXPANSION, FREE
 
 MOST_COLUMNS = 256
 UNIT_NAMES = ("unit", "units", "Unit", "Units", "UNIT", "y_unit", "unit_string")
@@ -34,7 +35,10 @@ class PlainArray(NamedTuple):
 
 
 def plain_arrays(path: Path) -> tuple[list[PlainArray], dict[str, float], list[str]]:
-    """List the arrays of numbers of a file, its single numbers by name, and remarks; ``InputError``: damaged."""
+    """List the arrays of numbers of a file, its single numbers by name, and remarks.
+
+    Raises ``InputError``: damaged; ``ValueError``: an array states more than the file can hold.
+    """
     try:
         file = File(path, "r")
     except OSError:
@@ -43,17 +47,23 @@ def plain_arrays(path: Path) -> tuple[list[PlainArray], dict[str, float], list[s
     found: list[PlainArray] = []
     scalars: dict[str, float] = {}
     remarks: list[str] = []
+    most = EXPANSION * path.stat().st_size + FREE
 
     def visit(name: str, item: Any) -> None:
         if not hasattr(item, "shape"):
             scalars.update(_numbers(item))
             return
-        if item.dtype.kind not in "biuf" or name.startswith("#") or "MATLAB_empty" in item.attrs:
+        if item.shape is None or item.dtype.kind not in "biuf" or name.startswith("#") or "MATLAB_empty" in item.attrs:
             scale = item.attrs.get("CLASS") == b"DIMENSION_SCALE"
             if name.startswith("#") or scale:
                 return
             remarks.append(f"{path.name}, channel {name}: holds no plain numbers and is left out")
             return
+        if item.is_virtual or item.external:
+            remarks.append(f"{path.name}, channel {name}: lies in another file and is left out")
+            return
+        if item.size * item.dtype.itemsize > most:
+            raise ValueError(f"{name} states {item.size:.3g} values, more than the file can hold")
         if item.size == 1:
             scalars[name] = float(np.asarray(item[()]).ravel()[0])
             return

@@ -22,7 +22,8 @@ from scipy import sparse
 from scipy.io import mminfo, mmread
 
 from cranktrain.core.errors import StoreError
-from cranktrain.core.reduced_body import ReducedBody, check
+from cranktrain.core.reduced_body import ReducedBody, check, rigid_coordinates
+from cranktrain.core.rigid_slices import rigid_motion, skew
 
 EXPANSION = 1100
 """Bytes that one byte of a compressed file may become: deflate reaches 1032."""
@@ -33,6 +34,10 @@ NUMBERS = "biufc"
 LEAST_INERTIA = -1e-3
 """Least principal moment of inertia over the largest: a line of masses has none about its axis, and a superelement's
 matrices have as few digits as their file."""
+ROUNDING = 1e-3
+"""Relative difference of what is to be equal in a body: a superelement's matrices have as few digits as their file."""
+MOST = 1e15
+"""Largest number of a body, SI: squares of such numbers, and their sums, are finite."""
 DAMAGED = (
     KeyError, OSError, ValueError, TypeError, AttributeError, EOFError, IndexError, RuntimeError, OverflowError,
     MemoryError, NotImplementedError, zipfile.BadZipFile,
@@ -77,6 +82,11 @@ def check_tree(file: Any, size: int) -> None:
             raise ValueError(f"{name} holds no numbers")
         asked += math.prod(item.shape) * item.dtype.itemsize
         check_size(asked, size, name)
+
+
+def rising(values: NDArray[Any], last: float = -math.inf) -> bool:
+    """Whether numbers (n,) are finite, each above the one before and all above ``last``."""
+    return bool(np.isfinite(values).all() and np.all(np.diff(values, prepend=last) > 0.0))
 
 
 def _items(group: Any, above: str = "", seen: frozenset[Any] = frozenset()) -> Iterator[tuple[str, Any]]:
@@ -124,6 +134,14 @@ def matrix(path: Path, shape: tuple[int, int] | None = None) -> NDArray[Any]:
     return found.toarray() if sparse.issparse(found) else np.asarray(found)
 
 
+def real(array: Any) -> NDArray[np.float64]:
+    """Numbers of a file as real ones; ``ValueError`` for complex ones and texts, which NumPy would convert."""
+    found = np.asarray(array)
+    if found.dtype.kind not in "iuf":
+        raise ValueError(f"real numbers are needed, found {found.dtype}")
+    return np.ascontiguousarray(found, dtype=np.float64)
+
+
 def check_body(body: ReducedBody) -> None:
     """Raise ``StoreError`` where numbers of a stored body cannot belong to a body that has mass."""
     check(body)
@@ -143,3 +161,37 @@ def check_body(body: ReducedBody) -> None:
         refuse("its damping is below zero")
     if body.basis is not None and not np.isfinite(body.basis).all():
         refuse("'basis' holds values that are not finite")
+    for name, value in vars(body).items():
+        if isinstance(value, np.ndarray) and np.abs(value).max(initial=0.0) > MOST:
+            refuse(f"'{name}' holds values beyond {MOST:g}")
+    for name, sign in (("gyroscopic", 1.0), ("centrifugal", -1.0), ("stress_stiffness", -1.0)):
+        matrix = getattr(body, name)
+        if np.abs(matrix + sign * matrix.T).max() > ROUNDING * np.abs(matrix).max():
+            refuse(f"'{name}' is not {'anti' if sign > 0.0 else ''}symmetric")
+    if not _rigid_terms_fit(body):
+        refuse("its rigid modes do not belong to its mass, centre, inertia and places of interfaces")
+
+
+def _rigid_terms_fit(body: ReducedBody) -> bool:
+    """Whether mass, centre, inertia, translation and rigid shapes are those of the six rigid modes.
+
+    The modes are orthonormal in the mass, so unit motions F = R⁻¹ of the frame's origin have the rigid mass FᵀF, and a
+    unit acceleration field acts on no elastic mode.
+    """
+    rigid = rigid_coordinates(body)
+    if np.linalg.cond(rigid) > 1.0 / np.finfo(float).eps:
+        return False
+    motions = np.linalg.inv(rigid)
+    mass = np.eye(6) * body.mass
+    mass[:3, 3:], mass[3:, :3] = -body.mass * skew(body.centre), body.mass * skew(body.centre)
+    mass[3:, 3:] = body.inertia
+    size = np.sqrt(np.diag(motions.T @ motions))
+    translation = np.zeros_like(body.translation)
+    translation[:, :6] = motions[:, :3].T
+    moved = rigid_motion(body.positions) @ rigid
+    differences = (
+        (motions.T @ motions - mass) / np.outer(size, size),
+        (body.translation - translation) / size[:3, None],
+        (body.shapes[:, :, :6] - moved) / np.abs(moved).max(axis=(0, 2))[:, None],
+    )
+    return all(np.abs(one).max() <= ROUNDING for one in differences)

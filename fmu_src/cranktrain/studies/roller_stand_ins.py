@@ -34,6 +34,7 @@ from cranktrain.engine.roller_bearing import CONTACT_LAWS, main_roller
 from cranktrain.film.laws.films import ANGLE, COS, SIN
 from cranktrain.film.laws.roller import FIRST_ANGLE, IN_LOOP
 from cranktrain.film.laws.roller_contacts import BY_PLACE, WORK, force_at
+from cranktrain.results.whole_run import whole
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.assembly import Progress, assemble
 from cranktrain.studies.calibration.engine_text import NEW, Written, new_path, rewritten, rounded
@@ -136,7 +137,7 @@ def running_rollers(
     simulation = Simulation(engine, made.body, step_each_row(made.settings), parts=made.parts)
     simulation.inputs[0] = rpm * RPM
     simulation.initialize()
-    result = run_cycles(simulation, None, SETTLE, None, say)
+    result = whole(run_cycles(simulation, None, SETTLE, None, say))
     cycle = roller_cycle(simulation)
     found = stand_ins(engine, made.body, cycle)
     return {

@@ -14,6 +14,7 @@ from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
 from cranktrain.results.in_hand.time_series import TimeSeries
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.store.hdf5 import is_run_up, read_result
+from cranktrain.store.sound_files import rising
 
 
 class LoadedRun(TimeSeries, StoredRun):
@@ -62,4 +63,6 @@ def _coupling(path: Path, data: Mapping[str, tuple[Array, str]], attributes: Map
     time = outputs.get("time")
     if angle is None or angle.size < 2 or time is None or time.shape != angle.shape:
         raise StoreError(f"{path}: no unit has recorded its crank.angle, over which outputs are evaluated")
+    if not all(one.ndim == 1 and one.dtype.kind in "iuf" for one in (time, angle)) or not rising(time):
+        raise StoreError(f"{path}: its time is damaged; run 'cranktrain couple' again")
     return LoadedCoupling(outputs.pop("time"), angle, outputs, attributes)

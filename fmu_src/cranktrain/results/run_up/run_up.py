@@ -21,13 +21,14 @@ from cranktrain.results.files import output_unit
 from cranktrain.results.orders.harmonics import Array, ComplexArray
 from cranktrain.store.hdf5 import CUT_SHORT, RUN_UP, cut_short, read_run_up, write_run_up
 from cranktrain.store.journal import add_row, drop_journal, journal_rows
-from cranktrain.store.sound_files import json_of
+from cranktrain.store.sound_files import json_of, real, rising
 from cranktrain.store.whole_file import check_place
 
 TORSION, AXIAL, FLYWHEEL = "pulley.torsion", "pulley.axial", "flywheel.torsion"
 LEAST, MEAN, LARGEST = 0, 1, 2
 """Columns of ``extremes``."""
 _AXES = ("speeds", "orders", "cycles", "repeats", "left")
+_COUNTS = ("cycles", "repeats")
 _NAMED = ("amplitudes", "extremes")
 """Names of the arrays in a file; the latter have a row for each output."""
 REMEDY = "delete it and run 'cranktrain runup' again"
@@ -167,12 +168,16 @@ class RunUp:
         if not _fit({**values, "parting": parting}, named):
             raise StoreError(f"{path}: arrays do not fit together; {REMEDY}")
         outputs: Any = {name: dict(zip(named[name], values[name], strict=True)) for name in _NAMED}
-        found = cls(**{name: values[name] for name in _AXES}, **outputs, parting=parting, attributes=attributes)
-        return found._with_rows(journal_rows(Path(path), found._tie))
+        axes: dict[str, Any] = {name: values[name] if name in _COUNTS else real(values[name]) for name in _AXES}
+        found = cls(**axes, **outputs, parting=real(parting), attributes=attributes)
+        found = found._with_rows(journal_rows(Path(path), found._tie))
+        if not _sound(found):
+            raise StoreError(f"{path}: holds numbers that no run-up has; {REMEDY}")
+        return found
 
 
 MOST = 1e15
-"""Largest speed, order and amplitude of a file: squares of them, and their sums, are finite."""
+"""Largest number of a file: squares of them, and their sums, are finite."""
 
 
 def _fit(values: Mapping[str, Any], named: Mapping[str, Any]) -> bool:
@@ -183,12 +188,20 @@ def _fit(values: Mapping[str, Any], named: Mapping[str, Any]) -> bool:
     fits &= values["parting"].shape in ((s,), (0,))
     fits &= values["amplitudes"].shape[1:] == (s, orders.size) and values["extremes"].shape[1:] == (s, 3)
     fits &= all(isinstance(named[name], dict) and len(named[name]) == len(values[name]) for name in _NAMED)
-    fits &= all(values[name].dtype.kind in ("fc" if name == "amplitudes" else "iuf") for name in (*_AXES, *_NAMED))
-    if not fits:
-        return False
-    finite = all((np.abs(values[name]) <= MOST).all() for name in ("speeds", "orders"))
-    finite &= not (np.abs(values["amplitudes"]) > MOST).any()  # a speed may lack an amplitude, which is then NaN
-    return bool(finite and np.all(np.diff(values["speeds"]) > 0.0) and np.all(orders > 0.0))
+    kinds = {"amplitudes": "fc"}
+    return fits and all(values[name].dtype.kind in kinds.get(name, "iuf") for name in (*_AXES, *_NAMED, "parting"))
+
+
+def _sound(run_up: RunUp) -> bool:
+    """Whether numbers can be those of a run-up: speeds and orders rise, counts are whole and not below zero."""
+    counted = [run_up.cycles, run_up.repeats]
+    bounded: list[NDArray[Any]] = [run_up.speeds, run_up.orders, *counted, run_up.parting]
+    bounded += [*run_up.amplitudes.values(), *run_up.extremes.values()]
+    sound = rising(run_up.speeds, 0.0) and rising(run_up.orders, 0.0)
+    sound &= all(bool(np.all(count == np.floor(count))) for count in counted)
+    # What a speed does not have is not a number.
+    sound &= not any((np.abs(one) > MOST).any() for one in bounded)
+    return sound and not any((one < 0.0).any() for one in (*counted, run_up.left, run_up.parting))
 
 
 def merged(parts: Sequence[RunUp]) -> RunUp:

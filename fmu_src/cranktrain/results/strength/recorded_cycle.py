@@ -19,6 +19,7 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.dynamics.topology.tables import held_on_crank
 from cranktrain.engine.model import Engine
+from cranktrain.results.whole_run import whole
 
 CYCLE = 4.0 * math.pi
 """Crank angle of a cycle, rad."""
@@ -113,7 +114,7 @@ def recorded_cycle(
     """
     simulation.settings = step_each_row(simulation.settings)
     simulation.initialize()
-    found = run_cycles(simulation, None, settle, progress, say)
+    found = whole(run_cycles(simulation, None, settle, progress, say))
     step = communication_step(float(simulation.inputs[0]), simulation.settings.step)
     count = found.per_cycle * max(found.settling.repeats, 1)
     modes, all_modes = simulation.body.n_modes, simulation.model.omega2.size

@@ -177,18 +177,33 @@ def mean_rod_masses(engine: Engine) -> list[float]:
     return [rod.big_end_mass + 0.5 * (rod.small_end_mass + piston) for rod in engine.rods]
 
 
+def _sections(body: ReducedBody) -> tuple[NDArray[np.intp], Array, Array, Array]:
+    """Rows of interfaces on the axis, and mass, polar and diametral inertia of the section at each, (k,).
+
+    Raises ``InputError`` where a body does not bring them, or brings what no body has.
+    """
+    names = ("section_interface", "section_mass", "section_polar", "section_diametral")
+    rows, *masses = (body.records.get(name, np.zeros(0)) for name in names)
+    fit = rows.ndim == 1 and rows.size > 0 and all(one.shape == rows.shape for one in masses)
+    fit = fit and bool(np.isin(rows, np.arange(len(body.interfaces))).all() and np.isfinite(masses).all())
+    if not fit or np.any(masses[0] < 0.0):
+        raise InputError(
+            f"body '{body.name}': its records {', '.join(names)} are not those of sections, which energies of modes "
+            "need; write it anew by 'cranktrain reduce ENGINE --output'"
+        )
+    mass, polar, diametral = masses
+    return rows.astype(np.intp), mass, polar, diametral
+
+
 def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: bool) -> Array:
     """Fractions (k, 3) of bending, torsional and axial motion in the kinetic energy of modes (n, k).
 
     Attached parts count as rigid sections of their own; with ``rods`` the mean rod masses move with their pins, which
     the axis carries halfway between the neighbouring mains.
     """
-    records = crankshaft.records
-    on_axis = records["section_interface"].astype(int)
+    on_axis, *masses = _sections(crankshaft)
     motion = crankshaft.shapes @ modes
-    energy = _section_energy(
-        motion[on_axis], records["section_mass"], records["section_polar"], records["section_diametral"]
-    )
+    energy = _section_energy(motion[on_axis], *masses)
     parts = attached_parts(engine)
     if (weights := engine.balance_weights) is not None:
         # On the axis, a weight is a section with its polar inertia about it.
@@ -310,12 +325,14 @@ def listed_modes(
 
 def reduction_quality(body: ReducedBody) -> dict[str, Any]:
     """Entries of a report on a body's reduction; JSON-able."""
-    if "full_hz" not in body.records:  # a superelement, reduced elsewhere
-        return {"modes": body.n_modes, **body.quality}
-    full = body.records["full_hz"]
+    other = "lumped_hz" if "lumped_hz" in body.records else "consistent_hz"
+    full = body.records.get("full_hz", np.zeros(0))
+    beside = [body.records[name] for name in (other, "tied_hz") if name in body.records]
+    whole = full.ndim == 1 and other in body.records and all(one.shape == full.shape for one in beside)
+    if not (whole and {"dofs_full", "max_relative_error", "static_error", "rigid_hz"} <= body.quality.keys()):
+        return {"modes": body.n_modes, **body.quality}  # a superelement, reduced elsewhere
     reduced = body.frequencies_hz[6 : 6 + full.size]
     shown = full < CHECKED_HZ
-    other = "lumped_hz" if "lumped_hz" in body.records else "consistent_hz"
     quality = {
         "dofs_full": int(body.quality["dofs_full"]),
         "modes": body.n_modes,

@@ -190,7 +190,7 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
     own = "torque" if torque else output if output in found else OUTPUTS["angle"]
     if own not in found:
         raise InputError(f"{where}: {Path(table.file).name} has no orders of {output}; {nearest(output, found)}")
-    wanted = sorted(found[own]) if not table.orders else table.orders
+    wanted = sorted(found[own]) if not table.orders else sorted(set(table.orders))
     noise = _noise(table.noise, "torque" if torque else "angle", f"{where}.noise")
     strands = []
     for order in wanted:
@@ -338,4 +338,5 @@ def _shape(engine: Engine, table: ModeTable, name: str) -> Shape:
     values = np.array(list(table.shape.values()))
     if values.size < 2 or not np.any(values):
         raise InputError(f"{where}: a shape has rotations of two places or more, not all zero")
+    values = values / np.abs(values).max()  # squares of what the file states may be beyond measure
     return Shape(name, table.number, tuple(table.shape), values / np.linalg.norm(values), table.deviation)

@@ -15,6 +15,7 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.tables import Table
+from cranktrain.results.whole_run import whole
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.modal import listed_to
 from cranktrain.structure.in_motion.cycle_means import main_tangents, tangents_over_cycle
@@ -36,7 +37,7 @@ def settled_simulation(made: Assembly, speed: float, gas: Gas | None = None) -> 
     simulation = Simulation(made.engine, made.body, step_each_row(made.settings), gas, made.parts)
     simulation.inputs[0] = speed
     simulation.initialize()
-    run_cycles(simulation, None, SETTLE, None, None)
+    whole(run_cycles(simulation, None, SETTLE, None, None))
     return simulation
 
 

@@ -28,6 +28,7 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.loads.mean_load import balancing_load
 from cranktrain.results.orders.harmonics import ComplexArray, order_amplitudes
+from cranktrain.results.whole_run import whole
 from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.run_up.free_decay import torsional_mode
 
@@ -152,7 +153,7 @@ class SteadyRuns:
         result = run()
         if job.film_temperature != "engine" or job.damper_balance:
             result = balanced(simulation, None, run, result, job.film_temperature, job.damper_balance)
-        return result
+        return whole(result)
 
     def _learned(self, result: Result) -> Learned | None:
         """The mode that settles last: as found by the run, otherwise measured by a push."""

@@ -58,11 +58,12 @@ def read_recordings(
     Raises
     ------
     InputError
-        orders without phase, orders or speeds that a file lacks, speeds that the engine does not run at
+        orders without phase, orders or speeds that a file lacks, speeds that the engine does not run at, a recording
+        that is given twice
     """
     files = [_read(path, output) for path in (*watched, *healthy)]
     common = [order for order in sorted(files[0].points) if all(order in file.points for file in files)]
-    wanted = np.array(list(orders) or [order for order in common if 0.5 <= order <= HIGHEST_ORDER])
+    wanted = np.array(sorted(set(orders)) or [order for order in common if 0.5 <= order <= HIGHEST_ORDER])
     for order in wanted.tolist():
         for file in files:
             if order not in file.points:
@@ -77,6 +78,8 @@ def read_recordings(
     place = Place(output, speeds, wanted)
     own = corrected(place)
     values = [_at_points(file, place, own, corrected) for file in files]
+    for recordings in (range(len(watched)), range(len(watched), len(files))):
+        _check_different(files, values, recordings)
     return Recordings(place, np.array(values[: len(watched)]), np.array(values[len(watched) :]))
 
 
@@ -96,6 +99,17 @@ def _read(path: str | Path, output: str) -> _File:
             )
         points[order] = speeds, sizes * np.exp(1j * phases)
     return _File(name, points)
+
+
+def _check_different(files: Sequence[_File], values: Sequence[ComplexArray], recordings: Sequence[int]) -> None:
+    """Refuse recordings of equal orders: scatter found in them would be too small; ``InputError``."""
+    for second in recordings:
+        for first in recordings[: second - recordings[0]]:
+            if np.array_equal(values[first], values[second]):
+                raise InputError(
+                    f"{files[second].name}: holds the same orders as {files[first].name}; a recording counts once, so "
+                    "leave one of them out"
+                )
 
 
 def _operating_points(speeds: Sequence[Array]) -> Array:

@@ -30,6 +30,7 @@ from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.laws.ehd import FINE
+from cranktrain.results.whole_run import whole
 from cranktrain.store.kept import Kept, digest
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.total_error.families import Cycle, wanted
@@ -109,13 +110,11 @@ def _run(job: Job, say: Progress) -> dict[str, Array]:
     simulation = _begun(made, made.settings, parts, job.speed)
     if not job.goes_on:
         coarse = _begun(made, replace(made.settings, step=math.radians(COARSE_DEG)), made.parts, job.speed)
-        run_cycles(coarse, None, TOLERANCE, None, None)
+        whole(run_cycles(coarse, None, TOLERANCE, None, None))
         _go_on_from(simulation, coarse)
     begin = time.process_time()
-    result = run_cycles(simulation, None, job.settle, None, None)
+    result = whole(run_cycles(simulation, None, job.settle, None, None))
     seconds = time.process_time() - begin
-    if not result.complete:
-        raise KeyboardInterrupt  # half a run is none
     shown = set(simulation.shown_outputs)
     names = [name for name in wanted(job.engine) if name in shown]
     places = [simulation.output_names.index(name) for name in names]
