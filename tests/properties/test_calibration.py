@@ -396,6 +396,7 @@ pulley_gyration = {{ low = 45, high = 80, unit = "mm" }}
 
 [derived]
 "pulley.polar_inertia" = {{ formula = "pulley.mass * pulley_gyration ** 2" }}
+"pulley.diametral_inertia" = {{ formula = "0.5 * pulley.polar_inertia + pulley.mass * 0.06 ** 2 / 12" }}
 "main_bearing.stiffness_x" = {{ formula = "film_stiffness_x" }}
 "main_bearing.stiffness_y" = {{ formula = "film_stiffness_y" }}
 """

@@ -132,9 +132,9 @@ def test_an_independent_right_hand_side_integrated_by_radau_agrees(bearings):
 
 
 @cache
-def last_cycle(integrator, step_deg, tolerance=1e-6, rpm=1400):
+def last_cycle(integrator, step_deg, tolerance=1e-6, rpm=1400, load=1.0):
     """Pulley torsion and axial motion (2, 180), each 4 degrees back from the sixth cycle's end; impedance bearings."""
-    settings = Settings(integrator=integrator, step=math.radians(step_deg), newton_tolerance=tolerance)
+    settings = Settings(integrator=integrator, step=math.radians(step_deg), newton_tolerance=tolerance, gas_load=load)
     outputs = simulate(*six(), settings, rpm * RPM, 6).outputs
     count = round(720 / step_deg)
     return np.array([outputs[name][::-1][: count : count // 180] for name in ("pulley.torsion", "pulley.axial")])
@@ -162,7 +162,7 @@ def last_cycle(integrator, step_deg, tolerance=1e-6, rpm=1400):
 def test_error_at_working_steps(integrator, step_deg, axial, torsion):
     """At 1400 rev/min, midway between the critical speeds of orders 9 and 12.
 
-    At 2000 rev/min order 7.5 meets the first torsional mode; there the error is the method's damping over that of the
+    At 1905 rev/min order 7.5 meets the first torsional mode; there the error is the method's damping over that of the
     mode, not the bound of a method: see the next test.
     """
     # Axial motion at the levels that the design's feasibility study reached. Its torsion (9e-4, 2e-4; 1e-4, 2e-5, 4e-6)
@@ -174,11 +174,15 @@ def test_error_at_working_steps(integrator, step_deg, axial, torsion):
 
 
 RESONANT = 7.5
+PEAK = 1905.0
+"""Speed (rev/min) at which that order meets the first torsional mode, 238 Hz."""
+LIGHT = 0.1
+"""Share of the full gas load at which the mode is nearly linear."""
 
 
 def resonant_torsion(integrator, step_deg, rpm):
     """Order 7.5 of the pulley's torsion, complex; the samples go back in time."""
-    return np.conj(np.fft.rfft(last_cycle(integrator, step_deg, 1e-8, rpm)[0])[round(2 * RESONANT)])
+    return np.conj(np.fft.rfft(last_cycle(integrator, step_deg, 1e-8, rpm, LIGHT)[0])[round(2 * RESONANT)])
 
 
 def forced(integrator, eigenvalue, omega, h):
@@ -196,10 +200,11 @@ def forced(integrator, eigenvalue, omega, h):
 def test_at_a_resonance_the_error_is_the_damping_of_the_method():
     """Order 7.5 and the first torsional mode, whose frequency and damping are read from the run's resonance curve.
 
-    A mode that is alone explains the error of order 7.5 at its peak (2.3e-3 for SDIRK3 at 1 degree) to less than a
-    tenth; other modes, the rods' varying mass and the films' own errors are not in it.
+    A mode that is alone explains the error of order 7.5 at its peak (2.1e-3 for SDIRK3 at 1 degree) to an eighth; other
+    modes, the rods' varying mass and the films' own errors are not in it. So it is at a tenth of the gas load: at full
+    load films damp the more the larger the motion, and the peak's error is a quarter less than that of a linear mode.
     """
-    speeds = np.array([1850.0, 1925.0, 1975.0, 2025.0, 2100.0])
+    speeds = PEAK + np.array([-150.0, -75.0, -25.0, 25.0, 100.0])
     s = 1j * RESONANT * speeds * RPM
     curve = np.array([resonant_torsion("sdirk4", 1.0, rpm) for rpm in speeds])
     # (s² + b s + c) y = d + e s with b, c real and d, e complex, in units of the middle frequency.
@@ -212,10 +217,10 @@ def test_at_a_resonance_the_error_is_the_damping_of_the_method():
     b, c = np.linalg.lstsq(rows, sides, rcond=None)[0][:2]
     pole = np.roots([1.0, b, c])
     eigenvalue = complex(pole[pole.imag > 0.0][0]) * RESONANT * speeds[2] * RPM
-    assert 240.0 < abs(eigenvalue) / (2 * math.pi) < 260.0
+    assert 230.0 < abs(eigenvalue) / (2 * math.pi) < 246.0
     assert 0.01 < -eigenvalue.real / abs(eigenvalue) < 0.04
-    exact = resonant_torsion("sdirk4", 0.5, 2000.0)
+    exact = resonant_torsion("sdirk4", 0.5, PEAK)
     for integrator, step_deg in (("sdirk3", 2.0), ("sdirk3", 1.0), ("sdirk3", 0.5)):
-        told = forced(integrator, eigenvalue, RESONANT * 2000.0 * RPM, math.radians(step_deg) / (2000.0 * RPM)) - 1.0
-        error = resonant_torsion(integrator, step_deg, 2000.0) / exact - 1.0
+        told = forced(integrator, eigenvalue, RESONANT * PEAK * RPM, math.radians(step_deg) / (PEAK * RPM)) - 1.0
+        error = resonant_torsion(integrator, step_deg, PEAK) / exact - 1.0
         assert abs(error - told) < 0.15 * abs(told), (integrator, step_deg, error, told)
