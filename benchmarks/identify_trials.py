@@ -96,7 +96,9 @@ class Trials:
         keys = [key for key in SPREAD if damper or not key.startswith("damper.")]
         if given.level == "time" and given.crank != "torsional":
             keys = [key for key in keys if key not in OWN]
-        self.engine = replace(engine, damping=replace(engine.damping, torsional_ratios=RATIOS))
+        else:
+            engine = replace(engine, damping=replace(engine.damping, torsional_ratios=RATIOS))
+        self.engine = engine
         read = {key: SoughtTable() for key in keys}
         self.sought = tuple(
             _bounded(one, given.truth == "time" and given.crank != "torsional")
