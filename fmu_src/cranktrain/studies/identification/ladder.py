@@ -162,7 +162,9 @@ def levels_beyond(
     def bending() -> Array:
         high = model.in_time(values, crank, max(ask.settle, FOR_SIZE), say)
         fitted = comparison.model if in_films is None else in_films.orders
-        return 2.0 * found.inner - imitated(fitted, comparison, found.inner, high, ask.seed)
+        move = found.inner - imitated(fitted, comparison, found.inner, high, ask.seed)
+        # A run in time contains the step to harmonic balance, but not that to better films.
+        return (steps[-1].inner if steps and in_films is not None else found.inner) + move
 
     steps: list[Step] = []
     for level, asked, moved_to in (
