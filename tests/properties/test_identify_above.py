@@ -86,7 +86,7 @@ def stiffness(report):
 
 
 def test_the_step_to_a_crank_that_bends_is_in_the_interval_of_a_torsional_fit(bending, tmp_path):
-    """Journals that move in their films make a crank softer in torsion by some per cent; residuals do not show it."""
+    """Films hold the journals: a crank in motion is stiffer than the torsional one by formula. No residual says so."""
     name, path = bending
     alone, held = (
         ct.identify(name, path, level="linear", bootstrap=0, profile=False, above=above) for above in ("none", "next")
@@ -134,7 +134,7 @@ def test_where_no_crank_above_answers_the_intervals_leave_its_step_out_and_say_s
 
 
 def test_a_model_imitates_itself_where_it_stands():
-    """No step beyond a level that answers as the fitted one does, within a tenth of a deviation."""
+    """A level above that answers as the fitted one does moves nothing."""
     model = model_of("four_petrol")
     with one_thread():
         own = model.answers(np.array(TRUE)).strands

@@ -67,7 +67,7 @@ OUTPUTS = (TORSION, FLYWHEEL, TWIST)
 """Outputs of measured orders of rotation."""
 LEVELS = ("linear", "harmonic-balance", "time")
 NEXT, NONE = "next", "none"
-"""In place of the crank level above the fitted one: the next that bends, or no step to another crank."""
+"""Words in place of a crank level above the fitted one: the next level that bends, or none."""
 """Levels of the model, the cheapest first."""
 _Rpm = Annotated[float, between(SLOWEST_RPM, FASTEST_RPM, "rev/min", "speed")]
 _Deviation = Annotated[float, between(1e-6, 1.0, "e.g. 0.005 for half a per cent", "1", "1")]
