@@ -93,7 +93,7 @@ def remove_the_record():
 def write_over_the_notes():
     """As a unit does that writes beyond its own memory."""
     for one in gc.get_objects():
-        if isinstance(one, Watched):
+        if issubclass(type(one), Watched):  # isinstance follows weak references, some of which are dead
             notes = one._notes
             notes.unit, notes.call, notes.points, notes.time = 77, -3, 1 << 60, math.nan
     os._exit(300)
