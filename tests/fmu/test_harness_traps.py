@@ -97,7 +97,8 @@ def test_an_output_as_large_as_a_number_may_be_has_its_report(harness):
         ("dropout = [{ input = 'mass.force', from_s = 1.0 }]", "dropout 1: from 1 s is the end"),
         ("noise = [{ input = 'mass.force', rms = 1e308 }]", r"rms: 1e\+308 is not within -1e\+30 to 1e\+30"),
         ("assert = [{ output = 'mass.place', what = 'final', expected = 0, tolerance = 0.1 }]", "give absolute"),
-        ("assert = [{ output = 'mass.place', what = 'final', expected = 1e20, tolerance = 1e300 }]", "every number"),
+        ("assert = [{ output = 'mass.place', what = 'final', expected = 1e20, tolerance = 1e300 }]", "zero meets"),
+        ("assert = [{ output = 'mass.place', what = 'final', expected = 2, tolerance = 5 }]", "5 is 500 %.* 0.05 for"),
         ("assert = [{ output = 'mass.place', what = 'rms', most = -1 }]", "rms is never below zero"),
         ("assert = [{ output = 'mass.place', what = 'rms', expected = -1, absolute = 0.1 }]", "rms is never below"),
         ("[[scenario]]\nname = 'First'", "scenarios 'first' and 'First' would share a result file"),
@@ -111,6 +112,16 @@ def test_what_cannot_tell_anything_is_refused(small, text, said):
     path.write_text(HEAD + text, "utf-8")
     with pytest.raises(InputError, match=said):
         load_harness(path)
+
+
+@pytest.mark.parametrize("step", ["", "step = [{ input = 'spring.anchor', at_s = 0.5, value = 1 }]\n"])
+def test_an_order_has_two_communication_points_an_oscillation(harness, step):
+    """50 a cycle resolve order 12.5. It is known before the run, unless an event might change the speed."""
+    text = "speed_rpm = 240\n" + HEAD + step + "assert = [{ output = 'mass.speed', order = 12.5, most = 10 }]"
+    assert harness(text)[0] == 0
+    code, found = harness(text.replace("12.5", "13"))
+    said = found["scenarios"][0]["assertions"][1]["remark"] if step else found["error"]["what"]
+    assert code == (1 if step else 2) and "order 13 needs a communication point every 13.85 deg" in said
 
 
 def test_a_fault_just_before_the_end_strikes(harness):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -82,6 +81,15 @@ def refuse_below_zero(measure: str, bounds: Bounds, at: str) -> None:
         )
 
 
+def refuse_unresolved(order: float, points: float) -> None:
+    """``InputError`` for an order of fewer than two communication points an oscillation, of ``points`` a cycle."""
+    if 4.0 * order > points * (1.0 + 1e-6):
+        raise InputError(
+            f"order {order:g} needs a communication point every {180.0 / order:.4g} deg or less; "
+            f"they are {720.0 / points:.4g} deg apart"
+        )
+
+
 def _bounds(at: str, table: AssertTable) -> Bounds:
     found = Bounds(table.expected, table.tolerance, table.absolute, table.least, table.most)
     if found.expected is None:
@@ -100,8 +108,11 @@ def _bounds(at: str, table: AssertTable) -> Bounds:
         raise InputError(f"{at}: a tolerance must not be below zero")
     if found.relative is not None and not found.expected:
         raise InputError(f"{at}: expected is 0, of which every fraction is 0; give absolute, in its unit")
-    if not math.isfinite(found.largest):
-        raise InputError(f"{at}: tolerance {found.relative:g} allows every number; take a smaller one")
+    if found.relative is not None and found.relative >= 1.0:
+        raise InputError(
+            f"{at}: tolerance {found.relative:g} is {100.0 * found.relative:g} % of the expected value, which zero "
+            "meets too; give a fraction below 1, 0.05 for 5 %, or least and most"
+        )
     return found
 
 

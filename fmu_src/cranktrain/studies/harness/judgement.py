@@ -13,7 +13,8 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.run import Coupled
 from cranktrain.coupling.unit import Port
-from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
+from cranktrain.results.orders.harmonics import CYCLE, last_cycle, order_spectrum
+from cranktrain.studies.harness.assertion_entries import refuse_unresolved
 from cranktrain.studies.harness.entries import (
     BY_FAILURE,
     FINAL,
@@ -206,13 +207,19 @@ def _of_window(measure: str, times: Array, values: Array) -> float:
 
 
 def order_amplitudes(harness: Harness, run: Coupled, values: Array, highest: float) -> Array:
-    """Zero-to-peak amplitudes (k,) of the orders 0.5, 1, … of the last cycle; ``InputError`` where there is none."""
+    """Zero-to-peak amplitudes (k,) of the orders 0.5, 1, …, ``highest`` of the last cycle.
+
+    ``InputError`` where there is no cycle, or where its communication points are too far apart for the highest order.
+    """
     if harness.angle is not None:
         angle = run.of(".".join(harness.angle))
     else:
         assert harness.speed is not None
         angle = harness.speed * run.times
-    return order_spectrum(last_cycle(angle[-len(values) :], values), highest)[1]
+    angle = angle[-len(values) :]
+    points = np.count_nonzero(angle > angle[-1] - (1.0 - 1e-9) * CYCLE)
+    refuse_unresolved(highest, points)
+    return order_spectrum(last_cycle(angle, values, max(1440, 4 * math.ceil(highest))), highest)[1]
 
 
 def _within(found: float, bounds: Bounds) -> bool:

@@ -19,7 +19,7 @@ from cranktrain.coupling.recording_unit import RecordingUnit
 from cranktrain.coupling.run import Bond
 from cranktrain.coupling.unit import Unit
 from cranktrain.coupling.virtual_engine import Partners, gas_exchange, virtual_engine
-from cranktrain.studies.harness.assertion_entries import refuse_below_zero
+from cranktrain.studies.harness.assertion_entries import refuse_below_zero, refuse_unresolved
 from cranktrain.studies.harness.entries import NAN, ORDER, Change, Harness, Scenario, Variable
 from cranktrain.studies.harness.measures import MEASURED, between, named
 from cranktrain.studies.harness.recording import MISFIT, SPEED, UNIT, compared, connected
@@ -69,10 +69,10 @@ def prepared(harness: Harness, scenario: Scenario, fmus: Mapping[str, Path]) -> 
     return Prepared({**alongside, **units, **faulty, **signals}, connections, exchange, outputs, bonds, tuple(compare))
 
 
-def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
+def check(system: Prepared, scenario: Scenario, points: float) -> None:
     """Refuse what a master would refuse, and assertions on data that do not exist; ``InputError``.
 
-    ``counted``: whether there is an angle that orders are counted over.
+    ``points``: communication points a cycle that orders are counted over, 0 where there is no angle.
     """
     master = Master(list(system.units.values()), system.connections, system.exchange, system.outputs)
     for bond in system.bonds:
@@ -100,8 +100,12 @@ def check(system: Prepared, scenario: Scenario, counted: bool) -> None:
         if unit == UNIT and name not in system.units[UNIT].outputs:
             raise InputError(f"{where}: measured.{name} is no channel; {nearest(name, system.units[UNIT].outputs)}")
         if assertion.measure == ORDER:
-            if not counted:
+            if not points:
                 raise InputError(f"{where}: orders need angle or speed_rpm in the file")
+            try:
+                refuse_unresolved(assertion.order, points)
+            except InputError as error:
+                raise InputError(f"{where}: {error}") from None
             refuse_below_zero(ORDER, assertion.bounds, where)
         if assertion.unit:
             source = CRANKTRAIN if unit == MISFIT else unit
