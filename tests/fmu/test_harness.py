@@ -218,6 +218,7 @@ FOREIGN = [
         {"changes": [('fmiVersion="2.0"', 'fmiVersion="1.0"')]},
         "Foreign.fmu: FMI 1.0; give an FMI 2.0 or 3.0 co-simulation FMU",
     ),
+    ({"changes": [('fmiVersion="2.0"', "")]}, "Foreign.fmu: FMI of no version; give an FMI 2.0 or 3.0"),
     ({"changes": [("CoSimulation", "ModelExchange")]}, "Foreign.fmu: "),
     ({"leave_out": "binaries/"}, "Foreign.fmu: has binaries for no platform"),
 ]

@@ -300,8 +300,8 @@ def described(path: Path) -> ModelDescription:
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; build an FMU with build_fmu.py, or name another")
     version = check_archive(path).get("fmiVersion", "")
-    if version not in ("", "2.0") and not version.startswith("3."):
-        raise InputError(f"{path}: FMI {version}; give an FMI 2.0 or 3.0 co-simulation FMU")
+    if version != "2.0" and not version.startswith("3."):
+        raise InputError(f"{path}: FMI {version or 'of no version'}; give an FMI 2.0 or 3.0 co-simulation FMU")
     try:
         description = fmpy.read_model_description(str(path))
     except Exception as error:
