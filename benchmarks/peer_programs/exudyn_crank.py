@@ -38,7 +38,10 @@ PERIOD = 4.0 * math.pi / SPEED
 CYCLES, SAMPLES, ROUNDS = 3, 72, 5
 PIECES = 720
 """Of the loads' splines, in a cycle."""
-OWN = {"esdirk4": (10.0, 5.0, 2.5, 1.25), "sdirk4": (5.0, 2.5), "generalised-alpha:0.8": (2.5, 1.25, 0.625)}
+OWN = {
+    "esdirk47": (10.0, 5.0, 2.5), "esdirk4": (10.0, 5.0, 2.5, 1.25), "sdirk4": (5.0, 2.5),
+    "generalised-alpha:0.8": (2.5, 1.25, 0.625),
+}  # fmt: skip
 """Steps in degrees of our integrators."""
 OTHER = [("trapezoidal", 1.0), ("generalised-alpha", 0.8), ("generalised-alpha", 0.5)]
 OTHER_DEG = (2.5, 1.25, 0.625, 0.3125, 0.15625)

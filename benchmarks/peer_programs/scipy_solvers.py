@@ -25,7 +25,7 @@ from cranktrain.studies.tradeoff.point import NUMERICAL
 from cranktrain.studies.tradeoff.reference import reference_case
 from cranktrain.studies.tradeoff.study import default_scenes
 
-OWN = {"esdirk4": (6.0, 4.0, 2.5, 1.5, 1.0)}
+OWN = {"esdirk47": (6.0, 5.0, 4.0), "esdirk4": (6.0, 4.0, 2.5, 1.5, 1.0)}
 OTHER = {
     ("scipy:LSODA", "each"): (1e-3, 3e-4, 1e-4), ("scipy:LSODA", "floored"): (1e-3, 3e-4, 1e-4),
     ("scipy:BDF", "each"): (1e-2, 1e-3), ("scipy:Radau", "each"): (1e-2, 1e-3),

@@ -2,7 +2,11 @@
 
 import asyncio
 import io
+import os
+import signal
 import socket
+import subprocess
+import sys
 import time
 from contextlib import asynccontextmanager
 from urllib.parse import urlsplit
@@ -43,6 +47,31 @@ async def status(address, **headers):
 
     answer = await AsyncHTTPClient().fetch(address, raise_error=False, follow_redirects=False, headers=headers)
     return answer.code
+
+
+SERVED = """
+import signal, sys
+from cranktrain.cli.main import main
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job is started with it ignored
+sys.exit(main(["explore", "single_petrol", "--no-balance"]))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize(
+    ("number", "code", "said"),
+    [(signal.SIGINT, 0, "cranktrain: explore ended"), (signal.SIGTERM, 143, "cranktrain: interrupted; nothing was")],
+)
+def test_an_interrupt_is_the_usual_end_of_the_page_and_a_termination_is_not(number, code, said):
+    with subprocess.Popen(
+        [sys.executable, "-c", SERVED], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as page:
+        assert page.stdout.readline().startswith("http://127.0.0.1:")
+        assert page.stdout.readline() == "Ctrl-C ends it.\n"
+        page.send_signal(number)
+        _, errors = page.communicate(timeout=120)
+    assert page.returncode == code and errors.splitlines()[-1].startswith(said)
 
 
 def test_only_the_token_opens_the_page():

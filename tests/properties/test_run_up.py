@@ -95,6 +95,23 @@ def test_neighbours_save_cycles(made):
     assert cycles[2] < cycles[0] and cycles[2] <= cycles[1]
 
 
+def test_a_speed_does_not_depend_on_the_side_that_its_neighbours_are_on():
+    """Workers finish speeds in any order: samples lie at the same angles, and what nothing holds has no mean.
+
+    The twist of a viscous damper's free ring is known but for a constant, which its history sets.
+    """
+    engine = load_engine("diesel_i6")
+    settings = Settings(crank="torsional", bearings="held", step=math.radians(5.0), damper="fitted")
+    runs = steady(assemble(engine, settings), 1e-6)
+    below = [runs.at(rpm * RPM).start for rpm in (1580.0, 1560.0)]
+    above = [runs.at(1620.0 * RPM).start]
+    found = [runs.at(1600.0 * RPM, near) for near in ([], below, above)]
+    assert np.ptp([one.start.shaft_angle for one in found]) < 1e-10 < abs(found[0].start.shaft_angle)
+    for name in ("crank.angle", "pulley.torsion", "shaft.torque", "damper.twist"):
+        alone, *others = (one.extremes[name] for one in found)
+        assert np.abs(np.array(others) - alone).max() < 3e-6 * (alone[2] - alone[0]), name
+
+
 def test_a_free_decay_is_told_apart_into_its_oscillations():
     t = 4e-4 * np.arange(200)
     exponents = np.array([-37.0 + 2j * math.pi * 248.0, -20.0 + 2j * math.pi * 262.0, -5.0 + 2j * math.pi * 16.0])

@@ -17,11 +17,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tradeoff_case import small
 
+from cranktrain.cli.tradeoff import _row
 from cranktrain.core.errors import InputError
+from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.modules.combustion.file import load
 from cranktrain.store.kept import Kept
 from cranktrain.studies.tradeoff import coupled, families, measure
-from cranktrain.studies.tradeoff.choice import choice_text
+from cranktrain.studies.tradeoff.choice import choice_text, unsettled_lines
 from cranktrain.studies.tradeoff.families import FAMILIES
 from cranktrain.studies.tradeoff.files import points_csv, write_files
 from cranktrain.studies.tradeoff.measure import differences, high_order_error, measured
@@ -263,3 +265,34 @@ def test_schemes_beside_the_combustion_converge(small, tmp_path, monkeypatch):
         assert points[f"{scheme}, own 1°"].error["pulley_torsion"] < 5.0e-3
         assert points[f"{scheme}, own 1°"].parameters["scheme"] == scheme
     assert FAMILIES["schemes"](replace(small, engine=replace(small.engine, name="mine")), True) == []
+
+
+def test_a_start_that_does_not_settle_is_told(small, tmp_path, monkeypatch):
+    """One cycle does not settle the slow drive line: points, table of choices and page say what is left."""
+    monkeypatch.setattr(measure, "SETTLE", 0.0)
+    monkeypatch.setattr(measure, "run_cycles", lambda model, cycles, *rest: run_cycles(model, 2, *rest))
+    monkeypatch.setattr(measure, "_SETTLED", {})
+    entry = FAMILIES["pressure"](small, True)[0]
+    case, reference = (replace(one, cycles=2) for one in (entry.case, entry.reference))
+    store = Kept(tmp_path / "kept")
+    (point,) = measured([replace(entry, case=case, reference=reference)], store)
+    assert point.status == "ok" and point.unsettled > 1e-3
+    assert point.parameters["start_unsettled"] > 1e-3 and point.parameters["reference_start_unsettled"] > 1e-3
+    (line,) = unsettled_lines([point])
+    assert f"1 of 1 runs, or their references, began in a motion that did not settle ({point.unsettled:.1e}" in line
+    assert _row(point)[0] == f"pressure: {point.label}, start not settled"
+    (kept,) = measured([replace(entry, case=case, reference=reference)], store)
+    assert kept.as_dict() == point.as_dict()
+    known = {key: value for key, value in point.parameters.items() if "unsettled" not in key}
+    assert unsettled_lines([replace(point, parameters=known)]) == []
+
+
+def test_an_interrupt_before_the_start_is_settled_is_none_of_a_result(small, tmp_path, monkeypatch):
+    """The cycles that it cut short are not the settled ones, so nothing is kept."""
+    monkeypatch.setattr(
+        measure, "run_cycles", lambda model, *rest: replace(run_cycles(model, 1, *rest[1:]), complete=False)
+    )
+    monkeypatch.setattr(measure, "_SETTLED", {})
+    with pytest.raises(KeyboardInterrupt):
+        measured(FAMILIES["pressure"](small, True)[:1], Kept(tmp_path / "kept"))
+    assert not list((tmp_path / "kept").rglob("*.*")) and not measure._SETTLED

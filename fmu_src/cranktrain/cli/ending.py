@@ -24,7 +24,7 @@ _PLACE = re.compile(r"--[a-z-]+(?= )|((?:[^\s:]+|[^:]*[/\\][^:]*|[^:]*\.\w{1,5})
 
 
 class Stopped(KeyboardInterrupt):
-    """What a signal raises.
+    """What a signal raises; its argument is the signal.
 
     Python lets a process die with SIGINT, whatever its exit code, if once a plain ``KeyboardInterrupt`` has left a text
     that ``exec`` runs, as each dataclass has; not so one of another class.
@@ -65,7 +65,7 @@ def terminable(stopped: list[signal.Signals]) -> Iterator[None]:
         if os.getpid() != process:
             os._exit(128 + number)  # a fork that has not yet set its own answer
         stopped.append(signal.Signals(number))
-        raise Stopped
+        raise Stopped(stopped[-1])
 
     def ignored(unraisable: Any) -> None:
         if not issubclass(unraisable.exc_type, KeyboardInterrupt) or not stopped:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import signal
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import number, say, stages
@@ -25,7 +26,7 @@ torsion, twist, Campbell diagram and damper heat follow as a knob moves (linear 
 balance when it rests. A full model runs in the background. What was changed is written into a new engine file.
 
 The page is served to this machine alone (127.0.0.1), at an address with a token that is printed; it asks nothing of any
-network. Ctrl-C ends it. Needs the extra explore: pip install cranktrain[explore].
+network. Ctrl-C ends it (exit code 0). Needs the extra explore: pip install cranktrain[explore].
 """
 
 
@@ -47,7 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
-    """Serve the page until interrupted."""
+    """Serve the page until Ctrl-C ends it, which is how it is meant to end."""
     explored = explored_of(options.engine, options)
     from cranktrain.studies.explore.server import serve
 
@@ -67,8 +68,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     try:
         serve(explored, options.port, started)
-    except KeyboardInterrupt:
-        say("cranktrain: explore ended")
+    except KeyboardInterrupt as stop:
+        if signal.SIGTERM in stop.args:
+            raise
+    say("cranktrain: explore ended")  # Panel may take the signal, and end the server by itself
     return {"address": address}
 
 

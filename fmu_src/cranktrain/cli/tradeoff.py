@@ -21,6 +21,8 @@ error      RMS of the difference over the last cycle, over the RMS of the refere
            error_kind names the reference: numerical (same model, finer step), model (next level up), top (highest
            level, or finest resolution), input (inputs known exactly)
 settling   how much the last cycle still changed the output that changed most; counted separately from the error
+start      runs begin in a settled motion; one that did not settle is named with what is left (start_unsettled, of the
+           reference reference_start_unsettled)
 cost       processor seconds per simulated second, median of three interleaved runs (--quick: one)
 
 --total    measure total errors instead of the families: crank x bearings x block x step, each against the best model
@@ -118,7 +120,8 @@ def _counted() -> Iterator[tuple[Callable[[str], None], Callable[[float], None]]
 def _row(point: Any) -> list[str]:
     errors = ["" if value is None else f"{value:.1e}" for value in point.error.values()]
     kind = {"numerical": "same model, finer", "top": "top level", "input": "exact inputs"}
+    doubt = "" if point.unsettled is None else ", start not settled"
     return [
-        f"{point.family}: {point.label}", kind[point.parameters["error_kind"]],
+        f"{point.family}: {point.label}{doubt}", kind[point.parameters["error_kind"]],
         f"{point.seconds_per_simulated_second:.3g}", *errors,
     ]  # fmt: skip

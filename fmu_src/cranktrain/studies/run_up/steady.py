@@ -6,6 +6,9 @@ Along the speed the periodic motion x(Ω) changes little: a speed starts from th
 
 and cycles settle it from there (:mod:`cranktrain.dynamics.settled`). Films with a memory keep that of the nearest. A
 speed without a neighbour within ``REACH`` starts from the static equilibrium.
+
+A cycle begins at the shaft angle at which a start from the static equilibrium has it, so that steps and samples of a
+speed lie at the same angles whichever speeds were finished before it.
 """
 
 from __future__ import annotations
@@ -25,6 +28,8 @@ from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.cycles import Expected
 from cranktrain.dynamics.settled.motion import Motion, motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
+from cranktrain.dynamics.start.mean_motion import rigid_start
+from cranktrain.loads.damper import STIFFNESS
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.loads.mean_load import balancing_load
 from cranktrain.results.orders.harmonics import ComplexArray, order_amplitudes
@@ -36,6 +41,8 @@ FIRST = 200.0
 """Speed at which a model is made, rad/s: it then goes to those that are asked for."""
 REACH = 0.05
 """Distance, over the speed, up to which a neighbour's motion is a better start than the static equilibrium."""
+TWIST = "damper.twist"
+"""Output that has no mean of its own where the damper's ring is free."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +132,7 @@ class SteadyRuns:
         )
         settling = result.settling
         return SteadySpeed(
-            speed, _amplitudes(job, result, speed), _extremes(result), settling.cycles, settling.repeats,
+            speed, _amplitudes(job, result, speed), self._extremes(result), settling.cycles, settling.repeats,
             settling.worst[1], settling.parting, start,
         )  # fmt: skip
 
@@ -162,6 +169,19 @@ class SteadyRuns:
         mode = torsional_mode(self.simulation)
         return None if mode is None else Learned(mode)
 
+    def _extremes(self, result: Result) -> dict[str, Array]:
+        """Least, mean and largest value of every output.
+
+        Nothing holds the ring of a viscous damper, so its mean twist is what the way to this speed left of it: the
+        extremes of the twist are those about the mean.
+        """
+        values = np.array(list(result.outputs.values()))
+        found = np.stack((values.min(axis=1), values[:, 1:].mean(axis=1), values.max(axis=1)), axis=1)
+        extremes: dict[str, Array] = dict(zip(result.outputs, found, strict=True))
+        if self.simulation.settings.damper != "none" and self.simulation.model.damper[STIFFNESS] == 0.0:
+            extremes[TWIST] = extremes[TWIST] - extremes[TWIST][1]
+        return extremes
+
     @property
     def _films_begin(self) -> int:
         """First index of the films' memory in a state."""
@@ -182,15 +202,14 @@ class SteadyRuns:
         simulation.go_on_at(speed)
         state = simulation.state
         first = known[0]
-        motion, angle = first.motion, first.shaft_angle
+        motion = first.motion
         if len(known) > 1 and first.periodic and known[1].periodic:
             second = known[1]
             share = (speed - first.speed) / (first.speed - second.speed)
             motion = motion.plus(first.motion.minus(second.motion), share)
-            angle += share * (first.shaft_angle - second.shaft_angle)
         state[BODY : self._films_begin] = state[LEAD_ANGLE] = state[LEAD_SPEED] = 0.0
         put_motion(state, motion)
-        state[SHAFT_ANGLE] = angle
+        state[SHAFT_ANGLE] = -rigid_start(simulation.model, speed).windup
         state[self._films_begin :] = first.films
         simulation.state = state
         if first.temperatures is not None:
@@ -213,10 +232,3 @@ def _amplitudes(job: Job, result: Result, speed: float) -> dict[str, ComplexArra
         orders, amplitudes = order_amplitudes(result.outputs[name][1:], job.highest_order, cycles)
         found[name] = amplitudes * np.exp(-1j * orders * (ahead + speed * result.time[1]))
     return found
-
-
-def _extremes(result: Result) -> dict[str, Array]:
-    """Least, mean and largest value of every output."""
-    values = np.array(list(result.outputs.values()))
-    found = np.stack((values.min(axis=1), values[:, 1:].mean(axis=1), values.max(axis=1)), axis=1)
-    return dict(zip(result.outputs, found, strict=True))

@@ -8,6 +8,8 @@ from cranktrain.studies.tradeoff.point import NUMERICAL, TOP, Point, in_scene
 from cranktrain.studies.tradeoff.study import Study
 
 ACCURACIES = (0.1, 0.01, 0.001)
+NAMED = 4
+"""How many runs that began unsettled are named."""
 
 
 def choice_text(study: Study) -> str:
@@ -27,10 +29,25 @@ def choice_text(study: Study) -> str:
                 f"  the reference itself is off by {doubt:.1e}: smaller errors say nothing. Where finer steps do not "
                 "help, neighbouring motions part at this speed; choose one at which the motion repeats."
             )
+        lines += unsettled_lines(points)
         for accuracy in (accuracy for accuracy in ACCURACIES if accuracy >= doubt):
             lines += [f"  {100 * accuracy:g} %"]
             lines += [f"    {line}" for line in _choices(points, accuracy)]
     return "\n".join(lines) + "\n"
+
+
+def unsettled_lines(points: Sequence[Point]) -> list[str]:
+    """Lines of a scene whose runs or references began in a motion that does not repeat; none where all do."""
+    doubtful = [point for point in points if point.unsettled is not None]
+    if not doubtful:
+        return []
+    most = max(point.unsettled or 0.0 for point in doubtful)
+    named = ", ".join(f"{point.family}: {point.label}" for point in doubtful[:NAMED])
+    rest = f" and {len(doubtful) - NAMED} more" if len(doubtful) > NAMED else ""
+    return [
+        f"  {len(doubtful)} of {len(points)} runs, or their references, began in a motion that did not settle "
+        f"({most:.1e} is left): {named}{rest}. Their errors hold for a motion that is still changing."
+    ]
 
 
 def _choices(points: Sequence[Point], accuracy: float) -> list[str]:

@@ -21,16 +21,18 @@ from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.kernel import keep_record
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.types import Progress
-from cranktrain.dynamics.cycle_run import settled_motion
+from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.motion.gas import trace_pressure
-from cranktrain.dynamics.settled.motion import Motion, put_motion
+from cranktrain.dynamics.settled.judging import Settling
+from cranktrain.dynamics.settled.motion import Motion, motion_of, put_motion
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAREST, bearing_law
 from cranktrain.film.laws.rigid_bore import rigid_bore
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace, gas_pressure, spline_coefficients
+from cranktrain.results.whole_run import whole
 from cranktrain.store.kept import Kept, digest
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.studies.tradeoff.case import Case
@@ -38,8 +40,16 @@ from cranktrain.studies.tradeoff.coupled import coupled_rows
 from cranktrain.studies.tradeoff.other_method import OtherMethod, Unstable
 from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
 
-_SETTLED: dict[str, Motion] = {}
-"""Motions of settled cycles, once in a process."""
+
+class Begun(NamedTuple):
+    """Motion in which runs of a model begin, and how settled it is."""
+
+    motion: Motion
+    settling: Settling
+
+
+_SETTLED: dict[str, Begun] = {}
+"""Motions in which runs begin, found once in a process."""
 
 HIGH_ORDERS = (12.0, 40.0)
 """Orders whose error in pulley torsion is given apart: those that a coarse pressure trace spoils."""
@@ -55,13 +65,15 @@ class Recorded(NamedTuple):
     """Outputs over all cycles, ends of intervals of ``interval`` degrees, and the cost.
 
     ``values`` (2 + b, or 3 + 2b, samples): torsion, axial motion and least films of a solver that knows no more, else
-    also shaft torque and vertical bearing forces.
+    also shaft torque and vertical bearing forces. ``unsettled`` is what the motion at the start lacks of one that
+    repeats; None where it repeats, or where the run starts from rest.
     """
 
     values: Array
     interval: float
     seconds: float  # processor seconds per simulated second
     counts: dict[str, int]
+    unsettled: float | None = None
 
 
 @dataclass(frozen=True)
@@ -82,7 +94,7 @@ class Entry:
 
 def run(case: Case, say: Progress | None = None) -> Recorded:
     """Run a case; ``SolverError`` where it fails, ``InputError`` where it cannot be."""
-    simulation = _started(case, say or (lambda stage: None))
+    simulation, unsettled = _started(case, say or (lambda stage: None))
     bearings = len(case.engine.crankshaft.main_widths)
     names = ["pulley.torsion", "pulley.axial"]
     names += [f"bearing[{i + 1}].film_thickness_min" for i in range(bearings)]
@@ -107,15 +119,15 @@ def run(case: Case, say: Progress | None = None) -> Recorded:
         "steps": int(counters[at.N_STEPS]), "iterations": int(counters[at.N_ITERATIONS]),
         "rejected": int(counters[at.N_REJECTED]), "missed": int(counters[at.N_MISSED]),
     }  # fmt: skip
-    return Recorded(np.ascontiguousarray(values.T), case.kept_deg, used / case.simulated, counts)
+    return Recorded(np.ascontiguousarray(values.T), case.kept_deg, used / case.simulated, counts, unsettled)
 
 
 def _assembled(case: Case, say: Progress) -> Assembly:
     return assemble(case.engine, case.levels, say=say, table_resolution=case.table, cutoff_hz=case.cutoff_hz)
 
 
-def _started(case: Case, say: Progress) -> Simulation:
-    """Simulation of a case at its start."""
+def _started(case: Case, say: Progress) -> tuple[Simulation, float | None]:
+    """Simulation of a case at its start, and what its motion there lacks of one that repeats."""
     settings = case.settings
     if case.coupled_deg is not None:
         settings = replace(settings, gas_source="input")
@@ -130,20 +142,21 @@ def _started(case: Case, say: Progress) -> Simulation:
         table = spline_coefficients(trace.motored + share * (trace.fired - trace.motored))
         simulation.pressures[:] = [gas_pressure(-angle, table) for angle in case.engine.firing_angles]
     simulation.initialize()
-    _settle(simulation, case, made, gas)
+    unsettled = _settle(simulation, case, made, gas)
     if case.film_grid is not None:
         _change_grid(simulation, case)
-    return simulation
+    return simulation, unsettled
 
 
-def _settle(simulation: Simulation, case: Case, made: Assembly, gas: GasTrace | None) -> None:
-    """Move a simulation that stands at its start into a settled cycle of its model.
+def _settle(simulation: Simulation, case: Case, made: Assembly, gas: GasTrace | None) -> float | None:
+    """Move a simulation that stands at its start into a settled cycle of its model; ``Recorded.unsettled``.
 
     The cycle is that of the default method and step. The dearest films start from rest: a cycle of them takes minutes.
+    Raises ``KeyboardInterrupt`` where the cycles before it are interrupted.
     """
     levels, plain = case.levels, Settings()
     if bearing_law(levels.bearings).cost == DEAREST:
-        return
+        return None
     settings = replace(
         levels, integrator=plain.integrator, step=plain.step, control=plain.control, newton_tolerance=None,
         film_change=None, gas_source=plain.gas_source,
@@ -155,10 +168,12 @@ def _settle(simulation: Simulation, case: Case, made: Assembly, gas: GasTrace | 
         model = Simulation(case.engine, made.body, settings, gas, made.parts)
         model.inputs[0] = case.speed
         model.initialize()
-        _SETTLED[key] = settled_motion(model, SETTLE)
-    state = simulation.state
-    put_motion(state, _SETTLED[key])
+        settling = whole(run_cycles(model, None, SETTLE, None, None)).settling
+        _SETTLED[key] = Begun(motion_of(model.state, model.model.omega2.size), settling)
+    begun, state = _SETTLED[key], simulation.state
+    put_motion(state, begun.motion)
     simulation.state = state
+    return None if begun.settling.repeats else begun.settling.worst[1]
 
 
 def _coupled(simulation: Simulation, case: Case, series: Array) -> float:
@@ -225,8 +240,16 @@ def recorded(case: Case, store: Kept, say: Progress | None = None) -> tuple[Arra
     if kept is None:
         got = run(case, say)
         kept = {"values": got.values, "interval": np.array(got.interval), "seconds": np.array(got.seconds)}
+        kept["unsettled"] = np.array(math.nan if got.unsettled is None else got.unsettled)
         store.keep_arrays(key, kept)
     return kept["values"], float(kept["interval"])
+
+
+def unsettled_start(case: Case, store: Kept) -> float | None:
+    """``Recorded.unsettled`` of a case that the store keeps."""
+    kept = store.arrays(key_of(case)) or {}
+    left = float(kept.get("unsettled", math.nan))
+    return None if math.isnan(left) else left
 
 
 def differences(values: Array, interval: float, exact: Array, exact_interval: float, cycles: int) -> Array:
@@ -322,9 +345,12 @@ def _entry_key(entry: Entry) -> str:
 def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progress) -> dict[str, Any]:
     """Stored data of an entry after one more run."""
     case, other = entry.case, entry.other
+    unsettled: list[float | None] = []
 
     def started(wanted: Case) -> Simulation:
-        return _started(wanted, say)
+        simulation, left = _started(wanted, say)
+        unsettled.append(left)
+        return simulation
 
     try:
         exact, exact_interval = recorded(entry.reference, store, say)
@@ -332,7 +358,7 @@ def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progre
             got = run(case, say)
         else:
             values, used, counts = other.run(case, started)
-            got = Recorded(values, case.kept_deg, used / case.simulated, counts)
+            got = Recorded(values, case.kept_deg, used / case.simulated, counts, *unsettled[:1])
     except Unstable as problem:
         return _failure("unstable", problem)
     except CranktrainError as problem:
@@ -348,6 +374,8 @@ def _measure(entry: Entry, store: Kept, kept: dict[str, Any] | None, say: Progre
     status, found = ("ok", {}) if other is None else other.judged(case, started)
     details: dict[str, Any] = {**got.counts, **found}
     details["settling"] = settling(got, case, films)
+    starts = {"start_unsettled": got.unsettled, "reference_start_unsettled": unsettled_start(entry.reference, store)}
+    details |= {name: left for name, left in starts.items() if left is not None}
     details["modes"] = _assembled(case, say).body.n_modes
     details["high_orders"] = high_order_error(got.values, got.interval, exact, exact_interval, case.cycles)
     return {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cranktrain.results.page_head import filled_page, script_data
 from cranktrain.studies.tradeoff.chart import KINDS, NAMES
+from cranktrain.studies.tradeoff.point import UNSETTLED
 from cranktrain.studies.tradeoff.study import Study
 
 SHOWN = (
@@ -18,6 +19,7 @@ SHOWN = (
     "cycles",
     "repeats",
     "settling",
+    *UNSETTLED,
 )
 
 

@@ -13,6 +13,8 @@ OTHERS = ("shaft_torque", "bearing_force")
 NUMERICAL, MODEL, TOP, INPUT = "numerical", "model", "top", "input"
 """Kinds of error: against the same model with a finer step; the next level up; the top of the ladder, or the finest of
 what is varied; the same model with inputs known exactly."""
+UNSETTLED = ("start_unsettled", "reference_start_unsettled")
+"""Parameters of a point whose run or reference began in a motion that does not repeat."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,8 @@ class Point:
     family, label : what was varied, and which choice this is
     parameters : the choice in numbers and names; ``error_kind`` says what the error is against, ``settling`` the change
         over the last cycle of the output of ``OUTPUTS`` that changed most (None after one cycle), ``solver`` whose it
-        is where another than the stage solver ran it
+        is where another than the stage solver ran it, ``start_unsettled`` and ``reference_start_unsettled`` the
+        settling error of the motion in which the run or its reference began, where that motion does not repeat
     seconds_per_simulated_second : processor seconds; None where the run failed
     error : relative error of each of ``OUTPUTS``: RMS of the difference over the last cycle over the RMS of the
         reference's alternating part, of films the worst main's; None where the level has no such output
@@ -52,6 +55,12 @@ class Point:
     def solver(self) -> str:
         """Name of the other solver that ran it; empty for the stage solver."""
         return str(self.parameters.get("solver", ""))
+
+    @property
+    def unsettled(self) -> float | None:
+        """Settling error of the start of the run or of its reference, the larger; None where both starts repeat."""
+        found = [self.parameters[name] for name in UNSETTLED if self.parameters.get(name) is not None]
+        return max(found, default=None)
 
     @property
     def group(self) -> tuple[str, str]:
