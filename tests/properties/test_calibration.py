@@ -297,6 +297,23 @@ def test_entries_that_cannot_be_replaced_are_refused(form, said):
         rewritten(old, engine, {"flywheel.mass": Written(31.23, "calibrated", "to a test 238 Hz")})
 
 
+def test_an_engine_file_without_a_place_for_a_value_is_refused_before_the_search(tmp_path, monkeypatch, capsys):
+    """A search takes minutes: all that prevents its file is said before, on one line."""
+    from cranktrain.cli.main import main
+
+    monkeypatch.setattr(calibrate, "_fitted", lambda *given: pytest.fail("searched"))
+    form = ("[flywheel]", 'mass.value = 32\nmass.unit = "kg"\nmass.origin = "chosen"')
+    engine, targets = tmp_path / "own.toml", tmp_path / "targets.toml"
+    engine.write_text(own_hand(engine_path("diesel_i6").read_text("utf-8"), form), "utf-8")
+    targets.write_text(TARGETS, "utf-8")
+    assert main(["calibrate", str(engine), str(targets), "--out", str(tmp_path / "new.toml")]) == 2
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert "flywheel.mass: is not written as mass = " in said
+    assert main(["calibrate", "diesel_i6", str(targets), "--out", str(targets)]) == 2
+    assert targets.read_text("utf-8") == TARGETS
+    assert not (tmp_path / "new.toml").exists()
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

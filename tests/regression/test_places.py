@@ -121,6 +121,19 @@ def test_an_empty_file_may_be_replaced_and_a_name_can_be_long(tmp_path):
             check_place(tmp_path / name)
 
 
+def test_a_folder_that_takes_no_files_is_refused_before_the_work_whoever_writes(tmp_path, monkeypatch):
+    """An administrator has the right to write into ``/proc`` or a full disk, and yet no file comes to be there."""
+
+    def full(*given, **named):
+        raise OSError(28, "No space left on device")
+
+    check_place(tmp_path / "a.toml")
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr("tempfile.TemporaryFile", full)
+    with pytest.raises(InputError, match="is not a writable folder"):
+        check_place(tmp_path / "a.toml")
+
+
 FULL = """
 import resource, sys
 import numpy as np

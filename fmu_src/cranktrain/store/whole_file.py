@@ -164,8 +164,17 @@ def check_place(path: str | Path, kind: Kind | None = None) -> None:
     if found is not None:
         _check_replaced(target, found, kind)
     folder = next(place for place in target.absolute().parents if place.exists())
-    if not folder.is_dir() or not os.access(folder, os.W_OK):
+    if not folder.is_dir() or not os.access(folder, os.W_OK) or not _takes_files(folder):
         raise InputError(f"{target}: {folder} is not a writable folder; choose another place")
+
+
+def _takes_files(folder: Path) -> bool:
+    """Whether a file can be made in a folder: an administrator may write everywhere, and yet not into ``/proc``."""
+    try:
+        tempfile.TemporaryFile(dir=folder, prefix=PREFIX).close()
+    except OSError:
+        return False
+    return True
 
 
 def _check_replaced(target: Path, found: os.stat_result, kind: Kind | None) -> None:

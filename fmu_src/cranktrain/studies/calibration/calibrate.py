@@ -77,6 +77,8 @@ def calibrate(
     if CLOSED in {p.key for p in task.parameters}:  # which a file may leave open
         base = replace(base, thrust=replace(base.thrust, closed_stiffness=base.thrust.closed))
     new = new_path(Path(out)) if out is not None else None
+    if new is not None:
+        check_written(path, base, task)
     with one_thread():
         problem, found = _fitted(base, task, seed, evaluations, say, follow)
         free = np.array([rounded(x, p.scale) for x, p in zip(found.free, task.parameters, strict=True)])
@@ -229,6 +231,13 @@ def report_of(problem: Problem, free: Array) -> dict[str, Any]:
         "extra_modes_hz": found.extra,
         "met": all_met(task, found),
     }  # fmt: skip
+
+
+def check_written(path: Path, engine: Engine, task: Task) -> None:
+    """Refuse, before the search, an engine file that has no place for a value; ``InputError``."""
+    keys = [*(p.key for p in task.parameters if p.is_key), *(d.key for d in task.derived)]
+    own = {key: Written(values.value(engine, key), "calibrated", "") for key in keys}
+    rewritten(path.read_text("utf-8"), engine, own)
 
 
 def written_values(problem: Problem, free: Array, report: Mapping[str, Any]) -> dict[str, Written]:
