@@ -217,7 +217,7 @@ def order_amplitudes(harness: Harness, run: Coupled, values: Array, highest: flo
         assert harness.speed is not None
         angle = harness.speed * run.times
     angle = angle[-len(values) :]
-    points = np.count_nonzero(angle > angle[-1] - (1.0 - 1e-9) * CYCLE)
+    points = int(np.count_nonzero(angle > angle[-1] - (1.0 - 1e-9) * CYCLE))
     refuse_unresolved(highest, points)
     return order_spectrum(last_cycle(angle, values, max(1440, 4 * math.ceil(highest))), highest)[1]
 
