@@ -159,7 +159,7 @@ def test_threads_that_want_a_library_make_it_once(tmp_path, monkeypatch):
         content = digest.encode() + link._shim_digest().encode()
         target.write_bytes(content + machine_code.checksum(content))
 
-    monkeypatch.setattr(link, "_objects", lambda kind, digest, say: threading.Event().wait(0.3) or tmp_path)
+    monkeypatch.setattr(link, "_programs", lambda kind, digest, say: threading.Event().wait(0.3) or tmp_path)
     monkeypatch.setattr(link, "_link", linked)
     threads = [threading.Thread(target=lambda: made_at_last.append(link.library("valvetrain"))) for _ in range(4)]
     for thread in threads:
