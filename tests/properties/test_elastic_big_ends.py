@@ -185,11 +185,18 @@ def test_a_run_of_all_elastic_films_keeps_both_kinds_apart():
 
 @pytest.mark.slow
 def test_least_film_and_peak_converge_with_grid_and_step():
-    """Above rated speed, where inertia loads the cap most."""
+    """Above rated speed, where inertia loads the cap most; at the crank angles of usual steps in all runs.
+
+    The peak rises slowly and falls by a fifth within half a degree, where a node ruptures: it depends on where it is
+    read by as much as on how it is solved.
+    """
+    step = made().settings.step
 
     def figures(**how):
         angle, found, _ = last_cycle("diesel_i6", 2600, **how)
-        cap = np.abs(angle - 2.0 * math.pi) < math.radians(80.0)
+        read = np.abs(angle / step - np.round(angle / step)) < 1e-6
+        assert read.sum() == round(4.0 * math.pi / step)
+        cap = read & (np.abs(angle - 2.0 * math.pi) < math.radians(80.0))
         return found["film_thickness_min"][cap].min(), found["pressure_max"][cap].max()
 
     usual = figures()

@@ -177,7 +177,7 @@ def test_a_stuck_joint_holds_the_crank_and_a_free_one_lets_it_go(friction):
 @pytest.mark.slow
 def test_the_six_has_the_stand_in_springs_of_its_films():
     """Springs of level ``linear`` are those that `cranktrain modal` derives from the films, to 2 %."""
-    engine = load_engine(EXAMPLES / "diesel_i6_in_motion.toml")
+    engine = load_engine("diesel_i6")
     found = film_springs(assemble(engine, SPRING_LEVELS))
     own = engine.plain_mains
     assert own.stiffness_x == pytest.approx(found["film_stiffness_x"], rel=0.02)
