@@ -14,7 +14,8 @@ wrong torque away.
 
 Noise and length are those of a set. Each order has a relative bias of its own, because a small order that large ones
 feed by the rods' inertia may be wrong by a third where the large ones are right to a per cent. The biases of a set
-scatter about a common one by a factor of :data:`APART`. These numbers follow from the restricted likelihood (Patterson
+scatter about a common one by a factor of :data:`APART` where the likelihood tells them apart, else by :data:`ALIKE`:
+a parameter common to all orders takes up the bias of one, which then seems to be right beside wrong others. These numbers follow from the restricted likelihood (Patterson
 and Thompson 1971), which accounts for the part of the bias that the parameters have taken up:
 
     −2 L = Σ log|C| + rᵀ C⁻¹ r − gᵀ A⁻¹ g + log|A| + Σ (ln δ_o/δ)²/ln²(APART),   A = Jᵀ C⁻¹ J + P,   g = Jᵀ C⁻¹ r.
@@ -34,15 +35,23 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
+from scipy.stats import chi2
 
 from cranktrain.core.types import Array
 
 LEAST, MOST = 1e-4, 1.0
 """Bounds of the relative bias."""
+LONGEST = 3.0
+"""Largest length of the bias over the span of the speeds.
+
+A bias that changes over more than the speeds shows little of its size: of a length that is bounded to a part of them
+it would be taken for a small one."""
 LOW = 0.1
 """Part of the bias that does not fall with the amplitude, over that at the root mean square of the amplitudes."""
 APART = 3.0
 """Factor between the relative biases of orders of a set, one standard deviation of their logarithms."""
+ALIKE, TOLD = 1.2, 0.01
+"""The same factor where the data do not tell the orders' biases apart, by a test of the likelihood at this level."""
 _QUIET = 1e-5
 """Least noise of a set, over the root mean square of its amplitudes."""
 
@@ -136,38 +145,51 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
     step = min(float(np.median(one)) for one in steps if one.size) if any(one.size for one in steps) else span
     count = len(parts) + 1
     low = np.log([_QUIET * rms, max(step, 1e-6), *(count * [LEAST])])
-    high = np.log([rms, max(0.5 * span, 1.5 * step, 2e-6), *(count * [MOST])])
+    high = np.log([rms, max(LONGEST * span, 1.5 * step, 2e-6), *(count * [MOST])])
     noise = max(noise_of_differences(parts), _QUIET * rms)
     bounds = list(zip(low, high, strict=True))
     if all(np.isfinite(one.noise).all() for one in parts):
         noise, bounds[0] = first.noise, (math.log(first.noise), math.log(first.noise))
-    best, least = None, math.inf
     # Once found, the numbers hardly change; the first time a small bias and a large one are tried.
-    for relative in (first.relative, 0.02) if before is None else (max(first.relative, 0.02),):
-        begin = np.log([noise, first.length, *(count * [relative])])
-        begin = np.clip(begin, [one for one, _ in bounds], [one for _, one in bounds])
-        found = minimize(
-            _unlikely, begin, (parts, prior), method="L-BFGS-B", jac=True, bounds=bounds,
-            options={"maxiter": 60, "ftol": 1e-7},
-        )  # fmt: skip
-        if found.fun < least:
-            best, least = found.x, float(found.fun)
-    noise, length, relative, *orders = np.exp(begin if best is None else best).tolist()
+    starts = [
+        np.clip(np.log([noise, first.length, *(count * [relative])]), low, high)
+        for relative in ((first.relative, 0.02) if before is None else (max(first.relative, 0.02),))
+    ]
+
+    def likeliest(apart: float) -> tuple[Array, float]:
+        """Logarithms of the numbers whose orders' biases scatter by a factor ``apart``, and their −2 L."""
+        best, least = starts[0], math.inf
+        for begin in starts:
+            found = minimize(
+                _unlikely, begin, (parts, prior, apart), method="L-BFGS-B", jac=True, bounds=bounds,
+                options={"maxiter": 60, "ftol": 1e-7},
+            )  # fmt: skip
+            if found.fun < least:
+                best, least = found.x, float(found.fun)
+        return best, least
+
+    best, least = likeliest(ALIKE)
+    if len(parts) > 1:
+        other, likelier = likeliest(APART)
+        if least - likelier > float(chi2.isf(TOLD, len(parts) - 1)):
+            best = other
+    noise, length, relative, *orders = np.exp(best).tolist()
     return Bias(noise, relative, length, tuple(orders))
 
 
 # In one piece: the likelihood and its derivatives, which share all factors.
-def _unlikely(values: Array, parts: Sequence[Residue], prior: Array) -> tuple[float, Array]:
+def _unlikely(values: Array, parts: Sequence[Residue], prior: Array, factor: float = APART) -> tuple[float, Array]:
     """Minus twice the logarithm of the restricted likelihood, and its derivatives (m,).
 
     ``values`` (m,) are logarithms of noise, length, the common relative bias, and that of each order. With e = r − J
     A⁻¹ g, w = C⁻¹ e and Z = C⁻¹ J the derivative by a number of C is Σ dC ∘ (C⁻¹ − w wᵀ − Z A⁻¹ Zᵀ) of the components.
     """
     noise, length = np.exp(values[:2]).tolist()
-    apart = (values[3:] - values[2]) / math.log(APART)
+    scatter = math.log(factor)
+    apart = (values[3:] - values[2]) / scatter
     total = float(apart @ apart)
     slopes = np.zeros_like(values)
-    slopes[3:] = 2.0 * apart / math.log(APART)
+    slopes[3:] = 2.0 * apart / scatter
     slopes[2] = -slopes[3:].sum()
     slope, information, kept = np.zeros(prior.shape[0]), prior.copy(), []
     for one, relative in zip(parts, np.exp(values[3:]).tolist(), strict=True):
