@@ -193,7 +193,7 @@ def _run_into(output: Path, make: Callable[[], System], speed: float, options: a
         found, ended = error.found, error
     keep_run(output, found, {
         "engine": Path(options.engine).stem, "speed_rpm": options.speed_rpm, "scheme": options.scheme,
-        "reconstruction": options.reconstruction, "step_deg": options.step_deg, "ended": found.ended,
+        "reconstruction": _reconstruction(options), "step_deg": options.step_deg, "ended": found.ended,
     })  # fmt: skip
     if ended is None:
         return found
@@ -201,6 +201,11 @@ def _run_into(output: Path, make: Callable[[], System], speed: float, options: a
     if isinstance(ended, KeyboardInterrupt):
         raise Interrupted(f"interrupted; {kept}")
     raise type(ended)(f"{ended}; {kept}")
+
+
+def _reconstruction(options: argparse.Namespace) -> str:
+    """Who reconstructs: nobody with scheme ``stages``."""
+    return "none" if options.scheme == STAGES else str(options.reconstruction)
 
 
 def _export(path: Path, engine: VirtualEngine, speed: float, options: argparse.Namespace) -> dict[str, Any]:
@@ -237,7 +242,7 @@ def _show(result: dict[str, Any], options: argparse.Namespace) -> None:
         ("real-time factor", f"{result['real_time_factor']:.2f}"),
     ]
     title = (
-        f"{options.engine}, {options.speed_rpm:g} rev/min: {options.scheme}, reconstruction {options.reconstruction}"
+        f"{options.engine}, {options.speed_rpm:g} rev/min: {options.scheme}, reconstruction {_reconstruction(options)}"
     )
     show_rows(title, ("of the last cycle", "value"), rows)
     print(f"{result['steps']} communication steps, {result['refused_steps']} repeated; {result['sweeps']} sweeps")

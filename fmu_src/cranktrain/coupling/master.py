@@ -47,6 +47,7 @@ class Exchange:
     abscissa : output over which values are reconstructed, ``(unit, variable)``; None: time
     tolerance : of scheme ``iterative``: change of an output over its range so far that ends a step
     sweeps : most of them in a step
+    whole : of scheme ``stages``: units, the first ones, that take each step in one
     """
 
     scheme: str = "gauss-seidel"
@@ -54,6 +55,7 @@ class Exchange:
     abscissa: tuple[str, str] | None = None
     tolerance: float = 1.0e-8
     sweeps: int = 30
+    whole: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for value, valid, what in (
@@ -101,7 +103,7 @@ class Master:
         self._order = _independent_first(units, connections)
         if exchange.scheme == "iterative":
             _all_restorable(self._order)
-        self.inside = INSIDE[exchange.scheme](self._order) if exchange.scheme in INSIDE else None
+        self.inside = INSIDE[exchange.scheme](self._order, exchange) if exchange.scheme in INSIDE else None
         self._parts: dict[str, slice] = {}
         at: dict[tuple[str, str], int] = {}
         for unit in self._order:

@@ -88,5 +88,9 @@ SCHEMES: dict[str, Callable[[Master, float, float], None]] = {
     "stages": stages,
 }  # fmt: skip
 """How the units of a step follow one another."""
-INSIDE: dict[str, Callable[[Sequence[Unit]], Any]] = {"intermediate": Inside, "stages": AtStages}
-"""Schemes whose last unit calls its master inside a step, and what exchanges there; made of the units in order."""
+INSIDE: dict[str, Callable[[Sequence[Unit], Any], Any]] = {
+    "intermediate": lambda order, exchange: Inside(order),
+    "stages": lambda order, exchange: AtStages(order, exchange.whole),
+}
+"""Schemes whose last unit calls its master inside a step, and what exchanges there; made of the units in order and
+their ``Exchange``."""

@@ -5,13 +5,16 @@ times before it steps. The other units step from one of them to the next, each w
 end of such a part, and their outputs there are set. The last unit's own outputs are not known there yet: the
 others get them extrapolated by the parabola through the last communication points.
 
+Units may take the whole step in one, before the others, where they exchange means: a torque of impacts that are shorter
+than a step has no meaning at single times.
+
 A unit that asks has the attribute ``updates``, true, and a method ``listen`` that takes two functions to call with a
 time in s: at a point that the unit has reached, and at one that lies ahead of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -19,7 +22,6 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.kernels.exchange import MEAN, READ, WRITE
-from cranktrain.coupling.reconstruction import weights_at
 from cranktrain.coupling.unit import Unit, UnitError
 
 Master: TypeAlias = Any
@@ -31,8 +33,11 @@ NONE = 1.0e-9
 class AtStages:
     """Exchange at the stages of the last unit in a master's order."""
 
-    def __init__(self, order: Sequence[Unit]) -> None:
-        """Listen to the last unit; ``InputError`` if it does not call its master."""
+    def __init__(self, order: Sequence[Unit], whole: Collection[str] = ()) -> None:
+        """Listen to the last unit; ``InputError`` if it does not call its master.
+
+        The units named in ``whole``, the first ones, take each step of the master in one.
+        """
         unit: Any = order[-1]
         if not getattr(unit, "updates", False):
             raise InputError(
@@ -40,22 +45,30 @@ class AtStages:
                 "FMI 3.0 with providesIntermediateUpdate (build_fmu.py --fmi 3.0)"
             )
         self._unit, self._place = unit, len(order) - 1
+        self._first = sum(one.name in whole for one in order)
+        if {one.name for one in order[: self._first]} != set(whole):
+            raise InputError(f"scheme 'stages': {', '.join(whole)} must come first to take steps in one; reorder units")
         self._master: Master = None
         self._error: BaseException | None = None
-        self._none = self._end = 0.0
+        self._none = self._begin = self._size = 0.0
         self._asked_for = 0
         self._trial = False
-        self._foreseen: tuple[float, Array, float, Array] | None = None
+        self._foreseen: Array | None = None
+        self._ahead: Array | None = None
+        self._newest = 0.0
+        self._line: tuple[Array, Array] | None = None
         unit.listen(self._reached, self._asked)
 
     def step(self, master: Master, size: float) -> None:
         """One communication step (s) of all units; ``UnitError`` names the unit that fails, with the time."""
         begin = master.time
         self._master, self._none, self._asked_for = master, NONE * size, 0
-        self._foreseen, self._trial = None, False
+        self._foreseen, self._ahead, self._trial, self._line = None, None, False, None
+        self._begin, self._size = begin, size
         try:
             if len(master._samples.places) == 1 and master.restorable:
                 self._foresee(begin, size)
+            self._lead_whole()
             self._take(begin, size)
             if not self._asked_for:
                 raise UnitError(
@@ -75,12 +88,13 @@ class AtStages:
         """
         master = self._master
         states, known = [unit.keep() for unit in master._order], master._known.copy()
-        self._trial, self._end = True, begin + size
+        self._trial = True
+        self._lead_whole()
         self._take(begin, size)
         self._read(begin + size)
-        first, part = known[len(master.names) :][self._part], master.newest[self._part]
-        self._foreseen = begin, first.copy(), size, part - first
-        self._trial, self._asked_for, master.time = False, 0, begin
+        before = known[len(master.names) : 2 * len(master.names)]
+        self._foreseen = (master.newest[self._part] - before[self._part]) / size
+        self._trial, self._line, self._asked_for, master.time = False, None, 0, begin
         master._known[:] = known
         for unit, state in zip(master._order, states, strict=True):
             unit.restore(state)
@@ -121,6 +135,7 @@ class AtStages:
         self._lead(time)
         self._read(time)
         master.arrive()
+        self._ahead = None
 
     def _give(self, time: float) -> None:
         """Inputs of the last unit at a time ahead of it."""
@@ -132,14 +147,25 @@ class AtStages:
     def _lead(self, time: float) -> None:
         """Step the other units to a time, s."""
         master = self._master
-        time = self._end if self._trial else time
+        time = self._begin + self._size if self._trial else time
         size = time - master.time
         if size <= self._none:
             return
         if not self._trial:
             self._expect(master.time, time)
-        master._one_by_one(0, self._place, size, time)
+        master._one_by_one(self._first, self._place, size, time)
         master.time = time
+
+    def _lead_whole(self) -> None:
+        """Let the first units take the whole step; between its ends their outputs are on a line."""
+        master, end = self._master, self._begin + self._size
+        if self._first == 0:
+            return
+        if not self._trial:
+            self._expect(self._begin, end)
+        before = master.start[: self._end_of_whole].copy()
+        master._one_by_one(0, self._first, self._size, end)
+        self._line = before, master.newest[: before.size] - before
 
     def _expect(self, begin: float, end: float) -> None:
         """What the other units know in a part of the step: the last unit's outputs at its begin, and their means.
@@ -147,19 +173,39 @@ class AtStages:
         An angle goes from its begin to its end by the mean of the speed, just as it would by the speed itself.
         """
         master, part = self._master, self._part
-        first, middle, last = (self._ahead(time) for time in (begin, 0.5 * (begin + end), end))
-        master.newest[part] = first
+        if self._ahead is None:
+            self._ahead = self._parabola()
+        first, last = begin - self._newest, end - self._newest
+        square = (first * first + first * last + last * last) / 3.0
+        weights = np.array(((1.0, first, first * first), (1.0, 0.5 * (first + last), square)))
+        master.newest[part], master.means[part] = weights @ self._ahead
         master.start[:] = master.newest
-        master.means[part] = (first + 4.0 * middle + last) / 6.0
+        if self._line is not None:
+            before, change = self._line
+            master.start[: before.size] = before + (begin - self._begin) / self._size * change
 
-    def _ahead(self, time: float) -> Array:
-        """The last unit's outputs at a time within the step."""
-        if self._foreseen is not None:
-            begin, first, size, change = self._foreseen
-            return first + (time - begin) / size * change
+    def _parabola(self) -> Array:
+        """Coefficients (3, outputs) of the last unit's outputs by the time since their newest point."""
         samples = self._master._samples
-        nodes = samples.places
-        return np.asarray(np.array(weights_at(time, nodes)) @ samples.values[: len(nodes), self._part])
+        nodes, values = samples.places, samples.values[:, self._part]
+        found = np.zeros((3, values.shape[1]))
+        found[0] = values[0]
+        self._newest = nodes[0]
+        if len(nodes) == 1:
+            found[1] = 0.0 if self._foreseen is None else self._foreseen
+        else:
+            last = nodes[0] - nodes[1]
+            found[1] = (values[0] - values[1]) / last
+            if len(nodes) > 2:
+                found[2] = (found[1] - (values[1] - values[2]) / (nodes[1] - nodes[2])) / (nodes[0] - nodes[2])
+                found[1] += last * found[2]
+        return found
+
+    @property
+    def _end_of_whole(self) -> int:
+        """How many outputs the first units have, which take whole steps."""
+        master = self._master
+        return int(master._parts[master._order[self._first].name].start)
 
     @property
     def _part(self) -> slice:

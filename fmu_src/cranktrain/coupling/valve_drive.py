@@ -16,9 +16,11 @@ from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain.coupling.run import Bond
 
 ANGLE, SPEED, TORQUE = "crank.angle", "crank.speed", "valvetrain.torque"
+TORQUE_STEP = "valvetrain.torque_step"
+"""Mean of the torque over a step."""
 LIFTS = {"lift.source": "input"}
 """Start values of a combustion beside a valve train."""
-READ = ("valvetrain.torque_mean", "contact.loss", "drive.apart", "friction.power")
+READ = (TORQUE, "valvetrain.torque_mean", "contact.loss", "drive.apart", "friction.power")
 """Outputs that a run records in addition to the connected ones."""
 BOND = Bond("valve_drive", given=[((VALVETRAIN, TORQUE), (VALVETRAIN, SPEED))],
             taken=[((CRANKTRAIN, TORQUE), (CRANKTRAIN, SPEED))])  # fmt: skip
@@ -52,7 +54,8 @@ def connections(valvetrain: FmuUnit, cylinders: int, lifted: bool, own: bool, st
     found = motion_connections(VALVETRAIN, staged)
     if lifted:
         found += [Connection((VALVETRAIN, name), (COMBUSTION, name), START) for name in lifts]
-    return [*found, Connection((VALVETRAIN, TORQUE), (CRANKTRAIN, TORQUE), START if own else MEAN)]
+    given = (VALVETRAIN, TORQUE_STEP) if staged and TORQUE_STEP in valvetrain.outputs else (VALVETRAIN, TORQUE)
+    return [*found, Connection(given, (CRANKTRAIN, TORQUE), START if own else MEAN)]
 
 
 def summary(values: dict[str, Any], residual: float) -> dict[str, float]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -142,6 +142,8 @@ def virtual_engine(
         units = {VALVETRAIN: valvetrain, **units}
         connections += valve_drive.connections(valvetrain, cylinders, lifted, own, staged)
         bonds = [GAS, valve_drive.BOND]
+        if staged:
+            exchange = replace(exchange, whole=(VALVETRAIN,))
     outputs = {name: [output for output in READ[name] if output in unit.outputs] for name, unit in units.items()}
     return VirtualEngine(units, connections, exchange, given, outputs, bonds)
 
