@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from fmus_by_version import module_fmu, torsional_fmu
 
 from cranktrain.core.errors import InputError
@@ -19,6 +20,8 @@ from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, NODE, STAGES
 from cranktrain.engine.file import load_engine
+from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.running import chosen_levels
 from cranktrain.loads.gas_pressure import GasTrace
 
 CYCLES = 6
@@ -203,6 +206,31 @@ def test_a_step_under_a_host_that_is_not_called_is_refused_in_one_line(tmp_path,
             unit.step(0.0, 1e-4)
     finally:
         unit.close()
+
+
+def test_derivatives_by_inputs_are_refused(six):
+    """They repeat the last step, whose inputs at its stages nobody gives again."""
+    values = {"gas.source": "input", "input.reconstruction": "stages"}
+    unit = open_fmu(six[0], CRANKTRAIN, values)
+    unit.link([], ["crank.angle"])
+    unit.listen(lambda time: None, lambda time: None)
+    unit.initialize(0.0)
+    references = {v.name: v.valueReference for v in unit._description.modelVariables}
+    try:
+        unit.step(0.0, 1e-4)
+        with pytest.raises(FMICallException):
+            unit._fmu.getDirectionalDerivative([references["crank.angle"]], [references["speed"]], [1.0])
+        assert "no derivatives by inputs that are given at stages" in unit._log[-1]
+    finally:
+        unit.close()
+
+
+def test_a_python_fmu_refuses_the_choice():
+    model = FlatModel(load_engine("single_petrol"), {})
+    with pytest.raises(InputError, match=r"'input.reconstruction' is 'stages', which needs a native FMU of FMI 3.0"):
+        chosen_levels(
+            model, {"crank": "torsional", "reconstruction": "stages"}, {"reconstruction": "input.reconstruction"}
+        )
 
 
 def test_other_reconstructions_are_refused(six):

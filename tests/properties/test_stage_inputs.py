@@ -13,6 +13,7 @@ from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
 from cranktrain.dynamics.time.reconstruction import take_stage
 from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, NODE, STAGES
 from cranktrain.engine.file import load_engine
+from cranktrain.structure.assembly import running_crank
 
 ENGINE = load_engine("diesel_i6")
 SPEED = 150.0
@@ -112,3 +113,26 @@ def test_a_restored_state_shows_the_outputs_that_it_had():
     simulation.step(2e-3)
     simulation.state = state
     np.testing.assert_array_equal(simulation.outputs, before)
+
+
+@pytest.mark.parametrize(("method", "least", "most"), [("esdirk3", 1.0e-3, 2.0e-3), ("esdirk4", 0.0, 1.0e-4)])
+def test_steps_of_one_and_a_half_degrees_need_order_four(method, least, most):
+    """Torsion of the six under exact pressures, those of its trace: RMS error over the RMS of its alternating part."""
+    exact = torsion("esdirk47", 0.125)
+    found = float(np.sqrt(np.mean((torsion(method, 1.5) - exact) ** 2)) / exact.std())
+    assert least <= found <= most
+
+
+def torsion(method, step_deg):
+    """Of the pulley every 3 degrees of the last of six cycles, rad."""
+    speed, step, every = 2000.0 * math.pi / 30.0, math.radians(step_deg), round(3.0 / step_deg)
+    settings = Settings(crank="torsional", integrator=method, step=step, gas_source="builtin", dense_output="off")
+    simulation = Simulation(ENGINE, running_crank(ENGINE, "torsional"), settings)
+    simulation.inputs[0] = speed
+    simulation.initialize()
+    place, found = simulation.output_names.index("pulley.torsion"), []
+    for k in range(1440 * every):
+        simulation.step((k + 1) * step / speed)
+        if (k + 1) % every == 0:
+            found.append(simulation.outputs[place])
+    return np.array(found[-240:])
