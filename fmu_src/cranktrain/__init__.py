@@ -1,4 +1,4 @@
-"""Cranktrain: the dynamics of an engine's cranktrain, as a library and as an FMI 2.0 co-simulation unit.
+"""Cranktrain: the dynamics of an engine's cranktrain, as a library and as an FMI co-simulation unit.
 
     import cranktrain as ct
 

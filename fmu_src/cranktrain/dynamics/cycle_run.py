@@ -27,8 +27,7 @@ from cranktrain.dynamics.settled.cycles import (
     rewind,
     settled_cycles,
 )
-from cranktrain.dynamics.settled.judging import MOST_CYCLES, TOLERANCE, Judge, Settling
-from cranktrain.dynamics.settled.motion import Motion, motion_of
+from cranktrain.dynamics.settled.judging import MOST_CYCLES, Judge, Settling
 from cranktrain.dynamics.settled.powers import PowerSamples
 from cranktrain.dynamics.settled.samples import Samples, Sink
 from cranktrain.dynamics.warm_films import (
@@ -53,7 +52,6 @@ __all__ = [
     "output_judge",
     "row_step",
     "run_cycles",
-    "settled_motion",
 ]
 
 
@@ -201,12 +199,6 @@ def run_cycles(
         step=h,
         film_peaks=pressure_peaks(simulation.model.films),
     )
-
-
-def settled_motion(simulation: Run, settle: float = TOLERANCE) -> Motion:
-    """Motion at the start of a cycle that repeats, to which a simulation that is initialised is brought."""
-    run_cycles(simulation, None, settle, None, None)
-    return motion_of(simulation.state, simulation.model.omega2.size)
 
 
 def damper_power(result: Result) -> float:
