@@ -141,6 +141,7 @@ def measure(two: Fmus, three: Fmus, step_deg: float) -> dict[str, float]:
         "fmi3": Way(three.partners()), "fmi3_python": Way(three.partners(), everyone),
         "intermediate": Way(three.partners(), (), "intermediate"),
         "intermediate_python": Way(three.partners(), (CRANKTRAIN,), "intermediate"),
+        "stages": Way(three.partners(), (), "stages"),
         "usual_method": Way(two.partners(integrator="auto")),
     }  # fmt: skip
     engines = {key: virtual_engine(way.partners, SPEED, way.scheme, "own", size) for key, way in ways.items()}

@@ -1,11 +1,11 @@
 """Cranktrain, combustion and valve train as FMUs under the reference master: ``python benchmarks/virtual_engine.py``.
 
-Of an engine (``[RPM [diesel_i6|diesel_v8]]``), by scheme, reconstruction and communication step in degrees of crank
-angle: RMS of the difference of the pulley's torsion from the same physics at FINEST over the RMS of its alternating
-part there, over the last of CYCLES cycles; the error of the mean shaft torque; the power residual; and processor time
-over simulated time. ``late`` is Jacobi's scheme as a plain master has it: the combustion answers for the begin of the
-step, and the cranktrain holds what it gets. With scheme ``intermediate`` the cranktrain is an FMU of FMI 3.0. Prints
-one JSON object.
+Of an engine (``[RPM [diesel_i6|diesel_v8 [WAY ...]]]``), by scheme, reconstruction and communication step in degrees of
+crank angle: RMS of the difference of the pulley's torsion from the same physics at FINEST over the RMS of its
+alternating part there, over the last of CYCLES cycles; the error of the mean shaft torque; the power residual; and
+processor time over simulated time. ``late`` is Jacobi's scheme as a plain master has it: the combustion answers for the
+begin of the step, and the cranktrain holds what it gets. With schemes ``intermediate`` and ``stages`` the cranktrain is
+an FMU of FMI 3.0; with ``stages`` nothing is reconstructed. Prints one JSON object.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import cranktrain as ct
 from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.modules import COMBUSTION
 from cranktrain.coupling.run import Coupled, Steps, run
+from cranktrain.coupling.schemes import INSIDE
 from cranktrain.coupling.virtual_engine import Partners, summary, virtual_engine
 
 CYCLES = 8
@@ -42,6 +43,7 @@ WAYS = {
     "intermediate, own": ("intermediate", "own", {}),
     "intermediate, linear": ("intermediate", "linear", {}),
     "intermediate, hold": ("intermediate", "hold", {}),
+    "stages": ("stages", "own", {}),
 }
 MODULES = {"diesel_i6": ("combustion_i6", "valvetrain_i6"), "diesel_v8": ("combustion_v8", "valvetrain_v8")}
 SAMPLES = round(720 / STEPS_DEG[-1])
@@ -73,7 +75,7 @@ def coupled(fmus: Fmus, speed: float, way: str, step_deg: float) -> tuple[Couple
     """One run, and its processor time over simulated time."""
     scheme, reconstruction, values = WAYS[way]
     step = math.radians(step_deg) / speed
-    cranktrain = fmus.calling if scheme == "intermediate" else fmus.cranktrain
+    cranktrain = fmus.calling if scheme in INSIDE else fmus.cranktrain
     engine = virtual_engine(
         Partners(cranktrain, fmus.combustion, values, fmus.valvetrain), speed, scheme, reconstruction, step
     )
@@ -100,6 +102,10 @@ def main() -> int:
     if name not in MODULES:
         print(f"virtual_engine: no combustion ships for '{name}'; valid: {', '.join(MODULES)}", file=sys.stderr)
         return 2
+    ways = sys.argv[3:] or list(WAYS)
+    if not WAYS.keys() >= set(ways):
+        print(f"virtual_engine: ways are {'; '.join(WAYS)}", file=sys.stderr)
+        return 2
     speed = rpm * math.pi / 30.0
     with tempfile.TemporaryDirectory() as folder:
         fmus = built(name, Path(folder))
@@ -109,7 +115,7 @@ def main() -> int:
         figures: dict[str, object] = {
             "finest": {"mean_torque": float(torque.mean()), "torsion_rms_mdeg": 1e3 * math.degrees(swing)}
         }
-        for way in WAYS:
+        for way in ways:
             rows = {}
             for step in STEPS_DEG:
                 print(f"virtual engine: {way}, {step:g} deg", file=sys.stderr, flush=True)

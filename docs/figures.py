@@ -536,6 +536,7 @@ def coupling_cost() -> str:
         "fmi3": "one process, FMI 3.0", "fmi3_python": "one process, FMI 3.0, calls from Python",
         "intermediate": "one process, FMI 3.0, scheme `intermediate`",
         "intermediate_python": "the same, calls of the cranktrain from Python",
+        "stages": "one process, FMI 3.0, scheme `stages`",
     }  # fmt: skip
     rows = [(title, *(f"{by_step[key]:.2f}" for by_step in found.values())) for key, title in titles.items()]
     note = f"The cranktrain alone with built-in gas, at communication steps of 5°: {alone:.2f}."

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import Interrupted, bar, number, say, show_rows, word
 from cranktrain.cli.run_options import add_source_options, engine_of, option_of, pressures_text
 from cranktrain.core.errors import CranktrainError, InputError
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS, VALVETRAIN
-from cranktrain.coupling.schemes import SCHEMES
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS, STAGES, VALVETRAIN
+from cranktrain.coupling.schemes import INSIDE, SCHEMES
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ DESCRIPTION = """Couple cranktrain, combustion and valve train as FMUs, and run 
 
 FMUs that are not named are built first; a cranktrain built this way has no film table and no flexible block. With
 --scheme jacobi all units step at once, with gauss-seidel one after the other, with iterative repeatedly until they
-agree. With intermediate the cranktrain, an FMU of FMI 3.0, calls for new pressures at points inside its step. With
+agree. With intermediate the cranktrain, an FMU of FMI 3.0, calls for new pressures at points inside its step, with
+stages it asks for those at the stages of its integrator, and nothing is reconstructed. With
 --reconstruction own the cranktrain itself interpolates pressures between communication points, because it
 knows the crank angle of each; with hold, linear and quadratic the master does. With --pressure, measured pressures take
 the place of the combustion. --json prints {"pulley", "imep_pa",
@@ -80,6 +81,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     output = Path(options.output or f"{Path(options.engine).stem}_{options.speed_rpm:g}rpm_coupled.h5")
     if options.export_ssp is None:
         check_target(output)
+    elif options.scheme == STAGES:
+        raise InputError("--export-ssp: other masters give no inputs at stages; take another --scheme")
     else:
         check_ssp(Path(options.export_ssp))
     values, speed = start_values(options.values), options.speed_rpm * math.pi / 30.0
@@ -125,7 +128,7 @@ def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path | Measur
     if options.cranktrain:
         cranktrain = Path(options.cranktrain)
     else:
-        inside = options.scheme == "intermediate" and options.export_ssp is None
+        inside = options.scheme in INSIDE and options.export_ssp is None
         fmi = "3.0" if inside else "2.0"
         cranktrain = build_fmu(engine, folder, film_table=False, block=False, say=say, fmi=fmi)
     return cranktrain, measured or modules[COMBUSTION], modules.get(VALVETRAIN)
@@ -190,7 +193,7 @@ def _run_into(output: Path, make: Callable[[], System], speed: float, options: a
         found, ended = error.found, error
     keep_run(output, found, {
         "engine": Path(options.engine).stem, "speed_rpm": options.speed_rpm, "scheme": options.scheme,
-        "reconstruction": options.reconstruction, "step_deg": options.step_deg, "ended": found.ended,
+        "reconstruction": _reconstruction(options), "step_deg": options.step_deg, "ended": found.ended,
     })  # fmt: skip
     if ended is None:
         return found
@@ -198,6 +201,11 @@ def _run_into(output: Path, make: Callable[[], System], speed: float, options: a
     if isinstance(ended, KeyboardInterrupt):
         raise Interrupted(f"interrupted; {kept}")
     raise type(ended)(f"{ended}; {kept}")
+
+
+def _reconstruction(options: argparse.Namespace) -> str:
+    """Who reconstructs: nobody with scheme ``stages``."""
+    return "none" if options.scheme == STAGES else str(options.reconstruction)
 
 
 def _export(path: Path, engine: VirtualEngine, speed: float, options: argparse.Namespace) -> dict[str, Any]:
@@ -234,7 +242,7 @@ def _show(result: dict[str, Any], options: argparse.Namespace) -> None:
         ("real-time factor", f"{result['real_time_factor']:.2f}"),
     ]
     title = (
-        f"{options.engine}, {options.speed_rpm:g} rev/min: {options.scheme}, reconstruction {options.reconstruction}"
+        f"{options.engine}, {options.speed_rpm:g} rev/min: {options.scheme}, reconstruction {_reconstruction(options)}"
     )
     show_rows(title, ("of the last cycle", "value"), rows)
     print(f"{result['steps']} communication steps, {result['refused_steps']} repeated; {result['sweeps']} sweeps")

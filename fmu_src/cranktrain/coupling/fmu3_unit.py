@@ -46,15 +46,19 @@ class Fmu3Unit(FmuUnit):
     _slave = FMU3CheckedSlave
     _version = FMI_3
     _listener: Callable[[float], None] | None = None
+    _asked: Callable[[float], None] | None = None
 
     @property
     def updates(self) -> bool:
         """Whether it calls its master at points inside a step."""
         return bool(self._description.coSimulation.providesIntermediateUpdate)
 
-    def listen(self, call: Callable[[float], None]) -> None:
-        """Call this with the time, s, at each point inside a step where inputs may be set; before ``initialize``."""
-        self._listener = call
+    def listen(self, call: Callable[[float], None], ahead: Callable[[float], None] | None = None) -> None:
+        """Call these with the time, s, at points inside a step where inputs may be set; before ``initialize``.
+
+        ``call`` at points that the unit has reached, ``ahead`` at times for which it asks before it goes there.
+        """
+        self._listener, self._asked = call, ahead
 
     @property
     def places(self) -> Mapping[str, Place]:
@@ -146,8 +150,9 @@ class Fmu3Unit(FmuUnit):
 
     def _updated(self, environment: Any, time: float, may_set: bool, may_get: bool, *others: Any) -> None:
         """The FMU's call; the step is never ended early."""
-        if self._listener is not None and may_set and may_get:
-            self._listener(time)
+        told = self._listener if may_get else self._asked
+        if told is not None and may_set:
+            told(time)
 
     def _log_line(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
         self._note(environment, self.name.encode(), status, category, message)

@@ -23,11 +23,10 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.connections import Connection, checked, wiring
-from cranktrain.coupling.intermediate import Inside
 from cranktrain.coupling.kernels.exchange import MEAN, READ, STEP, WRITE
 from cranktrain.coupling.quasi_newton import QuasiNewton
 from cranktrain.coupling.reconstruction import DEGREES, Samples
-from cranktrain.coupling.schemes import SCHEMES
+from cranktrain.coupling.schemes import INSIDE, SCHEMES
 from cranktrain.coupling.turns import Turns, Vectors
 from cranktrain.coupling.unit import Unit, UnitError
 
@@ -48,6 +47,7 @@ class Exchange:
     abscissa : output over which values are reconstructed, ``(unit, variable)``; None: time
     tolerance : of scheme ``iterative``: change of an output over its range so far that ends a step
     sweeps : most of them in a step
+    whole : of scheme ``stages``: units, the first ones, that take each step in one
     """
 
     scheme: str = "gauss-seidel"
@@ -55,6 +55,7 @@ class Exchange:
     abscissa: tuple[str, str] | None = None
     tolerance: float = 1.0e-8
     sweeps: int = 30
+    whole: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for value, valid, what in (
@@ -63,6 +64,8 @@ class Exchange:
         ):
             if value not in valid:
                 raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
+        if self.scheme == "stages" and (self.reconstruction != "hold" or self.abscissa is not None):
+            raise InputError("scheme 'stages' reconstructs nothing; take reconstruction hold, and no abscissa")
         if not 0.0 < self.tolerance < 1.0:
             raise InputError(f"tolerance {self.tolerance:g} is not within 0 and 1 of an output's range")
 
@@ -77,7 +80,7 @@ class Master:
     time : of the last communication point, s
     newest : outputs there, as ``names``
     sweeps : evaluations of all units so far, in units of steps
-    inside : intermediate points of the last unit, for scheme ``intermediate``; None for others
+    inside : exchange inside a step of the last unit, for the schemes that have it; None for others
     """
 
     def __init__(
@@ -100,7 +103,7 @@ class Master:
         self._order = _independent_first(units, connections)
         if exchange.scheme == "iterative":
             _all_restorable(self._order)
-        self.inside = Inside(self._order) if exchange.scheme == "intermediate" else None
+        self.inside = INSIDE[exchange.scheme](self._order, exchange) if exchange.scheme in INSIDE else None
         self._parts: dict[str, slice] = {}
         at: dict[tuple[str, str], int] = {}
         for unit in self._order:

@@ -4,5 +4,7 @@ from cranktrain.coupling.reconstruction import DEGREES
 
 CRANKTRAIN, COMBUSTION, VALVETRAIN = "cranktrain", "combustion", "valvetrain"
 OWN = "own"
+STAGES = "stages"
+"""Scheme, and rule of the cranktrain: it is given its inputs at the stages of its integrator."""
 RECONSTRUCTIONS = (OWN, *DEGREES)
 """The cranktrain itself, or the master by a polynomial."""

@@ -6,13 +6,16 @@ Computing Surveys 51 (2018) 49.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from cranktrain.core.errors import SolverError
+from cranktrain.coupling.intermediate import Inside
 from cranktrain.coupling.kernels.exchange import READ, STEP, WRITE
+from cranktrain.coupling.stages import AtStages
+from cranktrain.coupling.unit import Unit
 
 Master: TypeAlias = Any
 """A :class:`cranktrain.coupling.master.Master`, which imports the schemes."""
@@ -75,7 +78,19 @@ def intermediate(master: Master, size: float, place: float) -> None:
     master.inside.step(master, size)
 
 
+def stages(master: Master, size: float, place: float) -> None:
+    """The last unit with inputs at the stages of its integrator: see :mod:`cranktrain.coupling.stages`."""
+    master.inside.step(master, size)
+
+
 SCHEMES: dict[str, Callable[[Master, float, float], None]] = {
     "jacobi": jacobi, "gauss-seidel": gauss_seidel, "iterative": iterative, "intermediate": intermediate,
+    "stages": stages,
 }  # fmt: skip
 """How the units of a step follow one another."""
+INSIDE: dict[str, Callable[[Sequence[Unit], Any], Any]] = {
+    "intermediate": lambda order, exchange: Inside(order),
+    "stages": lambda order, exchange: AtStages(order, exchange.whole),
+}
+"""Schemes whose last unit calls its master inside a step, and what exchanges there; made of the units in order and
+their ``Exchange``."""

@@ -120,10 +120,10 @@ class Around:
         """See the protocol."""
         self._on("restore", state)
 
-    def listen(self, call: Callable[[float], None]) -> None:
-        """See :mod:`cranktrain.coupling.intermediate`."""
+    def listen(self, *calls: Callable[[float], None]) -> None:
+        """See :mod:`cranktrain.coupling.intermediate` and :mod:`cranktrain.coupling.stages`."""
         unit: Any = self._unit
-        unit.listen(call)
+        unit.listen(*calls)
 
     def close(self) -> None:
         """See the protocol."""

@@ -16,9 +16,11 @@ from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain.coupling.run import Bond
 
 ANGLE, SPEED, TORQUE = "crank.angle", "crank.speed", "valvetrain.torque"
+TORQUE_STEP = "valvetrain.torque_step"
+"""Mean of the torque over a step."""
 LIFTS = {"lift.source": "input"}
 """Start values of a combustion beside a valve train."""
-READ = ("valvetrain.torque_mean", "contact.loss", "drive.apart", "friction.power")
+READ = (TORQUE, "valvetrain.torque_mean", "contact.loss", "drive.apart", "friction.power")
 """Outputs that a run records in addition to the connected ones."""
 BOND = Bond("valve_drive", given=[((VALVETRAIN, TORQUE), (VALVETRAIN, SPEED))],
             taken=[((CRANKTRAIN, TORQUE), (CRANKTRAIN, SPEED))])  # fmt: skip
@@ -29,7 +31,16 @@ def takes_lifts(combustion: Path) -> bool:
     return any(v.causality == "input" and _is_lift(v.name) for v in described(combustion).modelVariables)
 
 
-def connections(valvetrain: FmuUnit, cylinders: int, lifted: bool, own: bool) -> list[Connection]:
+def motion_connections(taker: str, staged: bool) -> list[Connection]:
+    """The crank's angle and speed to a unit that goes on from the angle by the speed.
+
+    ``staged``: by the mean speed, which is known ahead with scheme ``stages``.
+    """
+    kinds = {ANGLE: START, SPEED: MEAN if staged else START}
+    return [Connection((CRANKTRAIN, name), (taker, name), kind) for name, kind in kinds.items()]
+
+
+def connections(valvetrain: FmuUnit, cylinders: int, lifted: bool, own: bool, staged: bool = False) -> list[Connection]:
     """Angle and speed to the valve train, its torque to the cranktrain and, ``lifted``, its lifts to the combustion.
 
     ``InputError`` for a valve train of another number of cylinders.
@@ -40,10 +51,11 @@ def connections(valvetrain: FmuUnit, cylinders: int, lifted: bool, own: bool) ->
             f"{valvetrain.path}: {len(lifts)} lifts for {cylinders} cylinders, which have an intake and an "
             "exhaust lift each; take FMUs of one engine"
         )
-    found = [Connection((CRANKTRAIN, name), (VALVETRAIN, name), START) for name in (ANGLE, SPEED)]
+    found = motion_connections(VALVETRAIN, staged)
     if lifted:
         found += [Connection((VALVETRAIN, name), (COMBUSTION, name), START) for name in lifts]
-    return [*found, Connection((VALVETRAIN, TORQUE), (CRANKTRAIN, TORQUE), START if own else MEAN)]
+    given = (VALVETRAIN, TORQUE_STEP) if staged and TORQUE_STEP in valvetrain.outputs else (VALVETRAIN, TORQUE)
+    return [*found, Connection(given, (CRANKTRAIN, TORQUE), START if own else MEAN)]
 
 
 def summary(values: dict[str, Any], residual: float) -> dict[str, float]:

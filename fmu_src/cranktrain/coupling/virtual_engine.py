@@ -2,14 +2,15 @@
 
 The combustion extrapolates the angle by the speed and outputs the angle to which its pressures belong. The cranktrain
 reconstructs the pressures by this angle (reconstruction ``own``). With any other reconstruction the master reconstructs
-them over the crank angle, and the cranktrain holds its inputs.
+them over the crank angle, and the cranktrain holds its inputs. With scheme ``stages`` the cranktrain asks for pressures
+and valve torque at the stages of its integrator, and nobody reconstructs anything.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,16 +18,18 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.coupling import valve_drive
-from cranktrain.coupling.connections import MEAN, NEWEST, START, Connection
+from cranktrain.coupling.connections import MEAN, NEWEST, Connection
 from cranktrain.coupling.fmu3_unit import open_fmu
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS, VALVETRAIN
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS, STAGES, VALVETRAIN
 from cranktrain.coupling.run import Bond, Coupled
 from cranktrain.coupling.trace_unit import MeasuredPressures, TraceUnit
 from cranktrain.results.summary import vibration
 
 ANGLE, SPEED = "crank.angle", "crank.speed"
+POLYTROPIC = "polytropic"
+"""The cranktrain's own reconstruction of pressures."""
 INTEGRATOR = "solver.integrator"
 SHORT = math.radians(1.5) * (1.0 + 1.0e-9)
 """Longest turn of the crank, rad, from one communication point to the next that is a short step.
@@ -37,6 +40,8 @@ method, which is made for 5 degrees.
 """
 FOR_SHORT_STEPS, FOR_SHORT_STEPS_HELD = "esdirk3", "sdirk3"
 """Integrators for short steps; the second for inputs that are held over a step."""
+FOR_SHORT_STAGES = "esdirk4"
+"""The same for inputs that are given at the stages, where the integrator's error is all that is left."""
 READ = {
     CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated"),
     COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls"),
@@ -99,10 +104,11 @@ def virtual_engine(
         )
     if partners.valvetrain is None and VALVETRAIN in partners.values:
         raise InputError("start values are given for the valve train, which is left out; remove them")
-    own = reconstruction == OWN
+    rule = rule_between(scheme, reconstruction)
+    own, staged = rule == POLYTROPIC, rule == STAGES
     given = {name: dict(partners.values.get(name, {})) for name in (VALVETRAIN, COMBUSTION, CRANKTRAIN)}
     given[CRANKTRAIN] = {
-        "speed": speed, "gas.source": "input", "input.reconstruction": "polytropic" if own else "hold",
+        "speed": speed, "gas.source": "input", "input.reconstruction": rule,
     } | given[CRANKTRAIN]  # fmt: skip
     lifted = False
     combustion: FmuUnit | TraceUnit
@@ -117,7 +123,8 @@ def virtual_engine(
     cranktrain = open_fmu(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN])
     is_open = cranktrain.has(INTEGRATOR) and not {INTEGRATOR, "solver.control"} & given[CRANKTRAIN].keys()
     if is_open and (speed * step <= SHORT or scheme == "intermediate"):
-        given[CRANKTRAIN][INTEGRATOR] = FOR_SHORT_STEPS if own else FOR_SHORT_STEPS_HELD
+        short = FOR_SHORT_STEPS if own else FOR_SHORT_STAGES if staged else FOR_SHORT_STEPS_HELD
+        given[CRANKTRAIN][INTEGRATOR] = short
         cranktrain.set_start(INTEGRATOR, given[CRANKTRAIN][INTEGRATOR])
     cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
     if not cylinders or cylinders != taken:
@@ -126,22 +133,35 @@ def virtual_engine(
             f"{where}: pressures of {cylinders} cylinders, {partners.cranktrain} takes those of {taken}; "
             "take FMUs of one engine"
         )
-    connections, exchange = gas_connections(cylinders, own), gas_exchange(scheme, reconstruction)
+    connections, exchange = gas_connections(cylinders, own, staged), gas_exchange(scheme, reconstruction)
     units: dict[str, FmuUnit | TraceUnit] = {COMBUSTION: combustion, CRANKTRAIN: cranktrain}
     bonds = [GAS]
     if partners.valvetrain is not None:
         given[VALVETRAIN] = {SPEED: speed} | given[VALVETRAIN]
         valvetrain = open_fmu(partners.valvetrain, VALVETRAIN, given[VALVETRAIN])
         units = {VALVETRAIN: valvetrain, **units}
-        connections += valve_drive.connections(valvetrain, cylinders, lifted, own)
+        connections += valve_drive.connections(valvetrain, cylinders, lifted, own, staged)
         bonds = [GAS, valve_drive.BOND]
+        if staged:
+            exchange = replace(exchange, whole=(VALVETRAIN,))
     outputs = {name: [output for output in READ[name] if output in unit.outputs] for name, unit in units.items()}
     return VirtualEngine(units, connections, exchange, given, outputs, bonds)
 
 
-def gas_connections(cylinders: int, own: bool) -> list[Connection]:
-    """Angle and speed to the combustion, its pressures to the cranktrain, which reconstructs them by its ``own``."""
-    connections = [Connection((CRANKTRAIN, name), (COMBUSTION, name), START) for name in (ANGLE, SPEED)]
+def rule_between(scheme: str, reconstruction: str) -> str:
+    """The cranktrain's rule for its inputs between communication points; ``InputError`` where there can be none."""
+    if scheme != STAGES:
+        return POLYTROPIC if reconstruction == OWN else "hold"
+    if reconstruction != OWN:
+        raise InputError(
+            f"scheme '{STAGES}' reconstructs nothing; leave reconstruction '{reconstruction}' out, or choose another"
+        )
+    return STAGES
+
+
+def gas_connections(cylinders: int, own: bool, staged: bool = False) -> list[Connection]:
+    """Motion to the combustion, its pressures to the cranktrain, which reconstructs them by its ``own``."""
+    connections = valve_drive.motion_connections(COMBUSTION, staged)
     connections += [
         Connection((COMBUSTION, name), (CRANKTRAIN, name), NEWEST if own else MEAN)
         for name in (f"cylinder[{c + 1}].pressure" for c in range(cylinders))
@@ -153,6 +173,8 @@ def gas_connections(cylinders: int, own: bool) -> list[Connection]:
 
 def gas_exchange(scheme: str, reconstruction: str) -> Exchange:
     """Reconstruction by the master between communication points: over the crank's angle, or none."""
+    if scheme == STAGES:
+        return Exchange(scheme, "hold")
     own = reconstruction == OWN
     return Exchange(scheme, "hold" if own else reconstruction, None if own else (CRANKTRAIN, ANGLE))
 

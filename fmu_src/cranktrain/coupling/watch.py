@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -62,16 +63,14 @@ class Watched(Around):
             return None
         return found._replace(notes=np.frombuffer(memoryview(self._notes), np.int64, NOTE_SLOTS), place=self._place)
 
-    def listen(self, call: Callable[[float], None]) -> None:
-        """See :mod:`cranktrain.coupling.intermediate`; the step is reported again when the call has ended."""
-        notes = self._notes
+    def listen(self, *calls: Callable[[float], None]) -> None:
+        """See :mod:`cranktrain.coupling.intermediate`; the step is reported again when a call has ended."""
+        super().listen(*(partial(self._reported, call) for call in calls))
 
-        def reported(time: float) -> None:
-            call(time)
-            notes.unit, notes.call = self._place, CALLS["step"]
-            notes.count += 1
-
-        super().listen(reported)
+    def _reported(self, call: Callable[[float], None], time: float) -> None:
+        call(time)
+        self._notes.unit, self._notes.call = self._place, CALLS["step"]
+        self._notes.count += 1
 
     def _on(self, call: str, *arguments: Any) -> Any:
         """Call, and report the current call meanwhile."""

@@ -16,7 +16,7 @@ from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import ModelArrays, Parts, dimensions, structure
 from cranktrain.dynamics.model.choices import run_numbers
-from cranktrain.dynamics.model.preparation import prepare_model
+from cranktrain.dynamics.model.preparation import prepare_model, tell_stages
 from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
 from cranktrain.dynamics.model.state import TIME, state_size
 from cranktrain.dynamics.model.workspace import Work, make_work
@@ -84,6 +84,7 @@ def inputs_status(inputs):
 def prepare(run):
     """Write the numbers into the model, at the temperatures of the speed among the inputs; a status."""
     status = prepare_model(run.model, run.numbers, run.temperatures, run.inputs[0])
+    tell_stages(run.model, run.work.staged)
     if status == OK and run.work.family[int(run.model.stages[HEAD, FAMILY]), at.STEP_KERNEL] == 0:
         return UNKNOWN_METHOD
     return status
@@ -107,6 +108,7 @@ def advance_run(run, t_end):
     if not 0.0 < t_end - run.state[TIME] <= LONGEST_STEP:
         return NOT_AHEAD
     status = advance(run.model, run.work, run.state, run.inputs, t_end)
+    run.work.staged[0, at.STAGES_GIVEN] = 0.0
     if status == OK:
         observe(run.model, run.work, run.state, run.outputs)
     return status

@@ -70,6 +70,11 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
     given = Settings(**rest)
     settings = resolved(given, engine)
     check_levels(settings, engine)
+    if settings.reconstruction == "stages":
+        raise InputError(
+            f"'{names.get('reconstruction', 'reconstruction')}' is 'stages', which needs a native FMU of FMI 3.0 and a "
+            "host that gives inputs inside a step; choose polytropic"
+        )
     bore = model.block_bore if settings.block == "flexible" else model.bore
     parts = Parts(
         model.table, bore, model.big_end_table, model.block, bodies=model.added, film_tables=model.film_tables,

@@ -55,6 +55,7 @@ from cranktrain.dynamics.time.status import (
     TRACE_FIXED,
     UNKNOWN_METHOD,
 )
+from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, NODE, STAGES
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.engine.lubricant import oil_viscosity, temperature_at
 from cranktrain.film.laws.films import OIL, TOLERANCE, VISCOSITY, VISCOUS, WARM, film_call
@@ -66,6 +67,8 @@ from cranktrain.loads.damper import HIGHEST, KIND, LOWEST, NO_DAMPER, damper_at
 
 HELD = 0.0
 """Number of the reconstruction that holds inputs."""
+STAGED = 4.0
+"""Number of the one whose inputs are given at the stages of the integrator."""
 CLOSE = 1.0e-9
 """Relative difference that a dimension may have from being written as text."""
 
@@ -174,6 +177,17 @@ def damper_warmth(basis, numbers, speed):
     if numbers[SET_DAMPER_TEMPERATURE] != 0.0:
         return numbers[SET_DAMPER_TEMPERATURE]
     return temperature_at(speed, basis.damper_speeds, basis.damper_temperatures)
+
+
+@kernel
+def tell_stages(model, staged):
+    """Tell a driver that gives inputs at the stages of a step how many there are, and where; 0 for other drivers."""
+    stages = int(model.stages[HEAD, STAGES]) if model.choices[at.RECONSTRUCTION] == STAGED else 0
+    staged[0, at.STAGES_GIVEN] = 0.0
+    staged[0, at.STAGES_THERE] = stages
+    staged[0, at.STAGE_STEP] = model.scalars[at.STEP]
+    for s in range(stages):
+        staged[1 + s, 0] = model.stages[FIRST_STAGE + s, NODE]
 
 
 @kernel

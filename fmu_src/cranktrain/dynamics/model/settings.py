@@ -20,7 +20,7 @@ from cranktrain.loads.damper import required_damper
 
 # Gas source and input reconstruction.
 GAS_SOURCES = {"auto": 0, "builtin": 1, "input": 2}
-RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2, "polytropic": 3}
+RECONSTRUCTIONS = {"hold": 0, "linear": 1, "interpolate": 2, "polytropic": 3, "stages": 4}
 CONTROLS = ("fixed", "adaptive")
 DENSE_OUTPUTS = {"off": 0, "on": 1}
 """Whether internal steps pass over communication points, whose outputs are interpolated, or end at each."""

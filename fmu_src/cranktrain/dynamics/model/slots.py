@@ -66,6 +66,8 @@ BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = ran
 # of a cylinder's p Vⁿ by the crank's angle, with what it bends; the angles of the two newest samples; what the samples
 # before foresaw for the newest, and its rate.
 VALUE, RATE, BEND, EXPONENT, ANGLES, FORESEEN, FORESEEN_RATE, INPUT_ROWS = range(8)
+# Columns of the first row of ``Work.staged``: how many stages are given, how many there are, the internal step, rad.
+STAGES_GIVEN, STAGES_THERE, STAGE_STEP = range(3)
 # Inputs behind speed and pressures: torque on the dynamometer and of the valve train, N m; axial force on the
 # flywheel, N; the crank angle that the pressures belong to, rad. How many there are beside the pressures.
 LOAD_INPUT, VALVE_INPUT, AXIAL_INPUT, ANGLE_INPUT, OTHER_INPUTS = 1, 2, 3, 4, 5

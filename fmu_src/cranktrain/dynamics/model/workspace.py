@@ -74,6 +74,8 @@ class Work(NamedTuple):
     inputs: Array  # (INPUT_ROWS, c + OTHER_INPUTS) the reconstructed inputs
     input_rates: Array  # (c + OTHER_INPUTS,) rates of the inputs (1/s) that a driver gives for the next communication
     # step; what is no number is not given
+    staged: Array  # (1 + MAX_STAGES, 1 + c + OTHER_INPUTS) inputs at the stages of the next communication step: how
+    # many are given, how many there are, the internal step (rad); then each stage's share of a step, and its inputs
     powers: Array  # (POWERS,) of gas, losses and dynamometer as last observed, W, and the energy stored, J
     backup: Array  # (3, state) state at the start of a communication step, of a part of a sub-step, and before a step
     # that is under way ends at a communication point
@@ -114,6 +116,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         pressures=z((MAX_STAGES, d.cylinders)),
         inputs=z((at.INPUT_ROWS, d.cylinders + at.OTHER_INPUTS)),
         input_rates=np.full(d.cylinders + at.OTHER_INPUTS, np.nan) if input_rates is None else input_rates,
+        staged=z((1 + MAX_STAGES, 1 + d.cylinders + at.OTHER_INPUTS)),
         powers=z(at.POWERS),
         backup=z((3, state_size)),
         family=np.zeros((len(FAMILIES), 2), dtype=np.int64),

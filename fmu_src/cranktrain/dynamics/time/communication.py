@@ -282,6 +282,7 @@ def advance(model, work, state, inputs, t_end):
     work.counters[at.N_CUT] = 0.0
     foreseen = take_inputs(model, work, state, inputs, interval)
     passes = foreseen and has_ends(model, state) and model.choices[at.DENSE] > 0.0
+    passes = passes and work.staged[0, at.STAGES_GIVEN] == 0.0
     under_way = has_ends(model, state) and state[UNDER_WAY] > 0.0
     if not (passes and under_way and not at_end(state, t_end)):
         for i in range(BODY, state.shape[0]):

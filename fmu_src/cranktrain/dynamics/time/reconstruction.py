@@ -206,6 +206,26 @@ def polytropic_series(model, work, state, cylinder, least):
         work.inputs[at.BEND, k] = (rate - (g_before - g_older) / (middle - oldest)) / (newest - oldest)
 
 
+@kernel
+def take_stage(work, share):
+    """Make the inputs in ``work.inputs``, apart from the speed, those at a share of the communication step.
+
+    They are on the polynomial through all stages that are given: at a stage just what was given for it.
+    """
+    staged = work.staged
+    end = 1 + int(staged[0, at.STAGES_GIVEN])
+    for i in range(1, end):
+        weight = 1.0
+        for j in range(1, end):
+            if j != i:
+                weight *= (share - staged[j, 0]) / (staged[i, 0] - staged[j, 0])
+        for k in range(1, work.inputs.shape[1]):
+            before = work.inputs[at.VALUE, k] if i > 1 else 0.0
+            work.inputs[at.VALUE, k] = before + weight * staged[i, 1 + k]
+            work.inputs[at.RATE, k] = 0.0
+            work.inputs[at.EXPONENT, k] = 0.0
+
+
 @inlined_kernel
 def given_pressures(model, work, angle, elapsed, pressures):
     """Cylinder pressures (c,), Pa, at a crank angle ``elapsed`` (s) into the communication step."""

@@ -19,6 +19,7 @@ from cranktrain.dynamics.model.state import (
     ACCELERATION,
     CONTRACTION,
     HALVINGS,
+    LAST_INTERVAL,
     LEAD_ANGLE,
     LEAD_SPEED,
     MAX_STAGES,
@@ -39,7 +40,7 @@ from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, 
 from cranktrain.dynamics.motion.gas import built_in, crank_rotation, trace_pressures
 from cranktrain.dynamics.motion.relative import relative_motion
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
-from cranktrain.dynamics.time.reconstruction import given_pressures
+from cranktrain.dynamics.time.reconstruction import given_pressures, take_stage
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
 from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED, WORK_SPENT
 from cranktrain.dynamics.time.table import FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
@@ -166,6 +167,8 @@ def sub_step(model, work, state, begin, h, level):
     table = model.stages
     stages = int(table[HEAD, STAGES])
     for s in range(stages):
+        if work.staged[0, at.STAGES_GIVEN] > 0.0:
+            take_stage(work, (begin + table[FIRST_STAGE + s, NODE] * h) / state[LAST_INTERVAL])
         frame_at(model, work, state, begin, table[FIRST_STAGE + s, NODE] * h, work.frames[s], work.pressures[s])
     end = work.frames[stages - 1]
     omega = end[at.OMEGA] - end[at.LEAD_RATE]

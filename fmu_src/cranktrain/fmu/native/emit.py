@@ -59,7 +59,7 @@ SMALL = (
     "8dynamics6motion4rods11observe_rod", "8dynamics8topology6frames", "8dynamics6motion12added_bodies12factor_added",
     "8dynamics6motion17added_connections4lean", "8dynamics6motion12added_memory", "8dynamics6motion11added_hooks",
     "8dynamics4time14reconstruction", "8dynamics4time9work_limit", "8dynamics4time14error_estimate",
-    "8dynamics4time4bdf2", "8dynamics4time12step_control", "8dynamics4time13communication",
+    "8dynamics4time4bdf2", "8dynamics4time7newmark", "8dynamics4time12step_control", "8dynamics4time13communication",
     "8dynamics6motion11turned_pins", "5loads15articulated_rod", "6engine15articulated_rod", "7elastic7balance",
     "7elastic11band_blocks", "7elastic6border", "7elastic4film", "7elastic3oil", "7elastic6result", "7elastic7sources",
     "7elastic7weights", "6motion13big_end_films", "5lanes6result", "5lanes4gaps8oil_state",

@@ -34,6 +34,7 @@ LEAVES = {
     "families": "outputs.families",
     "numbers": "numbers",
     "input_rates": "work.input_rates",
+    "staged": "work.staged",
 }
 """Leaves of a run that the C side knows."""
 

@@ -113,7 +113,8 @@ SECTIONS: Mapping[str, np.dtype[Any]] = MappingProxyType(
         ),
         # addresses within an array of kind COPIED
         "FIXU": _row(byte_offset="u8", kind="u4", index="u4"),
-        # leaves of Run that the C side knows: state, inputs, outputs, numbers, families, input_rates
+        # leaves of Run that the C side knows: state, inputs, outputs, numbers, families, input_rates,
+        # staged
         "NAME": _row(name="u4", leaf="u4"),
         "STAT": _row(code="i4", text="u4", kind="u4", pad="u4"),
         "INFO": _row(name="u4", text="u4"),

@@ -14,11 +14,11 @@ from cranktrain.coupling.connections import Connection, by_name
 from cranktrain.coupling.fmu3_unit import open_fmu
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.modules import CRANKTRAIN, OWN
+from cranktrain.coupling.modules import CRANKTRAIN
 from cranktrain.coupling.recording_unit import RecordingUnit
 from cranktrain.coupling.run import Bond
 from cranktrain.coupling.unit import Unit
-from cranktrain.coupling.virtual_engine import Partners, gas_exchange, virtual_engine
+from cranktrain.coupling.virtual_engine import POLYTROPIC, Partners, gas_exchange, rule_between, virtual_engine
 from cranktrain.studies.harness.assertion_entries import refuse_below_zero
 from cranktrain.studies.harness.entries import NAN, ORDER, Change, Harness, Scenario, Variable
 from cranktrain.studies.harness.measures import MEASURED, between, named
@@ -150,10 +150,10 @@ def _of_recording(
 ) -> tuple[dict[str, FmuUnit], list[Connection], Exchange, dict[str, list[str]]]:  # fmt: skip
     """The cranktrain under measured pressures and speed, and what goes with it."""
     assert harness.speed is not None
-    own, recording = scenario.way.reconstruction == OWN, recorded.recording
+    rule, recording = rule_between(scenario.way.scheme, scenario.way.reconstruction), recorded.recording
     speed = recorded.at(SPEED, 0.0) if SPEED in recorded.outputs else harness.speed
     given = {
-        "speed": speed, "gas.source": "input", "input.reconstruction": "polytropic" if own else "hold",
+        "speed": speed, "gas.source": "input", "input.reconstruction": rule,
     } | dict(starts.get(CRANKTRAIN, {}))  # fmt: skip
     cranktrain = open_fmu(fmus[CRANKTRAIN], CRANKTRAIN, given)
     cylinders, taken = (
@@ -167,7 +167,7 @@ def _of_recording(
         )
     outputs = {UNIT: list(recorded.outputs), CRANKTRAIN: ["crank.angle", "crank.speed"]}
     exchange = gas_exchange(scenario.way.scheme, scenario.way.reconstruction)
-    return {CRANKTRAIN: cranktrain}, connected(cylinders, recorded, own), exchange, outputs
+    return {CRANKTRAIN: cranktrain}, connected(cylinders, recorded, rule == POLYTROPIC), exchange, outputs
 
 
 def _connected(harness: Harness, units: Mapping[str, Unit]) -> list[Connection]:

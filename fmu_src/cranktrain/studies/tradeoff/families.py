@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cranktrain.coupling.modules import OWN
+from cranktrain.coupling.modules import OWN, STAGES
 from cranktrain.dynamics.model.settings import RECONSTRUCTIONS, Settings
 from cranktrain.dynamics.time.integrators import integrator
 from cranktrain.engine.levels import BLOCKS, CRANKS
@@ -160,6 +160,7 @@ def coupling(scene: StudyScene, quick: bool) -> Entries:
             reference, INPUT,
         )
         for rule in RECONSTRUCTIONS
+        if rule != STAGES
         for step in steps
     ]  # fmt: skip
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @of_verb
 def couple(
     engine: str | Path | Engine, *, speed_rpm: float, cycles: int = 10,
-    scheme: Literal["jacobi", "gauss-seidel", "iterative", "intermediate"] = "gauss-seidel",
+    scheme: Literal["jacobi", "gauss-seidel", "iterative", "intermediate", "stages"] = "gauss-seidel",
     reconstruction: Literal["own", "hold", "linear", "quadratic"] = "own", step_deg: float = 1.0,
     error: float | None = None, drive_line: str | Path | None = None, pressure: str | Path | Pressures | None = None,
     pressure_unit: str | None = None, pressure_tdc_deg: float | None = None, cranktrain: str | Path | None = None,
@@ -35,7 +35,7 @@ def couple(
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
     speed_rpm : rev/min
     cycles : of 720 degrees (10)
-    scheme : jacobi, gauss-seidel, iterative, intermediate
+    scheme : jacobi, gauss-seidel, iterative, intermediate, stages
     reconstruction : own, hold, linear, quadratic
     step_deg : communication step (1)
     error : adapt the step to this error

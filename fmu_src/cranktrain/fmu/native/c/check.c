@@ -10,6 +10,7 @@ static const struct {
     [CT_STATE] = {"state", true},          [CT_INPUTS] = {"inputs", true},
     [CT_OUTPUTS] = {"outputs", true},      [CT_NUMBERS] = {"numbers", true},
     [CT_FAMILIES] = {"families", false},   [CT_INPUT_RATES] = {"input_rates", false},
+    [CT_STAGED] = {"staged", false},
 };
 static const uint64_t LARGEST = (uint64_t)1 << 40; /* bytes of an array: more is no data of ours */
 
@@ -69,6 +70,8 @@ static const char *check_members(const struct ct_file *file, const struct ct_var
         sizes[m] = array->bytes / sizeof(double);
         if (m == CT_FAMILIES && (array->ndim != 2 || array->shape[1] <= CT_WANTED)) return PROBLEM;
         if (m == CT_FAMILIES) sizes[m] = array->shape[0];
+        if (m == CT_STAGED && (array->ndim != 2 || array->shape[1] != sizes[CT_INPUTS] + 1)) return PROBLEM;
+        if (m == CT_STAGED && (array->shape[0] == 0 || array->shape[1] < CT_STAGED_COLUMNS)) return PROBLEM;
     }
     if (sizes[CT_STATE] == 0) return PROBLEM;
     if (file->members[CT_INPUT_RATES] != CT_NONE && sizes[CT_INPUT_RATES] != sizes[CT_INPUTS]) return PROBLEM;

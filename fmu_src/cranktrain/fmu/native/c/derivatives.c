@@ -261,6 +261,9 @@ ct_result ct_get_derivatives(struct ct_instance *one, const uint32_t *unknowns, 
                          ct_name_of(one, unknowns[i]));
     }
     if (check_direction(one, &towards) != CT_OK) return CT_ERROR;
+    if (ct_stages(one) > 0) {
+        return ct_refuse(&one->host, "no derivatives by inputs that are given at stages (input.reconstruction)");
+    }
     if (n_unknowns == 0) return CT_OK;
     if (ct_observe_outputs(one, unknowns, n_unknowns) != CT_OK) return CT_ERROR;
     double *memory = ct_allocate(&one->host, (one->n_inputs + 3 * n_unknowns) * sizeof *memory);

@@ -42,8 +42,11 @@ struct ct_status { int32_t code; uint32_t text, kind, pad; };
 struct ct_info { uint32_t name, text; };
 
 /* Leaves of Run that this side reads or writes. */
-enum ct_member { CT_STATE, CT_INPUTS, CT_OUTPUTS, CT_NUMBERS, CT_FAMILIES, CT_INPUT_RATES, CT_MEMBERS };
+enum ct_member { CT_STATE, CT_INPUTS, CT_OUTPUTS, CT_NUMBERS, CT_FAMILIES, CT_INPUT_RATES, CT_STAGED, CT_MEMBERS };
 enum { CT_WANTED = 4 }; /* column of families: whether anybody reads them */
+/* Columns of the first row of ``staged``: stages whose inputs are given, how many there are, the internal step, rad.
+   The rows after it are those of the stages: share of a step, then the inputs there. */
+enum { CT_STAGES_GIVEN, CT_STAGES_THERE, CT_STAGE_STEP, CT_STAGED_COLUMNS };
 
 struct ct_file {
     struct ct_map map;

@@ -9,6 +9,7 @@
 #include "fmi3_unit.h"
 
 static const double UPDATE = 0.5;     /* degrees of crank angle between intermediate updates */
+static const double DEGREE = 3.14159265358979323846 / 180.0;
 static const double ROUNDING = 1e-6;  /* of that, by which the last of them may be longer */
 
 enum {
@@ -251,34 +252,57 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[]
 
 /* ---------------------------------------------------------------- steps */
 
-/* Call the host at an intermediate point; returns where the step is to end then, at most ``end``. */
-static double updated(struct unit *unit, double end) {
-    const double now = ct_time(unit->model);
+/* Call the host at a time, which the model has reached or not; returns where the step is to end then, at most ``end``.
+   What lies ahead has inputs, but no outputs yet. */
+static double updated(struct unit *unit, double time, bool reached, double end) {
+    const bool may_return = reached && unit->may_return;
     fmi3Boolean early = false;
-    fmi3Float64 early_time = now;
+    fmi3Float64 early_time = time;
     unit->updating = true;
-    unit->update(unit->environment, now, true, true, true, unit->may_return, &early, &early_time);
+    unit->update(unit->environment, time, true, reached, reached, may_return, &early, &early_time);
     unit->updating = false;
-    if (!early || !unit->may_return) return end;
-    return early_time > now ? fmin(early_time, end) : now;
+    if (!early || !may_return) return end;
+    return early_time > time ? fmin(early_time, end) : time;
 }
 
-/* Step to a time in parts, with the host called between them; ``end`` is where a host wants it to end. */
+/* Step to a time. Where the model takes inputs at the stages of its integrator, the host is called for each of them
+   beforehand, in the order of their times; what it has set before the step is that at the begin. */
+static ct_result step_part(struct unit *unit, double *end) {
+    struct ct_instance *one = unit->model;
+    const double begin = ct_time(one);
+    const uint32_t stages = unit->events ? 0 : ct_stages(one);
+    for (double last = -1.0;;) {
+        uint32_t next = stages;
+        for (uint32_t s = 0; s < stages; ++s) {
+            const double share = ct_stage_share(one, s);
+            if (share > last && (next == stages || share < ct_stage_share(one, next))) next = s;
+        }
+        if (next == stages) break;
+        last = ct_stage_share(one, next);
+        if (last > 0.0) updated(unit, begin + last * (*end - begin), false, *end);
+        ct_give_stage(one, next);
+    }
+    return ct_step_to_event(unit, end);
+}
+
+/* Step to a time in parts, with the host called between them; ``end`` is where a host wants it to end. Parts are of
+   UPDATE, or internal steps where inputs are given at their stages. */
 static ct_result step_in_parts(struct unit *unit, double time, double step, double *end) {
-    const double share = ct_degrees(unit->model, step) / UPDATE;
+    const double longest = ct_stages(unit->model) > 0 ? unit->model->model.staged[CT_STAGE_STEP] / DEGREE : UPDATE;
+    const double share = ct_degrees(unit->model, step) / longest;
     const double parts = fmax(1.0, ceil(share * (1.0 - ROUNDING)));
     for (double k = 1.0; k < parts; k += 1.0) {
         double point = fmin(time + step * (k / parts), *end);
-        const ct_result result = ct_step_to_event(unit, &point);
+        const ct_result result = step_part(unit, &point);
         if (result != CT_OK || point >= *end) return result;
         if (unit->may_return && unit->model->now->ticks != 0) {
             *end = point;
             return CT_OK;
         }
-        *end = updated(unit, *end);
+        *end = updated(unit, ct_time(unit->model), true, *end);
         if (!(*end > ct_time(unit->model))) return CT_OK;
     }
-    return ct_step_to_event(unit, end);
+    return step_part(unit, end);
 }
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_state_before,

@@ -280,6 +280,12 @@ static void pass_inputs(struct ct_instance *one) {
     }
 }
 
+void ct_give_stage(struct ct_instance *one, uint32_t stage) {
+    double *inputs = one->model.staged + (1 + stage) * one->model.staged_columns + 1;
+    for (uint32_t k = 0; k < one->n_inputs; ++k) inputs[one->inputs[k].place] = one->values[one->inputs[k].reference];
+    one->model.staged[CT_STAGES_GIVEN] = one->model.staged[CT_STAGES_THERE];
+}
+
 int64_t ct_advance_model(struct ct_instance *one, double end) {
     struct ct_snapshot *now = one->now;
     const size_t bytes = now->n_point * sizeof(double);

@@ -35,9 +35,9 @@ struct ct_snapshot {
 struct ct_model {
     void *block;
     void *run;
-    double *inputs, *outputs, *numbers, *input_rates; /* the last NULL where Run has none */
+    double *inputs, *outputs, *numbers, *input_rates, *staged; /* the last two NULL where Run has none */
     int64_t *families;
-    uint64_t columns; /* of families */
+    uint64_t columns, staged_rows, staged_columns; /* the first of families */
     bool observed;    /* whether the wanted outputs are those of the state */
 };
 
@@ -148,6 +148,21 @@ static inline double ct_time(const struct ct_instance *instance) {
 /* Step to a time under the inputs of the variables; status of the kernels. The point of before is the last past one
    then; on a failure nothing has changed. */
 int64_t ct_advance_model(struct ct_instance *instance, double end);
+
+/* Stages of the next step at which a host has to give the inputs; 0 of a model that reconstructs or holds them. */
+static inline uint32_t ct_stages(const struct ct_instance *instance) {
+    const struct ct_model *model = &instance->model;
+    if (model->staged == NULL || !(model->staged[CT_STAGES_THERE] < (double)model->staged_rows)) return 0;
+    return (uint32_t)model->staged[CT_STAGES_THERE];
+}
+
+/* Share of a step at which a stage lies. */
+static inline double ct_stage_share(const struct ct_instance *instance, uint32_t stage) {
+    return instance->model.staged[(1 + stage) * instance->model.staged_columns];
+}
+
+/* The inputs of the variables are those at a stage; with the last of them all are given. */
+void ct_give_stage(struct ct_instance *instance, uint32_t stage);
 
 /* FMU states: a copy of ``now``, and back. NULL is refused, but for what is to be freed. */
 ct_result ct_get_state(struct ct_instance *instance, void **state);

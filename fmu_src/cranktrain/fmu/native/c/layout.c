@@ -110,6 +110,12 @@ static void find_members(struct ct_instance *one, const struct ct_variant *varia
     model->numbers = members[CT_NUMBERS];
     model->input_rates = members[CT_INPUT_RATES];
     model->families = members[CT_FAMILIES];
+    model->staged = members[CT_STAGED];
+    if (model->staged != NULL) {
+        const struct ct_array *staged = ct_member_array(&one->file, variant, CT_STAGED);
+        model->staged_rows = staged->shape[0];
+        model->staged_columns = staged->shape[1];
+    }
     if (model->families != NULL) model->columns = ct_member_array(&one->file, variant, CT_FAMILIES)->shape[1];
 }
 

@@ -144,6 +144,10 @@ static ct_result failed_step(struct ct_instance *one, int64_t code) {
 
 ct_result ct_step_to(struct ct_instance *one, double end) {
     const double time = one->state[0];
+    if (ct_stages(one) > 0 && one->model.staged[CT_STAGES_GIVEN] == 0.0) {
+        return ct_refuse(&one->host, "input.reconstruction is 'stages', whose inputs are not given; take a host of FMI 3.0 "
+                                     "with intermediate updates and without event mode, or polytropic");
+    }
     const int64_t code = ct_advance_model(one, end);
     if (code != 0) return failed_step(one, code);
     if (one->model.input_rates != NULL) { /* they held for this step */

@@ -1,0 +1,218 @@
+"""Exchange at the stages of the last unit's integrator, which asks for its inputs there ahead of its step (FMI 3.0).
+
+The last unit knows at which times within a step its integrator evaluates forces, and calls its master for each of these
+times before it steps. The other units step from one of them to the next, each with the previous units' outputs at the
+end of such a part, and their outputs there are set. The last unit's own outputs are not known there yet: the
+others get them extrapolated by the parabola through the last communication points.
+
+Units may take the whole step in one, before the others, where they exchange means: a torque of impacts that are shorter
+than a step has no meaning at single times.
+
+A unit that asks has the attribute ``updates``, true, and a method ``listen`` that takes two functions to call with a
+time in s: at a point that the unit has reached, and at one that lies ahead of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array
+from cranktrain.coupling.kernels.exchange import MEAN, READ, WRITE
+from cranktrain.coupling.unit import Unit, UnitError
+
+Master: TypeAlias = Any
+"""A :class:`cranktrain.coupling.master.Master`, which imports this module."""
+NONE = 1.0e-9
+"""Part of a step, over its length, that is none: the times of two stages differ by rounding."""
+
+
+class AtStages:
+    """Exchange at the stages of the last unit in a master's order."""
+
+    def __init__(self, order: Sequence[Unit], whole: Collection[str] = ()) -> None:
+        """Listen to the last unit; ``InputError`` if it does not call its master.
+
+        The units named in ``whole``, the first ones, take each step of the master in one.
+        """
+        unit: Any = order[-1]
+        if not getattr(unit, "updates", False):
+            raise InputError(
+                f"scheme 'stages': {unit.name} does not call its master inside a step; take gauss-seidel, or an FMU of "
+                "FMI 3.0 with providesIntermediateUpdate (build_fmu.py --fmi 3.0)"
+            )
+        self._unit, self._place = unit, len(order) - 1
+        self._first = sum(one.name in whole for one in order)
+        if {one.name for one in order[: self._first]} != set(whole):
+            raise InputError(f"scheme 'stages': {', '.join(whole)} must come first to take steps in one; reorder units")
+        self._master: Master = None
+        self._error: BaseException | None = None
+        self._none = self._begin = self._size = 0.0
+        self._asked_for = 0
+        self._trial = False
+        self._foreseen: Array | None = None
+        self._ahead: Array | None = None
+        self._newest = 0.0
+        self._line: tuple[Array, Array] | None = None
+        unit.listen(self._reached, self._asked)
+
+    def step(self, master: Master, size: float) -> None:
+        """One communication step (s) of all units; ``UnitError`` names the unit that fails, with the time."""
+        begin = master.time
+        self._master, self._none, self._asked_for = master, NONE * size, 0
+        self._foreseen, self._ahead, self._trial, self._line = None, None, False, None
+        self._begin, self._size = begin, size
+        try:
+            if len(master._samples.places) == 1 and master.restorable:
+                self._foresee(begin, size)
+            self._lead_whole()
+            self._take(begin, size)
+            if not self._asked_for:
+                raise UnitError(
+                    f"{self._unit.name}, step from {begin:.6g} s: it did not ask for inputs within its step; set its "
+                    "input.reconstruction to stages, or take gauss-seidel"
+                )
+            self._lead(begin + size)
+            self._read(begin + size)
+            master.sweeps += 1
+        finally:
+            self._master = None
+
+    def _foresee(self, begin: float, size: float) -> None:
+        """Know the last unit's outputs at the end of a first step, before which there is nothing to draw a line from.
+
+        All units take the step once, the others in one go, and take it back.
+        """
+        master = self._master
+        states, known = [unit.keep() for unit in master._order], master._known.copy()
+        self._trial = True
+        self._lead_whole()
+        self._take(begin, size)
+        self._read(begin + size)
+        before = known[len(master.names) : 2 * len(master.names)]
+        self._foreseen = (master.newest[self._part] - before[self._part]) / size
+        self._trial, self._line, self._asked_for, master.time = False, None, 0, begin
+        master._known[:] = known
+        for unit, state in zip(master._order, states, strict=True):
+            unit.restore(state)
+
+    def _take(self, begin: float, size: float) -> None:
+        """Let the last unit take its step; what failed in a call goes first."""
+        self._error = None
+        try:
+            self._unit.step(begin, size)
+        except UnitError as error:
+            if self._error is None:
+                when = f"step from {begin:.6g} s to {begin + size:.6g} s"
+                raise UnitError(f"{self._unit.name}, {when}: {error}") from None
+        if self._error is not None:
+            raise self._error
+
+    def _reached(self, time: float) -> None:
+        """The last unit stands at a point within the step."""
+        self._guarded(self._arrive, time)
+
+    def _asked(self, time: float) -> None:
+        """The last unit asks for its inputs at a time ahead."""
+        self._guarded(self._give, time)
+
+    def _guarded(self, call: Any, time: float) -> None:
+        """Nothing may be raised into the unit that calls."""
+        if self._error is not None or self._master is None:
+            return
+        try:
+            call(time)
+        except BaseException as error:  # an interrupt too: the unit would swallow it
+            self._error = error
+
+    def _arrive(self, time: float) -> None:
+        master = self._master
+        if self._trial:
+            return
+        self._lead(time)
+        self._read(time)
+        master.arrive()
+        self._ahead = None
+
+    def _give(self, time: float) -> None:
+        """Inputs of the last unit at a time ahead of it."""
+        master = self._master
+        self._asked_for += 1
+        self._lead(time)
+        master._let(WRITE, self._place, self._place + 1, 0.0, time)
+
+    def _lead(self, time: float) -> None:
+        """Step the other units to a time, s."""
+        master = self._master
+        time = self._begin + self._size if self._trial else time
+        size = time - master.time
+        if size <= self._none:
+            return
+        if not self._trial:
+            self._expect(master.time, time)
+        master._one_by_one(self._first, self._place, size, time)
+        master.time = time
+
+    def _lead_whole(self) -> None:
+        """Let the first units take the whole step; between its ends their outputs are on a line."""
+        master, end = self._master, self._begin + self._size
+        if self._first == 0:
+            return
+        if not self._trial:
+            self._expect(self._begin, end)
+        before = master.start[: self._end_of_whole].copy()
+        master._one_by_one(0, self._first, self._size, end)
+        self._line = before, master.newest[: before.size] - before
+
+    def _expect(self, begin: float, end: float) -> None:
+        """What the other units know in a part of the step: the last unit's outputs at its begin, and their means.
+
+        An angle goes from its begin to its end by the mean of the speed, just as it would by the speed itself.
+        """
+        master, part = self._master, self._part
+        if self._ahead is None:
+            self._ahead = self._parabola()
+        first, last = begin - self._newest, end - self._newest
+        square = (first * first + first * last + last * last) / 3.0
+        weights = np.array(((1.0, first, first * first), (1.0, 0.5 * (first + last), square)))
+        master.newest[part], master.means[part] = weights @ self._ahead
+        master.start[:] = master.newest
+        if self._line is not None:
+            before, change = self._line
+            master.start[: before.size] = before + (begin - self._begin) / self._size * change
+
+    def _parabola(self) -> Array:
+        """Coefficients (3, outputs) of the last unit's outputs by the time since their newest point."""
+        samples = self._master._samples
+        nodes, values = samples.places, samples.values[:, self._part]
+        found = np.zeros((3, values.shape[1]))
+        found[0] = values[0]
+        self._newest = nodes[0]
+        if len(nodes) == 1:
+            found[1] = 0.0 if self._foreseen is None else self._foreseen
+        else:
+            last = nodes[0] - nodes[1]
+            found[1] = (values[0] - values[1]) / last
+            if len(nodes) > 2:
+                found[2] = (found[1] - (values[1] - values[2]) / (nodes[1] - nodes[2])) / (nodes[0] - nodes[2])
+                found[1] += last * found[2]
+        return found
+
+    @property
+    def _end_of_whole(self) -> int:
+        """How many outputs the first units have, which take whole steps."""
+        master = self._master
+        return int(master._parts[master._order[self._first].name].start)
+
+    @property
+    def _part(self) -> slice:
+        """Where the last unit's outputs are among all."""
+        part: slice = self._master._parts[self._unit.name]
+        return part
+
+    def _read(self, time: float) -> None:
+        """The last unit's outputs at a point that it has reached."""
+        self._master._let(READ | MEAN, self._place, self._place + 1, 0.0, time)
