@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,7 +27,6 @@ from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.periodic_crank import PeriodicCrank
 
 RPM = math.pi / 30.0
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 
 def settled(engine, body, rpm, parts=None, **levels):

@@ -62,12 +62,17 @@ class Collar:
         place, velocity = y[0] / RATE * self._along, y[1] * self._along
         return Motion(place, velocity, np.zeros_like(place), 0.0, 0.0)
 
+    @property
+    def stable(self) -> bool:
+        """True if no multiplier of S exceeds ``STABLE``."""
+        return bool(np.abs(np.linalg.eigvals(self.over_cycle)).max() <= STABLE)
+
     def correction(self, change: Motion, cycles: int) -> Motion:
         """What to add after so many cycles over which a motion changed: M (I − M)⁻¹ y, M the power of S.
 
         Nothing where S is near the edge of stability, beyond which a correction would hold on to what no engine does.
         """
-        if np.abs(np.linalg.eigvals(self.over_cycle)).max() > STABLE:
+        if not self.stable:
             return self.lift(np.zeros(2))
         m = np.linalg.matrix_power(self.over_cycle, cycles)
         return self.lift(m @ np.linalg.solve(np.eye(2) - m, self.split(change)))

@@ -3,30 +3,21 @@
 A cycle moves block and crank together by d(s) from the place s, until the mounts balance the mean thrust. Far from that
 place d hardly depends on s, for friction does not; near it d falls steeply. So far away the next place is the root of
 the secant through the last two, but no further on than the collar's clearance, until d is small or changes its sign.
-Then all modes settle together by Anderson's method: with the starts x_j of the last cycles and what each misses,
-f_j = G(x_j) − x_j and the slow modes' correction, the next start is
-
-    x + f − Σ γ_j (Δx_j + Δf_j),    γ the least squares of f ≈ Σ γ_j Δf_j
-
-between one cycle and the next, by the energies in :meth:`slow_modes.SlowModes.coordinates`. No multiplier has to be
-known, and it ends at the same cycle as plain running. Behind a bolted joint nothing creeps, and all is left to that.
-
-Source: D. G. Anderson, Iterative procedures for nonlinear integral equations, J. ACM 12, 1965.
+Then all modes settle together by Anderson's method (:mod:`anderson`). Behind a bolted joint nothing creeps, and all is
+left to that.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.arrays import ModelArrays, dimensions
+from cranktrain.dynamics.settled.anderson import anderson_step
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import ALONG, SlowModes
 
 DEPTH = 5
 """Differences that Anderson's method knows: as many as slow motions that no formula tells."""
-DISTINCT = 0.02
-"""Singular value of normalised differences, over the largest, below which they tell nothing new."""
 NEAR, FARTHEST, LONGEST = 0.05, 1.0, 0.25
 """Drift over a cycle from which on Anderson's method takes over; longest steps of the secant, and of that method along
 the axis: in clearances of the collar."""
@@ -91,24 +82,10 @@ class Creep:
         return float(np.clip(step, -farthest, farthest))
 
     def _anderson(self) -> Motion:
-        """−Σ γ_j (Δx_j + Δf_j)."""
-        _, missed = self._known[-1]
-        total = missed.minus(missed)
-        pairs = list(zip(self._known, self._known[1:], strict=False))
-        if not pairs:
-            return total
-        starts, changes = ([later[k].minus(sooner[k]) for sooner, later in pairs] for k in range(2))
-        columns = np.array([self._measure(change) for change in changes]).T
-        size = np.linalg.norm(columns, axis=0)
-        size[size == 0.0] = 1.0
-        shares = np.linalg.lstsq(columns / size, self._measure(missed), rcond=DISTINCT)[0] / size
-        for share, start, change in zip(shares, starts, changes, strict=True):
-            total = total.plus(start.plus(change), -share)
+        """What that method adds, no further along the axis than ``LONGEST``."""
+        total = anderson_step(self._modes, self._known)
         over = abs(float(total.place[self._block] / self._per_metre)) / (LONGEST * self._clearance)
-        return missed.minus(missed).plus(total, 1.0 / max(1.0, over))
-
-    def _measure(self, motion: Motion) -> Array:
-        return np.concatenate(self._modes.coordinates(motion))
+        return total.minus(total).plus(total, 1.0 / max(1.0, over))
 
 
 def creep_of(model: ModelArrays, modes: SlowModes) -> Creep | None:

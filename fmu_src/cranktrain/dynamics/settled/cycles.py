@@ -1,10 +1,10 @@
 """Cycles of a simulation one after the other: exactly so many, or until they repeat.
 
 After each cycle r = G(x) − x is what the state x misses of being periodic. The next one starts from
-G(x) + M (I − M)⁻¹ r of the slow modes alone (:mod:`slow_modes`), where plain running would leave M of it; an engine
-that creeps along the crank's axis is brought to where it stays besides (:mod:`creep`). Where that gains no more, the
-motion may repeat only after several: plain cycles then show after how many, say p, it comes nearest to itself, and from
-then on p are taken at once, Mᵖ in the place of M.
+G(x) + M (I − M)⁻¹ r of the slow modes alone (:mod:`slow_modes`), where plain running would leave M of it. In a run-up
+the last cycles correct all other modes (:mod:`anderson`). An engine that creeps along the crank's axis is brought to
+where it stays besides (:mod:`creep`). Where that gains no more, the motion may repeat only after several: plain cycles
+then show after how many, say p, it comes nearest to itself, and from then on p are taken at once, Mᵖ in the place of M.
 """
 
 from __future__ import annotations
@@ -271,6 +271,8 @@ def settled_cycles(
         total = modes.correction(change, block)
         if creep is not None and done > 1:
             total = total.plus(creep.correction(start, change, total))
+        elif creep is None and block == 1 and modes.learned is not None and modes.collar.stable:
+            total = total.plus(past.further())
         move_on(simulation, total)
 
 

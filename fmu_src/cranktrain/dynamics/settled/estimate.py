@@ -15,6 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.settled.anderson import anderson_step
 from cranktrain.dynamics.settled.judging import Judge
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import SlowModes
@@ -48,6 +49,12 @@ class Past:
         (first, changed, _), (second, changed_again, _) = self._kept[-2:]
         before = second.minus(first)
         self._modes.learn(before, before.plus(changed_again.minus(changed)), len(self._kept) == 2)
+
+    def further(self) -> Motion:
+        """Motion that Anderson's method adds to the modes' correction after the last cycle, from all that are kept."""
+        missed = [change.plus(self._modes.correction(change, self._cycles)) for _, change, _ in self._kept]
+        starts = [start for start, _, _ in self._kept]
+        return anderson_step(self._modes, list(zip(starts, missed, strict=True)))
 
     @property
     def left(self) -> Mapping[str, float]:

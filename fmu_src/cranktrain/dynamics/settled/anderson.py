@@ -1,0 +1,47 @@
+"""Anderson's method: all modes of a motion settle together, by what the last cycles changed.
+
+With the starts x_j of the last cycles and what each misses, f_j = G(x_j) − x_j and the slow modes' correction, the next
+start is
+
+    x + f − Σ γ_j (Δx_j + Δf_j),    γ the least squares of f ≈ Σ γ_j Δf_j
+
+between one cycle and the next, by the energies in :meth:`slow_modes.SlowModes.coordinates`. No multiplier has to be
+known, and it ends at the same cycle as plain running.
+
+Source: D. G. Anderson, Iterative procedures for nonlinear integral equations, J. ACM 12, 1965.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.settled.motion import Motion
+from cranktrain.dynamics.settled.slow_modes import SlowModes
+
+DISTINCT = 0.02
+"""Singular value of normalised differences, over the largest, below which they tell nothing new."""
+
+
+def anderson_step(modes: SlowModes, known: Sequence[tuple[Motion, Motion]]) -> Motion:
+    """Motion −Σ γ_j (Δx_j + Δf_j) to add beside f; ``known`` are x_j and f_j of each cycle, the last one last."""
+    missed = known[-1][1]
+    total = missed.minus(missed)
+    pairs = list(pairwise(known))
+    if not pairs:
+        return total
+    starts, changes = ([later[k].minus(sooner[k]) for sooner, later in pairs] for k in range(2))
+
+    def measure(motion: Motion) -> Array:
+        return np.concatenate(modes.coordinates(motion))
+
+    columns = np.array([measure(change) for change in changes]).T
+    size = np.linalg.norm(columns, axis=0)
+    size[size == 0.0] = 1.0
+    weights = np.linalg.lstsq(columns / size, measure(missed), rcond=DISTINCT)[0] / size
+    for weight, start, change in zip(weights, starts, changes, strict=True):
+        total = total.plus(start.plus(change), -weight)
+    return total
