@@ -15,8 +15,9 @@ wrong torque away.
 Noise and length are those of a set. Each order has a relative bias of its own, because a small order that large ones
 feed by the rods' inertia may be wrong by a third where the large ones are right to a per cent. The biases of a set
 scatter about a common one by a factor of :data:`APART` where the likelihood tells them apart, else by :data:`ALIKE`:
-a parameter common to all orders takes up the bias of one, which then seems to be right beside wrong others. These numbers follow from the restricted likelihood (Patterson
-and Thompson 1971), which accounts for the part of the bias that the parameters have taken up:
+a parameter common to all orders takes up the bias of one, which then seems to be right beside wrong others. These
+numbers follow from the restricted likelihood (Patterson and Thompson 1971), which accounts for the part of the bias
+that the parameters have taken up:
 
     −2 L = Σ log|C| + rᵀ C⁻¹ r − gᵀ A⁻¹ g + log|A| + Σ (ln δ_o/δ)²/ln²(APART),   A = Jᵀ C⁻¹ J + P,   g = Jᵀ C⁻¹ r.
 
@@ -178,14 +179,14 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
 
 
 # In one piece: the likelihood and its derivatives, which share all factors.
-def _unlikely(values: Array, parts: Sequence[Residue], prior: Array, factor: float = APART) -> tuple[float, Array]:
+def _unlikely(values: Array, parts: Sequence[Residue], prior: Array, far: float = APART) -> tuple[float, Array]:
     """Minus twice the logarithm of the restricted likelihood, and its derivatives (m,).
 
     ``values`` (m,) are logarithms of noise, length, the common relative bias, and that of each order. With e = r − J
     A⁻¹ g, w = C⁻¹ e and Z = C⁻¹ J the derivative by a number of C is Σ dC ∘ (C⁻¹ − w wᵀ − Z A⁻¹ Zᵀ) of the components.
     """
     noise, length = np.exp(values[:2]).tolist()
-    scatter = math.log(factor)
+    scatter = math.log(far)
     apart = (values[3:] - values[2]) / scatter
     total = float(apart @ apart)
     slopes = np.zeros_like(values)
