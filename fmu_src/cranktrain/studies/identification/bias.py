@@ -42,11 +42,11 @@ from cranktrain.core.types import Array
 
 LEAST, MOST = 1e-4, 1.0
 """Bounds of the relative bias."""
-LONGEST = 3.0
-"""Largest length of the bias over the span of the speeds.
+LONGEST, LONGEST_ALONE = 3.0, 0.5
+"""Largest length of the bias over the span of the speeds, of several orders and of one alone, or of an orbit.
 
 A bias that changes over more than the speeds shows little of its size: of a length that is bounded to a part of them
-it would be taken for a small one."""
+it would be taken for a small one. One order alone does not tell its size from its length, and an orbit is periodic."""
 LOW = 0.1
 """Part of the bias that does not fall with the amplitude, over that at the root mean square of the amplitudes."""
 APART = 3.0
@@ -146,7 +146,8 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
     step = min(float(np.median(one)) for one in steps if one.size) if any(one.size for one in steps) else span
     count = len(parts) + 1
     low = np.log([_QUIET * rms, max(step, 1e-6), *(count * [LEAST])])
-    high = np.log([rms, max(LONGEST * span, 1.5 * step, 2e-6), *(count * [MOST])])
+    longest = LONGEST if len(parts) > 1 else LONGEST_ALONE
+    high = np.log([rms, max(longest * span, 1.5 * step, 2e-6), *(count * [MOST])])
     noise = max(noise_of_differences(parts), _QUIET * rms)
     bounds = list(zip(low, high, strict=True))
     if all(np.isfinite(one.noise).all() for one in parts):
@@ -169,7 +170,7 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
                 best, least = found.x, float(found.fun)
         return best, least
 
-    best, least = likeliest(ALIKE)
+    best, least = likeliest(ALIKE if len(parts) > 1 else APART)
     if len(parts) > 1:
         other, likelier = likeliest(APART)
         if least - likelier > float(chi2.isf(TOLD, len(parts) - 1)):
