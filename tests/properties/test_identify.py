@@ -447,6 +447,22 @@ def test_an_interrupt_in_a_higher_level_keeps_what_the_linear_one_found(four, tr
     assert found == pytest.approx(TRUE["pulley.polar_inertia"] * load_engine(four).pulley.polar_inertia, rel=0.02)
 
 
+@pytest.mark.parametrize("part", ["profiles", "bootstrap"])
+def test_an_interrupt_of_the_intervals_keeps_the_values(four, truth, tmp_path, monkeypatch, capsys, part):
+    """Profiles come after all runs: what these found is written, without intervals."""
+    write_orders(tmp_path / "orders.csv", truth[3])
+    path, new = measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), tmp_path / "best.toml"
+
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(f"cranktrain.studies.identification.identify.{part}", interrupted)
+    assert main(["identify", str(four), str(path), "--out", str(new), "--level", "linear", "--above", "none"]) == 130
+    assert "the best values so far are in" in capsys.readouterr().err
+    found = load_engine(new).pulley.polar_inertia
+    assert found == pytest.approx(TRUE["pulley.polar_inertia"] * load_engine(four).pulley.polar_inertia, rel=0.02)
+
+
 def test_a_peak_is_a_clear_one_inside_the_speeds():
     speeds = np.linspace(100.0, 200.0, 51)
     resonance = 1.0 / np.abs(1.0 - (speeds / 150.0) ** 2 + 0.04j * speeds / 150.0)

@@ -14,6 +14,7 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.identification.comparison import Comparison
+from cranktrain.studies.identification.confidence import confidence_of
 from cranktrain.studies.identification.data import RPM, Data, Strand
 from cranktrain.studies.identification.identify import prepared, read_measured_file
 from cranktrain.studies.identification.ladder import Ask, climb
@@ -99,6 +100,76 @@ def test_the_step_to_a_crank_that_bends_is_in_the_interval_of_a_torsional_fit(be
     assert [step["level"] for step in held["above"]] == ["harmonic-balance", "beam in time"]
     away, there = (math.log(value / TRUE[0]) for value in (found["value"], held["above"][-1]["values"][KEYS[0]]))
     assert abs(away) > 0.1 and abs(there) < 0.1 * abs(away)
+
+
+class Told:
+    """Stages and completed fractions of an identification."""
+
+    def __init__(self):
+        self.stages, self.shares = [], []
+
+    def say(self, stage):
+        self.stages.append(stage)
+
+    def follow(self, share, cost):
+        self.shares.append(share)
+
+
+def in_time_as_linear(self, values, crank, settle, tell=lambda stage: None, cycles=None):
+    """Stands for a run in time of a crank whose load counts more than the linear level's."""
+    for speed in self.speeds.tolist():
+        tell(f"run at {speed:.0f} rad/s")
+    moved = values.copy()
+    moved[1] = 1.0 + 1.3 * (values[1] - 1.0)
+    return self.answers(moved).strands
+
+
+def test_derivatives_of_a_crank_that_bends_are_its_own_and_progress_follows_its_runs(tmp_path, monkeypatch):
+    """The deviation of the load is that of the level that was asked, which knows it better by 1.3 times.
+
+    Progress never falls, moves within the runs in time, those of the next crank too, and ends at the whole.
+    """
+    name = "four_petrol"
+    model = model_of(name)
+    monkeypatch.setattr(TorsionalModel, "in_time", in_time_as_linear)
+    monkeypatch.setattr(TorsionalModel, "balanced", lambda self, values: self.answers(values).strands)
+    with one_thread():
+        path = written(tmp_path, name, model.in_time(np.array(TRUE), "beam", 1e-3), 0.003)
+        path.write_text(TEXT.replace('"damping.torsional_ratios[1]" = { low = 0.002, high = 0.2 }\n', ""), "utf-8")
+        read = read_measured_file(path)[0]
+        spread, told = {}, Told()
+        for level, ask in (("linear", Ask("linear")), ("time", Ask("time", "beam", above="next"))):
+            own, comparison = prepared(load_engine(name), read, path, lambda stage: None)
+            found = climb(own, comparison, ask, told.say, told.follow if level == "time" else lambda share, cost: None)
+            spread[level] = confidence_of(comparison, found.estimate, np.zeros((0, 2))).deviations
+    assert np.exp(found.estimate.inner) == pytest.approx(TRUE, rel=0.02)
+    assert spread["time"][1] == pytest.approx(spread["linear"][1] / 1.3, rel=0.15)
+    assert spread["time"][0] == pytest.approx(spread["linear"][0], rel=0.15)
+    runs = [k for k, stage in enumerate(told.stages) if stage.startswith("run at")]
+    assert len(runs) >= 5 * model.speeds.size
+    assert told.shares == sorted(told.shares) and told.shares[-1] > 0.9
+    assert len({round(share, 3) for share in told.shares}) > 40
+
+
+def test_an_interrupt_within_the_derivatives_keeps_the_best_so_far(tmp_path, monkeypatch):
+    name, runs = "four_petrol", []
+    model = model_of(name)
+
+    def in_time(self, values, *given, **named):
+        runs.append(values)
+        if len(runs) == 3:
+            raise KeyboardInterrupt
+        return in_time_as_linear(self, values, "beam", 1e-3)
+
+    monkeypatch.setattr(TorsionalModel, "balanced", lambda self, values: self.answers(values).strands)
+    with one_thread():
+        path = written(tmp_path, name, in_time_as_linear(model, np.array(TRUE), "beam", 1e-3), 0.003)
+        path.write_text(TEXT.replace('"damping.torsional_ratios[1]" = { low = 0.002, high = 0.2 }\n', ""), "utf-8")
+        monkeypatch.setattr(TorsionalModel, "in_time", in_time)
+        own, comparison = prepared(load_engine(name), read_measured_file(path)[0], path, lambda stage: None)
+        found = climb(own, comparison, Ask("time", "beam", above="next"))
+    assert found.estimate.interrupted and found.steps[-1].answers == 1 and not found.beyond
+    assert np.exp(found.estimate.inner) == pytest.approx(TRUE, rel=0.05)
 
 
 @pytest.mark.slow

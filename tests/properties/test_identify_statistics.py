@@ -184,7 +184,7 @@ def test_orders_that_fit_badly_by_slow_changes_over_the_speed_leave_the_force_in
     """Three orders, each wrong by 28 % on a wave of half to two times the measured speeds; forty draws.
 
     Such errors hardly change over the speeds, and one order alone may be taken for right. At least 85 % of the
-    intervals hold (38 of 40 are expected). Where nothing is wrong deviations are within 15 % of those of Cramér and Rao.
+    intervals hold (38 of 40 are expected). Where nothing is wrong deviations are within 15 % of Cramér and Rao's.
     """
     speeds, own, inside, wide, draws = np.linspace(50.0, 110.0, 24), np.log(list(TRUE.values())), 0, [], 40
     parameters = sought(k=(1.02e4, 7e3, 1.5e4), c=(5.0, 1.0, 30.0), F=(27.0, 3.0, 300.0))

@@ -15,8 +15,9 @@ wrong torque away.
 Noise and length are those of a set. Each order has a relative bias of its own, because a small order that large ones
 feed by the rods' inertia may be wrong by a third where the large ones are right to a per cent. The biases of a set
 scatter about a common one by a factor of :data:`APART` where the likelihood tells them apart, else by :data:`ALIKE`:
-a parameter common to all orders takes up the bias of one, which then seems to be right beside wrong others. These numbers follow from the restricted likelihood (Patterson
-and Thompson 1971), which accounts for the part of the bias that the parameters have taken up:
+a parameter common to all orders takes up the bias of one, which then seems to be right beside wrong others. These
+numbers follow from the restricted likelihood (Patterson and Thompson 1971), which accounts for the part of the bias
+that the parameters have taken up:
 
     −2 L = Σ log|C| + rᵀ C⁻¹ r − gᵀ A⁻¹ g + log|A| + Σ (ln δ_o/δ)²/ln²(APART),   A = Jᵀ C⁻¹ J + P,   g = Jᵀ C⁻¹ r.
 
@@ -41,11 +42,11 @@ from cranktrain.core.types import Array
 
 LEAST, MOST = 1e-4, 1.0
 """Bounds of the relative bias."""
-LONGEST = 3.0
-"""Largest length of the bias over the span of the speeds.
+LONGEST, LONGEST_ALONE = 3.0, 0.5
+"""Largest length of the bias over the span of the speeds, of several orders and of one alone, or of an orbit.
 
 A bias that changes over more than the speeds shows little of its size: of a length that is bounded to a part of them
-it would be taken for a small one."""
+it would be taken for a small one. One order alone does not tell its size from its length, and an orbit is periodic."""
 LOW = 0.1
 """Part of the bias that does not fall with the amplitude, over that at the root mean square of the amplitudes."""
 APART = 3.0
@@ -145,7 +146,8 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
     step = min(float(np.median(one)) for one in steps if one.size) if any(one.size for one in steps) else span
     count = len(parts) + 1
     low = np.log([_QUIET * rms, max(step, 1e-6), *(count * [LEAST])])
-    high = np.log([rms, max(LONGEST * span, 1.5 * step, 2e-6), *(count * [MOST])])
+    longest = LONGEST if len(parts) > 1 else LONGEST_ALONE
+    high = np.log([rms, max(longest * span, 1.5 * step, 2e-6), *(count * [MOST])])
     noise = max(noise_of_differences(parts), _QUIET * rms)
     bounds = list(zip(low, high, strict=True))
     if all(np.isfinite(one.noise).all() for one in parts):
@@ -168,7 +170,7 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
                 best, least = found.x, float(found.fun)
         return best, least
 
-    best, least = likeliest(ALIKE)
+    best, least = likeliest(ALIKE if len(parts) > 1 else APART)
     if len(parts) > 1:
         other, likelier = likeliest(APART)
         if least - likelier > float(chi2.isf(TOLD, len(parts) - 1)):
@@ -178,14 +180,14 @@ def estimated_bias(parts: Sequence[Residue], prior: Array, before: Bias | None =
 
 
 # In one piece: the likelihood and its derivatives, which share all factors.
-def _unlikely(values: Array, parts: Sequence[Residue], prior: Array, factor: float = APART) -> tuple[float, Array]:
+def _unlikely(values: Array, parts: Sequence[Residue], prior: Array, far: float = APART) -> tuple[float, Array]:
     """Minus twice the logarithm of the restricted likelihood, and its derivatives (m,).
 
     ``values`` (m,) are logarithms of noise, length, the common relative bias, and that of each order. With e = r − J
     A⁻¹ g, w = C⁻¹ e and Z = C⁻¹ J the derivative by a number of C is Σ dC ∘ (C⁻¹ − w wᵀ − Z A⁻¹ Zᵀ) of the components.
     """
     noise, length = np.exp(values[:2]).tolist()
-    scatter = math.log(factor)
+    scatter = math.log(far)
     apart = (values[3:] - values[2]) / scatter
     total = float(apart @ apart)
     slopes = np.zeros_like(values)

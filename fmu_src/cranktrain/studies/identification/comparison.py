@@ -35,6 +35,32 @@ class Answering(Protocol):
         """Answers beside the data."""
 
 
+class Correction(NamedTuple):
+    """What a higher level adds to the model's orders, linear in u: ``values`` at ``inner``, with their derivatives.
+
+    Attributes
+    ----------
+    values : complex orders (n,) of each strand
+    inner : (p,) u at which they are added
+    slopes : derivatives (n, p) of each strand by u; none where the model's own are those of the level
+    """
+
+    values: tuple[NDArray[np.complex128], ...]
+    inner: Array
+    slopes: tuple[NDArray[np.complex128], ...] = ()
+
+    def at(self, inner: Array) -> tuple[NDArray[np.complex128], ...]:
+        """What is added (n,) to each strand at u (p,)."""
+        if not self.slopes:
+            return self.values
+        move = inner - self.inner
+        return tuple(own + by @ move for own, by in zip(self.values, self.slopes, strict=True))
+
+    def first(self, count: int) -> Correction:
+        """The same of the first ``count`` strands."""
+        return Correction(self.values[:count], self.inner, self.slopes[:count])
+
+
 class Piece(NamedTuple):
     """Residuals of one order, number or shape: set, rows (n, c) fitted and held out, and their derivatives (…, p)."""
 
@@ -50,16 +76,16 @@ class Comparison:
     Parameters
     ----------
     model, data, sought : what answers, what was measured, what is sought
-    correction : (n,) complex orders of each strand, that a higher level adds to the model's own
 
     Attributes
     ----------
     biases : set → numbers of its covariance
+    correction : what a higher level adds to the model's orders
     """
 
     def __init__(self, model: Answering, data: Data, sought: Sequence[Sought]) -> None:
         self.model, self.data, self.sought = model, data, tuple(sought)
-        self.correction: tuple[NDArray[np.complex128], ...] | None = None
+        self.correction: Correction | None = None
         self.biases: dict[str, Bias] = {}
         self._factors: list[Array] = []
         self._turns: list[NDArray[np.complex128]] = []
@@ -81,7 +107,7 @@ class Comparison:
         far = 0.5 * (other.high - other.low)
         other._start, other.low, other.high = inner, other.low - far, other.high + far
         other._prior = np.sqrt(12.0) / (other.high - other.low)
-        other.correction = None if self.correction is None else self.correction[: len(data.strands)]
+        other.correction = None if self.correction is None else self.correction.first(len(data.strands))
         return other
 
     @property
@@ -104,7 +130,7 @@ class Comparison:
         found = self.model.answers(outer_values(self.sought, inner))
         if self.correction is None:
             return found
-        strands = tuple(a + b for a, b in zip(found.strands, self.correction, strict=True))
+        strands = tuple(a + b for a, b in zip(found.strands, self.correction.at(inner), strict=True))
         return Answers(strands, found.scalars, found.shapes)
 
     def rows(self, inner: Array) -> list[Array]:

@@ -186,11 +186,14 @@ def report_of(
     found = climbed.estimate
     checks.check_estimate(comparison, found)
     confidence = confidence_of(comparison, found, climbed.moves)
-    profile = None
-    if request.profile and not found.interrupted:
-        say("profiles")
-        profile = profiles(comparison, found, confidence)
-    draws = bootstrap(comparison, found, request.draws, request.ask.seed) if request.draws else None
+    profile = draws = None
+    try:
+        if request.profile and not found.interrupted:
+            say("profiles")
+            profile = profiles(comparison, found, confidence)
+        draws = bootstrap(comparison, found, request.draws, request.ask.seed) if request.draws else None
+    except KeyboardInterrupt:
+        found = replace(found, interrupted=True)  # the values are found, and an hour of runs in time is not lost
     values = outer_values(comparison.sought, found.inner)
     model.check(values)
     rows = [

@@ -7,7 +7,8 @@ With the answers y of the linear level and Y of a higher one, the fit of
 moves u₀ to u; at the fixed point the residuals of Y are orthogonal to the derivatives of y (manifold mapping,
 Echeverría and Hemker, Comput. Methods Appl. Math. 5, 2005). Three to five answers of the higher level suffice, where
 derivatives of its own would take one for each parameter and round. Where Y is of a crank that bends, y is first moved
-to where its resonances are those of Y (:mod:`cranktrain.studies.identification.mapping`).
+to where its resonances are those of Y, and what is added has its derivatives, from one answer for each parameter
+(:mod:`cranktrain.studies.identification.mapping`).
 
 Levels above the fitted one answer once, at the estimate, each after the one below it: harmonic balance above the
 linear level, films by Reynolds' equation above the map of impedances, and the next crank in time, which bends where the
@@ -28,27 +29,50 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import CranktrainError, InputError, SolverError, nearest
 from cranktrain.core.types import Array, Progress
 from cranktrain.engine.levels import CRANKS
-from cranktrain.studies.identification.comparison import Comparison, Piece
+from cranktrain.studies.identification.comparison import Comparison, Correction, Piece
 from cranktrain.studies.identification.data import Orbit
 from cranktrain.studies.identification.estimate import Estimate, estimate
 from cranktrain.studies.identification.mapping import Mapped, imitated
 from cranktrain.studies.identification.model import BALANCE, LINEAR, TIME, TorsionalModel
 from cranktrain.studies.identification.orbit_runs import ABOVE, OrbitModel
 from cranktrain.studies.identification.parameters import outer_values
+from cranktrain.studies.identification.progress import BALANCED, SEARCH, Follow, Work
 from cranktrain.studies.identification.tables import NEXT, NONE
 
 MOST, MOST_ORBITS = 5, 15
 """Corrections by a level, at most; with orbits, each is a step of Gauss and Newton."""
 LONGEST = 0.4
 """Longest step in u by the derivatives of orbits: half as much again, or two fifths of the distance of the bounds."""
+BEYOND = "beyond"
+"""Part of the work that levels above the fitted one take."""
 FOR_SIZE = 1e-2
 """Settling error, at least, of runs in time that say once what a level would move."""
 FOLLOWED = 2
 """Answers of a level by which the fitted one is moved; the corrections take up what is left."""
+EXPECTED = 3
+"""Answers of a level that progress expects."""
 SAME = 0.1
 """Change of a parameter, in standard deviations, at which the corrections end."""
-Follow = Callable[[float, float], None]
+SETTLED = 1e-4
+"""Settling error, at most, of runs in time whose differences are derivatives."""
 ComplexArrays = tuple[NDArray[np.complex128], ...]
+
+
+@dataclass(frozen=True)
+class Level:
+    """A level above the fitted one.
+
+    Attributes
+    ----------
+    name, answer : what it is called, and its orders and orbits for values (p,), SI
+    mapped : the fitted model where that is moved to the level's orders, or none
+    longest : longest step in u between two answers; an estimate that does not come to rest is then refused
+    """
+
+    name: str
+    answer: Callable[[Array], ComplexArrays]
+    mapped: Mapped | None = None
+    longest: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -113,41 +137,67 @@ def climb(
 
     ``check`` is asked of the linear estimate, before dear levels run: it raises for data that are none of the engine.
     """
+    work = _work(comparison, ask, say, follow)
     if not comparison.data.of_pieces:
         size = comparison.start.size
         found, steps = Estimate(comparison.start, [], np.zeros((size, size)), 0, False), []
     else:
-        say("linear run-up")
-        found = estimate(comparison, ask.seed, follow)
+        work.begin(LINEAR)
+        work.say("linear run-up")
+        found = estimate(comparison, ask.seed, work.search)
         check(found)
         steps = [Step(LINEAR, found.inner, found.evaluations)]
     orders = bool(comparison.data.strands)
     if orders and ask.level != LINEAR and not found.interrupted:
-        found, step = _corrected(comparison, found, (BALANCE, model.balanced), say, follow)
+        work.begin(BALANCE)
+        found, step = _corrected(comparison, found, Level(BALANCE, model.balanced), work)
         steps.append(step)
     in_films = None
     if ask.level == TIME and not found.interrupted:
+        work.begin(TIME)
         bends = orders and CRANKS[ask.crank].bends
-        mapped = Mapped(model) if bends else None
+        settle = min(ask.settle, SETTLED) if bends else ask.settle
+        answer = partial(model.in_time, crank=ask.crank, settle=settle, tell=work.run, cycles={})
+        mapped = Mapped(model, answer) if bends else None
         if comparison.data.orbits:
-            in_films = OrbitModel(model, mapped or model, comparison.data.orbits, ask.crank, ask.settle, say)
-            found, step = _with_orbits(in_films, mapped, comparison, found, say, follow)
+            in_films = OrbitModel(model, mapped or model, comparison.data.orbits, ask.crank, settle, work.run)
+            found, step = _with_orbits(
+                comparison, found, Level(TIME, in_films.in_time, mapped, LONGEST), in_films, work
+            )
             steps.append(step)
         elif orders:
             comparison.model = mapped or model
-            answer = partial(model.in_time, crank=ask.crank, settle=ask.settle, tell=say)
-            found, step = _corrected(comparison, found, (TIME, answer), say, follow, mapped)
+            found, step = _corrected(comparison, found, Level(TIME, answer, mapped), work)
             steps.append(step)
-    beyond = () if found.interrupted else levels_beyond(model, in_films, comparison, found, ask, say)
-    return Climbed(found, tuple(steps), beyond)
+    if found.interrupted:
+        return Climbed(found, tuple(steps))
+    work.begin(BEYOND)
+    return Climbed(found, tuple(steps), levels_beyond(model, in_films, comparison, found, ask, say, work.run))
+
+
+def _work(comparison: Comparison, ask: Ask, say: Progress, follow: Follow) -> Work:
+    """Expected work of a ladder, in runs in time."""
+    data, parameters = comparison.data, comparison.start.size
+    speeds = float(np.unique(np.concatenate([one.speeds for one in data.strands])).size) if data.strands else 0.0
+    in_time = EXPECTED + (parameters if CRANKS[ask.crank].bends else 0)
+    parts = {
+        LINEAR: SEARCH if data.of_pieces else 0.0,
+        BALANCE: BALANCED if data.strands and ask.level != LINEAR else 0.0,
+        TIME: speeds * in_time + EXPECTED * (1.0 + parameters) * bool(data.orbits) if ask.level == TIME else 0.0,
+        BEYOND: speeds if ask.crank_above else 0.0,
+    }
+    return Work(say, follow, parts)
 
 
 # In one piece: the model, with orbits and without, its data, the estimate, what is asked, and who is told.
 def levels_beyond(
     model: TorsionalModel, in_films: OrbitModel | None, comparison: Comparison, found: Estimate, ask: Ask,
-    say: Progress = lambda stage: None,
+    say: Progress = lambda stage: None, run: Progress = lambda stage: None,
 ) -> tuple[Step, ...]:  # fmt: skip
-    """What levels above the fitted one would move, each after the one below it; one that has no answer is left out."""
+    """What levels above the fitted one would move, each after the one below it; one that has no answer is left out.
+
+    ``run`` is told the speeds of runs in time, ``say`` all else.
+    """
     values = outer_values(comparison.sought, found.inner)
     orders, crank = sum(not isinstance(one, Orbit) for one in comparison.data.strands), ask.crank_above
     own = comparison.answers(found.inner).strands
@@ -160,7 +210,7 @@ def levels_beyond(
         return found.inner + moved_by(comparison, found, (*own[:orders], *in_films.above(values)), own)
 
     def bending() -> Array:
-        high = model.in_time(values, crank, max(ask.settle, FOR_SIZE), say)
+        high = model.in_time(values, crank, max(ask.settle, FOR_SIZE), run)
         fitted = comparison.model if in_films is None else in_films.orders
         move = found.inner - imitated(fitted, comparison, found.inner, high, ask.seed)
         # A run in time contains the step to harmonic balance, but not that to better films.
@@ -185,12 +235,12 @@ def levels_beyond(
 
 
 def _with_orbits(
-    in_films: OrbitModel, mapped: Mapped | None, comparison: Comparison, found: Estimate, say: Progress, follow: Follow
-) -> tuple[Estimate, Step]:  # fmt: skip
+    comparison: Comparison, found: Estimate, level: Level, in_films: OrbitModel, work: Work
+) -> tuple[Estimate, Step]:
     """Estimate by runs in time with orbits, which from here on are compared; interrupted before, without them."""
     before = comparison.model, comparison.data, comparison.biases, comparison.correction
     comparison.take(in_films, comparison.data.with_orbits())
-    found, step = _corrected(comparison, found, (TIME, in_films.in_time), say, follow, mapped, LONGEST)
+    found, step = _corrected(comparison, found, level, work)
     if found.interrupted and not step.answers:
         if not found.pieces:
             raise KeyboardInterrupt  # nothing was found yet
@@ -200,44 +250,47 @@ def _with_orbits(
     return found, step
 
 
-def _corrected(
-    comparison: Comparison, found: Estimate, level_of: tuple[str, Callable[[Array], ComplexArrays]],
-    say: Progress, follow: Follow, mapped: Mapped | None = None, longest: float = math.inf,
-) -> tuple[Estimate, Step]:  # fmt: skip
-    """Estimate whose answers are those of a higher level; after an interrupt the last one.
-
-    ``level_of`` is its name and what answers; ``mapped`` is the fitted model where it is moved to those answers, and
-    ``longest`` step in u between two answers: where there is one, an estimate that does not come to rest is refused.
-    """
-    answers, (level, answer) = 0, level_of
-    for _ in range(MOST if math.isinf(longest) else MOST_ORBITS):
-        say(f"{level}, correction {answers + 1}")
+def _corrected(comparison: Comparison, found: Estimate, level: Level, work: Work) -> tuple[Estimate, Step]:
+    """Estimate whose answers are those of a higher level; after an interrupt the last one."""
+    answers, mapped, name = 0, level.mapped, level.name
+    slopes: ComplexArrays = ()
+    spread = _spread(comparison, found)
+    for _ in range(MOST if math.isinf(level.longest) else MOST_ORBITS):
+        work.say(f"{name}, correction {answers + 1}")
         values = outer_values(comparison.sought, found.inner)
         try:
-            high, start = answer(values), found.inner
+            high, start = level.answer(values), found.inner
             if mapped is not None and answers < FOLLOWED:
-                say(f"{level}, correction {answers + 1}: the linear run-up that is nearest to it")
+                work.say(f"{name}, correction {answers + 1}: the linear run-up that is nearest to it")
                 start = start - mapped.follow(comparison, values, high, 1)
             low = comparison.model.answers(values).strands
+            added = tuple(a - b for a, b in zip(high, low, strict=True))
+            if mapped is not None and answers == FOLLOWED - 1:
+                slopes = mapped.slopes(comparison, found.inner, added, spread)
         except KeyboardInterrupt:
-            return _interrupted(found), Step(level, found.inner, answers)
+            return _interrupted(found), Step(name, found.inner, answers)
         answers += 1
-        comparison.correction = tuple(a - b for a, b in zip(high, low, strict=True))
-        before, found = found, estimate(comparison, 1, follow, np.clip(start, comparison.low, comparison.high))
-        spread = np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
+        comparison.correction = Correction(added, found.inner, slopes)
+        before, found = found, estimate(comparison, 1, work.search, np.clip(start, comparison.low, comparison.high))
+        spread = _spread(comparison, found)
         moved = found.inner - before.inner
         if found.interrupted or np.all(np.abs(moved) < SAME * spread):
             break
-        if np.abs(moved).max() > longest:
-            found = replace(found, inner=before.inner + moved * (longest / np.abs(moved).max()))
+        if np.abs(moved).max() > level.longest:
+            found = replace(found, inner=before.inner + moved * (level.longest / np.abs(moved).max()))
     else:
-        if not math.isinf(longest) and np.any(np.abs(moved) > spread):
+        if not math.isinf(level.longest) and np.any(np.abs(moved) > spread):
             k = int(np.argmax(np.abs(moved) / spread))
             raise SolverError(
-                f"{level}: {MOST_ORBITS} corrections move {comparison.sought[k].key} on by "
+                f"{name}: {MOST_ORBITS} corrections move {comparison.sought[k].key} on by "
                 f"{100.0 * abs(moved[k]):.2g} % each; give it narrower bounds, or a start that is nearer"
             )
-    return found, Step(level, found.inner, answers)
+    return found, Step(name, found.inner, answers)
+
+
+def _spread(comparison: Comparison, found: Estimate) -> Array:
+    """Standard deviations (p,) of u; those of the bounds where nothing was compared yet."""
+    return np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
 
 
 def _interrupted(found: Estimate) -> Estimate:

@@ -35,7 +35,7 @@ from cranktrain.studies.identification.bending import Bending
 from cranktrain.studies.identification.data import FREQUENCY, RATIO, Data, Scalar, Shape, Strand
 from cranktrain.studies.identification.parameters import CRANK, LOAD, SCALE, ZERO, Sought, engine_with
 from cranktrain.studies.identification.tables import LEVELS, TWIST
-from cranktrain.studies.run_up.steady import Job, SteadyRuns
+from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns
 from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.damper_link import DamperLink
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
@@ -186,18 +186,24 @@ class TorsionalModel:
         )
 
     def in_time(
-        self, values: Array, crank: str, settle: float, tell: Progress = lambda stage: None
-    ) -> tuple[ComplexArray, ...]:
-        """Orders of each strand of a crank of any level, run to its steady cycle at each speed."""
+        self, values: Array, crank: str, settle: float, tell: Progress = lambda stage: None,
+        cycles: dict[float, CycleStart] | None = None,
+    ) -> tuple[ComplexArray, ...]:  # fmt: skip
+        """Orders of each strand of a crank of any level, run to its steady cycle at each speed.
+
+        ``cycles`` of a run-up with other values, by speed, are where those of this one start, which replace them.
+        """
         named, made = self._named(values), self.made_in_time(values, crank)
         outputs = sorted({name for one in self.data.strands for name in _needed(one.output)})
         runs = SteadyRuns(Job(made, None, settle, HIGHEST_ORDER, tuple(outputs)))
         found: dict[str, list[ComplexArray]] = {name: [] for name in outputs}
-        starts: list[Any] = []
+        starts: list[CycleStart] = []
+        cycles = {} if cycles is None else cycles
         for speed in self.speeds.tolist():
             tell(f"{crank} crank in time at {speed * 30.0 / math.pi:.0f} rev/min")
-            steady = runs.at(speed, starts[-2:][::-1])
+            steady = runs.at(speed, [cycles[speed]] if speed in cycles else starts[-2:][::-1])
             starts.append(steady.start)
+            cycles[speed] = steady.start
             for name in outputs:
                 found[name].append(steady.amplitudes[name])
         whole = {name: np.array(rows) for name, rows in found.items()}
