@@ -147,8 +147,9 @@ def test_orders_and_an_orbit_are_fitted_together(single, orbit, tmp_path, monkey
     """
     by_crank = TorsionalModel.in_time
     monkeypatch.setattr(
-        TorsionalModel, "in_time", lambda self, values, crank, settle, say: by_crank(self, values, "beam", settle, say)
-    )
+        TorsionalModel, "in_time",
+        lambda self, values, crank, settle, tell, cycles=None: by_crank(self, values, "beam", settle, tell, cycles),
+    )  # fmt: skip
     made = assemble(wider(load_engine(single)), Settings(crank="beam"))
     speeds, lines = np.array([1500.0, 2000.0, 2500.0, 3000.0, 3500.0]), ["speed_rpm,order,amplitude,unit,phase_deg"]
     with one_thread():

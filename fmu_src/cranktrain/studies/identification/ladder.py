@@ -156,8 +156,10 @@ def climb(
     if ask.level == TIME and not found.interrupted:
         work.begin(TIME)
         bends = orders and CRANKS[ask.crank].bends
-        settle = min(ask.settle, SETTLED) if bends else ask.settle
-        answer = partial(model.in_time, crank=ask.crank, settle=settle, tell=work.run, cycles={})
+        settle = min(ask.settle, SETTLED) if bends and not comparison.data.orbits else ask.settle
+        answer = partial(model.in_time, crank=ask.crank, settle=settle, tell=work.run)
+        if not comparison.data.orbits:
+            answer = partial(answer, cycles={})
         mapped = Mapped(model, answer) if bends else None
         if comparison.data.orbits:
             in_films = OrbitModel(model, mapped or model, comparison.data.orbits, ask.crank, settle, work.run)
@@ -265,7 +267,7 @@ def _corrected(comparison: Comparison, found: Estimate, level: Level, work: Work
                 start = start - mapped.follow(comparison, values, high, 1)
             low = comparison.model.answers(values).strands
             added = tuple(a - b for a, b in zip(high, low, strict=True))
-            if mapped is not None and answers == FOLLOWED - 1:
+            if mapped is not None and answers == FOLLOWED - 1 and math.isinf(level.longest):  # not beside orbits
                 slopes = mapped.slopes(comparison, found.inner, added, spread)
         except KeyboardInterrupt:
             return _interrupted(found), Step(name, found.inner, answers)
