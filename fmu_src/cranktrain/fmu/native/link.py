@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
@@ -185,7 +185,7 @@ def compiler(platform: Platform) -> list[str]:
     )
 
 
-def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, programs: Path, target: Path) -> None:
+def _link(command: Sequence[str], kind: str, digest: str, platform: Platform, programs: Path, target: Path) -> None:
     """Compile the shim and link it with the objects; the library appears whole or not at all."""
     sources = [*sorted(SOURCES.glob("*.c")), programs / f"{kind}.c", *_objects(kind, programs, platform)]
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
@@ -193,7 +193,9 @@ def _link(command: Iterable[str], kind: str, digest: str, platform: Platform, pr
         # Windows: the compiler's own C library is 150 kB smaller without what debuggers read, and code counts there.
         own = ["-s", "-Os"]
         if platform.suffix == ".so":
-            own = [*TABLELESS, "-s", "-lm", "-Wl,-z,relro,-z,now,-z,noexecstack,-z,noseparate-code", "-fPIC"]
+            # Zig's linker does not know the last flag, and does so anyway: code and data share pages, in smaller files.
+            pages = "" if "ziglang" in command else ",-z,noseparate-code"
+            own = [*TABLELESS, "-s", "-lm", f"-Wl,-z,relro,-z,now,-z,noexecstack{pages}", "-fPIC"]
         run = [
             *command,
             *FLAGS,
