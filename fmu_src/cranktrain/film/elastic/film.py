@@ -25,6 +25,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from cranktrain.core.kernel import kernel
 from cranktrain.film.elastic import grid as at
 from cranktrain.film.elastic.balance import (
@@ -51,9 +53,10 @@ from cranktrain.film.elastic.weights import film_weights
 
 CONVERGED, NOT_CONVERGED, SINGULAR = 0, 1, 2
 
-MOST_ITERATIONS = 30
-ROUGHEST, LOWERING, EASING, LAST = 0.3, 0.4, 20, 60
-"""Where plain Newton fails: first roughness over the clearance, its decrease from solution to solution, iterations."""
+MOST_ITERATIONS = np.int64(30)
+ROUGHEST, LOWERING, EASING, LAST = 0.3, 0.4, np.int64(20), np.int64(60)
+"""Where plain Newton fails: first roughness over the clearance, its decrease from solution to solution, iterations.
+A Python integer is a type of its own to numba, which would compile :func:`_newton` once for each of the three."""
 LEAST = 2.0e-3
 """Film over the clearance below which a Newton step is measured by this."""
 CLOSING = 0.7
