@@ -86,7 +86,7 @@ class Estimate:
         structure, speed = self.structure, self.speeds[0]
         even = speed * last(run, "time")  # the crank turns behind it, by what winds up the shaft in the mean
         push = self.pushes(run, even + (last(run, f"{CRANKTRAIN}.crank.angle") - even).mean())
-        motion = np.zeros((structure.orders.size, structure.pins + 4), dtype=complex)
+        motion = np.zeros(self._transfer.shape[1:3], dtype=complex)
         for _ in range(ROUNDS):
             turn, swing = motion[:, : structure.pins], motion[:, structure.at.swing]
             w = 1j * speed * structure.orders[:, None]
@@ -101,7 +101,7 @@ class Estimate:
         raise SystemExit("the orders do not settle")
 
     def respond(self, torques: Array) -> Array:
-        """Motions (k + 1, p + 4) by torques (k + 1, p) on the pins."""
+        """Motions (k + 1, p + 4 + shafts) by torques (k + 1, p) on the pins."""
         return np.asarray((self._transfer[0] @ torques[..., None])[..., 0])
 
     def torsion(self, motion: Array) -> Array:

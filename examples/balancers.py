@@ -25,12 +25,12 @@ HERE = Path(__file__).parent
 
 def mount_force(run: ct.simulate) -> np.ndarray:  # type: ignore[valid-type]
     """Vertical force of all mounts over the last cycle, N."""
-    return np.sum([run[f"mount[{k}].force.y"] for k in range(1, 5)], axis=0)
+    return np.sum([run.last_cycle(f"mount[{k}].force.y")[1] for k in range(1, 5)], axis=0)
 
 
 def orders(force: np.ndarray) -> np.ndarray:
-    """Amplitudes of the first twelve half orders."""
-    samples = force[:-1] if len(force) % 2 else force
+    """Amplitudes of the first twelve half orders of a cycle, both of whose ends are given."""
+    samples = force[:-1]
     return 2.0 * np.abs(np.fft.rfft(samples))[1:13] / len(samples)
 
 
@@ -51,10 +51,9 @@ def main() -> int:
     left.set(xlabel="order", ylabel="vertical force on the mounts / N", title=f"{SPEED_RPM:.0f} rev/min")
     left.legend()
     run = runs["with balancers"]
-    angle = np.degrees(run["crank.angle_cycle"])
-    order = np.argsort(angle)
     for name, label in (("crank_gear", "crank and first shaft"), ("balancer_gear", "first and second shaft")):
-        right.plot(angle[order], run[f"connection[{name}].force.tangential"][order], label=label)
+        angle, force = run.last_cycle(f"connection[{name}].force.tangential")
+        right.plot(np.degrees(angle), force, label=label)
     right.set(xlabel="crank angle / deg", ylabel="tangential force of the gears / N", xlim=(0, 720), title="gears")
     right.legend()
     if len(sys.argv) > 1:

@@ -14,6 +14,9 @@ import cranktrain as ct
 from cranktrain.cli import main as command_line
 from cranktrain.cli.library.keywords import NOT_FOR_SCRIPTS, OF_OTHERS, function_name, keywords, parser_of, verbs
 from cranktrain.cli.library.writing import FACE, FOLDER, face, source
+from cranktrain.dynamics.model.settings import resolved
+from cranktrain.film.laws.film_solution import IN_DOUBLES
+from cranktrain.studies import constant_speed
 
 UNITS = {"speed": "rpm", "from": "rpm", "to": "rpm"}
 """Options of a quantity in engineers' units, whose keywords say which."""
@@ -126,6 +129,18 @@ WRONG = [
     ({"speed_rpm": 4000, "crnk": "rigid"}, r"unknown keyword 'crnk'; did you mean 'crank'"),
     ({"speed_rpm": 4000, "steady": True}, r"^steady solves .* use crank torsional"),
 ]
+
+
+@pytest.mark.parametrize(
+    ("settle", "bearings", "doubles"), [(1e-6, "ehd", True), (1e-3, "ehd", False), (1e-6, "table", False)]
+)
+def test_elastic_films_are_solved_in_doubles_where_they_are_to_repeat_closely(settle, bearings, doubles):
+    """Rounding of singles differs from cycle to cycle."""
+    engine = ct.load_engine("diesel_i6")
+    made = ct.Assembly(engine, resolved(ct.Settings(bearings=bearings), engine), None, None)
+    precise = constant_speed.Request(speed_rpm=2000.0, settle=settle)._precise(made)
+    usual = made.settings.newton_tolerance
+    assert precise.newton_tolerance == (IN_DOUBLES if doubles else usual) and usual > IN_DOUBLES
 
 
 @pytest.mark.parametrize(("given", "told"), WRONG)

@@ -55,6 +55,8 @@ _LEVELS: dict[str, Callable[[], tuple[str, ...]]] = {
     "film_temperature": lambda: FILM_TEMPERATURES,
     "damper_temperature": lambda: TEMPERATURES,
 }
+SETTLED_IN_SINGLES = 1.0e-5
+"""Settling error from which on elastic films are solved in doubles: rounding keeps those in singles from repeating."""
 _OF_THE_ASSEMBLY = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "mesh", "block_mesh", "mesh_unit")
 """Choices that an assembly has already made."""
 
@@ -228,12 +230,24 @@ class Request:
         """
         used = self.tell_doubts(made.engine, gas)
         result = simulation.simulate(
-            made.engine, made.body, made.settings, self.speed, self.cycles, gas, progress, made.parts,
+            made.engine, made.body, self._precise(made), self.speed, self.cycles, gas, progress, made.parts,
             damper_balance=self.damper_temperature == "heat-balance",
             load_torque=self.load_torque_nm, settle=self.settle, say=say, sink=sink,
         )  # fmt: skip
         attributes = self.attributes(made) | result.settling.attributes
         return Run(**vars(result), engine=made.engine, gas=used, attributes=attributes)
+
+    def _precise(self, made: Assembly) -> Settings:
+        """Settings of a run whose films repeat as closely as it is to settle."""
+        settings = made.settings
+        levels = [settings.bearings, settings.big_ends]
+        levels += [table.film.level for table in made.engine.connection if table.film is not None]
+        in_lanes = any(bearing_law(level).oil for level in levels)
+        if self.cycles is not None or self.settle > SETTLED_IN_SINGLES or not in_lanes:
+            return settings
+        from cranktrain.film.laws.film_solution import IN_DOUBLES
+
+        return replace(settings, newton_tolerance=min(settings.newton_tolerance or IN_DOUBLES, IN_DOUBLES))
 
     def attributes(self, made: Assembly) -> dict[str, str | int | float]:
         """Choices of the run, as in a result file."""

@@ -45,8 +45,8 @@ class Settings:
     """Choices of one run; angles rad, pressures Pa, temperatures K (0: from the engine's tables at the first speed).
 
     What is left open follows the level, see :func:`resolved`: ``integrator`` auto; ``step`` 0, rad of crank angle;
-    ``newton_tolerance`` of the ports in units of clearance; ``film_change``, the share of itself by which a film may
-    close over a step. With ``control``
+    ``newton_tolerance`` of the ports in units of clearance, with elastic films solved in double precision from 1e-6 on;
+    ``film_change``, the share of itself by which a film may close over a step. With ``control``
     adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
     (:mod:`cranktrain.dynamics.time.error_estimate`). With ``dense_output`` on they pass over communication points that
     are finer (:mod:`cranktrain.dynamics.time.communication`). ``film_temperature`` is one of ``FILM_TEMPERATURES``;

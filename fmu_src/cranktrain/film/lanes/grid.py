@@ -60,8 +60,9 @@ PLACE, VELOCITY, START_PLACE = 0, 4, 8
 SHIFT, START_SHIFT, KNOWN = 12, 20, 28
 SPEED, ETA, UNIT, OIL_ROW = 36, 37, 38, 39
 WIDE_ROWS = 40
-# Columns of a group's marks; a lane's unknowns are resident where ``nodes`` hold what its film was solved to last.
-CUT, PREPARED, SIGN, RESIDENT, STAGED, MARKS = range(6)
+# Columns of a group's marks. A lane's unknowns are resident where ``nodes`` hold what its film was solved to last.
+# Films of too fine a tolerance are solved alone.
+CUT, PREPARED, SIGN, RESIDENT, STAGED, ALONE, MARKS = range(7)
 # Columns of the table over the gap: mean gap over σ with two derivatives by u = H/σ, contact pressure and its
 # derivative by u (Pa), share of the area in contact.
 MEAN, MEAN_SLOPE, MEAN_BEND, PRESS, PRESS_SLOPE, AREA = range(6)
@@ -80,9 +81,7 @@ class LaneWork(NamedTuple):
     supply: Any  # (g, N n × 8) 1 where a node is at supply pressure
     lines: Any  # (n + 2, 4) shared
     gaps: Any  # (m, 6) table over u
-    marks: (
-        Array  # (g, 8, MARKS) cut of a lane, whether the step is prepared, sign of its speed, resident; stage prepared
-    )
+    marks: Array  # (g, 8, MARKS) of each lane
     nodes: Any  # (g, NODE_FIELDS, N (n + 2) × 8)
     faces: Any  # (g, FACE_FIELDS, N n × 8)
     band: Any  # (N n, (2 n + 1) × 8) balance of the present group

@@ -59,6 +59,7 @@ from cranktrain.film.laws.film_solution import (
     ASKED,
     CALLS,
     SOLVED,
+    choose_precision,
     close_content,
     force_solved,
     line_up,
@@ -349,6 +350,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
         _keep_memory(own, i, int(numbers[STAGE]), memory)
     elif action == NEW_OIL:
         _take_limits(bore.film.constants, numbers[TOLERANCE])
+        choose_precision(bore, i, numbers[TOLERANCE])
         return _take_oil(bore, i, numbers[NEW_VISCOSITY])
     else:
         _move(own, i, numbers, place, velocity)

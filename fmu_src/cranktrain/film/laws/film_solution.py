@@ -21,6 +21,16 @@ SOLVED, EVALUATIONS, TANGENTS, PASSES, ASKED, READY, STATUS, GROUPS, GROUP_PASSE
 run so far: solutions, those with tangents, and Newton iterations of all of them. Then whether its motion was told for
 films side by side, whether they were solved at it, and with which status. At last, of the whole run, solutions
 and Newton iterations of a group of films, in the row of its first."""
+IN_DOUBLES = 1.0e-6
+"""Newton tolerance, in clearances, from which on films are solved in doubles: forces from lanes are right to 2e-6."""
+
+
+@kernel
+def choose_precision(bore, i, tolerance):
+    """Let film i be solved alone, in double precision, where journals have a finer tolerance than lanes can meet."""
+    if bore.lanes.marks.shape[0] > 0:
+        alone = 1.0 if tolerance <= IN_DOUBLES else 0.0
+        bore.lanes.marks[i // lanes.LANES, i % lanes.LANES, lanes.ALONE] = alone
 
 
 @kernel
@@ -79,7 +89,7 @@ def _time_of_voids(own, numbers):
 @kernel
 def line_up(bore, i):
     """Note that film i is to be solved at its motion, together with others."""
-    if bore.lanes.marks.shape[0] > 0:
+    if bore.lanes.marks.shape[0] > 0 and bore.lanes.marks[i // lanes.LANES, i % lanes.LANES, lanes.ALONE] == 0.0:
         bore.memory.calls[i, ASKED] = 1.0
         bore.memory.calls[i, READY] = 0.0
 

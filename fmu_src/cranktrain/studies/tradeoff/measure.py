@@ -24,6 +24,7 @@ from cranktrain.core.types import Progress
 from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.motion.film_memory import memory_offset, motion_size
 from cranktrain.dynamics.motion.gas import trace_pressure
 from cranktrain.dynamics.settled.judging import Settling
 from cranktrain.dynamics.settled.motion import Motion, motion_of, put_motion
@@ -42,9 +43,10 @@ from cranktrain.studies.tradeoff.point import OTHERS, OUTPUTS, Point
 
 
 class Begun(NamedTuple):
-    """Motion in which runs of a model begin, and how settled it is."""
+    """Motion in which runs of a model begin, what its laws remember of the cycle before, and how settled it is."""
 
     motion: Motion
+    memory: Array
     settling: Settling
 
 
@@ -169,11 +171,18 @@ def _settle(simulation: Simulation, case: Case, made: Assembly, gas: GasTrace | 
         model.inputs[0] = case.speed
         model.initialize()
         settling = whole(run_cycles(model, None, SETTLE, None, None)).settling
-        _SETTLED[key] = Begun(motion_of(model.state, model.model.omega2.size), settling)
+        motion = motion_of(model.state, model.model.omega2.size)
+        _SETTLED[key] = Begun(motion, model.state[_memory(model)], settling)
     begun, state = _SETTLED[key], simulation.state
     put_motion(state, begun.motion)
+    state[_memory(simulation)] = begun.memory
     simulation.state = state
     return None if begun.settling.repeats else begun.settling.worst[1]
+
+
+def _memory(simulation: Simulation) -> slice:
+    """Where laws and added connections keep in a state what they remember, as the friction of a spline."""
+    return slice(int(memory_offset(simulation.model, 0)), int(motion_size(simulation.model)))
 
 
 def _coupled(simulation: Simulation, case: Case, series: Array) -> float:
