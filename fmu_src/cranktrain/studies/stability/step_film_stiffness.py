@@ -178,6 +178,7 @@ def _explanation(marched: Array, eccentricities: Array, rejected: Array) -> str:
         "That motion dies within microseconds and matters to nobody; A-stable implicit methods step over it, "
         "and no step bounds them.\n"
         f"What ends an implicit step is Newton's iteration on a film that closes. {newton}\n"
-        f"So accuracy chooses the step, not stability. The default, {default_method()} at {default_step():g} deg, halves "
-        "none of its steps in fired cycles of a single, a four, a six and a V12 up to their highest speeds (decision 0080)."
+        f"So accuracy chooses the step, not stability. The default, {default_method()} at {default_step():g} deg, "
+        "halves none of its steps in fired cycles of a single, a four, a six and a V12 up to their highest speeds "
+        "(decision 0080)."
     )
