@@ -4,7 +4,7 @@ Engines from one to twelve cylinders with beam cranks, on rigid ground. Each cho
 with rows of one degree, by dense output. Its sixth cycle is compared with the same of ``esdirk4`` at 0.5 degrees: RMS
 of the difference over the RMS of the reference's alternating part, of torsion and axial motion of the pulley, of the
 worst force and the worst least film of the mains. Cost is the processor time of that cycle with a row a step, over that
-of ``esdirk4`` at 2.5 degrees. Prints one JSON object.
+of ``esdirk4`` at 2.5 degrees; ``rejected`` counts the steps of that cycle that were halved. Prints one JSON object.
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ import statistics
 import sys
 import time
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.dynamics.cycle_run import communication_step
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
@@ -37,8 +38,17 @@ CYCLES, ROWS, REPEATS = 6, 720, 3
 FAMILIES = {"torsion": "pulley.torsion", "axial": "pulley.axial", "forces": "].force", "film": "film_thickness_min"}
 
 
-def cycle(made: Assembly, speed: float, choice: tuple[str, float], rows: int) -> tuple[NDArray[np.float64], Any, float]:
-    """Outputs of the last cycle (rows, n), their names, and processor seconds of that cycle."""
+class Cycle(NamedTuple):
+    """Outputs (rows, n) of a cycle, their names, its processor seconds, and its steps that were halved."""
+
+    series: NDArray[np.float64]
+    names: tuple[str, ...]
+    seconds: float
+    rejected: int
+
+
+def cycle(made: Assembly, speed: float, choice: tuple[str, float], rows: int) -> Cycle:
+    """The last cycle of a run."""
     settings = replace(made.settings, integrator=choice[0], step=math.radians(choice[1]), newton_tolerance=None)
     run = Simulation(made.engine, made.body, settings, None, made.parts)
     run.inputs[0] = speed
@@ -46,10 +56,11 @@ def cycle(made: Assembly, speed: float, choice: tuple[str, float], rows: int) ->
     h = 4.0 * math.pi / speed / rows
     series = np.empty((rows, run.outputs.size))
     for c in range(CYCLES):
+        run.work.counters[at.N_REJECTED] = 0.0
         start = time.process_time()
         run.series(h, c * rows + 1, series)
         used = time.process_time() - start
-    return series, run.output_names, used
+    return Cycle(series, run.output_names, used, int(run.work.counters[at.N_REJECTED]))
 
 
 def errors(series: NDArray[np.float64], best: NDArray[np.float64], names: Any) -> dict[str, float]:
@@ -67,13 +78,16 @@ def errors(series: NDArray[np.float64], best: NDArray[np.float64], names: Any) -
 def level(engine: str, crank: str, bearings: str, speed: float) -> list[dict[str, Any]]:
     """Errors and costs of all choices."""
     made = assemble(load_engine(engine), Settings(crank=crank, bearings=bearings, block="ground"))
-    best, names, _ = cycle(made, speed, ("esdirk4", 0.5), ROWS)
+    best = cycle(made, speed, ("esdirk4", 0.5), ROWS)
     rows = []
     for choice in CHOICES:
-        series, _, _ = cycle(made, speed, choice, ROWS)
+        series = cycle(made, speed, choice, ROWS).series
         own = round(4.0 * math.pi / speed / communication_step(speed, math.radians(choice[1])))
-        used = statistics.median(cycle(made, speed, choice, own)[2] for _ in range(REPEATS))
-        rows.append({"choice": f"{choice[0]} {choice[1]:g}", "seconds": used, **errors(series, best, names)})
+        alone = [cycle(made, speed, choice, own) for _ in range(REPEATS)]
+        used, off = statistics.median(one.seconds for one in alone), errors(series, best.series, best.names)
+        rows.append({
+            "choice": f"{choice[0]} {choice[1]:g}", "seconds": used, "rejected": alone[0].rejected, **off
+        })  # fmt: skip
     for row in rows:
         row["cost"] = row["seconds"] / rows[0]["seconds"]
     return rows

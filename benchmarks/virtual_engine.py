@@ -1,11 +1,12 @@
 """Cranktrain, combustion and valve train as FMUs under the reference master: ``python benchmarks/virtual_engine.py``.
 
-Of an engine (``[RPM [diesel_i6|diesel_v8 [WAY ...]]]``), by scheme, reconstruction and communication step in degrees of
-crank angle: RMS of the difference of the pulley's torsion from the same physics at FINEST over the RMS of its
-alternating part there, over the last of CYCLES cycles; the error of the mean shaft torque; the power residual; and
-processor time over simulated time. ``late`` is Jacobi's scheme as a plain master has it: the combustion answers for the
-begin of the step, and the cranktrain holds what it gets. With schemes ``intermediate`` and ``stages`` the cranktrain is
-an FMU of FMI 3.0; with ``stages`` nothing is reconstructed. Prints one JSON object.
+Of an engine (``[RPM [diesel_i6|diesel_v8 [WAY ...]]]``, and start values of the valve train, ``NAME=VALUE``), by
+scheme, reconstruction and communication step in degrees of crank angle: RMS of the difference of the pulley's torsion
+from the same physics at FINEST over the RMS of its alternating part there, over the last of CYCLES cycles; the error of
+the mean shaft torque; the power residual; and processor time over simulated time. ``late`` is Jacobi's scheme as a
+plain master has it: the combustion answers for the begin of the step, and the cranktrain holds what it gets. With
+schemes ``intermediate`` and ``stages`` the cranktrain is an FMU of FMI 3.0; with ``stages`` nothing is reconstructed.
+Prints one JSON object.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 
 import cranktrain as ct
 from cranktrain.core.reduced_body import Array
-from cranktrain.coupling.modules import COMBUSTION
+from cranktrain.coupling.modules import COMBUSTION, VALVETRAIN
 from cranktrain.coupling.run import Coupled, Steps, run
 from cranktrain.coupling.schemes import INSIDE
 from cranktrain.coupling.virtual_engine import Partners, summary, virtual_engine
@@ -71,9 +72,10 @@ def built(name: str, folder: Path) -> Fmus:
     return Fmus(cranktrains[0], combustion, valvetrain, cranktrains[1])
 
 
-def coupled(fmus: Fmus, speed: float, way: str, step_deg: float) -> tuple[Coupled, float]:
-    """One run, and its processor time over simulated time."""
-    scheme, reconstruction, values = WAYS[way]
+def coupled(fmus: Fmus, speed: float, way: str, step_deg: float, train: dict[str, float]) -> tuple[Coupled, float]:
+    """One run, and its processor time over simulated time; ``train`` are start values of the valve train."""
+    scheme, reconstruction, own = WAYS[way]
+    values = {**own, VALVETRAIN: train}
     step = math.radians(step_deg) / speed
     cranktrain = fmus.calling if scheme in INSIDE else fmus.cranktrain
     engine = virtual_engine(
@@ -102,14 +104,19 @@ def main() -> int:
     if name not in MODULES:
         print(f"virtual_engine: no combustion ships for '{name}'; valid: {', '.join(MODULES)}", file=sys.stderr)
         return 2
-    ways = sys.argv[3:] or list(WAYS)
+    ways = [word for word in sys.argv[3:] if "=" not in word] or list(WAYS)
+    try:
+        train = {key: float(value) for key, sign, value in (word.partition("=") for word in sys.argv[3:]) if sign}
+    except ValueError as error:
+        print(f"virtual_engine: start values of the valve train are NAME=NUMBER: {error}", file=sys.stderr)
+        return 2
     if not WAYS.keys() >= set(ways):
         print(f"virtual_engine: ways are {'; '.join(WAYS)}", file=sys.stderr)
         return 2
     speed = rpm * math.pi / 30.0
     with tempfile.TemporaryDirectory() as folder:
         fmus = built(name, Path(folder))
-        finest, _ = coupled(fmus, speed, "gauss-seidel, own", FINEST)
+        finest, _ = coupled(fmus, speed, "gauss-seidel, own", FINEST, train)
         torsion, torque = (last_cycle(finest, f"cranktrain.{name}") for name in ("pulley.torsion", "shaft.torque"))
         swing = float(np.std(torsion))
         figures: dict[str, object] = {
@@ -119,7 +126,7 @@ def main() -> int:
             rows = {}
             for step in STEPS_DEG:
                 print(f"virtual engine: {way}, {step:g} deg", file=sys.stderr, flush=True)
-                found, factor = coupled(fmus, speed, way, step)
+                found, factor = coupled(fmus, speed, way, step, train)
                 off = last_cycle(found, "cranktrain.pulley.torsion") - torsion
                 told = summary(found, speed)
                 rows[f"{step:g}"] = {

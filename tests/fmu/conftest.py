@@ -7,11 +7,16 @@ from pathlib import Path
 
 import pytest
 from coarse_engines import COARSE, NATIVE, built, coarse
-from fmus_by_version import VERSIONS, six
+from fmus_by_version import VERSIONS, module_fmu, six, torsional_fmu
+from inside_a_step import MODULES, Engine
 
 from cranktrain.core.errors import InputError
+from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain.coupling.trace_unit import MeasuredPressures
+from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.flat import FlatModel
+from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.modules.register import module_files
 
 
@@ -47,6 +52,24 @@ def partner(tmp_path_factory):
 def fmus(tmp_path_factory):
     """By version of FMI the native FMUs of the six, its crank torsional, by module."""
     return {fmi: six(tmp_path_factory.mktemp(f"fmi{fmi[0]}"), fmi) for fmi in VERSIONS}
+
+
+@pytest.fixture(scope="session", params=[*MODULES, "single_petrol"])
+def calling(request, tmp_path_factory):
+    """Cranktrain of FMI 3.0, combustion and valve train; for the single the pressures of its trace alone."""
+    folder = tmp_path_factory.mktemp(request.param)
+    cranktrain = torsional_fmu(request.param, folder)
+    if request.param in MODULES:
+        return Engine(cranktrain, *(module_fmu(module, folder) for module in MODULES[request.param]))
+    engine = load_engine(request.param)
+    return Engine(cranktrain, MeasuredPressures(engine, GasTrace.from_engine(engine)))
+
+
+@pytest.fixture(scope="session")
+def calling_six(fmus):
+    """The six with its valve train; only its cranktrain is of FMI 3.0."""
+    two, three = fmus["2.0"], fmus["3.0"]
+    return Engine(three[CRANKTRAIN], two[COMBUSTION], two[VALVETRAIN])
 
 
 @pytest.fixture(scope="session", params=list(COARSE))

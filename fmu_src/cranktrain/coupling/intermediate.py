@@ -6,52 +6,40 @@ those that the units themselves know at its ends.
 
 An FMU does not announce its intermediate points. For each size of step the master therefore lets the last unit take one
 step that it takes back again, and notes the points. Points at other places later on are an error.
-
-A unit that calls its master has the attribute ``updates``, true, and a method ``listen`` that takes the function to
-call with the time in s.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 from cranktrain.core.errors import InputError
 from cranktrain.coupling.kernels.exchange import MEAN, READ, WRITE
 from cranktrain.coupling.unit import Unit, UnitError
+from cranktrain.coupling.updates import Master, Updates
 
-Master: TypeAlias = Any
-"""A :class:`cranktrain.coupling.master.Master`, which imports this module."""
 CLOSE = 1.0e-5
 """Distance of an intermediate point from the expected one, over the length of the step, that is none."""
 DIGITS = 8
 """Decimal digits to which the sizes of two steps must agree for the same intermediate points."""
 
 
-class Inside:
+class Inside(Updates):
     """Intermediate points of the last unit in a master's order."""
 
     def __init__(self, order: Sequence[Unit]) -> None:
         """Listen to the last unit; ``InputError`` if it has no intermediate points or cannot restore its state."""
-        unit: Any = order[-1]
-        if not getattr(unit, "updates", False):
+        super().__init__(order, "intermediate")
+        if not self._unit.restorable:
             raise InputError(
-                f"scheme 'intermediate': {unit.name} does not call its master inside a step; take gauss-seidel, or an "
-                "FMU of FMI 3.0 with providesIntermediateUpdate (build_fmu.py --fmi 3.0)"
+                f"scheme 'intermediate': {self._unit.name} cannot keep and restore its state, so its intermediate "
+                "points cannot be found; take gauss-seidel, or a unit with canGetAndSetFMUState"
             )
-        if not unit.restorable:
-            raise InputError(
-                f"scheme 'intermediate': {unit.name} cannot keep and restore its state, so its intermediate points "
-                "cannot be found; take gauss-seidel, or a unit with canGetAndSetFMUState"
-            )
-        self._unit, self._place = unit, len(order) - 1
         self._shares: dict[str, list[float]] = {}
-        self._master: Master = None
-        self._error: BaseException | None = None
         self._ends: list[float] = []
         self._noted: list[float] | None = None
         self._close = 0.0
-        unit.listen(self._called)
+        self._unit.listen(self._guarded(self._called))
 
     def step(self, master: Master, size: float) -> None:
         """One communication step (s) of all units; ``UnitError`` names the unit that fails, with the time."""
@@ -84,29 +72,12 @@ class Inside:
             self._unit.restore(state)
         return self._shares[key]
 
-    def _take(self, begin: float, size: float) -> None:
-        """Let the unit take its step; what failed in a call goes first."""
-        self._error = None
-        try:
-            self._unit.step(begin, size)
-        except UnitError as error:
-            if self._error is None:
-                when = f"step from {begin:.6g} s to {begin + size:.6g} s"
-                raise UnitError(f"{self._unit.name}, {when}: {error}") from None
-        if self._error is not None:
-            raise self._error
-
     def _called(self, time: float) -> None:
-        """At an intermediate point; nothing may be raised into the unit that calls."""
-        if self._error is not None:
-            return
-        try:
-            if self._noted is not None:
-                self._noted.append(time)
-            elif self._master is not None:
-                self._exchange(time)
-        except BaseException as error:  # an interrupt too: the unit would swallow it
-            self._error = error
+        """At an intermediate point."""
+        if self._noted is not None:
+            self._noted.append(time)
+        elif self._master is not None:
+            self._exchange(time)
 
     def _exchange(self, time: float) -> None:
         """Complete a part of the step and begin the next one."""

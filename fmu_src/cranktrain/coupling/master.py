@@ -47,7 +47,7 @@ class Exchange:
     abscissa : output over which values are reconstructed, ``(unit, variable)``; None: time
     tolerance : of scheme ``iterative``: change of an output over its range so far that ends a step
     sweeps : most of them in a step
-    whole : of scheme ``stages``: units, the first ones, that take each step in one
+    whole : of scheme ``stages``: units, the first ones, that take each step ahead of the others
     """
 
     scheme: str = "gauss-seidel"

@@ -5,17 +5,14 @@ times before it steps. The other units step from one of them to the next, each w
 end of such a part, and their outputs there are set. The last unit's own outputs are not known there yet: the
 others get them extrapolated by the parabola through the last communication points.
 
-Units may take the whole step in one, before the others, where they exchange means: a torque of impacts that are shorter
-than a step has no meaning at single times.
-
-A unit that asks has the attribute ``updates``, true, and a method ``listen`` that takes two functions to call with a
-time in s: at a point that the unit has reached, and at one that lies ahead of it.
+Units whose outputs at single times mean little, since they are torques of impacts shorter than a step, take the whole
+step first, in equal parts. Their means over the parts are replaced by a line over the step, which has the same mean and
+the same first moment: momentum and displacement that the last unit gains are those of the impacts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -23,33 +20,26 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.kernels.exchange import MEAN, READ, WRITE
 from cranktrain.coupling.unit import Unit, UnitError
+from cranktrain.coupling.updates import Master, Updates
 
-Master: TypeAlias = Any
-"""A :class:`cranktrain.coupling.master.Master`, which imports this module."""
 NONE = 1.0e-9
 """Part of a step, over its length, that is none: the times of two stages differ by rounding."""
+PARTS = 4
+"""Equal parts of a step in which units take it whole. One part, with its mean alone, leaves three times the error."""
 
 
-class AtStages:
+class AtStages(Updates):
     """Exchange at the stages of the last unit in a master's order."""
 
     def __init__(self, order: Sequence[Unit], whole: Collection[str] = ()) -> None:
         """Listen to the last unit; ``InputError`` if it does not call its master.
 
-        The units named in ``whole``, the first ones, take each step of the master in one.
+        The units named in ``whole``, the first ones, take each step of the master whole, ahead of the others.
         """
-        unit: Any = order[-1]
-        if not getattr(unit, "updates", False):
-            raise InputError(
-                f"scheme 'stages': {unit.name} does not call its master inside a step; take gauss-seidel, or an FMU of "
-                "FMI 3.0 with providesIntermediateUpdate (build_fmu.py --fmi 3.0)"
-            )
-        self._unit, self._place = unit, len(order) - 1
+        super().__init__(order, "stages")
         self._first = sum(one.name in whole for one in order)
         if {one.name for one in order[: self._first]} != set(whole):
-            raise InputError(f"scheme 'stages': {', '.join(whole)} must come first to take steps in one; reorder units")
-        self._master: Master = None
-        self._error: BaseException | None = None
+            raise InputError(f"scheme 'stages': {', '.join(whole)} must come first to take steps whole; reorder units")
         self._none = self._begin = self._size = 0.0
         self._asked_for = 0
         self._trial = False
@@ -57,7 +47,8 @@ class AtStages:
         self._ahead: Array | None = None
         self._newest = 0.0
         self._line: tuple[Array, Array] | None = None
-        unit.listen(self._reached, self._asked)
+        self._means = np.zeros((2, 0))
+        self._unit.listen(self._guarded(self._reached), self._guarded(self._asked))
 
     def step(self, master: Master, size: float) -> None:
         """One communication step (s) of all units; ``UnitError`` names the unit that fails, with the time."""
@@ -99,50 +90,24 @@ class AtStages:
         for unit, state in zip(master._order, states, strict=True):
             unit.restore(state)
 
-    def _take(self, begin: float, size: float) -> None:
-        """Let the last unit take its step; what failed in a call goes first."""
-        self._error = None
-        try:
-            self._unit.step(begin, size)
-        except UnitError as error:
-            if self._error is None:
-                when = f"step from {begin:.6g} s to {begin + size:.6g} s"
-                raise UnitError(f"{self._unit.name}, {when}: {error}") from None
-        if self._error is not None:
-            raise self._error
-
     def _reached(self, time: float) -> None:
         """The last unit stands at a point within the step."""
-        self._guarded(self._arrive, time)
-
-    def _asked(self, time: float) -> None:
-        """The last unit asks for its inputs at a time ahead."""
-        self._guarded(self._give, time)
-
-    def _guarded(self, call: Any, time: float) -> None:
-        """Nothing may be raised into the unit that calls."""
-        if self._error is not None or self._master is None:
-            return
-        try:
-            call(time)
-        except BaseException as error:  # an interrupt too: the unit would swallow it
-            self._error = error
-
-    def _arrive(self, time: float) -> None:
-        master = self._master
-        if self._trial:
+        if self._master is None or self._trial:
             return
         self._lead(time)
         self._read(time)
-        master.arrive()
+        self._master.arrive()
         self._ahead = None
 
-    def _give(self, time: float) -> None:
-        """Inputs of the last unit at a time ahead of it."""
-        master = self._master
+    def _asked(self, time: float) -> None:
+        """The last unit asks for its inputs at a time ahead."""
+        if self._master is None:
+            return
         self._asked_for += 1
         self._lead(time)
-        master._let(WRITE, self._place, self._place + 1, 0.0, time)
+        mean, slope = self._means
+        self._master.means[: mean.size] = mean + slope * (2.0 * (time - self._begin) / self._size - 1.0)
+        self._master._let(WRITE, self._place, self._place + 1, 0.0, time)
 
     def _lead(self, time: float) -> None:
         """Step the other units to a time, s."""
@@ -157,15 +122,23 @@ class AtStages:
         master.time = time
 
     def _lead_whole(self) -> None:
-        """Let the first units take the whole step; between its ends their outputs are on a line."""
-        master, end = self._master, self._begin + self._size
+        """Let the first units take the whole step; between its ends their outputs are on a line, and so are means."""
+        master, parts = self._master, 1 if self._trial else PARTS
         if self._first == 0:
             return
-        if not self._trial:
-            self._expect(self._begin, end)
-        before = master.start[: self._end_of_whole].copy()
-        master._one_by_one(0, self._first, self._size, end)
-        self._line = before, master.newest[: before.size] - before
+        whole = slice(self._end_of_whole)
+        before, means = master.start[whole].copy(), np.empty((parts, whole.stop))
+        for k in range(parts):
+            begin, end = (self._begin + self._size * (edge / parts) for edge in (k, k + 1))
+            if not self._trial:
+                self._expect(begin, end)
+            master.time = begin
+            master._one_by_one(0, self._first, end - begin, end)
+            means[k] = master.means[whole]
+        master.time = self._begin
+        self._line = before, master.newest[whole] - before
+        away = (2.0 * np.arange(parts) + 1.0) / parts - 1.0  # of a part's middle from that of the step, over its half
+        self._means = np.array((means.mean(axis=0), 3.0 * away @ means / parts))
 
     def _expect(self, begin: float, end: float) -> None:
         """What the other units know in a part of the step: the last unit's outputs at its begin, and their means.
@@ -203,7 +176,7 @@ class AtStages:
 
     @property
     def _end_of_whole(self) -> int:
-        """How many outputs the first units have, which take whole steps."""
+        """How many outputs the first units have, which take steps whole."""
         master = self._master
         return int(master._parts[master._order[self._first].name].start)
 

@@ -40,8 +40,6 @@ method, which is made for 5 degrees.
 """
 FOR_SHORT_STEPS, FOR_SHORT_STEPS_HELD = "esdirk3", "sdirk3"
 """Integrators for short steps; the second for inputs that are held over a step."""
-FOR_SHORT_STAGES = "esdirk4"
-"""The same for inputs that are given at the stages, where the integrator's error is all that is left."""
 READ = {
     CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated"),
     COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls"),
@@ -122,9 +120,8 @@ def virtual_engine(
         combustion = open_fmu(partners.combustion, COMBUSTION, given[COMBUSTION])
     cranktrain = open_fmu(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN])
     is_open = cranktrain.has(INTEGRATOR) and not {INTEGRATOR, "solver.control"} & given[CRANKTRAIN].keys()
-    if is_open and (speed * step <= SHORT or scheme == "intermediate"):
-        short = FOR_SHORT_STEPS if own else FOR_SHORT_STAGES if staged else FOR_SHORT_STEPS_HELD
-        given[CRANKTRAIN][INTEGRATOR] = short
+    if is_open and not staged and (speed * step <= SHORT or scheme == "intermediate"):
+        given[CRANKTRAIN][INTEGRATOR] = FOR_SHORT_STEPS if own else FOR_SHORT_STEPS_HELD
         cranktrain.set_start(INTEGRATOR, given[CRANKTRAIN][INTEGRATOR])
     cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
     if not cylinders or cylinders != taken:
