@@ -131,6 +131,8 @@ def _show(report: dict[str, Any]) -> None:
         print("The search was interrupted: intervals are those of a fit that ended here, and say little.")
     for line in report["told_apart"]:
         print(f"Not told apart: {line}")
+    for row in report["advice"]:
+        print(f"Narrower: {row['text']}")
     keys = [p["key"] for p in report["parameters"]]
     show_rows(
         "Levels", ("level", "answers", *keys, ""),

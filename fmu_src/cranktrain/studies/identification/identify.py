@@ -25,6 +25,7 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.calibration.engine_text import new_path
 from cranktrain.studies.identification import checks
+from cranktrain.studies.identification.advice import advised
 from cranktrain.studies.identification.bending import Bending, target_scalars, targets_of
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import (
@@ -80,8 +81,9 @@ def identify(
     Returns
     -------
     ``parameters`` (value, interval, deviation, profile, bootstrap), ``told_apart`` in words, ``levels``, ``above``
-    (values to which levels above the fitted one would move, each after the one below it), ``orders``, ``numbers``,
-    ``held_out``, ``systematic``, ``interrupted``, ``file``, ``refused`` (why the new file was not written)
+    (values to which levels above the fitted one would move, each after the one below it), ``advice`` (what would narrow
+    wide intervals most), ``orders``, ``numbers``, ``held_out``, ``systematic``, ``interrupted``, ``file``, ``refused``
+    (why the new file was not written)
     """
     request = request or Request(Ask())
     _ = request.ask.crank_above  # refused before the work
@@ -222,6 +224,7 @@ def report_of(
     return {
         "parameters": rows, "told_apart": told_apart(found.information, comparison.known, keys),
         "correlations": correlations(confidence, comparison.sought), "levels": levels, "above": above,
+        "advice": advised(model, comparison, replace(climbed, estimate=found), confidence, request.ask),
         "orders": orders, "orbits": orbits, "numbers": number_rows(comparison, found), "held_out": held,
         "systematic": [
             *(f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]),
