@@ -22,6 +22,7 @@ import numpy as np
 from cranktrain.core.types import Array
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import Confidence
+from cranktrain.studies.identification.estimate import Estimate
 from cranktrain.studies.identification.further_signals import Signal, further_signals
 from cranktrain.studies.identification.ladder import Ask, Climbed
 from cranktrain.studies.identification.model import BALANCE, TorsionalModel
@@ -31,6 +32,8 @@ WIDE = 0.1
 """Half of an interval, over its parameter, from which a further signal is named."""
 HELPS = 0.8
 """Half of an interval with a signal, over that without it, up to which the signal counts as a help."""
+TWO = 1.96
+"""Half of an interval of 95 % over a standard deviation, of many degrees of freedom."""
 MOST = 2
 """Signals that are named for a parameter, at most."""
 
@@ -76,6 +79,18 @@ def advised(
         text = _text(key, halves[k], named)
         rows.append({"key": key, "half_percent": 100.0 * halves[k], "add": add, "text": text})
     return rows
+
+
+def remedy_for(model: TorsionalModel, comparison: Comparison, found: Estimate, k: int) -> str:
+    """End of a message that refuses a parameter for which nothing in the data counts: the signal that knows it best."""
+    signals = further_signals(model, comparison, found.inner)
+    whole = found.information + comparison.known
+    spread = [float(np.linalg.inv(whole + one.information)[k, k]) ** 0.5 for one in signals]
+    own = comparison.sought[k]
+    if not own.log or not signals or min(spread) > HELPS * float(np.linalg.inv(whole)[k, k]) ** 0.5:
+        return ""
+    best = signals[int(np.argmin(spread))]
+    return f", or add {best.words} ({best.states}), which would tell it to {_percent(TWO * min(spread))}"
 
 
 def half_intervals(sought: Sequence[Sought], inner: Array, covariance: Array, reach: float) -> list[float]:

@@ -25,7 +25,7 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.calibration.engine_text import new_path
 from cranktrain.studies.identification import checks
-from cranktrain.studies.identification.advice import advised
+from cranktrain.studies.identification.advice import advised, remedy_for
 from cranktrain.studies.identification.bending import Bending, target_scalars, targets_of
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import (
@@ -90,8 +90,6 @@ def identify(
     read, place = read_measured_file(measured)
     base, path = load_engine(engine), engine_path(engine)
     new = new_path(Path(out)) if out is not None else None
-    # What orbits alone depend on moves nothing before there are runs in time.
-    first = checks.check_explained if read.orbit else checks.check_estimate
     try:
         with one_thread():
             if read.orbit:
@@ -102,7 +100,10 @@ def identify(
             text = partial(_text, path, base, model, place.name)
             if new is not None:
                 text([parameter_of_start(one) for one in model.sought])  # before minutes of search
-            found = climb(model, comparison, request.ask, say, follow, partial(first, comparison))
+            check = partial(checks.check_estimate, comparison, remedy=partial(remedy_for, model, comparison))
+            # What orbits alone depend on moves nothing before there are runs in time.
+            first = partial(checks.check_explained, comparison) if read.orbit else check
+            found = climb(model, comparison, request.ask, say, follow, first)
             report = report_of(model, comparison, found, request, say)
     except InputError as error:
         said = str(error)
