@@ -514,3 +514,9 @@ def test_intervals_hold_the_true_values_in_nine_of_ten_trials(name, monkeypatch,
         assert covered >= 90, key
     assert said["rms_percent"].get("damper.viscosity", 0.0) < 5.0
     assert said["rms_percent"]["damping.torsional_ratios[1]"] < 10.0
+
+
+def test_a_per_cent_with_a_sign_is_a_change_and_one_without_is_the_value_of_a_factor(four):
+    table = SoughtTable(low="-10 %", high="115 %")
+    (load,) = sought_parameters(load_engine(four), {"load": table}, [], 1.2)
+    assert (load.low, load.high) == pytest.approx((0.9 * 1.2, 1.15))
