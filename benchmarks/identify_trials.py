@@ -10,7 +10,8 @@ Engines without a damper are given none. A crank that bends has a damping of its
 engine, and counts for nothing. The mean error is the bias that the lower level brings in; ``--draws`` says how many
 true engines are run, and all trials beyond differ in their noise alone. ``--decay 0.05`` adds a free decay of the first
 torsional mode without the damper's ring, measured to 5 %, as the command advises where the orders hardly know the
-damping ratio. With ``--above next`` intervals contain the
+damping ratio. ``--signals`` says for the first trial what each further signal would leave of the deviations, and what
+the command advises. With ``--above next`` intervals contain the
 step to the next crank that bends, as those of the command do by default.
 
 ``--record FILE`` keeps truths and trials as lines of JSON and goes on from there. Prints a row for each parameter, and
@@ -35,10 +36,12 @@ from cranktrain.core.errors import CranktrainError
 from cranktrain.core.types import Array
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.factor import one_thread
+from cranktrain.studies.identification.advice import advised
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import confidence_of, profiles
 from cranktrain.studies.identification.data import RATIO, Data, Scalar, Strand
 from cranktrain.studies.identification.estimate import estimate
+from cranktrain.studies.identification.further_signals import Signal, further_signals
 from cranktrain.studies.identification.ladder import Ask, Climbed, climb, levels_beyond
 from cranktrain.studies.identification.model import TorsionalModel
 from cranktrain.studies.identification.parameters import CRANK, Sought, inner_values, outer_values, sought_parameters
@@ -70,6 +73,7 @@ def main() -> None:
     add("--speeds", type=int, default=24)
     add("--flywheel", action="store_true", help="measured at the flywheel too")
     add("--decay", type=float, help="deviation of a free decay of the first mode, without the damper's ring")
+    add("--signals", action="store_true", help="deviations of the first trial with each further signal")
     add("--draws", type=int, default=100, help="different true parameters; then noise alone differs")
     add("--sobol", action="store_true", help="with the starts of a Sobol sequence, as the command takes them")
     add("--seed", type=int, default=1)
@@ -152,9 +156,28 @@ class Trials:
             self._write({"trial": trial, **self.rows[trial]})
             if (trial + 1) % 20 == 0:
                 self._print()
-        print(json.dumps(self._said()), flush=True)
+        said = self._said()
+        if self.given.signals and (truth := self._truth(0)) is not None:
+            said |= self._signals(truth)
+        print(json.dumps(said), flush=True)
 
-    def _trial(self, trial: int, truth: Drawn) -> dict[str, Any]:
+    def _signals(self, truth: Drawn) -> dict[str, Any]:
+        """Deviations that the linear model gives with each further signal, and the advice of the command."""
+        comparison = self._measured(0, truth)[0]
+        found = self._fitted(comparison, 0)
+        own, keys = found.estimate.information + comparison.known, [one.key for one in self.sought]
+        none = Signal("none", "none", np.zeros_like(own), agreed=True)
+        percent = {
+            one.states: dict(zip(keys, (100.0 * np.sqrt(np.diag(np.linalg.inv(own + one.information)))).tolist(),
+                                 strict=True))
+            for one in [none, *further_signals(self.model, comparison, found.estimate.inner)]
+        }  # fmt: skip
+        sure = confidence_of(comparison, found.estimate, found.moves)
+        advice = advised(self.model, comparison, found, sure, Ask(self.given.level, self.given.crank))
+        return {"signals_percent": percent, "advice": [row["text"] for row in advice]}
+
+    def _measured(self, trial: int, truth: Drawn) -> tuple[Comparison, list[Strand]]:
+        """Model and data of a trial, with its noise."""
         rng = np.random.default_rng([self.given.seed, trial, 1])
         noise = NOISE * max(map(_rms, truth.orders))
         strands = [
@@ -163,7 +186,10 @@ class Trials:
         ]
         decay = self._decay(truth, rng)
         self.model.data = Data(tuple(strands), decay)
-        comparison = Comparison(self.model, self.model.data, self.sought)
+        return Comparison(self.model, self.model.data, self.sought), strands
+
+    def _trial(self, trial: int, truth: Drawn) -> dict[str, Any]:
+        comparison, strands = self._measured(trial, truth)
         found = self._fitted(comparison, trial)
         sure = confidence_of(comparison, found.estimate, found.moves)
         ends = profiles(comparison, found.estimate, sure)

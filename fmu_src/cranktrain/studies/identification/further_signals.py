@@ -4,9 +4,10 @@ A signal needs no measured values: with the derivatives J of the model's answers
 that its values would have, its information is B = Jᵀ C⁻¹ J.
 
 Orders of rotation at another place and torques of the drive line's shafts are taken at the orders and speeds of the
-file's own orders, as noisy and as wrong as these; a twist is the difference of two encoders and noisier by √2. Decays,
-frequencies and shapes are those of the first torsional modes, with and without the damper's ring, to the deviation
-that the file assumes by default; a frequency has at least a tenth of its damping ratio, because its peak is wide.
+file's own orders, as noisy and as wrong as these. Of pulley, flywheel and the twist between them two are measurements,
+and the third is their difference. Decays, frequencies and shapes are those of the first torsional modes, with and
+without the damper's ring, to the deviation that the file assumes by default; a frequency has at least a tenth of its
+damping ratio, because its peak is wide.
 """
 
 from __future__ import annotations
@@ -41,7 +42,6 @@ SPEEDS, HIGHEST = 24, 12.0
 """Speeds and highest half order of orders that are considered where the file has none."""
 NOISE, ERROR = 0.01, 0.02
 """Their noise over the largest order, also that of torques, and their relative error of the model."""
-_PLACES = {TORSION: "at the pulley", FLYWHEEL: "at the flywheel", TWIST: "of the twist between pulley and flywheel"}
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,10 @@ def _orders(model: TorsionalModel, comparison: Comparison) -> Iterator[_Wanted]:
     measured = {one.output for one in comparison.data.strands}
     line = model.engine.drive_line_chain
     shafts = [] if line is None else [f"{a} to {b}" for a, b in zip(line.starts, line.ends, strict=True)]
-    asked = [(name, f"orders {_PLACES[name]}, {noise}", f'[[orders]] output = "{name}"') for name in OUTPUTS]
+    places = {TORSION: "pulley", FLYWHEEL: "flywheel"} if TWIST not in measured else {TORSION: "pulley"}
+    if len(measured & set(OUTPUTS)) > 1:
+        places = {}
+    asked = [(name, f"orders at the {at}, {noise}", f'[[orders]] output = "{name}"') for name, at in places.items()]
     for shaft in shafts:
         said = f"orders of the torque from {shaft}, with {100.0 * NOISE:.0f} % of noise"
         asked.append((shaft_output(shaft), said, f'[[torque]] shaft = "{shaft}"'))
@@ -118,8 +121,6 @@ def _orders(model: TorsionalModel, comparison: Comparison) -> Iterator[_Wanted]:
             strands = [replace(one, name=output, output=output, held=one.speeds < 0.0, phases=True) for one in own]
             if output not in OUTPUTS:
                 strands = [replace(one, noise=np.full(one.speeds.size, math.nan)) for one in strands]
-            if output == TWIST:
-                strands = [replace(one, noise=math.sqrt(2.0) * one.noise) for one in strands]
             yield _Wanted(words, states, Data(tuple(strands)))
 
 
@@ -136,8 +137,6 @@ def _bias(comparison: Comparison, name: str, strands: Sequence[Strand], own: Seq
     if not rotation:
         return Bias(noise, ERROR, span)
     known = comparison.biases[rotation[0].name]
-    if name == TWIST:
-        return known._replace(noise=math.sqrt(2.0) * known.noise)
     return known if name in OUTPUTS else known._replace(noise=noise)
 
 
