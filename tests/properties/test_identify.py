@@ -307,6 +307,13 @@ BAD = [
     ),
     ("load = {}", "orders", {"factor": 0.0}, {}, r"order 2 is 0 at all speeds; leave it out"),
     ("load = {}", "decay", {}, {}, r"its damping ratio, 0.3, is 10 times that of the best fit; .*ratios\[1\]' as well"),
+    (
+        '"damping.torsional_ratios[1]" = { low = 0.01, high = 0.05 }',
+        "decay alone",
+        {},
+        {},
+        r"its damping ratio, 0.3, is \d.* widen the bounds of 'damping.torsional_ratios\[1\]'",
+    ),
     ("load = {}", "shape", {}, {}, r"'mode 1': its shape has a MAC of 0.\d\d with mode 1 of the best fit"),
     ("load = {}", "hold_out", {}, {}, r"hold_out.speeds_rpm: 900 was not measured; the data go from 1500 to 5000"),
     ("load = {}", "nothing", {}, {}, r"has no data; add \[\[orders\]\]"),
@@ -331,7 +338,7 @@ def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, table, k
         text += "[hold_out]\nspeeds_rpm = [900]\n"
     if sets == "frequencies":
         text += "[[frequencies]]\nhz = 900\n"
-    if sets == "decay":
+    if sets.startswith("decay"):
         text += "[[decay]]\ndamping_ratio = 0.3\n"
     if sets == "shape":
         text += "[[modes]]\nshape = { pulley = 1, flywheel = 5 }\n"
@@ -476,7 +483,7 @@ def test_an_interrupt_in_a_higher_level_keeps_what_the_linear_one_found(four, tr
     assert found == pytest.approx(TRUE["pulley.polar_inertia"] * load_engine(four).pulley.polar_inertia, rel=0.02)
 
 
-@pytest.mark.parametrize("part", ["profiles", "bootstrap"])
+@pytest.mark.parametrize("part", ["profiles", "bootstrap", "advised"])
 def test_an_interrupt_of_the_intervals_keeps_the_values(four, truth, tmp_path, monkeypatch, capsys, part):
     """Profiles come after all runs: what these found is written, without intervals."""
     write_orders(tmp_path / "orders.csv", truth[3])
@@ -501,17 +508,25 @@ def test_a_peak_is_a_clear_one_inside_the_speeds():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["diesel_i6", "four_petrol"])
-def test_intervals_hold_the_true_values_in_nine_of_ten_trials(name, monkeypatch, capsys):
-    """A hundred true values by harmonic balance, fitted linearly: a level lower than the truth."""
+@pytest.mark.parametrize(
+    ("name", "trials", "more"),
+    [
+        ("diesel_i6", 100, []),
+        ("four_petrol", 100, []),
+        # The damper dominates the damping of its mode: orders alone do not know that of the crank.
+        ("diesel_v8", 40, ["--decay", "0.05", "--flywheel", "--speeds", "48"]),
+    ],
+)
+def test_intervals_hold_the_true_values_in_nine_of_ten_trials(name, trials, more, monkeypatch, capsys):
+    """True values by harmonic balance, fitted linearly: a level lower than the truth."""
     from benchmarks import identify_trials
 
-    monkeypatch.setattr("sys.argv", ["identify_trials", "--engines", name, "--trials", "100"])
+    monkeypatch.setattr("sys.argv", ["identify_trials", "--engines", name, "--trials", str(trials), *more])
     identify_trials.main()
     said = json.loads(capsys.readouterr().out.strip().splitlines()[-1])
-    assert said["trials"] == 100
+    assert said["trials"] == trials
     for key, covered in said["covered"].items():
-        assert covered >= 90, key
+        assert covered >= 0.9 * trials, key
     assert said["rms_percent"].get("damper.viscosity", 0.0) < 5.0
     assert said["rms_percent"]["damping.torsional_ratios[1]"] < 10.0
 

@@ -80,9 +80,12 @@ def check_numbers(comparison: Comparison, found: Estimate) -> None:
     for one, piece in zip(comparison.data.scalars, pieces, strict=False):
         away = float(piece.rows[0, 0])
         if one.kind == RATIO and abs(away) > max(math.log(FACTOR), MISSED * one.deviation):
+            key = "damper.viscosity" if one.damper else f"{RATIOS}[{one.number}]"
+            sought = any(key.startswith(other.key) for other in comparison.sought)
+            remedy = f"widen the bounds of '{key}'" if sought else f"seek '{key}' as well"
             raise InputError(
                 f"'{one.name}': its damping ratio, {one.value:.3g}, is {math.exp(away):.2g} times that of the best "
-                f"fit; it is of another mode, or seek '{RATIOS}[{one.number}]' as well"
+                f"fit; it is of another mode, or {remedy}"
             )
     for shape, piece in zip(comparison.data.shapes, pieces[len(comparison.data.scalars) :], strict=True):
         own = shape.values - piece.rows[:, 0]

@@ -190,11 +190,13 @@ def report_of(
     checks.check_estimate(comparison, found)
     confidence = confidence_of(comparison, found, climbed.moves)
     profile = draws = None
+    advice: list[dict[str, Any]] = []
     try:
         if request.profile and not found.interrupted:
             say("profiles")
             profile = profiles(comparison, found, confidence)
         draws = bootstrap(comparison, found, request.draws, request.ask.seed) if request.draws else None
+        advice = advised(model, comparison, climbed, confidence, request.ask)
     except KeyboardInterrupt:
         found = replace(found, interrupted=True)  # the values are found, and an hour of runs in time is not lost
     values = outer_values(comparison.sought, found.inner)
@@ -225,7 +227,7 @@ def report_of(
     return {
         "parameters": rows, "told_apart": told_apart(found.information, comparison.known, keys),
         "correlations": correlations(confidence, comparison.sought), "levels": levels, "above": above,
-        "advice": advised(model, comparison, replace(climbed, estimate=found), confidence, request.ask),
+        "advice": advice,
         "orders": orders, "orbits": orbits, "numbers": number_rows(comparison, found), "held_out": held,
         "systematic": [
             *(f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]),
