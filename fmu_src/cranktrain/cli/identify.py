@@ -27,6 +27,7 @@ Levels above the fitted one answer once, for what they would move; the next cran
 damp as a damper does (--above).
 
 95 % from, to     interval by the profile: noise, bias of the model over the speed, what levels above would move
+Narrower          of a wide interval: the signal that would narrow it most, and to what
 over noise        residual of an order over the noise; systematic ones have runs of one sign over the speed
 """
 
