@@ -8,7 +8,10 @@ half orders up to 12 that rise above the noise for the engine as it is, at the p
 A parameter is covered if the interval of 95 % that the command prints, that of the profile, holds the true value.
 Engines without a damper are given none. A crank that bends has a damping of its own; it is sought as for a real
 engine, and counts for nothing. The mean error is the bias that the lower level brings in; ``--draws`` says how many
-true engines are run, and all trials beyond differ in their noise alone. With ``--above next`` intervals contain the
+true engines are run, and all trials beyond differ in their noise alone. ``--decay 0.05`` adds a free decay of the first
+torsional mode without the damper's ring, measured to 5 %, as the command advises where the orders hardly know the
+damping ratio. ``--signals`` says for the first trial what each further signal would leave of the deviations, and what
+the command advises. With ``--above next`` intervals contain the
 step to the next crank that bends, as those of the command do by default.
 
 ``--record FILE`` keeps truths and trials as lines of JSON and goes on from there. Prints a row for each parameter, and
@@ -33,10 +36,12 @@ from cranktrain.core.errors import CranktrainError
 from cranktrain.core.types import Array
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.factor import one_thread
+from cranktrain.studies.identification.advice import advised
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import confidence_of, profiles
-from cranktrain.studies.identification.data import Data, Strand
+from cranktrain.studies.identification.data import RATIO, Data, Scalar, Strand
 from cranktrain.studies.identification.estimate import estimate
+from cranktrain.studies.identification.further_signals import Signal, further_signals
 from cranktrain.studies.identification.ladder import Ask, Climbed, climb, levels_beyond
 from cranktrain.studies.identification.model import TorsionalModel
 from cranktrain.studies.identification.parameters import CRANK, Sought, inner_values, outer_values, sought_parameters
@@ -67,6 +72,8 @@ def main() -> None:
     add("--above", default=NONE, help="crank above the fitted one, asked once at the estimate; the command's is next")
     add("--speeds", type=int, default=24)
     add("--flywheel", action="store_true", help="measured at the flywheel too")
+    add("--decay", type=float, help="deviation of a free decay of the first mode, without the damper's ring")
+    add("--signals", action="store_true", help="deviations of the first trial with each further signal")
     add("--draws", type=int, default=100, help="different true parameters; then noise alone differs")
     add("--sobol", action="store_true", help="with the starts of a Sobol sequence, as the command takes them")
     add("--seed", type=int, default=1)
@@ -110,12 +117,15 @@ class Trials:
         sizes = [_rms(one) for one in own]
         # Chosen for the engine as it is: what a tester sees of the first run-up.
         seen = [s for s, size in zip(self.model.data.strands, sizes, strict=True) if size > NOISE * max(sizes)]
-        self.model = TorsionalModel(self.engine, Data(tuple(seen)), self.sought, 1.0, damper, True)
+        decay = () if given.decay is None else (Scalar("decay", RATIO, 1, 0.02, given.decay, False),)
+        self.model = TorsionalModel(self.engine, Data(tuple(seen), decay), self.sought, 1.0, damper, True)
         scored = given.truth != "time" or given.crank == "torsional"
         self.counted = [k for k, one in enumerate(self.sought) if scored or one.key not in OWN]
         self.key = f"{name}, {given.truth} {given.crank}, {given.level}, {given.speeds}, {given.flywheel}, {given.seed}"
         if given.above != NONE:
             self.key += f", {given.above}"
+        if given.decay is not None:
+            self.key += f", decay {given.decay}"
         self.drawn: dict[int, Drawn | None] = {}
         self.rows: dict[int, dict[str, Any]] = {}
         self._read()
@@ -146,17 +156,40 @@ class Trials:
             self._write({"trial": trial, **self.rows[trial]})
             if (trial + 1) % 20 == 0:
                 self._print()
-        print(json.dumps(self._said()), flush=True)
+        said = self._said()
+        if self.given.signals and (truth := self._truth(0)) is not None:
+            said |= self._signals(truth)
+        print(json.dumps(said), flush=True)
 
-    def _trial(self, trial: int, truth: Drawn) -> dict[str, Any]:
+    def _signals(self, truth: Drawn) -> dict[str, Any]:
+        """Deviations that the linear model gives with each further signal, and the advice of the command."""
+        comparison = self._measured(0, truth)[0]
+        found = self._fitted(comparison, 0)
+        own, keys = found.estimate.information + comparison.known, [one.key for one in self.sought]
+        none = Signal("none", "none", np.zeros_like(own), agreed=True)
+        percent = {
+            one.states: dict(zip(keys, (100.0 * np.sqrt(np.diag(np.linalg.inv(own + one.information)))).tolist(),
+                                 strict=True))
+            for one in [none, *further_signals(self.model, comparison, found.estimate.inner)]
+        }  # fmt: skip
+        sure = confidence_of(comparison, found.estimate, found.moves)
+        advice = advised(self.model, comparison, found, sure, Ask(self.given.level, self.given.crank))
+        return {"signals_percent": percent, "advice": [row["text"] for row in advice]}
+
+    def _measured(self, trial: int, truth: Drawn) -> tuple[Comparison, list[Strand]]:
+        """Model and data of a trial, with its noise."""
         rng = np.random.default_rng([self.given.seed, trial, 1])
         noise = NOISE * max(map(_rms, truth.orders))
         strands = [
             replace(one, values=own + noise * (rng.normal(size=own.size) + 1j * rng.normal(size=own.size)))
             for one, own in zip(self.model.data.strands, truth.orders, strict=True)
         ]
-        self.model.data = Data(tuple(strands))
-        comparison = Comparison(self.model, self.model.data, self.sought)
+        decay = self._decay(truth, rng)
+        self.model.data = Data(tuple(strands), decay)
+        return Comparison(self.model, self.model.data, self.sought), strands
+
+    def _trial(self, trial: int, truth: Drawn) -> dict[str, Any]:
+        comparison, strands = self._measured(trial, truth)
         found = self._fitted(comparison, trial)
         sure = confidence_of(comparison, found.estimate, found.moves)
         ends = profiles(comparison, found.estimate, sure)
@@ -167,6 +200,14 @@ class Trials:
             "covered": [low <= u <= high for (low, high), u in zip(ends, truth.inner.tolist(), strict=True)],
             "by_covariance": (np.abs(away) <= sure.reach * sure.deviations).tolist(),
         }  # fmt: skip
+
+    def _decay(self, truth: Drawn, rng: np.random.Generator) -> tuple[Scalar, ...]:
+        """The measured decay of a trial, a random number after those of the orders."""
+        true = self.model.numbers(outer_values(self.sought, truth.inner)).tolist()
+        return tuple(
+            replace(one, value=value * math.exp(one.deviation * rng.normal()))
+            for one, value in zip(self.model.data.scalars, true, strict=True)
+        )
 
     def _place(self, k: int) -> int:
         """Place of the ``k``-th strand in its set."""

@@ -73,7 +73,7 @@ def write_orders(path, orders, noise=1e-5, speeds=SPEEDS, phases=True, factor=1.
         drawn = noise * (rng.normal(size=values.size) + 1j * rng.normal(size=values.size))
         for speed, value in zip(speeds, values + drawn, strict=True):
             phase = f"{math.degrees(np.angle(value)):.5f}" if phases else ""
-            lines.append(f"{speed / RPM:.4f},{order:g},{factor * math.degrees(abs(value)):.9f},deg,{phase}")
+            lines.append(f"{speed / RPM:.4f},{order:g},{factor * math.degrees(abs(value)):.9g},deg,{phase}")
     path.write_text("\n".join(lines) + "\n", "utf-8")
 
 
@@ -190,12 +190,16 @@ def test_a_free_decay_is_read_from_its_signal(four, tmp_path):
     assert report["numbers"][0]["measured"] == pytest.approx(0.03, rel=1e-3)
 
 
-def recording(path, rate, seconds, begin=0.0, hz=300.0, ratio=0.02, noise=0.01, digits=7):
-    """A file of a free decay that begins at ``begin`` s, with noise and times rounded to some digits."""
+def recording(path, rate, seconds, begin=0.0, hz=300.0, ratio=0.02, noise=0.01, digits=7, lost=math.inf):
+    """A file of a free decay that begins at ``begin`` s, with noise and times rounded to some digits.
+
+    From ``lost`` s on the channel is no number.
+    """
     times = np.arange(int(seconds * rate)) / rate
     after = np.clip(times - begin, 0.0, None)
     values = (times >= begin) * np.exp(-2 * np.pi * hz * ratio * after) * np.cos(2 * np.pi * hz * after)
     values += noise * np.random.default_rng(5).normal(size=times.size)
+    values[times >= lost] = math.nan
     rows = "".join(f"{t:.{digits}f},{v:.6g}\n" for t, v in zip(times, values, strict=True))
     path.write_text("time [s],twist [mdeg]\n" + rows, "utf-8")
     return path
@@ -220,6 +224,8 @@ def test_a_decay_is_found_in_a_long_recording(tmp_path, state):
         ({"rate": 5000, "seconds": 0.3, "begin": 9.0}, "no decaying oscillation: the largest, of .* Hz, is . %"),
         ({"rate": 5000, "seconds": 0.1, "digits": 4}, None),
         ({"rate": 5000, "seconds": 0.1, "digits": 3}, "has no even steps of time; export it at even times"),
+        ({"rate": 5000, "seconds": 0.3, "ratio": 0.0, "noise": 0.0}, "does not decay: its largest oscillation, of 300"),
+        ({"rate": 20000, "seconds": 0.3, "lost": 0.2}, "has samples that are no numbers"),  # thinned to 2000 samples
     ],
 )
 def test_a_recording_without_decay_or_even_times_is_refused(tmp_path, state, said):
@@ -285,6 +291,30 @@ BAD = [
     ("load = { low = 0.8, high = 1e308 }", "orders", {}, {}, r"parameters.'load': 1e\+308 is no value of it"),
     ("load = { low = -5 }", "orders", {}, {}, r"parameters.'load': -5 is no value of it"),
     ('"damper.viscosity" = {}', "orders", {}, {}, r"has no table \[damper\]"),
+    (
+        "load = {}",
+        "orders",
+        {"factor": 1e-20},
+        {"noise": '"1e-4 deg"'},
+        r"'pulley': order 2 is \S+e-\d\d \(SI\) or less at all",
+    ),
+    (
+        "load = {}",
+        "orders",
+        {"factor": 1e-300},
+        {},
+        r"order 2 is \S+e-3\d\d \(SI\) or less at all speeds; leave it out",
+    ),
+    ("load = {}", "orders", {"factor": 0.0}, {}, r"order 2 is 0 at all speeds; leave it out"),
+    ("load = {}", "decay", {}, {}, r"its damping ratio, 0.3, is 10 times that of the best fit; .*ratios\[1\]' as well"),
+    (
+        '"damping.torsional_ratios[1]" = { low = 0.01, high = 0.05 }',
+        "decay alone",
+        {},
+        {},
+        r"its damping ratio, 0.3, is \d.* widen the bounds of 'damping.torsional_ratios\[1\]'",
+    ),
+    ("load = {}", "shape", {}, {}, r"'mode 1': its shape has a MAC of 0.\d\d with mode 1 of the best fit"),
     ("load = {}", "hold_out", {}, {}, r"hold_out.speeds_rpm: 900 was not measured; the data go from 1500 to 5000"),
     ("load = {}", "nothing", {}, {}, r"has no data; add \[\[orders\]\]"),
     ("load = {}", "frequencies", {}, {}, r"900.0 Hz, is not the engine's: with load within their bounds it has \d+"),
@@ -302,12 +332,16 @@ def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, table, k
     orders = {"name": '"pulley"', "file": '"orders.csv"'} | {
         k: v if v[0] in '["' else f'"{v}"' for k, v in keys.items()
     }
-    if sets in ("orders", "hold_out", "both"):
+    if sets in ("orders", "hold_out", "both", "decay", "shape"):
         text += "[[orders]]\n" + "\n".join(f"{key} = {value}" for key, value in orders.items()) + "\n"
     if sets == "hold_out":
         text += "[hold_out]\nspeeds_rpm = [900]\n"
     if sets == "frequencies":
         text += "[[frequencies]]\nhz = 900\n"
+    if sets.startswith("decay"):
+        text += "[[decay]]\ndamping_ratio = 0.3\n"
+    if sets == "shape":
+        text += "[[modes]]\nshape = { pulley = 1, flywheel = 5 }\n"
     if sets == "both":
         text += '[targets.t]\nshape = "torsional"\nhz = 238\ntolerance = 0.01\nsource = "test"\n'
         text += '[derived]\n"flywheel.mass" = { formula = "pulley.mass" }\n'
@@ -360,7 +394,9 @@ def test_a_parameter_that_nothing_depends_on_is_refused(four, truth, tmp_path):
         + "orders = [2]\n"
     )
     with pytest.raises(
-        InputError, match=r"torsional_ratios\[2\]': nothing in the data depends on it; from 0.02 to 0.04"
+        InputError,
+        match=r"torsional_ratios\[2\]': nothing in the data depends on it; from 0.02 to 0.04 .*leave it out, or add a "
+        r"free decay of mode 2, known to 5 % \(\[\[decay\]\] number = 2\), which would tell it to ±9",
     ):
         quick(four, measured(tmp_path, text), level="linear")
 
@@ -447,7 +483,7 @@ def test_an_interrupt_in_a_higher_level_keeps_what_the_linear_one_found(four, tr
     assert found == pytest.approx(TRUE["pulley.polar_inertia"] * load_engine(four).pulley.polar_inertia, rel=0.02)
 
 
-@pytest.mark.parametrize("part", ["profiles", "bootstrap"])
+@pytest.mark.parametrize("part", ["profiles", "bootstrap", "advised"])
 def test_an_interrupt_of_the_intervals_keeps_the_values(four, truth, tmp_path, monkeypatch, capsys, part):
     """Profiles come after all runs: what these found is written, without intervals."""
     write_orders(tmp_path / "orders.csv", truth[3])
@@ -472,16 +508,30 @@ def test_a_peak_is_a_clear_one_inside_the_speeds():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["diesel_i6", "four_petrol"])
-def test_intervals_hold_the_true_values_in_nine_of_ten_trials(name, monkeypatch, capsys):
-    """A hundred true values by harmonic balance, fitted linearly: a level lower than the truth."""
+@pytest.mark.parametrize(
+    ("name", "trials", "more"),
+    [
+        ("diesel_i6", 100, []),
+        ("four_petrol", 100, []),
+        # The damper dominates the damping of its mode: orders alone do not know that of the crank.
+        ("diesel_v8", 40, ["--decay", "0.05", "--flywheel", "--speeds", "48"]),
+    ],
+)
+def test_intervals_hold_the_true_values_in_nine_of_ten_trials(name, trials, more, monkeypatch, capsys):
+    """True values by harmonic balance, fitted linearly: a level lower than the truth."""
     from benchmarks import identify_trials
 
-    monkeypatch.setattr("sys.argv", ["identify_trials", "--engines", name, "--trials", "100"])
+    monkeypatch.setattr("sys.argv", ["identify_trials", "--engines", name, "--trials", str(trials), *more])
     identify_trials.main()
     said = json.loads(capsys.readouterr().out.strip().splitlines()[-1])
-    assert said["trials"] == 100
+    assert said["trials"] == trials
     for key, covered in said["covered"].items():
-        assert covered >= 90, key
+        assert covered >= 0.9 * trials, key
     assert said["rms_percent"].get("damper.viscosity", 0.0) < 5.0
     assert said["rms_percent"]["damping.torsional_ratios[1]"] < 10.0
+
+
+def test_a_per_cent_with_a_sign_is_a_change_and_one_without_is_the_value_of_a_factor(four):
+    table = SoughtTable(low="-10 %", high="115 %")
+    (load,) = sought_parameters(load_engine(four), {"load": table}, [], 1.2)
+    assert (load.low, load.high) == pytest.approx((0.9 * 1.2, 1.15))

@@ -231,6 +231,8 @@ def test_files_that_are_no_orbit_of_the_bearing_are_refused_in_one_line(single, 
     refused(single, tmp_path, capsys, text, "times the largest sought diametral clearance of main[2]")
     write_orbit(tmp_path, 4.0 * orbit)
     refused(single, tmp_path, capsys, "[parameters]\nload = {}\n" + ORBIT, "times the diametral clearance of main[2], ")
+    write_orbit(tmp_path, 0.0 * orbit, noise=0.0)
+    refused(single, tmp_path, capsys, text, "the journal does not move: its orbit is ")
     write_orbit(tmp_path, orbit[:270], angles=ANGLES[:270])
     refused(single, tmp_path, capsys, text, "its crank angles cover 0.75 cycles of 720 deg")
     write_orbit(tmp_path, np.tile(orbit, 2)[:540], angles=np.concatenate((ANGLES, ANGLES[:180])))

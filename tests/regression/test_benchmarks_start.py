@@ -113,7 +113,7 @@ STARTS = {
         constants={"CYCLES": 2, "MASTERS": ["fmpy"]}, why="other masters are installed by pip into environments"
     ),
     "ground_springs": Start("diesel_i6"),
-    "identify_trials": Start("--engines four_petrol --trials 1 --speeds 8", {"HIGHEST": 4.0}),
+    "identify_trials": Start("--engines four_petrol --trials 1 --speeds 8 --decay 0.05 --signals", {"HIGHEST": 4.0}),
     "inherited_damping": Start("diesel_i6", {"SPEEDS": [1.0]}),
     "large_tables": Start("--megabytes 1 2"),
     "law_call": Start("--calls 1000", {"TIMES": 1, "CYCLES": 1}, quick=True),

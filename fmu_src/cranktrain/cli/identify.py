@@ -27,6 +27,7 @@ Levels above the fitted one answer once, for what they would move; the next cran
 damp as a damper does (--above).
 
 95 % from, to     interval by the profile: noise, bias of the model over the speed, what levels above would move
+Narrower          of a wide interval: the signal that would narrow it most, and to what
 over noise        residual of an order over the noise; systematic ones have runs of one sign over the speed
 """
 
@@ -131,6 +132,8 @@ def _show(report: dict[str, Any]) -> None:
         print("The search was interrupted: intervals are those of a fit that ended here, and say little.")
     for line in report["told_apart"]:
         print(f"Not told apart: {line}")
+    for row in report["advice"]:
+        print(f"Narrower: {row['text']}")
     keys = [p["key"] for p in report["parameters"]]
     show_rows(
         "Levels", ("level", "answers", *keys, ""),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -13,6 +13,7 @@ from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.types import Array
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
+from cranktrain.results.orders.measured import LEAST
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import contradictions, unexcited
 from cranktrain.studies.identification.data import RATIO, Orbit, Strand
@@ -20,12 +21,17 @@ from cranktrain.studies.identification.estimate import Estimate
 from cranktrain.studies.identification.model import TorsionalModel
 from cranktrain.studies.identification.parameters import RATIOS, outer_values
 
+Remedy = Callable[[Estimate, int], str]
 SAMPLES = 16
 """Points within the bounds at which frequencies of the model are looked at, besides those of least and most."""
 REACH = 0.05
 """Distance between a measured frequency and the model's, over it, from which the data are of another engine."""
 EXPLAINED = 0.5
 """Least part of the squared amplitudes that a fit must explain."""
+FACTOR, MISSED = 3.0, 5.0
+"""Factor between a measured damping ratio and that of the best fit, also in deviations, from which it is refused."""
+SAME_MODE = 0.5
+"""Least MAC of a measured shape with that of the best fit."""
 CLEAR = 3.0
 """A resonance is a peak this many times above the median of its order."""
 
@@ -41,24 +47,54 @@ def check_crank(engine: Engine, keys: Iterable[str], crank: str) -> None:
             )
 
 
-def check_estimate(comparison: Comparison, found: Estimate) -> None:
-    """Refuse an estimate of data that are not the engine's; ``InputError``."""
+def check_estimate(comparison: Comparison, found: Estimate, remedy: Remedy = lambda found, k: "") -> None:
+    """Refuse an estimate of data that are not the engine's; ``InputError``.
+
+    ``remedy`` says what would tell a parameter that nothing in the data depends on, by its number.
+    """
     if found.interrupted:
         return
     check_explained(comparison, found)
-    check_excited(comparison, found)
+    check_excited(comparison, found, remedy)
     check_sets(comparison, found)
+    check_numbers(comparison, found)
 
 
-def check_excited(comparison: Comparison, found: Estimate) -> None:
+def check_excited(comparison: Comparison, found: Estimate, remedy: Remedy) -> None:
     """Refuse parameters that nothing in the data depends on; ``InputError``."""
     for k in unexcited(comparison, found):
         one = comparison.sought[k]
         moved = math.sqrt(found.information[k, k]) * (comparison.high[k] - comparison.low[k])
         raise InputError(
             f"parameters.'{one.key}': nothing in the data depends on it; from {one.text(one.low)} to "
-            f"{one.text(one.high)} it moves them by {moved:.2g} of their deviation; leave it out"
+            f"{one.text(one.high)} it moves them by {moved:.2g} of their deviation; leave it out{remedy(found, k)}"
         )
+
+
+def check_numbers(comparison: Comparison, found: Estimate) -> None:
+    """Refuse decays and shapes that the best fit misses by far: of another mode, or of what is not sought.
+
+    ``InputError``. Frequencies are compared before the search.
+    """
+    pieces = found.pieces[len(comparison.data.strands) :]
+    for one, piece in zip(comparison.data.scalars, pieces, strict=False):
+        away = float(piece.rows[0, 0])
+        if one.kind == RATIO and abs(away) > max(math.log(FACTOR), MISSED * one.deviation):
+            key = "damper.viscosity" if one.damper else f"{RATIOS}[{one.number}]"
+            sought = any(key.startswith(other.key) for other in comparison.sought)
+            remedy = f"widen the bounds of '{key}'" if sought else f"seek '{key}' as well"
+            raise InputError(
+                f"'{one.name}': its damping ratio, {one.value:.3g}, is {math.exp(away):.2g} times that of the best "
+                f"fit; it is of another mode, or {remedy}"
+            )
+    for shape, piece in zip(comparison.data.shapes, pieces[len(comparison.data.scalars) :], strict=True):
+        own = shape.values - piece.rows[:, 0]
+        mac = float((own @ shape.values) ** 2 / (own @ own))
+        if mac < SAME_MODE:
+            raise InputError(
+                f"'{shape.name}': its shape has a MAC of {mac:.2f} with mode {shape.number} of the best fit; it is of "
+                "another mode, or its places are exchanged"
+            )
 
 
 def check_sets(comparison: Comparison, found: Estimate) -> None:
@@ -90,7 +126,7 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
         whole = sum(float(np.sum(np.abs(one.values[~one.held]) ** 2)) for one, _ in rows)
         if left > (1.0 - EXPLAINED) * whole:
             worst = max(rows, key=lambda row: float(np.sum(row[1].rows[~row[0].held] ** 2)))[0]
-            part = 100.0 * max(0.0, 1.0 - left / whole)
+            part = 100.0 * max(0.0, 1.0 - left / whole) if whole > 0.0 else 0.0
             least = "" if isinstance(worst, Orbit) else f", least of order {worst.order:g}"
             raise InputError(
                 f"'{name}': the best parameters within their bounds explain {part:.0f} % of its squared amplitudes"
@@ -171,7 +207,9 @@ def peak_hz(speeds: Array, sizes: Sequence[float] | Array, order: float) -> floa
 
 
 def check_data(strands: Sequence[Strand]) -> None:
-    """Refuse orders that are all zero; ``InputError``."""
+    """Refuse orders that are zero, or too small for their squares, at all speeds; ``InputError``."""
     for one in strands:
-        if not np.any(np.abs(one.values) > 0.0):
-            raise InputError(f"'{one.name}': order {one.order:g} is 0 at all speeds; leave it out of orders")
+        largest = float(np.abs(one.values).max())
+        if largest < LEAST:
+            said = "0" if largest == 0.0 else f"{largest:.2g} (SI) or less"
+            raise InputError(f"'{one.name}': order {one.order:g} is {said} at all speeds; leave it out of orders")

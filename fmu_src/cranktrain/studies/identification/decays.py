@@ -20,6 +20,8 @@ PER_CYCLE = 32.0
 """Samples a cycle of the strongest oscillation to which a signal may be thinned."""
 EXPLAINED = 0.2
 """Least part of a signal's energy that its largest decaying oscillation holds."""
+FALL = 0.05
+"""Least part by which an oscillation falls over the recording, so that noise is not taken for its decay."""
 ROUNDED = 0.05
 """Difference of a step of time from the mean one, over it, up to which it is one of rounding."""
 
@@ -35,9 +37,9 @@ def measured_damping_ratio(path: Path, name: str | None, where: str) -> float:
     if len(found.channels) != 1:
         raise InputError(f"{where}: name the channel of {path.name} that decays: {', '.join(found.names)}")
     channel = _even(found.channels[0], where)
-    signal, step = _from_the_largest(channel)
-    if not np.isfinite(signal).all():
+    if not np.isfinite(channel.values()).all():
         raise InputError(f"{where}: channel {channel.name} of {path.name} has samples that are no numbers")
+    signal, step = _from_the_largest(channel)
     if signal.size < 16 or not np.any(signal):
         raise InputError(f"{where}: channel {channel.name} of {path.name} holds no decaying oscillation")
     exponents, energies = decaying_parts(signal, step)
@@ -50,6 +52,12 @@ def measured_damping_ratio(path: Path, name: str | None, where: str) -> float:
         raise InputError(
             f"{where}: channel {channel.name} of {path.name} holds no decaying oscillation: the largest, of "
             f"{hz[best]:.4g} Hz, is {100.0 * part:.0f} % of its energy; cut the recording to the decay"
+        )
+    fall = -float(exponents[best].real) * signal.size * step
+    if fall < FALL:
+        raise InputError(
+            f"{where}: channel {channel.name} of {path.name} does not decay: its largest oscillation, of "
+            f"{hz[best]:.4g} Hz, falls by {100.0 * fall:.1g} % in {signal.size * step:.3g} s; record a longer decay"
         )
     return float(-exponents[best].real / abs(exponents[best]))
 
@@ -70,8 +78,7 @@ def _even(channel: Channel, where: str) -> Channel:
 def _from_the_largest(channel: Channel) -> tuple[Array, float]:
     """Samples (n,) from the largest on without their mean, thinned to ``MOST_SAMPLES`` or fewer, and their step, s."""
     values = channel.values()
-    start = int(np.argmax(np.abs(values - np.median(values)))) if np.isfinite(values).all() else 0
-    values = values[start:]
+    values = values[int(np.argmax(np.abs(values - np.median(values)))) :]
     if values.size > MOST_SAMPLES:
         spectrum = np.abs(np.fft.rfft(values - values.mean()))
         strongest = max(int(np.argmax(spectrum)), 1) / (values.size * channel.step)

@@ -25,6 +25,7 @@ from cranktrain.structure.assembly import assemble
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.calibration.engine_text import new_path
 from cranktrain.studies.identification import checks
+from cranktrain.studies.identification.advice import advised, remedy_for
 from cranktrain.studies.identification.bending import Bending, target_scalars, targets_of
 from cranktrain.studies.identification.comparison import Comparison
 from cranktrain.studies.identification.confidence import (
@@ -80,16 +81,15 @@ def identify(
     Returns
     -------
     ``parameters`` (value, interval, deviation, profile, bootstrap), ``told_apart`` in words, ``levels``, ``above``
-    (values to which levels above the fitted one would move, each after the one below it), ``orders``, ``numbers``,
-    ``held_out``, ``systematic``, ``interrupted``, ``file``, ``refused`` (why the new file was not written)
+    (values to which levels above the fitted one would move, each after the one below it), ``advice`` (what would narrow
+    wide intervals most), ``orders``, ``numbers``, ``held_out``, ``systematic``, ``interrupted``, ``file``, ``refused``
+    (why the new file was not written)
     """
     request = request or Request(Ask())
     _ = request.ask.crank_above  # refused before the work
     read, place = read_measured_file(measured)
     base, path = load_engine(engine), engine_path(engine)
     new = new_path(Path(out)) if out is not None else None
-    # What orbits alone depend on moves nothing before there are runs in time.
-    first = checks.check_explained if read.orbit else checks.check_estimate
     try:
         with one_thread():
             if read.orbit:
@@ -100,7 +100,10 @@ def identify(
             text = partial(_text, path, base, model, place.name)
             if new is not None:
                 text([parameter_of_start(one) for one in model.sought])  # before minutes of search
-            found = climb(model, comparison, request.ask, say, follow, partial(first, comparison))
+            check = partial(checks.check_estimate, comparison, remedy=partial(remedy_for, model, comparison))
+            # What orbits alone depend on moves nothing before there are runs in time.
+            first = partial(checks.check_explained, comparison) if read.orbit else check
+            found = climb(model, comparison, request.ask, say, follow, first)
             report = report_of(model, comparison, found, request, say)
     except InputError as error:
         said = str(error)
@@ -187,11 +190,13 @@ def report_of(
     checks.check_estimate(comparison, found)
     confidence = confidence_of(comparison, found, climbed.moves)
     profile = draws = None
+    advice: list[dict[str, Any]] = []
     try:
         if request.profile and not found.interrupted:
             say("profiles")
             profile = profiles(comparison, found, confidence)
         draws = bootstrap(comparison, found, request.draws, request.ask.seed) if request.draws else None
+        advice = advised(model, comparison, climbed, confidence, request.ask)
     except KeyboardInterrupt:
         found = replace(found, interrupted=True)  # the values are found, and an hour of runs in time is not lost
     values = outer_values(comparison.sought, found.inner)
@@ -222,6 +227,7 @@ def report_of(
     return {
         "parameters": rows, "told_apart": told_apart(found.information, comparison.known, keys),
         "correlations": correlations(confidence, comparison.sought), "levels": levels, "above": above,
+        "advice": advice,
         "orders": orders, "orbits": orbits, "numbers": number_rows(comparison, found), "held_out": held,
         "systematic": [
             *(f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]),

@@ -214,7 +214,7 @@ def levels_beyond(
     def bending() -> Array:
         high = model.in_time(values, crank, max(ask.settle, FOR_SIZE), run)
         fitted = comparison.model if in_films is None else in_films.orders
-        move = found.inner - imitated(fitted, comparison, found.inner, high, ask.seed)
+        move = found.inner - imitated(fitted, comparison, found.inner, high, ask.seed, beside=True)
         # A run in time contains the step to harmonic balance, but not that to better films.
         return (steps[-1].inner if steps and in_films is not None else found.inner) + move
 

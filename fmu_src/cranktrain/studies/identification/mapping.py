@@ -38,11 +38,13 @@ REACH, LEAST, MOST = 5.0, 2e-3, 2e-2
 
 
 def imitated(
-    model: Answering, comparison: Comparison, inner: Array, orders: ComplexArrays, seed: int, start: Array | None = None
+    model: Answering, comparison: Comparison, inner: Array, orders: ComplexArrays, seed: int,
+    start: Array | None = None, *, beside: bool = False,
 ) -> Array:  # fmt: skip
     """What a model finds, (p,) u, of another's orders (n,) at u (p,), which are as uncertain as the measured ones.
 
-    The model answers with the correction of the comparison. What the orders do not determine stays at u. The search has
+    The model answers with the correction of the comparison. What the orders do not determine stays at u. With
+    ``beside`` numbers and shapes are data too, those of the model at u: both models answer them alike. The search has
     several starts unless one is given; ``KeyboardInterrupt`` where it is interrupted.
     """
     noises = {name: bias.noise for name, bias in comparison.biases.items()}  # none before the first fit of a level
@@ -50,7 +52,16 @@ def imitated(
         replace(one, values=values, noise=np.where(np.isnan(one.noise), noises.get(one.name, np.nan), one.noise))
         for one, values in zip(comparison.data.strands, orders, strict=False)
     )
-    found = estimate(comparison.about(model, Data(strands), inner), seed, start=start)
+    data = Data(strands)
+    if beside and (comparison.data.scalars or comparison.data.shapes):
+        own = model.answers(outer_values(comparison.sought, inner))
+        numbers = zip(comparison.data.scalars, own.scalars.tolist(), strict=True)
+        shapes = zip(comparison.data.shapes, own.shapes, strict=True)
+        data = Data(
+            strands, tuple(replace(one, value=value) for one, value in numbers),
+            tuple(replace(one, values=values) for one, values in shapes),
+        )  # fmt: skip
+    found = estimate(comparison.about(model, data, inner), seed, start=start)
     if found.interrupted:
         raise KeyboardInterrupt
     return found.inner

@@ -94,9 +94,8 @@ class TorsionalModel:
         self._bending = bending
         self.engine, self.data, self.sought, self._load = engine.without_additions, data, tuple(sought), load
         self.damper, self._inherit = damper, inherit
-        speeds = np.unique(np.concatenate([one.speeds for one in data.strands])) if data.strands else np.zeros(0)
-        self.speeds: Array = speeds
-        self._rows = [np.searchsorted(speeds, one.speeds) for one in data.strands]
+        self._place(data)
+        speeds = self.speeds
         varied = tuple(
             Varied(one.key, Distribution("uniform", (("low", one.low), ("high", one.high))), own=one.start)
             for one in sought
@@ -111,9 +110,23 @@ class TorsionalModel:
         except InputError as error:
             raise InputError(str(error).replace("vary.'", "parameters.'")) from None
         self.evaluations = 0
-        self._highest = max([_FEWEST_ORDERS, *(one.order for one in data.strands)])
         self._bodies: list[tuple[Any, Any]] = []
         self._structures: list[tuple[Any, ShaftOrders]] = []
+
+    def _place(self, data: Data) -> None:
+        """Speeds of the data, all of them, and the highest order that the linear level takes."""
+        self.speeds: Array = np.unique(np.concatenate([np.zeros(0), *(one.speeds for one in data.strands)]))
+        self._rows = [np.searchsorted(self.speeds, one.speeds) for one in data.strands]
+        self._highest = max([_FEWEST_ORDERS, *(one.order for one in data.strands)])
+
+    def beside(self, data: Data) -> TorsionalModel:
+        """The same model that answers for other data, of twist alone."""
+        other = copy(self)
+        other.data, other._bending = data, None
+        if other._highest < max([0.0, *(one.order for one in data.strands)]):
+            other._structures = []
+        other._place(data)
+        return other
 
     def seeking(self, sought: Sequence[Sought]) -> TorsionalModel:
         """The same model for other parameters, of which those of the engine file are among its own."""

@@ -44,6 +44,8 @@ WIDEST = math.radians(10.0)
 """Widest step of the crank angle: films close and open within some ten degrees."""
 NEVER = 1.5
 """Width of an orbit over that of the clearance, from which it is none of the bearing; elastic bores give way less."""
+STILL = 1e-6
+"""Width of an orbit over the clearance, below which nothing was measured."""
 CLEARANCE = "main_bearing.clearance"
 FREE, BORE = "free", "bore"
 _REMEDY = "give lines of crank_angle [deg], x [um], y [um] under this header"
@@ -203,6 +205,11 @@ def check_orbits(engine: Engine, orbits: Sequence[Orbit], sought: Sequence[Sough
         assert engine.main_bearing is not None
         own = [s.high for s in sought if s.key == CLEARANCE] or [engine.main_bearing.clearance]
         width = _width(one.values) if one.free else 2.0 * float(np.abs(one.values).max())
+        if width < STILL * own[0]:
+            raise InputError(
+                f"[[orbit]] '{one.name}': the journal does not move: its orbit is {1e6 * width:.2g} um wide; check "
+                "that the file holds displacements, and their unit"
+            )
         if width > NEVER * 2.0 * own[0]:
             what = "width" if one.free else "twice its largest distance from the bore's middle"
             raise InputError(

@@ -121,8 +121,10 @@ def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], l
         if not begins_as_number(value):
             raise InputError(f"{where}.{side}: {shown(value)} is no number; write 0.2, '30 kg' or '-10 %'")
         text = stated(value, f"20 {unit}")
-        if text.unit == "%" and dimension != "1":
-            return own * ((1.0 if value.strip()[0] in "+-" else 0.0) + 0.01 * text.number)
+        signed = value.strip()[0] in "+-"
+        # "80 %" of a load or a factor is 0.8; with a sign it is a change, as of all others.
+        if text.unit == "%" and (signed or dimension != "1"):
+            return own * ((1.0 if signed else 0.0) + 0.01 * text.number)
         try:
             return in_unit(text, next(iter(UNITS[dimension])), dimension)
         except InputError as error:
