@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from coarse_engines import COARSE, NATIVE, built, coarse
 from fmus_by_version import VERSIONS, module_fmu, six, torsional_fmu
-from inside_a_step import MODULES, Engine
+from inside_a_step import PARTNERS, Engine
 
 from cranktrain.core.errors import InputError
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
@@ -54,13 +54,13 @@ def fmus(tmp_path_factory):
     return {fmi: six(tmp_path_factory.mktemp(f"fmi{fmi[0]}"), fmi) for fmi in VERSIONS}
 
 
-@pytest.fixture(scope="session", params=[*MODULES, "single_petrol"])
+@pytest.fixture(scope="session", params=[*PARTNERS, "single_petrol"])
 def calling(request, tmp_path_factory):
     """Cranktrain of FMI 3.0, combustion and valve train; for the single the pressures of its trace alone."""
     folder = tmp_path_factory.mktemp(request.param)
     cranktrain = torsional_fmu(request.param, folder)
-    if request.param in MODULES:
-        return Engine(cranktrain, *(module_fmu(module, folder) for module in MODULES[request.param]))
+    if request.param in PARTNERS:
+        return Engine(cranktrain, *(module_fmu(module, folder) for module in PARTNERS[request.param]))
     engine = load_engine(request.param)
     return Engine(cranktrain, MeasuredPressures(engine, GasTrace.from_engine(engine)))
 

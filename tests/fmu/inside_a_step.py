@@ -15,7 +15,7 @@ from cranktrain.coupling.trace_unit import MeasuredPressures
 from cranktrain.coupling.virtual_engine import Partners, VirtualEngine, virtual_engine
 
 COARSE_DEG = 1.5
-MODULES = {"diesel_i6": ("combustion_i6", "valvetrain_i6"), "diesel_v8": ("combustion_v8", "valvetrain_v8")}
+PARTNERS = {"diesel_i6": ("combustion_i6", "valvetrain_i6"), "diesel_v8": ("combustion_v8", "valvetrain_v8")}
 
 
 class Engine(NamedTuple):

@@ -33,12 +33,21 @@ def test_torsion_at_coarse_steps_is_within_a_thousandth(calling, rpm):
     assert within(engine, COARSE_DEG, exact, rpm=rpm) < 1.0e-3
 
 
-@pytest.mark.parametrize("calling", ["diesel_i6", "diesel_v8"], indirect=True)
-@pytest.mark.parametrize("rpm", [1800.0, 800.0])
-def test_blows_of_a_valve_drive_that_rattles_have_their_impulse_and_its_moment(calling, rpm):
-    """They are shorter than a step: torsion is within a thousandth all the same."""
+@pytest.mark.parametrize(
+    ("calling", "rpm", "steps_deg"),
+    [
+        ("diesel_i6", 1800.0, [COARSE_DEG]),
+        ("diesel_i6", 800.0, [COARSE_DEG]),
+        ("diesel_v8", 1800.0, [COARSE_DEG, 3.0]),
+        ("diesel_v8", 800.0, [COARSE_DEG]),
+    ],
+    indirect=["calling"],
+)
+def test_blows_of_a_valve_drive_that_rattles_have_their_impulse_and_its_moment(calling, rpm, steps_deg):
+    """They are shorter than a step: torsion is within a thousandth all the same; at 3 degrees only with the moment."""
     exact = coupled(calling, 0.125, rpm, "gauss-seidel")
-    assert within(calling, COARSE_DEG, exact, rpm=rpm) < 1.0e-3
+    for step_deg in steps_deg:
+        assert within(calling, step_deg, exact, rpm=rpm) < 1.0e-3
 
 
 def test_steps_that_an_error_controls_repeat_and_agree_with_equal_ones(calling_six):

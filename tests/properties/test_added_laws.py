@@ -14,6 +14,7 @@ from tests.rods import FOUR, beside, part, plain_engine
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import RECORDS
 from cranktrain.core.reduced_body import rigid_body
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, resolved
@@ -28,7 +29,7 @@ from cranktrain.engine.lubricant import oil_temperature, viscosity
 from cranktrain.engine.roller_bearing import RollerBearing
 from cranktrain.film.elastic.bore_compliance import RIGID_BORE, BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
-from cranktrain.film.laws.film_solution import IN_DOUBLES
+from cranktrain.film.laws.film_solution import GROUPS, IN_DOUBLES
 from cranktrain.film.laws.films import OBSERVE, P_MAX, film_call
 from cranktrain.film.laws.films import SPEED as FILM_SPEED
 from cranktrain.film.laws.register import PLAIN, bearing_law
@@ -429,6 +430,8 @@ def test_a_film_with_a_memory_beside_a_mains_carries_what_it_carries(bore, toler
     for name in ("friction_torque", "oil_flow", "pressure_max"):
         one, two = found[f"bearing[3].{name}"], found[f"connection[c].{name}"]
         assert np.abs(one - two).max() < close * np.abs(one).max(), name
+    in_lanes = RECORDS[int(run.model.films.entry[0, 1])].memory.calls[:, GROUPS].sum()
+    assert (in_lanes > 0.0) == (tolerance is None)
 
 
 EHD = {

@@ -83,6 +83,29 @@ def rank(layer: str) -> int:
     return next(k for k, row in enumerate(reversed(rows)) if layer in row)
 
 
+def imported(statement: ast.stmt) -> list[str]:
+    if isinstance(statement, ast.Import | ast.ImportFrom):
+        return [(name.asname or name.name).partition(".")[0] for name in statement.names]
+    return []
+
+
+def assigned(statement: ast.stmt) -> list[str]:
+    if isinstance(statement, ast.FunctionDef | ast.ClassDef):
+        return [statement.name]
+    if not isinstance(statement, ast.Assign | ast.AnnAssign):
+        return []
+    return [node.id for node in ast.walk(statement) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
+
+
+def test_no_module_gives_an_imported_name_another_meaning():
+    """A fixture that took the later one ran for none of its engines, and passed."""
+    sources = [path for folder in (ROOT, Path(__file__).parents[1]) for path in folder.rglob("*.py")]
+    for path in sources:
+        statements = ast.parse(path.read_text("utf-8")).body
+        names = {name for one in statements for name in imported(one)}
+        assert not names & {name for one in statements for name in assigned(one)}, path.name
+
+
 def test_no_layer_is_jumped_by_a_string():
     """Rows of registers may name functions of their own layer, or of a lower one, which an import contract never sees.
 

@@ -141,6 +141,20 @@ def test_a_move_by_a_level_above_is_left_by_a_fit_of_that_level_and_held_by_a_de
     assert signal.agreed and signal.information[0, 0] == pytest.approx(1.0 / weak.deviation**2, rel=1e-3)
 
 
+def test_a_decay_leaves_of_a_move_the_share_that_orders_have_in_the_information():
+    """Of one parameter, with information a of the orders and b of the decay: d a / (a + b)."""
+    model, comparison, found = measured("v12_petrol", (4.5, 6.0, 7.5), (FIRST,), 5e-4)
+    move = 0.3
+    (row,) = advice_of(
+        model, comparison, found, (Step("beam in time", found.inner + move, 1),), Ask("linear", above="beam")
+    )
+    a, b = float(found.information[0, 0] + comparison.known[0, 0]), 1.0 / 0.05**2
+    before, after = 1.0 / a + move**2, 1.0 / (a + b) + (move * a / (a + b)) ** 2
+    decay = row["add"][0]
+    assert decay["states"] == "[[decay]] number = 1" and 0.1 * b < a < b
+    assert decay["half_percent"] / row["half_percent"] == pytest.approx(math.sqrt(after / before), rel=1e-2)
+
+
 def test_numbers_beside_orders_hold_the_estimate_against_the_level_above(monkeypatch):
     """Orders of a level whose mode is damped by half as much again; a decay known to 0.02 % stays where it was."""
     moves = []
