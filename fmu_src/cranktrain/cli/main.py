@@ -24,6 +24,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from cranktrain import __version__
+from cranktrain.cli import streams
 from cranktrain.cli.ending import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
@@ -62,6 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if arguments is None else list(arguments)
     # Its matrices are small: a second thread waits in a busy loop, which other processes and our own workers pay for.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    streams.prepare()
     stopped: list[signal.Signals] = []
     try:
         with terminable(stopped):

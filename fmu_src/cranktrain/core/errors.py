@@ -6,8 +6,10 @@ raises it with the same text.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from difflib import get_close_matches
+from numbers import Real
 
 LONGEST_LINE = 1200
 """Characters of a message; what is longer, a list of all outputs, is cut before its end, which says what to do."""
@@ -42,6 +44,14 @@ def shown(value: object) -> str:
     except (ValueError, RecursionError):  # whole numbers of thousands of digits have no text
         return "a value too long to show"
     return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
+
+
+def as_float(value: Real) -> float:
+    """The number in double precision; infinite where a whole number is too large, for which ``float`` would fail."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
 
 
 def within(where: str, value: float, low: float, high: float, what: str) -> None:
