@@ -10,8 +10,8 @@ import unicodedata
 PLAIN = "cranktrain.plain"
 """Name of the error handler that spells a character out where an encoding lacks it."""
 _SPELLING = {
-    "–": "-", "—": "-", "−": "-", "·": "*", "×": "x", "±": "+-", "°": " deg", "…": "...", "µ": "u", "μ": "u", "Ω": "Ohm",
-    "→": "->", "≤": "<=", "≥": ">=", "≈": "~", "‘": "'", "’": "'", "“": '"', "”": '"', "θ": "theta", "φ": "phi",
+    "–": "-", "—": "-", "−": "-", "·": "*", "×": "x", "±": "+-", "°": " deg", "…": "...", "µ": "u", "μ": "u",
+    "Ω": "Ohm", "→": "->", "≤": "<=", "≥": ">=", "≈": "~", "‘": "'", "’": "'", "“": '"', "”": '"', "θ": "theta", "φ": "phi",
 }  # fmt: skip
 """ASCII spelling of typographic symbols; other characters lose their accents or become ``?``."""
 
@@ -30,7 +30,7 @@ def prepare() -> None:
                 if opened != number:
                     os.dup2(opened, number)
                     os.close(opened)
-            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115 - stays open
     codecs.register_error(PLAIN, _spelled)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure") and codecs.lookup(stream.encoding).name != "utf-8":
