@@ -11,7 +11,8 @@ PLAIN = "cranktrain.plain"
 """Name of the error handler that spells a character out where an encoding lacks it."""
 _SPELLING = {
     "–": "-", "—": "-", "−": "-", "·": "*", "×": "x", "±": "+-", "°": " deg", "…": "...", "µ": "u", "μ": "u",
-    "Ω": "Ohm", "→": "->", "≤": "<=", "≥": ">=", "≈": "~", "‘": "'", "’": "'", "“": '"', "”": '"', "θ": "theta", "φ": "phi",
+    "Ω": "Ohm", "→": "->", "≤": "<=", "≥": ">=", "≈": "~", "‘": "'", "’": "'", "“": '"', "”": '"',
+    "θ": "theta", "φ": "phi",
 }  # fmt: skip
 """ASCII spelling of typographic symbols; other characters lose their accents or become ``?``."""
 
