@@ -106,7 +106,7 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
             )
         shafts: dict[str, Any] = {}
         if "shafts" in file.attrs:
-            shafts = {name: real(file[f"body/{name}"][()]) for name in ("twists", "shaft_laws")}
+            shafts |= {name: real(file[f"body/{name}"][()]) for name in ("twists", "shaft_laws")}
             shafts["shafts"] = tuple(str(name) for name in file.attrs["shafts"])
         body = ReducedBody(
             name=str(file.attrs["name"]),

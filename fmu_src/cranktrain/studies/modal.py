@@ -57,8 +57,8 @@ def modal(
     ----------
     engine : name of a shipped engine, path of an engine file, or an engine
     crank : at a level other than ``solid`` only its frequencies, compared with those of the solid crank where that is
-        in the cache, given by ``mesh``, or needed to make the level; none is meshed for the comparison, and a crank from
-        a table is compared with none
+        in the cache, given by ``mesh``, or needed to make the level; none is meshed for the comparison. A crank from a
+        table is compared with none
     block : ``flexible`` also gives the block's own modes
     damper : also the cranktrain with the engine's torsional damper, as it damps
     mesh, block_mesh : the user's own meshes; ``mesh`` at level ``torsional`` also a table of discs and shafts

@@ -80,10 +80,10 @@ def chain_modes(chain: Chain) -> ChainModes:
 def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     """Bare crankshaft of level ``torsional`` from a table in place of the engine's dimensions.
 
-    Discs ``pulley``, ``flywheel``, ``pin[1]`` … and ``main[1]`` … are places of the crank; others are branches. Rods and
-    gas act at the pins. A pin without a disc turns by the mean of the mains beside it, and a main without a disc by
-    interpolation between its neighbours. Inertias are those of the crankshaft alone: flywheel, pulley, rods and pistons
-    come from the engine file. Mass and moments of inertia across the axis follow from the dimensions.
+    Discs ``pulley``, ``flywheel``, ``pin[1]`` … and ``main[1]`` … are places of the crank; others are branches. Rods
+    and gas act at the pins. A pin without a disc turns by interpolation between the mains beside it, and a main without
+    a disc between its neighbours. Inertias are those of the crankshaft alone: flywheel, pulley, rods and pistons come
+    from the engine file. Mass and moments of inertia across the axis follow from the dimensions.
 
     The body keeps the table's shafts and damped discs as ``twists`` with their laws, because their damping depends on
     the whole system that the crank becomes a part of (:mod:`cranktrain.dynamics.model.hysteresis`).

@@ -177,7 +177,8 @@ def line_report(engine: Engine, crankshaft: ReducedBody) -> dict[str, Any]:
         "modes": listed,
         "far_end": "free" if line.free else "held",
         "definition": f"cranktrain at rest with its drive line, whose far end is {end}; a mode is the drive line's if "
-        "its shafts hold half of the strain energy or its discs half of the kinetic energy; damping by shafts and discs of the line and of a crank from a table alone",
+        "its shafts hold half of the strain energy or its discs half of the kinetic energy; damping by shafts and "
+        "discs of the line and of a crank from a table alone",
     }
 
 

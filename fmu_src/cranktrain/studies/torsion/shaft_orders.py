@@ -4,11 +4,11 @@ In the modes of what turns (crank, ring, discs of the drive line), about a stead
 
     [K + iH + iωC − ω²(I + Sᵀ J̄ S) − Sᵀ ḡ] x = Sᵀ f + t T,   S = rotations of the pins,   t = hub less ring,
 
-H = Σ ηk r rᵀ of the crank's shafts that have a loss factor, r being their twists; f torques on the pins, T that of the damper; J̄ is the cycle mean of the rods' inertia, ḡ x that of the gas torques'
-change as the pins and, with the crank's mean rotation, the pressures lead. Shafts of the drive line whose stiffness
-depends on frequency or mean torque have their own at each order and speed
-(:mod:`cranktrain.studies.torsion.line_link`). At order 0 the frame turns with the crank's
-mean rotation; the mean torque of the drive line is sought in its place.
+f torques on the pins, T that of the damper, H = Σ ηk r rᵀ of the crank's shafts that have a loss factor, with their
+twists r; J̄ is the cycle mean of the rods' inertia, ḡ x that of the gas torques' change as the pins and, with the
+crank's mean rotation, the pressures lead. Shafts of the drive line have a stiffness of their own at each order and
+speed where it depends on frequency or mean torque, or has a loss factor (:mod:`cranktrain.studies.torsion.line_link`).
+At order 0 the frame turns with the crank's mean rotation; the mean torque of the drive line is sought in its place.
 
 Matrices are those of the running model, :func:`cranktrain.dynamics.model.arrays.build_model`.
 """
@@ -141,7 +141,7 @@ class ShaftOrders:
         self.still = self._spectra(still)
 
     def _own_shafts(self, body: ReducedBody, modes: int) -> None:
-        """Shafts of a crank from a table: names, twists (s, n), laws (s, 3) and the sum H of their hysteresis (n, n)."""
+        """Shafts of a crank from a table: names, twists (s, n), laws (s, 3), and H (n, n)."""
         found = np.flatnonzero(body.shaft_laws[:, OF_SHAFT])
         twists = body.twists[found].reshape(found.size, body.n_modes)
         self._own_twists: Array = np.pad(twists, ((0, 0), (0, modes - body.n_modes)))[:, slots.ROTATION :]
