@@ -14,7 +14,7 @@ hysteresis would take. At a resonance only the modes beside it, which respond as
 
 Loss factors must not become modal damping of a crankshaft alone: what is attached afterwards lowers its frequencies.
 
-Source: S. H. Crandall, J. Sound Vib. 11 (1970) 3, hysteretic damping in time.
+Source: S. H. Crandall, J. Sound Vib. 11 (1970) 3, the role of damping in vibration theory.
 """
 
 from __future__ import annotations
