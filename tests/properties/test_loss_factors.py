@@ -38,9 +38,10 @@ SETTINGS = Settings(crank="torsional", bearings="held")
 
 
 def engine_of(name):
-    """A shipped engine, its connecting shaft undamped."""
+    """A shipped engine, its connecting shaft undamped, without a cut-off."""
     engine = load_engine(name)
-    return replace(engine, drive_line=replace(engine.drive_line, damping=0.0), drive_line_chain=None, damper=None)
+    line, reduction = replace(engine.drive_line, damping=0.0), replace(engine.reduction, running_cutoff_hz=2e4)
+    return replace(engine, drive_line=line, reduction=reduction, drive_line_chain=None, damper=None)
 
 
 def pins_of(engine):
@@ -114,8 +115,7 @@ def test_modes_in_time_have_the_loss_of_the_assembled_chain(name, mixed):
     omega, ratios = hysteretic(*assembled(engine, chain))
     body = running_crank(engine, "torsional", chain_body(engine, chain))
     found, damping = in_time(engine, body)
-    torsional = [k for k in range(1, 3) if omega[k] < math.pi * engine.reduction.running_cutoff_hz]
-    assert torsional
+    torsional = [1, 2]
     for k in torsional:
         own = int(np.argmin(np.abs(found - omega[k])))
         assert found[own] == pytest.approx(omega[k], rel=3e-3)
@@ -144,6 +144,8 @@ def test_orders_and_shaft_torques_are_those_of_the_complex_stiffness(name):
     speeds, orders = np.array([0.97, 1.0, 1.03]) * omega[1] / 6.0, np.array([2, 9, 12, 16])
     moved = structure.transfer(speeds, orders)[..., 0]
     at, first = structure.at, chain.names.index("pin[1]")
+    # A free crank with one throw moves sideways as it twists: its frequency is 0.1 % higher, a phase of 0.1 % over η/2.
+    near = 0.06 if name == "single_petrol" else 0.01
     names = [*pins_of(engine), "pulley", "flywheel"]
     rows = [*range(structure.pins), at.pulley, at.flywheel]
     twists = moved[..., at.shafts :]
@@ -155,10 +157,10 @@ def test_orders_and_shaft_torques_are_those_of_the_complex_stiffness(name):
             load[first] = 1.0
             own = np.linalg.solve(stiffness - (order * speed) ** 2 * mass, load)
             expected = np.array([own[chain.names.index(one)] for one in names])
-            assert moved[i, j, rows] == pytest.approx(expected, abs=0.03 * np.abs(expected).max())
+            assert moved[i, j, rows] == pytest.approx(expected, abs=near * np.abs(expected).max())
             for k, shaft in enumerate(chain.shafts):
                 twist = own[chain.names.index(shaft.between[0])] - own[chain.names.index(shaft.between[1])]
-                assert twists[i, j, 1 + k] == pytest.approx(twist, abs=0.03 * np.abs(own).max())
+                assert twists[i, j, 1 + k] == pytest.approx(twist, abs=near * np.abs(own).max())
     # The torque of a shaft is k (1 + iη) times its twist.
     law = np.array([shaft.stiffness * (1.0 + 1j * ETA) for shaft in chain.shafts])
     assert torques[:, 1 : len(orders), 1:] == pytest.approx(law * twists[:, 1:, 1:])
