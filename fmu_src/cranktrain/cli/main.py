@@ -150,7 +150,7 @@ def _parser(asked: str = "") -> _Parser:
             "--mesh",
             metavar="FILE",
             help="own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for --crank torsional also a table of "
-            "discs and shafts (.toml)",
+            "discs and shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn",
         )
         own.add_argument(
             "--body",

@@ -93,7 +93,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if "level" in report:
         for table in (*level_tables(engine, report), line_table(report["drive_line"])):
             show(table)
-        if not report["compared_with_solid"]:
+        if not report["compared_with_solid"] and options.mesh is None:
             # The name of an engine of the user's own is no argument of a command; the path of its file is.
             given = engine.name if isinstance(options.engine, Engine) else options.engine
             print(f"Not compared with the solid crank, which is not made yet; cranktrain reduce {given} makes it.")

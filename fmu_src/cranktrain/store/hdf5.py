@@ -75,6 +75,10 @@ def save_body(
             put(file, "body/basis", body.basis, "1")
         if body.damping.size:
             put(file, "body/damping", body.damping, "1/s")
+        if body.shafts:
+            file.attrs["shafts"] = list(body.shafts)
+            put(file, "body/twists", body.twists, "rad")
+            put(file, "body/shaft_laws", body.shaft_laws, "SI")
         for name in sorted(body.quality):
             put(file, f"quality/{name}", np.asarray(body.quality[name]), "")
         for name in sorted(body.records):
@@ -100,6 +104,10 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
                 f"{path}: made from other inputs (digest {found[:12]}, wanted {digest[:12]}); "
                 "delete it and run 'cranktrain reduce'"
             )
+        shafts: dict[str, Any] = {}
+        if "shafts" in file.attrs:
+            shafts |= {name: real(file[f"body/{name}"][()]) for name in ("twists", "shaft_laws")}
+            shafts["shafts"] = tuple(str(name) for name in file.attrs["shafts"])
         body = ReducedBody(
             name=str(file.attrs["name"]),
             interfaces=tuple(str(name) for name in file.attrs["interfaces"]),
@@ -109,6 +117,7 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
             records={name: real(file[f"records/{name}"][()]) for name in file.get("records", {})},
             basis=real(file["body/basis"][()]) if "basis" in file["body"] else None,
             damping=real(file["body/damping"][()]) if "damping" in file["body"] else np.zeros(0),
+            **shafts,
             **{name: real(file[f"body/{name}"][()]) for name in BODY_UNITS},
         )
     try:

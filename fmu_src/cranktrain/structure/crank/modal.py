@@ -33,6 +33,7 @@ from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import LumpedInertia
+from cranktrain.loads.rod_masses import mean_rod_masses, rod_masses
 from cranktrain.structure.crank.reduction import attached_parts, complete_crankshaft
 from cranktrain.structure.fem.reduction import CHECKED_HZ
 
@@ -121,24 +122,6 @@ def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody, without: Collec
     return stiffness, np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft, without)
 
 
-def rod_masses(engine: Engine, crankshaft: ReducedBody, without: Collection[int] = ()) -> Array:
-    """Mean mass of the rods (n, n) in a crankshaft's modes, each at its position on the pin."""
-    mass = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
-
-    def row(name: str, component: int) -> Array:
-        return np.asarray(crankshaft.shapes[crankshaft.index(name), component])
-
-    own = zip(engine.cylinders.pins, engine.rod_offsets, mean_rod_masses(engine), strict=True)
-    for cylinder, (pin, offset, rod_mass) in enumerate(own, 1):
-        if cylinder in without:
-            continue
-        # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
-        for component, tilt in ((0, offset * row(f"pin[{pin}]", 4)), (1, -offset * row(f"pin[{pin}]", 3))):
-            at_rod = row(f"pin[{pin}]", component) + tilt
-            mass += rod_mass * np.outer(at_rod, at_rod)
-    return mass
-
-
 def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
     """Stiffness (n, n) of the mains' linear springs and of the closed thrust bearing, in a crankshaft's modes."""
     result = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
@@ -166,15 +149,6 @@ def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float
         x, y = plain.ground_stiffness if on_ground else (plain.stiffness_x, plain.stiffness_y)
         springs[main] = {0: x, 1: y}
     return springs
-
-
-def mean_rod_masses(engine: Engine) -> list[float]:
-    """Cycle-mean mass that each cylinder's rod puts on its pin across the axis, m_b + ½ m_o, kg.
-
-    Articulated rods count as if their knuckle pins moved like the crank pin.
-    """
-    piston = engine.cylinders.piston_mass
-    return [rod.big_end_mass + 0.5 * (rod.small_end_mass + piston) for rod in engine.rods]
 
 
 def _sections(body: ReducedBody) -> tuple[NDArray[np.intp], Array, Array, Array]:

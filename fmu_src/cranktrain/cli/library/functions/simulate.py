@@ -44,8 +44,9 @@ def simulate(
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
     speed_rpm : rev/min, at least 20
     mesh : own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for crank torsional also a table of discs and
-        shafts (.toml); or own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a
-        superelement of another program (.toml)
+        shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn; or own reduced
+        crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a superelement of another program
+        (.toml)
     mesh_unit : unit of own meshes: m, mm, in (default m)
     cycles : exactly this many cycles of 720 degrees (default: until the outputs repeat, at most 48; 6 with
         load_torque_nm); the last one is evaluated
