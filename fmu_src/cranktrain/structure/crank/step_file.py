@@ -83,7 +83,7 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
     _check_closed(solid)
     length = float(np.ptp(solid.nodes, axis=0).max())
     # A stated unit counts for the numbers of the file, which the kernel has converted from the file's own.
-    factor = 1.0 if unit is None else 1e3 * UNITS[unit] / _stated_unit(source)
+    factor = 1.0 if unit is None else 1e3 * UNITS[unit] / stated_unit(source)
     if not LEAST_LENGTH <= factor * length <= LARGEST_LENGTH:
         raise InputError(
             f"{path}: the solid is {factor * length:.4g} mm long, crankshafts are {LEAST_LENGTH:g} to "
@@ -92,7 +92,7 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
     return solid._replace(nodes=factor * solid.nodes, volume=factor**3 * solid.volume, scale=factor)
 
 
-def _stated_unit(path: Path) -> float:
+def stated_unit(path: Path) -> float:
     """Unit of length that a STEP file states, mm."""
     text = " ".join(path.read_text(errors="replace").split())
     converted = re.search(r"CONVERSION_BASED_UNIT ?\( ?'(?:INCH|IN)'", text, re.IGNORECASE)

@@ -136,13 +136,16 @@ def _check_punch(path: Path) -> None:
     if not HEADER.search(text):
         cards = sorted({line.split()[0].rstrip("*") for line in text.splitlines() if line[:1].isalpha()})[:5]
         raise InputError(f"{path}: no DMIG; it holds {', '.join(cards) or 'no cards'}: write it by EXTSEOUT(DMIGPCH)")
+    card = ""  # a line with * continues the card above it
     for number, line in enumerate(text.splitlines(), 1):
         where = f"{path}, line {number}"
+        if line[:1].isalpha():
+            card = re.split(r"[*,\s]", line, maxsplit=1)[0].upper()
         if line.startswith("DMIG") and re.match(r"DMIG\*?[ ,]+\w+[ ,]+0[ ,]", line):
             kind = line.split()[4:5] if "," not in line else [line.split(",")[4].strip()]
             if kind and kind[0] not in REAL:
                 raise InputError(f"{where}: a complex DMIG; write stiffness and mass as real matrices")
-        elif line.startswith("*"):
+        elif line.startswith("*") and card == "DMIG":
             fields = [line[8:24], line[24:40], line[40:72]]
             try:
                 int(fields[0]), int(fields[1]), float(fields[2].strip().upper().replace("D", "E"))
