@@ -67,8 +67,7 @@ def begin_named(file: TextIO, name: str, what: str, remedy: str, known: Callable
         if best > 1:
             break
     if place < 0:
-        number, text = kept[0]
-        raise InputError(f"{name}: line {number}: {shown(text.strip())} names no columns of a {what}; {remedy}")
+        raise InputError(f"{name}: line {kept[0][0]} names no columns of a {what}; {remedy}")
     first = place + 1
     while first < len(kept) and is_unit_row(split(kept[first][1], separator)):
         first += 1
@@ -91,7 +90,7 @@ def _sample(
     raw, kept, comments = list[str](), list[tuple[int, str]](), list[tuple[int, str]]()
     for number, line in enumerate(iter(lambda: file.readline(LONGEST), ""), start=1):
         if len(line) == LONGEST:
-            raise InputError(f"{name}: line {number} has more than {LONGEST} characters, {shown(line[:40])}; {remedy}")
+            raise InputError(f"{name}: line {number} has more than {LONGEST} characters; {remedy}")
         raw.append(line)
         text, comment = without_comment(line)
         if comment:

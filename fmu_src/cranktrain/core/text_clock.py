@@ -1,7 +1,7 @@
 """Columns of dates and times of day in text tables, as seconds from their first value on.
 
-Seconds since 1970 in float64 are known to 0.2 µs only, a good part of a sample. So dates are whole nanoseconds until the
-first one is taken off. Times of day without a date go on behind midnight.
+Seconds since 1970 in float64 are known to 0.2 µs only, a good part of a sample. So dates are whole nanoseconds until
+the first one is taken off. Times of day without a date go on behind midnight.
 """
 
 from __future__ import annotations

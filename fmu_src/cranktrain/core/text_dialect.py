@@ -12,6 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, shown
@@ -158,7 +159,7 @@ def _single(lines: Sequence[tuple[int, str]], other: Dialect | None, score: floa
     if other is None or most > score or best.decimal == ".":
         return best
     numbers = [best.number(row[0]) for row in rows if best.is_row(row)]
-    rising = len(numbers) > 2 and all(a < b for a, b in zip(numbers, numbers[1:], strict=False))
+    rising = len(numbers) > 2 and all(a < b for a, b in pairwise(numbers))
     return best if rising and ("," not in rows[0][0] or best.is_row(rows[0])) else other
 
 
@@ -176,8 +177,7 @@ def with_later_mark(dialect: Dialect, lines: Sequence[tuple[int, str]], name: st
 
 def no_values(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str) -> str:
     """Message for a file without a line of values."""
-    number, text = lines[0]
-    return f"{name}: no points or values of a {what}; it begins with line {number}, {shown(text.strip())}; {remedy}"
+    return f"{name}: no points or values of a {what} from line {lines[0][0]} on; {remedy}"
 
 
 def _score(rows: list[list[str]], dialect: Dialect, least: int = 2) -> tuple[float, Dialect]:

@@ -121,7 +121,7 @@ def table_chunks(
             if whole:
                 dialect = with_later_mark(dialect, value_lines(block, first), name)
                 whole = dialect.decimal == "." and not re.search(r"\d\.\d", block)
-            values, lines = _without_empty(*_parsed(block, first, dialect, name, clocks), block, first)
+            values, lines = _without_empty(*parsed_block(block, first, dialect, name, clocks), block, first)
             for start in range(0, len(lines), rows):
                 part = values[start : start + rows, picked]
                 at = lines[start : start + rows]
@@ -177,10 +177,10 @@ def _without_empty(values: Array, lines: NDArray[np.int64], block: str, first: i
     return values[kept], lines[kept]
 
 
-def _parsed(
+def parsed_block(
     block: str, first: int, dialect: Dialect, name: str, clocks: Clocks | None
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Values (rows, columns) and numbers of lines of a block."""
+    """Values (rows, columns) and numbers of lines of a block, whose first line has number ``first``; ``InputError``."""
     if not any(sign in block for sign in ("#", "%", "//", "\x1a")) and not _EMPTY_LINE.search(block):
         count = block.count("\n") + (not block.endswith("\n"))
         values = _by_pandas(plain(block), dialect, clocks)

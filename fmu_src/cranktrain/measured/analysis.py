@@ -28,7 +28,8 @@ class RotationAsked:
     """Rotation of one or two places as options ask for it; see :func:`cranktrain.measured.rotation.rotation`.
 
     ``teeth`` and ``missing`` may be None: a wheel with a gap that recurs says them itself. ``speed`` (rev/min) is one
-    that the shaft had, against which the pulses are checked; ``clock`` (Hz) that of a counter whose ticks the channels are.
+    that the shaft had, against which the pulses are checked; ``clock`` (Hz) that of a counter whose ticks the channels
+    hold.
     """
 
     channel: str

@@ -225,4 +225,6 @@ def sampled(
         own, values = own[order], values[order]
         start = float(own[0])
     places = None if own is None else of_array(own)
-    return Channel(name, unit, values.size, source, of_array(values), start, step, places, about=about, began=began), remarks
+    return Channel(
+        name, unit, values.size, source, of_array(values), start, step, places, about=about, began=began
+    ), remarks

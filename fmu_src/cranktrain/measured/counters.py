@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
@@ -85,8 +86,8 @@ def counted_times(channel: Channel, clock: float | None = None) -> tuple[Array, 
     return np.asarray(values * second, dtype=np.float64), tuple(remarks)
 
 
-def _bits(values: Array, falls: Array, ticks: float) -> int | None:
-    """Bits of the counter that begins again at the ``falls`` (f,) of the values (k,); ``ticks`` of each unit of these."""
+def _bits(values: Array, falls: NDArray[np.intp], ticks: float) -> int | None:
+    """Bits of the counter that begins again at the ``falls`` (f,) of the values (k,), each of ``ticks`` ticks."""
     steps = np.diff(values)
     usual = float(np.median(steps[steps > 0.0])) * ticks if ticks else 0.0
     for bits in BITS:

@@ -80,8 +80,8 @@ def recognised(wheel: Wheel, times: Array, where: str) -> tuple[Wheel, list[str]
         found = Wheel(gaps * gap.apart, gap.missing, gaps)
     else:
         raise InputError(
-            f"{where}: gaps of {gap.missing} teeth are {gap.apart} teeth apart, and {wheel.teeth} teeth a revolution are "
-            f"no multiple; check the count of teeth, e.g. {gap.apart} with {gap.missing} missing"
+            f"{where}: gaps of {gap.missing} teeth are {gap.apart} teeth apart, not {wheel.teeth}; "
+            f"check the count of teeth, e.g. {gap.apart} with {gap.missing} missing"
         )
     remarks = []
     if found.teeth != wheel.teeth:

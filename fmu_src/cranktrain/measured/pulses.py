@@ -92,7 +92,9 @@ def pulse_times(
     if (held := counted_times(channel, clock)) is not None:
         return Pulses(held[0], math.nan, math.nan, held[1])
     if channel.abscissa != TIME:
-        raise InputError(f"{where}: is over {channel.abscissa}, not over time; pulses need a channel over time{ticks_hint(channel)}")
+        raise InputError(
+            f"{where}: is over {channel.abscissa}, not over time; pulses need a channel over time{ticks_hint(channel)}"
+        )
     sign = 1.0 if edge == "rising" else -1.0
     parts, used, remarks = _crossings(channel, level, hysteresis, sign, cubic)
     places = np.concatenate(parts) if parts else np.zeros(0)

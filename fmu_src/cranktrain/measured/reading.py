@@ -17,7 +17,7 @@ import numpy as np
 
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.types import Array
-from cranktrain.core.user_file import user_path
+from cranktrain.core.user_file import check_file, user_path
 from cranktrain.measured.channels import TIME, Channel, Measurement, Reader
 
 SOURCE = "cranktrain.measured.formats"
@@ -55,8 +55,8 @@ Listing = tuple[list[Channel], list[str]]
 def read_measured(*files: str | Path, channels: Sequence[str] | None = None) -> Measurement:
     """Channels of measurement files, with their samples left in the files until they are asked for.
 
-    Formats: UFF 58 and 58b, MDF, TDMS, WAV, HDF5, MATLAB, Parquet, LabVIEW text, text tables. Channels of equal name in several
-    files are told apart by their file.
+    Formats: UFF 58 and 58b, MDF, TDMS, WAV, HDF5, MATLAB, Parquet, LabVIEW text, text tables. Channels of equal
+    name in several files are told apart by their file.
 
     Raises ``InputError``: no such file, a format that is not known or not the file's, a channel that is not there, a
     package that is missing.
@@ -198,6 +198,7 @@ def _guarded(channel: Channel, kind: Format) -> Reader:
 def file_format(path: Path) -> Format:
     """Format of a file by its first bytes, else by its ending in any case; ``InputError``."""
     try:
+        check_file(path, f"{path}", "give a measurement file", most=sys.maxsize)
         if not path.is_file():
             raise InputError(f"{path}: no such measurement file; check its path")
         with path.open("rb") as file:

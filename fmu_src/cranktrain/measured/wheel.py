@@ -81,8 +81,8 @@ class Numbered:
     Attributes
     ----------
     times : (k,) s, double pulses removed
-    teeth : (k,) number of each pulse's tooth from the first revolution's tooth 0 on, rising; tooth 0 follows the gap, or
-        one of several
+    teeth : (k,) number of each pulse's tooth from the first revolution's tooth 0 on, rising; tooth 0 follows the gap,
+        or one of several
     lost, doubled : pulses that are missing apart from the gap, and that were removed
     slips : revolutions whose gap is not where it was, with the pulses that they have too many (+) or few (−)
     stops : intervals in which the shaft stood still; teeth go on counting behind them

@@ -8,22 +8,20 @@ A last column of comments is not one of values. Segments of the same channels ar
 
 from __future__ import annotations
 
-import io
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.text_clock import Clocks
+from cranktrain.core.text_dialect import Dialect
 from cranktrain.core.text_file import open_text
-from cranktrain.core.text_table import TextTable
-from cranktrain.core.types import Array
+from cranktrain.core.text_table import TextTable, parsed_block
 from cranktrain.measured.channels import Channel
 from cranktrain.measured.formats.arrays import Named, as_channels
 from cranktrain.measured.formats.text import Values, collected
@@ -122,18 +120,21 @@ def _segment(file: TextIO, sign: str, about: dict[str, list[str]], name: str) ->
     steps = [step if step > 0.0 else math.nan for step in numbers("delta_x")]
     starts = [start if math.isfinite(start) else 0.0 for start in numbers("x0")]
     file_date, file_time = ((about.get(key) or [""])[0] for key in ("date", "time"))
-    began = [_instant(day or file_date, time or file_time) for day, time in zip(texts("date"), texts("time"), strict=True)]
+    began = [
+        _instant(day or file_date, time or file_time) for day, time in zip(texts("date"), texts("time"), strict=True)
+    ]
     absolute = (about.get("time_pref") or [""])[0].lower() == "absolute"
-    return Segment(names, texts("y_unit_label"), [0.0 if absolute else start for start in starts], steps, began, abscissa)
+    return Segment(
+        names, texts("y_unit_label"), [0.0 if absolute else start for start in starts], steps, began, abscissa
+    )
 
 
 def _parts(file: TextIO, first: Segment, sign: str, about: dict[str, list[str]], name: str) -> Iterator[TextTable]:
     """Parts of the values, (rows, abscissae and channels); later segments' headers are passed over."""
-    import pandas
-
     point = (about.get("decimal_separator") or ["."])[0] or "."
     count = len(first.names)
     width = 2 * count if first.abscissa == "Multi" else count + 1
+    dialect = Dialect(sign, point, "", width, (True,) * width)
     line, lines = 0, list[str]()
     while True:
         text = file.readline(LONGEST)
@@ -143,12 +144,7 @@ def _parts(file: TextIO, first: Segment, sign: str, about: dict[str, list[str]],
             cells = text.rstrip("\r\n").split(sign)[:width]
             lines.append(sign.join(cells + [""] * (width - len(cells))))
         if lines and (ends or len(lines) == ROWS):
-            frame = pandas.read_csv(
-                io.StringIO("\n".join(lines)), sep=sign, header=None, decimal=point, skip_blank_lines=False,
-                names=list(range(width)), dtype=np.float64,
-            )  # fmt: skip
-            values = frame.to_numpy(dtype=np.float64)
-            at: NDArray[np.int64] = np.arange(line - len(lines), line, dtype=np.int64)
+            values, at = parsed_block("\n".join(lines) + "\n", line - len(lines), dialect, name, None)
             yield TextTable(("",) * width, ("",) * width, values, (), 1, at, ())
             lines = []
         if not text:
@@ -159,7 +155,9 @@ def _parts(file: TextIO, first: Segment, sign: str, about: dict[str, list[str]],
             names = [cell.strip() for cell in file.readline(LONGEST).rstrip("\r\n").split(sign)]
             own = [cell for cell in names[1:] if cell.lower() != "x_value"][:count]
             if own != first.names:
-                raise InputError(f"{name}: has segments of different channels, {first.names} and {own}; export each alone")
+                raise InputError(
+                    f"{name}: has segments of different channels, {first.names} and {own}; export each alone"
+                )
 
 
 def _last(values: Values, column: int) -> int:
@@ -171,7 +169,7 @@ def _last(values: Values, column: int) -> int:
     return int(there[-1]) + 1 if there.size else 0
 
 
-def _column(values: Values, k: int) -> object:
+def _column(values: Values, k: int) -> Callable[[int, int, int], Array]:
     return lambda first, last, _: values.read(first, last, k)
 
 

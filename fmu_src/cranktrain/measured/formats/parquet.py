@@ -93,7 +93,9 @@ def _began(file: Any, name: str) -> int | None:
     if kinds.is_timestamp(part.column(0).type):
         return int(_nanoseconds(part.column(0))[0])
     clocks = Clocks()
-    if not isinstance(part.column(0)[0].as_py(), str) or not np.isfinite(clocks.seconds(0, part.column(0).to_pylist())[0]):
+    if not isinstance(part.column(0)[0].as_py(), str) or not np.isfinite(
+        clocks.seconds(0, part.column(0).to_pylist())[0]
+    ):
         return None
     return clocks.first[0] if clocks.dated else None
 

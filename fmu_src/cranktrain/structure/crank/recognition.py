@@ -310,9 +310,7 @@ def _adjoins(one: Round, other: Round) -> bool:
     """Whether a thinner cylinder about the same axis adjoins, with no more than a fillet between."""
     apart = np.hypot(one.axis[0] - other.axis[0], one.axis[1] - other.axis[1])
     gap = max(one.start, other.start) - min(one.end, other.end)
-    return bool(
-        other.radius < 0.98 * one.radius and apart < SAME_AXIS * 10.0 * one.radius and gap < REACH * one.radius
-    )
+    return bool(other.radius < 0.98 * one.radius and apart < SAME_AXIS * 10.0 * one.radius and gap < REACH * one.radius)
 
 
 def _is_disc(one: Round, main_radius: float) -> bool:
@@ -425,7 +423,5 @@ def _doubts(mains: tuple[Journal, ...], pins: tuple[Journal, ...]) -> tuple[str,
     ):
         if np.ptp(values) > 0.02:
             each = f" ({', '.join(f'{value:.2f}' for value in values)})" if len(values) <= LISTED else ""
-            found.append(
-                f"{what} of {min(values):.2f} to {max(values):.2f} mm{each}; the engine file has their median"
-            )
+            found.append(f"{what} of {min(values):.2f} to {max(values):.2f} mm{each}; the engine file has their median")
     return tuple(found)

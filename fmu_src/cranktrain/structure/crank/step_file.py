@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.user_file import check_file
 from cranktrain.structure.fem.cad_process import run_in_child
 from cranktrain.structure.fem.mesh import cad_mesh
 from cranktrain.structure.fem.own_mesh import UNITS
@@ -148,6 +149,7 @@ def _axis_and_angle(turn: Array) -> list[float]:
 
 def _check_text(path: Path) -> None:
     """Refuse what is no whole STEP file; ``InputError``."""
+    check_file(path, f"{path}", "give a STEP file of the crankshaft")
     try:
         with path.open("rb") as file:
             head = file.read(4096)

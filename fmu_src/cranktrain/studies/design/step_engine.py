@@ -97,8 +97,8 @@ def _check_unit(found: Found, diameter: float, bore: float | None) -> None:
         else "check --bore-mm and the file"
     )
     raise InputError(
-        f"{found.solid.path}: main journals of {1e3 * diameter:.4g} mm {beside} ({in_file:.4g} in the file, which states "
-        f"{_UNIT_WORDS.get(stated_unit(found.solid.path), 'another unit')}); {remedy}"
+        f"{found.solid.path}: main journals of {1e3 * diameter:.4g} mm {beside} ({in_file:.4g} in the file, which "
+        f"states {_UNIT_WORDS.get(stated_unit(found.solid.path), 'another unit')}); {remedy}"
     )
 
 
