@@ -105,6 +105,10 @@ class Points(Protocol):
     def negative(self) -> tuple[int, float] | None:
         """Number of the first point with a pressure below zero, and this pressure."""
 
+    @property
+    def column(self) -> str:
+        """Name of the first column of pressures for messages, behind a comma; empty where there is none."""
+
     def parts(self) -> Iterator[tuple[Array, Array]]:
         """Angles (n,) deg and pressures (n, k), part by part."""
 
@@ -118,7 +122,7 @@ def folded_traces(
     first = _dead_centre(float(points.peak_angles[0]), name) if dead_centre_deg is None else dead_centre_deg
     centres, base = _centres(points.peak_angles, first, phases, period, name)
     cycles = _cycles(points, centres, name, period)
-    found = stated or unit_of_trace(name, engine, *cycles[0][:2])
+    found = stated or unit_of_trace(f"{name}{points.column}", engine, *cycles[0][:2])
     rows, noises = [], []
     for k, (x, raw, conflict) in enumerate(cycles, 1):
         own = name if len(centres) == 1 else f"{name}, cylinder {k}"

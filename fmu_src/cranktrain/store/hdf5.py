@@ -7,6 +7,7 @@ is refused.
 from __future__ import annotations
 
 import io
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
+from cranktrain.core.user_file import check_file
 from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
 from cranktrain.store.seal import check_seal, seal
 from cranktrain.store.sound_files import DAMAGED, check_body, check_tree, real
@@ -372,6 +374,7 @@ TABLE, PART = kind_of(TABLE_FORMAT), kind_of(PART_FORMAT)
 @contextmanager
 def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5py.File]:
     """File of its kind and schema; ``StoreError`` with the remedy otherwise."""
+    check_file(path, f"{path}", remedy, most=sys.maxsize)
     if not Path(path).is_file():
         raise StoreError(f"{path}: no such file; {remedy}")
     try:
