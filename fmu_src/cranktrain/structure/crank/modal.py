@@ -225,21 +225,21 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
     return np.asarray(energy / energy.sum(axis=1, keepdims=True))
 
 
-def named_mode(hz: Array, shares: Array, kind: str, number: int = 1, highest: float = math.inf) -> int | None:
+def named_mode(
+    hz: Array, shares: Array, kind: str, number: int = 1, highest: float = math.inf, answers: Array | None = None
+) -> int | None:
     """Index of the mode named the first (``number`` 1), second, … of a kind; None where no mode has the name.
 
     Parameters
     ----------
     hz, shares : (k,) rising frequencies and (k, kinds) energy fractions, as the kinds of this module come first
     highest : frequency, Hz, up to which it is sought
+    answers : (k,) response of each mode, by which one of several is chosen; by the energy fraction where it is None
     """
     own = shares[:, KINDS.index(kind)]
     count = np.cumsum(own) - 0.5 * own
-    among = np.flatnonzero((count > number - 1) & (count <= number) & (hz <= highest))
-    if not among.size:
-        return None
-    best = int(among[np.argmax(own[among])])
-    return best if own[best] >= LEAST_SHARE else None
+    among = np.flatnonzero((count > number - 1) & (count <= number) & (hz <= highest) & (own >= LEAST_SHARE))
+    return int(among[np.argmax((own if answers is None else answers)[among])]) if among.size else None
 
 
 def torsional_frequencies(hz: Array, shares: Array, highest: float = math.inf) -> list[float | None]:

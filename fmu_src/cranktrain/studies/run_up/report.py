@@ -91,6 +91,7 @@ def peak_entry(peak: Peak, measured_rpm: float = math.nan) -> dict[str, Any]:
         "critical_rpm": peak.critical_speed * RPM,
         "off_percent": 100.0 * peak.off,
         "mode_in_motion_hz": peak.motion_hz,
+        "mode_in_motion_torsion_percent": 100.0 * peak.motion_torsion,
         "off_in_motion_percent": 100.0 * peak.off_in_motion,
         "periodic": peak.periodic,
     }
@@ -143,6 +144,7 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
             _text(peak["damping_ratio"], ".2%"), f"{peak['mode']} {_text(peak['mode_hz'], '.1f')}".strip(),
             _text(peak["critical_rpm"], ".0f"), _text(0.01 * peak["off_percent"], "+.1%"),
             _text(peak["mode_in_motion_hz"], ".1f"), _text(0.01 * peak["off_in_motion_percent"], "+.1%"),
+            _text(peak["mode_in_motion_torsion_percent"], ".0f"),
             *_measured_texts(peak),
             "" if peak["periodic"] else "no period there",
         )
@@ -150,7 +152,7 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
     ]  # fmt: skip
     header = (
         "order", "rev/min", "deg", "Hz", "damping", "at rest / Hz", "critical / rev/min", "off",
-        "in motion / Hz", "off", "measured / rev/min", "off", "",
+        "in motion / Hz", "off", "its torsion / %", "measured / rev/min", "off", "",
     )  # fmt: skip
     return [Table("Resonances of the pulley's torsion (amplitudes zero to peak)", header, tuple(rows))]
 
