@@ -319,10 +319,12 @@ def vibrations(
     mass, damping, stiffness = equations[:3]
     n = len(mass)
     factor = np.linalg.inv(mass)
-    values, vectors = eig(np.block([[np.zeros((n, n)), np.eye(n)], [-factor @ stiffness, -factor @ damping]]))
+    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-factor @ stiffness, -factor @ damping]])
+    values, left, right = eig(matrix, left=True)
     kept = np.flatnonzero((values.imag > 2.0 * math.pi * slowest) & (-values.real < OVERDAMPED * np.abs(values)))
     kept = kept[np.argsort(values[kept].imag)]
-    return values[kept], vectors[:n, kept], participations(mass, vectors, loads)[kept]
+    left, right = left[:, kept], right[:, kept]
+    return values[kept], right[:n], participations(mass, left, right, loads)
 
 
 def rods_in_motion(simulation: Simulation, speed: float) -> Rods:
@@ -349,8 +351,10 @@ def _rods(simulation: Simulation, speed: float) -> Rods:
         if end >= 0:
             rows[3 * c : 3 * c + 2] = model.ports[end : end + 2]
             rows[3 * c + 2] = 0.0
-    loads = np.hstack((unit_torques(engine, body), order_forces(forces.forces)))
-    return Rods(rows, [tangent.mean(axis=0) for tangent in forces[2:]], rows.T @ loads)
+    torques = np.zeros((t, engine.n_cylinders))
+    torques[: body.n_modes] = unit_torques(engine, body)
+    loads: ComplexArray = np.hstack((torques, rows.T @ order_forces(forces.forces))).astype(np.complex128)
+    return Rods(rows, [tangent.mean(axis=0) for tangent in forces[2:]], loads)
 
 
 def _relative_motion(model: ModelArrays) -> NDArray[Any]:

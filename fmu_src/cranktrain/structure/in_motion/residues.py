@@ -29,30 +29,33 @@ HIGHEST_ORDER = 24.0
 """Highest order whose forces are kept."""
 
 
-def participations(mass: NDArray[Any], vectors: ComplexArray, loads: NDArray[Any]) -> ComplexArray:
-    """Factors y_kᴴ b/(y_kᴴ (2λ_k M + C) x_k) of all modes for ``loads`` b (n, l), as (2 n, l).
+def participations(mass: NDArray[Any], left: ComplexArray, right: ComplexArray, loads: NDArray[Any]) -> ComplexArray:
+    """Factors y_kᴴ b/(y_kᴴ (2λ_k M + C) x_k) of k modes for ``loads`` b (n, l), as (k, l).
 
-    ``vectors`` (2 n, 2 n) are the eigenvectors (x, λ x) of the first-order form, ``mass`` (n, n). The inverse of the
-    vectors has the left ones as its rows.
+    ``left`` and ``right`` (2 n, k) are eigenvectors of the first-order form; the right ones are (x, λ x). ``mass`` is
+    (n, n).
     """
-    driven = np.linalg.solve(mass, loads)
-    return np.asarray(np.linalg.solve(vectors, np.concatenate((np.zeros_like(driven), driven))))
+    n = len(mass)
+    scale = np.sum(left.conj() * right, axis=0)
+    return np.asarray(left[n:].conj().T @ np.linalg.solve(mass, loads) / scale[:, None])
 
 
 def order_forces(forces: Array) -> ComplexArray:
-    """Complex amplitudes (m, o) of forces (N, m) over a four-stroke cycle: orders 0.5, 1, … to :data:`HIGHEST_ORDER`."""
+    """Complex amplitudes (m, o) of forces (N, m) over two revolutions: orders 0.5, 1, … to :data:`HIGHEST_ORDER`."""
     harmonics = 2.0 / len(forces) * np.fft.rfft(forces, axis=0)
-    return np.asarray(harmonics[1 : round(2.0 * HIGHEST_ORDER) + 1].T)
+    return np.asarray(harmonics[1 : round(2.0 * HIGHEST_ORDER) + 1].T, dtype=np.complex128)
 
 
 def unit_torques(engine: Engine, body: ReducedBody) -> Array:
-    """Forces (3 c + 1, c) of a torque of 1 N m of each cylinder, at the rows of ``rod_forces``.
-
-    A row of :func:`cranktrain.structure.in_motion.periodic_forces.rod_forces` is x, y or rotation of a rod's place.
-    """
-    pins = engine.cylinders.pins
-    found = np.zeros((3 * len(pins) + 1, len(pins)))
-    for c, pin in enumerate(pins):
-        x, y = body.positions[body.index(f"pin[{pin}]"), :2]
-        found[3 * c : 3 * c + 2, c] = np.array([-y, x]) / (x**2 + y**2)
-    return found
+    """Loads (n, c) of a torque of 1 N m of each cylinder on a body's modes: a force on its pin across the throw."""
+    loads = []
+    for pin, offset in zip(engine.cylinders.pins, engine.rod_offsets, strict=True):
+        at = body.index(f"pin[{pin}]")
+        # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
+        x_row, y_row = (
+            body.shapes[at, 0] + offset * body.shapes[at, 4],
+            body.shapes[at, 1] - offset * body.shapes[at, 3],
+        )
+        x, y = body.positions[at, :2]
+        loads.append((x * y_row - y * x_row) / (x**2 + y**2))
+    return np.array(loads).T

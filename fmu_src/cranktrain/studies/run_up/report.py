@@ -15,11 +15,13 @@ from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Published
 from cranktrain.loads.damper import required_damper
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.orders.resonances import Peak, labelled, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.tables import NOTHING, Table
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.block.modal import block_modes
+from cranktrain.structure.crank.critical_speeds import critical_speeds
 from cranktrain.structure.crank.modal import (
     KINDS,
     cranktrain_matrices,
@@ -120,6 +122,24 @@ def torsional_peaks(run_up: RunUp, made: Assembly) -> list[Peak]:
         own = modes_at_peak(fitted, made.body, peak) if damped and block is None else torsional
         result += labelled([peak], np.append(slow, own), names + own.size * ["torsional"])
     return result
+
+
+def critical_speeds_at_rest(run_up: RunUp, made: Assembly, gas: Gas | None) -> list[dict[str, Any]]:
+    """Critical speeds within a run-up by the orders that excite the first torsional mode at rest, on ground.
+
+    None of a rigid crank, and none with the damper, whose ring changes the mode.
+    """
+    if not crank_level(made.settings.crank).elastic or made.settings.damper != "none":
+        return []
+    found = critical_speeds(fitted_engine(made.engine, made.settings), made.body, gas)
+    return [entry for entry in found if run_up.speeds_rpm[0] <= entry["rpm"] <= run_up.speeds_rpm[-1]]
+
+
+def critical_speeds_text(found: Sequence[Mapping[str, Any]]) -> str:
+    """The same in a sentence, the strongest excitation first."""
+    ranked = sorted(found, key=lambda entry: -entry["excitation"])
+    said = ", ".join(f"{entry['order']:g} at {entry['rpm']:.0f}" for entry in ranked)
+    return f"Orders that excite torsion and their critical speeds at rest on ground, strongest first: {said} rev/min"
 
 
 def torsional_at_rest(engine: Engine, body: ReducedBody, block: ReducedBody | None) -> Array:
