@@ -68,11 +68,14 @@ def motion_report(made: Assembly, speed: float | None = None, gas: Gas | None = 
     return {"state": state, "modes": modes, "first_torsional_hz": first, "definition": DEFINITION}
 
 
+TORSIONAL = (
+    "A mode is torsional where the pulley's torsion at resonance, by the engine's orders within its speeds, is a tenth or "
+    "more of that of the strongest mode, or where most of its kinetic energy is torsion"
+)
 DEFINITION = (
     "small motions about the settled cycle of a run, as seen from the turning crank: films by the mean law of their "
     "tangents in series with crank and block, collar as it runs, rods as mean masses, drive line and mounts as they "
-    "are; a mode is torsional where the pulley's torsion at resonance, by the engine's own orders within its speeds, is "
-    "a tenth or more of that of the strongest mode, or where most of its kinetic energy is torsion"
+    f"are. {TORSIONAL}"
 )
 
 
