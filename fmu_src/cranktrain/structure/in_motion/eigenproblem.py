@@ -25,8 +25,8 @@ its energy may be damped so much that no order of a run peaks there. So of the m
 torsional one, the mode has the name whose residue over its damping, by unit torques of the cylinders, is the largest.
 
 If all laws are linear and isotropic the method is exact. On films and rollers the large peaks of a run lie within 0.7 %
-of the modes that contribute most to them, those of the shipped six within 0.5 % (tests/properties/test_peaks_in_motion.py,
-tests/literature/test_critical_speeds.py). The error is larger
+of the modes that contribute most to them, those of the shipped six within 0.5 %
+(tests/properties/test_peaks_in_motion.py, tests/literature/test_critical_speeds.py). The error is larger
 for bearings of level ``linear`` with different springs across and upwards: in the turning frame their stiffness varies
 with 2Ω about its mean without damping, and torsion comes out up to 1.1 % above the run.
 
@@ -198,9 +198,9 @@ class ModesInMotion(NamedTuple):
         return self._chosen(number, self.answers)
 
     def twisting(self, number: int) -> int:
-        """Index of the mode of the first, second, … torsional one that has most torsion in its kinetic energy; −1: none.
+        """Index of the mode with most torsion in its energy of those that count to the first, second, …; −1: none.
 
-        A crank that only twists has its whole torsion in one mode, which this one stands for best.
+        It stands for the one torsional mode of a crank that only twists.
         """
         return self._chosen(number, None)
 

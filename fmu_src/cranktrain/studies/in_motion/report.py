@@ -69,8 +69,8 @@ def motion_report(made: Assembly, speed: float | None = None, gas: Gas | None = 
 
 
 TORSIONAL = (
-    "A mode is torsional where the pulley's torsion at resonance, by the engine's orders within its speeds, is a tenth or "
-    "more of that of the strongest mode, or where most of its kinetic energy is torsion"
+    "A mode is torsional where the pulley's torsion at resonance, by the engine's orders within its speeds, is a tenth "
+    "or more of that of the strongest mode, or where most of its kinetic energy is torsion"
 )
 DEFINITION = (
     "small motions about the settled cycle of a run, as seen from the turning crank: films by the mean law of their "
