@@ -91,7 +91,7 @@ def _published(engine: Engine, part: Mapping[str, Any]) -> list[Entry]:
 
 
 def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) -> Table:
-    """Critical speeds per order of the first torsional mode at rest beside the published ones."""
+    """Critical speeds of the first torsional mode at rest by the orders that excite it, beside the published ones."""
     to_rpm = 30.0 / math.pi
     p = engine.published
     known = {
@@ -105,12 +105,13 @@ def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) 
             (
                 f"{entry['order']:g}",
                 f"{entry['rpm']:.0f}",
+                f"{100.0 * entry['excitation']:.0f}" if "excitation" in entry else NOTHING,
                 _number(published, ".0f"),
                 _deviation(entry["rpm"], published),
                 _number(measured, ".0f"),
             )
         )
-    header = ("order", "rev/min", "published", "deviation", "measured")
+    header = ("order", "rev/min", "excitation / %", "published", "deviation", "measured")
     return Table("Critical speeds of the first torsional mode at rest", header, tuple(rows))
 
 

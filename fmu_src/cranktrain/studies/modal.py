@@ -20,6 +20,7 @@ from cranktrain.structure.assembly import assemble, check_crank_table, check_mes
 from cranktrain.structure.block.modal import block_report
 from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.block.shape import block_plan
+from cranktrain.structure.crank.critical_speeds import critical_speeds
 from cranktrain.structure.crank.level import bare_crank
 from cranktrain.structure.crank.modal import modal_report
 from cranktrain.structure.crank.reduction import complete_crankshaft, kept_crankshaft, reduced_crankshaft
@@ -96,6 +97,7 @@ def modal(
         report: dict[str, Any] = level_frequencies(found, crank, body, own)
     else:
         report = dict(modal_report(found, own))
+        report["critical_speeds"] = critical_speeds(found, complete_crankshaft(found, own), gas)
         if damper:
             report["damper"] = damper_report(found, own)
         if flexible:

@@ -159,12 +159,20 @@ class Campbell(ModesOverSpeed):
         coordinates = {"speed_rpm": self.speeds_rpm, "mode": list(self.names), "kind": ("mode", list(self.kinds))}
         return xarray.DataArray(self.hz, coordinates, ("speed_rpm", "mode"), "frequency", {"units": "Hz"})
 
-    def plot(self, orders: Sequence[float] = (1.0, 2.0, 4.0, 6.0), path: str | Path | None = None) -> Any:
-        """Figure (matplotlib) of frequencies over speed with rays of orders; also written to ``path``."""
+    def plot(
+        self, orders: Sequence[float] = (1.0, 2.0, 4.0, 6.0), path: str | Path | None = None, name: str = ""
+    ) -> Any:
+        """Figure (matplotlib) of frequencies over speed with rays of orders; also written to ``path``.
+
+        ``name`` of the engine stands in the title.
+        """
         figure = figure_of(11.5, 7.5)
         highest = 1.1 * float(self.hz.max()) if self.hz.size else 100.0
         plot_campbell(figure.subplots(), self, tuple(orders), highest)
-        figure.suptitle("Campbell diagram, modes at rest on stand-in springs", fontsize=12)
+        figure.suptitle(
+            f"Campbell diagram{f' of {name}' if name else ''}, modes at rest on stand-in springs", fontsize=12,
+            parse_math=False,
+        )  # fmt: skip
         if path is not None:
             save_figure(figure, path)
         return for_notebook(figure)

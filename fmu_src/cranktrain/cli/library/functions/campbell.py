@@ -36,12 +36,12 @@ def campbell(
         (.toml)
     mesh_unit : unit of own meshes: m, mm, in (default m)
     from_rpm : first speed, rev/min (default: the engine's lowest)
-    to_rpm : last speed, rev/min (default: the engine's highest)
+    to_rpm : last speed, rev/min (default: a quarter above the engine's highest)
     step_rpm : distance between speeds, rev/min (default: 21 speeds)
     crank : rigid; torsional; beam; solid; default solid
     damper : with the engine's torsional damper on the pulley
     highest_hz : modes up to this frequency (default: 1000, or the first torsional one)
-    orders : orders whose crossings are listed and drawn, e.g. 3,6 (default: of firing, half and double)
+    orders : orders whose crossings are listed and drawn, e.g. 3,6 (default: those that excite torsion)
     drive_line : discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft
     output : picture of the diagram, ending in .png or .svg
     """
