@@ -515,6 +515,8 @@ def test_a_peak_is_a_clear_one_inside_the_speeds():
         ("four_petrol", 100, []),
         # The damper dominates the damping of its mode: orders alone do not know that of the crank.
         ("diesel_v8", 40, ["--decay", "0.05", "--flywheel", "--speeds", "48"]),
+        ("diesel_i6", 10, ["--teeth-mdeg", "10"]),
+        ("four_petrol", 10, ["--teeth-mdeg", "2"]),
     ],
 )
 def test_intervals_hold_the_true_values_in_nine_of_ten_trials(name, trials, more, monkeypatch, capsys):

@@ -66,30 +66,32 @@ def test_any_constant_leaves_the_estimate_where_it_is():
     assert np.diag(one.information) == pytest.approx(np.diag(other.information), rel=0.03)
 
 
-def test_intervals_hold_the_true_values_beside_a_constant_and_do_not_where_it_is_not_sought():
-    """Twelve draws of noise and of the constant's phase, three parameters each: 95 % of 36 are 34."""
-    rng, inside = np.random.default_rng(7), {True: 0, False: 0}
+def test_intervals_hold_the_true_values_beside_a_constant_and_errors_are_those_of_the_noise():
+    """Eight draws of noise and of the constant's phase, three parameters each: 95 % of 24 are 23."""
+    rng, inside, squares = np.random.default_rng(7), {True: 0, False: 0}, {True: 0.0, False: 0.0}
     true = np.log(list(TRUE.values()))
-    for _ in range(12):
+    for _ in range(8):
         values = noisy(rng, one_mass(TRUE.values())) + abs(TEETH) * np.exp(1j * rng.uniform(0.0, math.tau))
         for wheel in inside:
             comparison = compared(values, wheel)
             found = estimate(comparison)
+            squares[wheel] += (found.inner - true) ** 2 / 8.0
             ends = profiles(comparison, found, confidence_of(comparison, found, np.zeros((1, 3))))
             inside[wheel] += sum(low <= u <= high for (low, high), u in zip(ends, true, strict=True))
-    assert inside[True] >= 32
-    assert inside[False] < inside[True]
+    assert inside[True] >= 22
+    assert np.all(squares[True] < 6.0 * np.diag(bound()))  # a constant costs information
+    assert squares[False].sum() > 4.0 * squares[True].sum()
 
 
 def test_amplitudes_alone_lose_the_constant_to_first_order():
-    """|y + w| ≈ |y| + Re(w exp(−i arg y)): a twentieth of the least amplitude leaves its square, a four hundredth."""
+    """|y + w| ≈ |y| + Re(w exp(−i arg y)): with |w| a two hundredth of the least |y| its square is left."""
     y = one_mass(TRUE.values())
-    small = 0.05 * float(np.abs(y).min()) * np.exp(0.7j)
+    small = 0.005 * float(np.abs(y).min()) * np.exp(0.7j)
     away = {}
     for wheel in (True, False):
         comparison = compared(np.abs(y + small).astype(complex), wheel, phases=False, noise=0.01 * abs(small))
         away[wheel] = np.abs(estimate(comparison).inner - np.log(list(TRUE.values()))).max()
-    assert away[True] < 0.1 * away[False]
+    assert away[True] < 0.3 * away[False]
 
 
 def test_rows_of_the_report_name_the_constant_and_held_out_speeds_are_predicted_with_it():
