@@ -36,6 +36,8 @@ COLUMNS = {"speed": "speed_rpm", "order": "order", "amplitude": "amplitude", "un
 LAID_OVER = (TORSION, AXIAL, FLYWHEEL, "twist")
 FURTHER = {"phase": ("phase_deg", "phase", "phase [deg]"), "band": ("band", "band_95", "uncertainty")}
 """Columns that a table may have besides: names in lower case."""
+OWN = ("output", "signal", "wheel")
+"""Further columns of the table that is written."""
 OUTPUTS = {"angle": TORSION, "length": AXIAL}
 """Output that an amplitude of a dimension belongs to."""
 LARGEST, LEAST = 1e9, 1e-15
@@ -89,7 +91,7 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
     place = user_path(path)
     if place.is_file() and file_format(place).module != "text":
         return _of_curves(path, kinds)
-    table = read_rows(path, "file of measured orders", REMEDY, lambda word: bool(kind_of(named(word)[0], KINDS)))
+    table = read_rows(path, "file of measured orders", REMEDY, _is_column)
     columns = _columns(table, name)
     further = _further(table)
     outputs, wheel = (
@@ -123,6 +125,12 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
     found = _measured(points, name)
     found.wheels = None if wheel is None else wheels
     return found
+
+
+def _is_column(word: str) -> bool:
+    """Whether a word of a header names a column of measured orders."""
+    name = word.strip().lower()
+    return bool(kind_of(named(word)[0], KINDS)) or name in OWN or any(name in known for known in FURTHER.values())
 
 
 def _named_output(name: str, by_unit: str, where: str) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from cranktrain.studies.identification.parameters import LOAD
 
-MOST_LOAD = 1.5
+MOST_LOAD = 1.4
 """Load over the full load of the engine file from which the amplitudes are doubted."""
 PEAK_TO_PEAK = (
     "amplitudes are zero to peak: peak-to-peak ones are twice as large, r.m.s. values 0.71 times; or combustion.heat "
