@@ -86,7 +86,12 @@ def _add_rotation(group: Any) -> None:
         help="order 1 of constant size: keep (default) or remove",
     )
     add("--index", default="", metavar="CHANNEL", help="once-a-revolution pulse that marks tooth 0")
-    add("--dead-centre-deg", type=finite, default=0.0, help="angle from tooth 0 to firing dead centre of cylinder 1")
+    add(
+        "--dead-centre-deg",
+        type=number(-720.0, 720.0, "deg"),
+        default=0.0,
+        help="angle from tooth 0 to firing dead centre of cylinder 1",
+    )
     add(
         "--firing",
         default="",
@@ -138,7 +143,7 @@ def _add_pressure(group: Any) -> None:
     )
     add(
         "--first-deg",
-        type=finite,
+        type=number(-720.0, 720.0, "deg"),
         default=-360.0,
         help="crank angle of their first sample after dead centre of cylinder 1 (default -360)",
     )
@@ -344,7 +349,8 @@ def _orders(measurement: Measurement, rotations: list[Rotation], options: argpar
             )
     if options.output and not options.pressure:
         places = ("pulley.torsion", "flywheel.torsion", "twist") if not options.of else ()
-        write_orders(options.output, found, places)
+        wheel = rotations[0].wheel
+        write_orders(options.output, found, places, wheel="" if options.of else f"{wheel.teeth}-{wheel.missing}")
     return result
 
 

@@ -23,6 +23,8 @@ from cranktrain.measured.wheel import CYCLE, MeanRotation, Numbered, Wheel, lear
 RPM = 30.0 / math.pi
 DISAGREE = 0.005
 """Relative difference of mean speeds from which two tachos are said to disagree."""
+UNLIKELY = 15.0
+"""Speed, rev/min, below which no engine runs, though it may be turned over."""
 SLOWEST, FASTEST = 1.0, 50_000.0
 """Speed, rev/min, below which a shaft stands still, and above which none of an engine turns."""
 WRONG, FEW_WRONG = 0.04, 20
@@ -383,6 +385,12 @@ def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where
             f"{where}: turns at {speed * RPM:.4g} rev/min with {wheel.teeth} teeth, above {FASTEST:g} rev/min; "
             "check the pulses a revolution"
         )
+    if speed * RPM < UNLIKELY:
+        slow = [
+            f"{where}: turns at {speed * RPM:.3g} rev/min, and engines run at {UNLIKELY:g} or more; check the unit of "
+            "the times (ms against s) and the pulses a revolution"
+        ]
+        return np.zeros(0), slow
     if errors.any() or wheel.teeth < 4 or angle[-1] - angle[0] < 16 * CYCLE:
         return np.zeros(0), []
     found = learn_errors(numbered, wheel, None, where)
