@@ -11,8 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.studies.design.balance import free_forces
+from cranktrain.studies.design.balance import cylinder_places, free_forces
 from cranktrain.studies.design.crank_table import found_crankshaft
 from cranktrain.studies.design.document import Block, Document, Entry, chosen, derived
 from cranktrain.studies.design.fitting import (
@@ -25,7 +26,7 @@ from cranktrain.studies.design.fitting import (
     full_load,
     gyration,
 )
-from cranktrain.studies.design.layouts import IN_LINE, VEE
+from cranktrain.studies.design.layouts import IN_LINE, VEE, Layout
 from cranktrain.studies.design.sizes import (
     FILLET,
     FLYING_WEB,
@@ -75,22 +76,30 @@ def _document(name: str, s: Sizes, fitted: Fitted) -> Document:
     firing = f"fires {'-'.join(map(str, layout.order))}"
     intervals = ", ".join(f"{gap:.4g}" for gap in layout.intervals_deg)
     firing += f" every {720.0 / layout.cylinders:.4g} deg" if layout.even else f" at intervals of {intervals} deg"
-    free = free_forces(layout)
     head = (
         f"{title}: a first design, made by cranktrain new; {firing}.",
         "Every value states its unit and where it comes from: chosen (by the user, or a figure of practice) or derived",
         "(from others, by the rule in the note). Put in what you know. B is the bore, r the throw.",
-        f"Free forces of the oscillating masses m: first order {free.first:.3g} m r w^2,",
-        f"second order {free.second:.3g} lambda m r w^2; free moments {free.first_moment:.3g} m r w^2 a and "
-        f"{free.second_moment:.3g} lambda m r w^2 a,",
-        "with the distance a of neighbouring throws and lambda = r over the length of the rod.",
-        *([f"Layout: {layout.note}."] if layout.note else []),
     )
     makers: tuple[Callable[[Sizes], Block], ...] = (_pulley, _rod, _cylinders, _mains, _big_ends, _thrust, _oil)
     blocks = [_material(), _crankshaft(s, fitted), _strength(s), _flywheel(s, fitted.flywheel),
               *(make(s) for make in makers),
               _drive_line(s, fitted.flywheel), _damping(), _combustion(s, fitted.heat), _reduction(s)]  # fmt: skip
-    return Document(name, title, head, tuple(blocks))
+    head += free_words(layout, Document(name, title, head, tuple(blocks)).engine)
+    return Document(name, title, head + ((f"Layout: {layout.note}.",) if layout.note else ()), tuple(blocks))
+
+
+def free_words(layout: Layout, engine: Engine) -> tuple[str, ...]:
+    """What the oscillating masses of an engine leave free, in lines of its file's head."""
+    places = cylinder_places(engine)
+    free = free_forces(layout, places.along)
+    where = f"the distance a = {1e3 * places.distance:.4g} mm of {places.words} and " if places.words else ""
+    return (
+        f"Free forces of the oscillating masses m: first order {free.first:.3g} m r w^2,",
+        f"second order {free.second:.3g} lambda m r w^2; free moments {free.first_moment:.3g} m r w^2 a and "
+        f"{free.second_moment:.3g} lambda m r w^2 a,",
+        f"with {where}lambda = r over the length of the rod.",
+    )
 
 
 def _material() -> Block:
