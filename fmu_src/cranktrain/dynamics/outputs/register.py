@@ -187,13 +187,20 @@ for _family in (
             "crank.angle_cycle": {},
             "crank.angle_next": {},
             "crank.speed": {},
+            "crank.irregularity": {},
+            "frame.speed": {},
             "pulley.torsion": _TWISTS,
             "pulley.axial": _BENDS,
+            "pulley.speed": _TWISTS,
             "flywheel.torsion": {},
+            "flywheel.speed": {},
             "shaft.torque": {},
         },
-        units={"crank.angle_cycle": "rad", "crank.angle_next": "rad"},
-        unjudged=frozenset({"crank.angle", "crank.angle_cycle", "crank.angle_next"}),
+        units={"crank.angle_cycle": "rad", "crank.angle_next": "rad", "crank.irregularity": "1"},
+        unjudged=frozenset(
+            {"crank.angle", "crank.angle_cycle", "crank.angle_next", "crank.irregularity", "frame.speed"}
+            | {"pulley.speed", "flywheel.speed"}  # rates of what is judged
+        ),
     ),
     Family(
         "bearing",
@@ -298,7 +305,19 @@ for _family in (
         after={
             "indicated": ("cylinder",),
             "friction": ("bearing", "big_end", "piston"),
-            "brake": ("cylinder", "bearing", "big_end", "piston"),
+            "brake": (
+                "crank",
+                "bearing",
+                "thrust",
+                "axial",
+                "axial_path",
+                "cylinder",
+                "big_end",
+                "piston",
+                "mount",
+                "damper",
+                "added",
+            ),
         },
     ),
     Family(
