@@ -11,7 +11,7 @@ Names do not depend on levels, since the FMU's description is fixed before any i
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.kernel import kernel_addresses
 from cranktrain.core.named import Named, resolve
 from cranktrain.core.reduced_body import Array
@@ -128,6 +128,16 @@ def output_family(name: str) -> str:
     not keep a run from being periodic.
     """
     return re.sub(r"\[[^\]]*\]|\.[xyz]$", "", name)
+
+
+def nearest_output(name: str, valid: Iterable[str]) -> str:
+    """Say which of a run's outputs is closest to ``name``; one of its own family, or that the run has none of it."""
+    names = list(valid)
+    own = [one for one in names if output_family(one) == output_family(name)]
+    family = FAMILIES.get(name.partition("[")[0])
+    if not own and family is not None and family.count and name.partition("].")[2] in family.outputs:
+        return f"the engine of this run has no {family.count}"
+    return nearest(name, own or names)
 
 
 def output_names(counts: Counts) -> tuple[str, ...]:
