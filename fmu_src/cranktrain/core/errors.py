@@ -62,7 +62,12 @@ def within(where: str, value: float, low: float, high: float, what: str) -> None
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """Say which of ``valid`` is closest to ``name``, or list them all where none is close."""
+    """Say which of ``valid`` is closest to ``name``, whatever its case, or list them all where none is close."""
     names = [str(v) for v in valid]
+    small = {one.lower(): one for one in reversed(names)}
     close = get_close_matches(name, names, n=1, cutoff=0.5)
+    folded = [small[one] for one in get_close_matches(name.lower(), small, n=1, cutoff=0.5)]
+    # Another case is nearer than another letter.
+    if folded and (not close or folded[0].lower() == name.lower()):
+        close = folded
     return f"did you mean '{close[0]}'?" if close else "valid: " + ", ".join(names)

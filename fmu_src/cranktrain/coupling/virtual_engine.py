@@ -27,7 +27,7 @@ from cranktrain.coupling.run import Bond, Coupled
 from cranktrain.coupling.trace_unit import MeasuredPressures, TraceUnit
 from cranktrain.results.summary import vibration
 
-ANGLE, SPEED = "crank.angle", "crank.speed"
+ANGLE, SPEED, FRAME_SPEED = "crank.angle", "crank.speed", "frame.speed"
 POLYTROPIC = "polytropic"
 """The cranktrain's own reconstruction of pressures."""
 INTEGRATOR = "solver.integrator"
@@ -41,13 +41,13 @@ method, which is made for 5 degrees.
 FOR_SHORT_STEPS, FOR_SHORT_STEPS_HELD = "esdirk3", "sdirk3"
 """Integrators for short steps; the second for inputs that are held over a step."""
 READ = {
-    CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated"),
+    CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated", FRAME_SPEED),
     COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls"),
     VALVETRAIN: valve_drive.READ,
 }
 """Outputs that a run records in addition to the connected ones."""
 GAS = Bond("gas", given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
-           taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, SPEED))])  # fmt: skip
+           taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, FRAME_SPEED))])  # fmt: skip
 
 
 @dataclass(frozen=True)

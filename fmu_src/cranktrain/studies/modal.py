@@ -76,7 +76,8 @@ def modal(
         raise InputError(f"block level '{block}' does not exist; {nearest(block, BLOCKS)}")
     flexible = block != "ground"
     if not solid and (damper or flexible):
-        raise InputError("--damper and --block flexible go with --crank solid only; leave one of them out")
+        told = " and ".join(["--damper"] * damper + ["--block flexible"] * flexible)
+        raise InputError(f"{told} cannot go with --crank {crank}, only with solid; leave out {told} or --crank {crank}")
     if damper:
         required_damper(found)
     if flexible:

@@ -39,8 +39,11 @@ LIMITED = 30
 UNDER_WAY, STEP_BEGIN, STEP_END, SUBSTEP_BEGIN, PARTS_DONE, PARTS_HALVED = range(31, 37)
 EACH_POINT = 37
 """1 where the next communication step shall be stepped to its end, as if an input had changed at its begin; then 0."""
+# The crank's own speed over the cycle under way: the cycle's begin, angle (rad) and time (s), and the least and largest
+# speed since then, rad/s; of the last full cycle (largest − least) / mean.
+ROUND_ANGLE, ROUND_TIME, SPEED_LEAST, SPEED_LARGEST, IRREGULARITY = range(38, 43)
 MOST_SAMPLES = 3
-HEADER = 38
+HEADER = 43
 MAX_INPUTS = 35
 """Room for one speed, the pressures of up to 30 cylinders and what comes behind them in each sample."""
 INPUTS_NOW = HEADER

@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import panel as pn
 from panel.links import Callback
 
@@ -152,9 +153,9 @@ class Page:
         )  # fmt: skip
         self._orders.param.watch(lambda event: self._choose_orders(), "value")
         speeds = self._live.speeds
+        largest = float(speeds[np.nan_to_num(self._now.twist).argmax()])
         self._full = FullControls(
-            (float(speeds[0]), float(speeds[-1])), float(speeds[int(self._now.twist.argmax())]), self._full_choice,
-            self._show_runs, self._look_into,
+            (float(speeds[0]), float(speeds[-1])), largest, self._full_choice, self._show_runs, self._look_into,
         )  # fmt: skip
         self._path = pn.widgets.TextInput(name="new engine file", value=self._usual_path(), width=KNOBS_WIDTH - 30)
         self._write = pn.widgets.Button(name="Write engine file", width=180)
