@@ -258,7 +258,7 @@ def vibrations(equations: Equations, slowest: float = SLOWEST_HZ) -> tuple[Compl
 
 
 def _rods(simulation: Simulation, speed: float) -> tuple[Array, list[Array]]:
-    """Rows (3 c + 1, n_t) of the rods' motion, and mean tangents by place, velocity and acceleration."""
+    """Rows (3 c, n_t) of the rods' motion, and mean tangents by place, velocity and acceleration."""
     engine, body, model = simulation.engine, simulation.body, simulation.model
     t, ends = model.ports.shape[1], [int(rod[slots.END_PORT]) for rod in model.cylinders]
     if not bearing_law(simulation.settings.bearings).carries:
