@@ -71,7 +71,6 @@ class Settings:
     tolerance: float = 1.0e-3
     gas_source: str = "auto"
     gas_load: float = 1.0
-    encoder: str = "pin"
     reconstruction: str = "polytropic"
     gas_delay: float = 0.0
     crankcase_pressure: float = at.AMBIENT
@@ -83,6 +82,7 @@ class Settings:
     newton_tolerance: float | None = None
     film_change: float | None = None
     axial_force: float | None = None
+    encoder: str = "pin"
 
 
 def axial_force(settings: Settings, engine: Engine) -> float:
