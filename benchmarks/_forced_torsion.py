@@ -362,10 +362,10 @@ def torsional_response(
         tangent = laws.forces.copy()
         for law, motion in zip(laws[2:], motions, strict=True):
             tangent += np.einsum("tij,tj->ti", law, motion)
-        push = gas_forces(engine, speed, crank.angle + crank.signal(turning_swing), gas, load)
         turn, turning, swing = (motion[:, 2::3] for motion in motions)
+        push = gas_forces(engine, speed, crank.angle[:, None] + turn, gas, load)
         exact = exact_rod_forces(engine, body, speed, crank.angle, push, turn, turning, swing)
-        before, added = added, np.pad(exact, ((0, 0), (0, 1))) - tangent
+        before, added = added, exact - tangent
         if np.abs(added - before).max() <= _HELD_SETTLED * largest:
             return HeldResponse(speed, modes @ pulley - frame, modes @ flywheel - frame, turning_swing, round_)
         crank.correct(added)

@@ -65,36 +65,36 @@ class Estimate:
         self.speeds = np.array([speed])
         self._transfer = self.structure.transfer(self.speeds, np.arange(self.structure.orders.size))[..., :-1]
 
-    def pushes(self, run: Coupled, turned: Array) -> Array:
-        """Gauge pressure times piston area, N, of all cylinders at the structure's samples of ``turned``, (N, c)."""
+    def pushes(self, run: Coupled, angles: Array) -> Array:
+        """Gauge pressure times piston area, N, of all cylinders at crank angles of their own, (N, c) rad."""
         structure, found = self.structure, []
+        turned = last(run, f"{CRANKTRAIN}.crank.angle") % (4.0 * math.pi)
         for c in range(structure.throw.size):
             pressure = last(run, f"{COMBUSTION}.cylinder[{c + 1}].pressure")
-            found.append(np.interp(structure.angle, turned % (4.0 * math.pi), pressure, period=4.0 * math.pi))
+            found.append(np.interp(angles[:, c], turned, pressure, period=4.0 * math.pi))
         return (np.stack(found, axis=1) - structure.crankcase) * structure.area
 
     def linear(self, run: Coupled) -> Array:
         """Complex orders 0.5, 1, … of the pulley's torsion, rad, with the mean of the rods' inertia."""
         structure = self.structure
-        still = structure.rods.torque(np.repeat(structure.angle[:, None], structure.throw.size, axis=1))
-        push = self.pushes(run, last(run, f"{CRANKTRAIN}.crank.angle"))
+        angles = np.repeat(structure.angle[:, None], structure.throw.size, axis=1)
+        still, push = structure.rods.torque(angles), self.pushes(run, angles)
         torques = still.weight - still.arm * push - 0.5 * still.slope * self.speeds[0] ** 2
         return self.torsion(self.respond(structure.spectrum(structure.on_pins(torques))))
 
     def balanced(self, run: Coupled) -> Array:
         """Likewise with the rods' exact torques at the motion found last, until nothing changes."""
         structure, speed = self.structure, self.speeds[0]
-        even = speed * last(run, "time")  # the crank turns behind it, by what winds up the shaft in the mean
-        push = self.pushes(run, even + (last(run, f"{CRANKTRAIN}.crank.angle") - even).mean())
         motion = np.zeros(self._transfer.shape[1:3], dtype=complex)
         for _ in range(ROUNDS):
-            turn, swing = motion[:, : structure.pins], motion[:, structure.at.swing]
+            turn = motion[:, : structure.pins]
             w = 1j * speed * structure.orders[:, None]
             turned, rate, swung = (structure.signal(w**k * turn)[:, structure.throw] for k in range(3))
-            at = structure.rods.torque(structure.angle[:, None] + turned)
+            angles = structure.angle[:, None] + turned
+            at, push = structure.rods.torque(angles), self.pushes(run, angles)
             torque = at.weight - at.arm * push - at.inertia * swung - 0.5 * at.slope * (speed + rate) ** 2
             torques = structure.spectrum(structure.on_pins(torque))
-            held = structure.mean_feedback(self.speeds, turn[None], swing[None])[0]
+            held = structure.mean_feedback(self.speeds, motion[None])[0]
             before, motion = motion, self.respond(torques - held)
             if np.abs(motion - before).max() < SETTLED * np.abs(motion).max():
                 return self.torsion(motion)

@@ -85,10 +85,16 @@ class PlainModel:
         return (self.rigid_turn * y[5] / tau_c - y[2 * self.n + 1]) / (tau_c / 4)
 
     def pressures(self, theta, q):
-        """Absolute pressure in each cylinder, Pa: the gas follows the crank, not the frame."""
-        angle = (theta + self.rigid_turn * q[5] - self.phase) % (4 * np.pi)
+        """Absolute pressure in each cylinder, Pa, by the angle of its own pin about the axis."""
+        turns = np.array([np.angle(self.pin(pin, q) / complex(*self.pin_at[pin])) for pin in self.pin_of])
+        angle = (theta + turns - self.phase) % (4 * np.pi)
         share = self.settings.gas_load * max(0.0, 1 - self.gas.falloff * (self.speed / self.gas.best_speed - 1) ** 2)
         return self.motored(angle) + share * (self.fired(angle) - self.motored(angle))
+
+    def pin(self, pin, q):
+        """Place of a pin in the frame's axes, complex: R(φ) X + (u − φ e_z×X)."""
+        x0, phi = complex(*self.pin_at[pin]), self.pin_turn[pin] @ q
+        return np.exp(1j * phi) * x0 + complex(*(self.pin_xy[pin] @ q)) - 1j * phi * x0
 
     def rods(self, theta, omega, omega_dot, q, v, a, pressures):
         """Forces of rods on the pins, and the pistons' motion, at the pins' accelerations ``a`` (p, 3): x, y, rotation.
@@ -101,11 +107,10 @@ class PlainModel:
         gravity = self.settings.gravity
         for k, pin in enumerate(self.pin_of):
             phi, phi1, phi2 = self.pin_turn[pin] @ q, self.pin_turn[pin] @ v, a[pin, 2]
-            # Complex numbers turn: position R(φ) X + (u − φ e_z×X) in the frame, then the frame's own turning.
-            x0 = complex(*self.pin_at[pin])
-            u, u1, u2 = complex(*(self.pin_xy[pin] @ q)), complex(*(self.pin_xy[pin] @ v)), complex(*a[pin, :2])
+            # Complex numbers turn: position in the frame, then the frame's own turning.
+            x0, r = complex(*self.pin_at[pin]), self.pin(pin, q)
+            u1, u2 = complex(*(self.pin_xy[pin] @ v)), complex(*a[pin, :2])
             turned = np.exp(1j * phi) * x0
-            r = turned + u - 1j * phi * x0
             r1 = 1j * phi1 * turned + u1 - 1j * phi1 * x0
             r2 = (1j * phi2 - phi1**2) * turned + u2 - 1j * phi2 * x0
             spin = np.exp(1j * (theta - self.bank[k]))
@@ -215,8 +220,7 @@ class PlainModel:
         for k, pin in enumerate(self.pin_of):
             x0 = complex(*self.pin_at[pin])
             phi, phi1 = self.pin_turn[pin] @ q, self.pin_turn[pin] @ v
-            u, u1 = complex(*(self.pin_xy[pin] @ q)), complex(*(self.pin_xy[pin] @ v))
-            r = np.exp(1j * phi) * x0 + u - 1j * phi * x0
+            u1, r = complex(*(self.pin_xy[pin] @ v)), self.pin(pin, q)
             r1 = 1j * phi1 * np.exp(1j * phi) * x0 + u1 - 1j * phi1 * x0
             spin = np.exp(1j * (theta - self.bank[k]))
             position, velocity = spin * r, spin * (r1 + 1j * omega * r)

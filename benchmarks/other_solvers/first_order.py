@@ -197,7 +197,7 @@ def rate(model, s, speed, angle0, t, y, out):
     if s.joint.shape[0] > 0:
         out[2 * n + 2] = y[2 * n + 3]
         out[2 * n + 3] = _joint_force(model, s, y[2 * n + 3])
-    _rod_forces(model, s, model.scalars[at.RIGID_ROTATION] * q[TURNING])
+    _rod_forces(model, s)
     for k in range(m):
         force = s.port[FORCES, k]
         if force != 0.0:
@@ -230,7 +230,7 @@ def _body_acceleration(model, s, q, v, a):
     n = q.shape[0]
     frame = s.frame
     omega = frame[at.OMEGA]
-    external_force(model, frame, s.rhs, q, a)
+    external_force(model, frame, q, a)
     for k in range(model.shafts.shape[0]):
         law = model.shaft_laws[k]
         torque = law[STIFFNESS] * dot(model.shafts[k], q, n) + law[DAMPING] * dot(model.shafts[k], v, n)
@@ -281,11 +281,8 @@ def _joint_force(model, s, z):
 
 
 @kernel
-def _rod_forces(model, s, rotation):
-    """Rods' forces at rest against the pins into ``s.port``, and by the pins' acceleration into ``s.mass``.
-
-    The gas acts at the crank's angle, which is by ``rotation`` (rad) ahead of the frame's.
-    """
+def _rod_forces(model, s):
+    """Rods' forces at rest against the pins into ``s.port``, and by the pins' acceleration into ``s.mass``."""
     theta = s.frame[at.THETA]
     f = s.port[FORCES]
     r = s.out
@@ -302,7 +299,8 @@ def _rod_forces(model, s, rotation):
         s.arms[k, 1] = r[ARM + 1]
         cos = math.cos(theta - rod[at.BANK])
         sin = math.sin(theta - rod[at.BANK])
-        pressure = trace_pressure(model, k, theta + rotation, s.frame[at.OMEGA] - s.frame[at.LEAD_RATE])
+        turn = math.atan2(model.pins[k, 0] * y - model.pins[k, 1] * x, model.pins[k, 0] * x + model.pins[k, 1] * y)
+        pressure = trace_pressure(model, k, theta + turn, s.frame[at.OMEGA] - s.frame[at.LEAD_RATE])
         gas = gas_force(rod, model.scalars, pressure)
         g = model.scalars[at.GRAVITY]
         rod_force(

@@ -23,8 +23,7 @@ def assembled(job):
 def turn(job, chain, damping):
     found = []
     began = time.process_time()
-    for torques, omegas, stiffness in zip(job["torques"], job["omegas"], job["stiffness"], strict=True):
-        chain.K = stiffness
+    for torques, omegas in zip(job["torques"], job["omegas"], strict=True):
         found.append(chain.ss_response(torques, omegas, C=damping)[0])
     seconds = time.process_time() - began
     motion = np.array(found)[:, :-1]
@@ -35,8 +34,6 @@ def main():
     with np.load(sys.argv[1]) as archive:
         job = dict(archive)
     chain = assembled(job)
-    whole = [(0, 0), (0, 1), (0, 1)]
-    job["stiffness"] = chain.K + np.pad(job["tangents"], whole)
     damping = np.array(chain.C)
     damping[:-1, :-1] += job["damping"]
     matrices = {"mass": chain.M[:-1, :-1].tolist(), "stiffness": chain.K[:-1, :-1].tolist()}

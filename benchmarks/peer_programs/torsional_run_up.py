@@ -1,9 +1,8 @@
 """openTorsion: the torsional run-up of the six in the frequency domain, 300 speeds and 48 half orders.
 
 Both solve the same chain of discs and shafts for each speed and order, directly: neither has an error to speak of.
-Torques, dampings, the mean inertia of the rods and the
-mean tangents of the gas torques are those of our model. Ours gives motions against a frame that follows
-the crank; the frame's part is added to theirs.
+Torques, dampings and the mean inertia of the rods are those of our model. Ours gives motions against a frame that
+follows the crank; the frame's part is added to theirs.
 """
 
 from __future__ import annotations
@@ -61,18 +60,9 @@ class Chain:
             "shaft": model.shaft_laws[0, 0], "shaft_damping": model.shaft_laws[0, 1],
             "damping": back.T @ (model.damping[own, None] * back), "omegas": self.omegas,
             "torques": np.einsum("skp,pn->snk", structure.known(SPEEDS)[:, 1:], shares),
-            "tangents": -self._gas_tangents(structure, shares),
         }  # fmt: skip
         self.stiffness: Array = back.T @ (model.omega2[own, None] * back)
         self.stiffness[-1, -1] += model.shaft_laws[0, 0]
-
-    def _gas_tangents(self, structure: ShaftOrders, shares: Array) -> Array:
-        """Mean change of the torques on the discs by their turns, (s, n, n) N m/rad."""
-        pins, still = structure.pins, np.zeros((len(SPEEDS), structure.orders.size))
-        by_turn = structure.mean_feedback(SPEEDS, np.ones((*still.shape, pins)), still)[:, 0].real
-        by_swing = structure.mean_feedback(SPEEDS, np.zeros((*still.shape, pins)), still + 1.0)[:, 0].real
-        turned = np.einsum("pm,sp,pn->smn", shares, by_turn, shares)
-        return np.asarray(turned + np.einsum("pm,sp,n->smn", shares, by_swing, self.swing))
 
     def own_turn(self, rule: str) -> tuple[float, Array]:
         """Processor seconds and the pulley's torsion, (s, o) rad."""

@@ -29,7 +29,7 @@ from cranktrain.results.bearings.cycle import bearing_report, rod_lean
 from cranktrain.results.orders.harmonics import last_cycle, order_amplitudes
 from cranktrain.results.summary import run_summary
 from cranktrain.structure.assembly import running_crank
-from cranktrain.structure.in_motion.periodic_forces import rod_forces
+from cranktrain.structure.in_motion.periodic_forces import gas_forces, rod_forces
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, frequency_run_up
 from cranktrain.studies.torsion.rod_torque import Rods
 
@@ -253,11 +253,9 @@ def test_tangents_over_a_cycle_are_those_of_displaced_pins(engine):
     angle, speed = np.linspace(0.1, 12.0, 9), 120.0
     found = rod_forces(engine, body, speed, angle, gas, 1.0)
     rods = Rods.of_engine(engine, body, 0.0)
-    still = rods.torque(np.repeat(angle[:, None], engine.n_cylinders, axis=1))
     for c, pin in enumerate(engine.cylinders.pins):
         x, y = body.positions[body.index(f"pin[{pin}]"), :2]
-        torque = x * found.forces[:, 3 * c + 1] - y * found.forces[:, 3 * c]
-        # A rotation by φ with the gas held: T' = −½ J'' Ω² − h' p A, of the place's tangent at x = φ e_z × X, and −x·f.
+        # A rotation by φ: T' = −½ J'' Ω² − (h p A)', of the place's tangent at x = φ e_z × X, and −x·f.
         turn = np.array([-y, x])
         own = slice(3 * c, 3 * c + 2)
         by_place = np.einsum("i,nij,j->n", turn, found.by_place[:, own, own], turn)
@@ -265,9 +263,9 @@ def test_tangents_over_a_cycle_are_those_of_displaced_pins(engine):
         step, column = 1e-5, np.zeros(engine.n_cylinders)
         column[c] = step
         ahead, behind = (rods.torque(angle[:, None] + s * column[None]) for s in (1.0, -1.0))
-        push = -(torque + 0.5 * still.slope[:, c] * speed**2) / still.arm[:, c]
+        push = [gas_forces(engine, speed, angle + s * step, gas, 1.0)[:, c] for s in (1.0, -1.0)]
         wanted = -0.5 * speed**2 * (ahead.slope[:, c] - behind.slope[:, c]) / (2.0 * step)
-        wanted -= push * (ahead.arm[:, c] - behind.arm[:, c]) / (2.0 * step)
+        wanted -= (push[0] * ahead.arm[:, c] - push[1] * behind.arm[:, c]) / (2.0 * step)
         np.testing.assert_allclose(by_place, wanted, atol=1e-6 * np.abs(wanted).max(), rtol=1e-6)
 
 

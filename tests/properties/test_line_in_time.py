@@ -128,7 +128,7 @@ def test_what_cannot_run_in_time_is_refused_in_one_line():
 def test_cycles_in_time_balance_a_propeller_at_each_speed():
     """The shaft's mean torque is the load's: nothing rubs on locked journals.
 
-    Torsion moves the pins against the pressures, which follow the mean rotation: the gas works up to 1 % more or less.
+    Balance and run take the gas work of the same trace; the damping of crank and shaft takes the rest.
     """
     load = MeanLoad(kind="propeller", speed=200.0, torque=1200.0)
     engine = replace(SIX, load=load, reduction=replace(SIX.reduction, torsional_source="ker-wilson"))

@@ -16,9 +16,9 @@ from cranktrain.core import build_mark as marks
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.motion.gas import gas_volume
+from cranktrain.dynamics.motion.gas import gas_volume, given_pressure
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.time.reconstruction import POLYTROPIC, SLIVER, given_pressures, reconstruct, take_sample
+from cranktrain.dynamics.time.reconstruction import POLYTROPIC, SLIVER, reconstruct, take_sample
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.cylinder_volume import cylinder_volume
 from cranktrain.loads.gas_pressure import CYCLE, gas_pressure
@@ -60,9 +60,7 @@ class Inputs:
         reconstruct(self.model, self.work, self.state)
 
     def pressures(self, angle, elapsed=0.0):
-        found = np.zeros(self.count)
-        given_pressures(self.model, self.work, angle, elapsed, found)
-        return found
+        return np.array([given_pressure(self.model, self.work, c, angle, elapsed) for c in range(self.count)])
 
     def volumes(self, angle):
         return np.array([gas_volume(self.model, c, angle) for c in range(self.count)])

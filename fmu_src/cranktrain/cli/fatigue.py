@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import jsonable, labelled_bar, of_words, one_of, say, show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
 from cranktrain.cli.run_options import (
+    add_encoder_option,
     add_level_options,
     add_settle_option,
     add_source_options,
@@ -54,6 +55,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_level_options(parser, without="--pistons")
     add_settle_option(parser)
     add_source_options(parser)
+    add_encoder_option(parser)
     add_fillet_option(parser, "stresses of fillets and oil bores")
     add("--output", metavar="FILE.json", help="file for what --json prints, which cranktrain report reads")
     add("--plots", metavar="FOLDER", help="folder for pictures of safety factors and, for haigh, its diagram")

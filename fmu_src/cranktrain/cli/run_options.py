@@ -15,7 +15,7 @@ from cranktrain.dynamics.settled.judging import TOLERANCE
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import load_engine
-from cranktrain.engine.levels import CRANKS, PISTONS, described
+from cranktrain.engine.levels import CRANKS, ENCODERS, PISTONS, described
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, LAWS, MAINS, OIL_LAWS, bearing_law, bearing_levels
 
@@ -120,6 +120,7 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
         help="torsional crank with its structural damping alone, without damping inherited from the level above",
     )  # fmt: skip
     add_source_options(parser)
+    add_encoder_option(parser)
     add(
         "--axial-force-n", type=float, metavar="N",
         help="steady axial force on the flywheel, positive away from the pulley (default: the engine file's)",
@@ -159,6 +160,16 @@ def add_source_options(parser: argparse.ArgumentParser) -> None:
         "--pressure-tdc-deg", type=float, metavar="DEG",
         help="angle of the firing dead centre in the pressure file (of cylinder 1)",
     )  # fmt: skip
+
+
+def add_encoder_option(parser: argparse.ArgumentParser) -> None:
+    """Add where the encoder sat that gave the angles of measured pressures."""
+    option = parser.add_argument(
+        "--encoder", default="pin", metavar="PLACE",
+        help="place whose angle the pressures of --pressure belong to: pulley or flywheel, where the encoder of the "
+        "measurement sat, or pin (default), each cylinder's own crank pin",
+    )  # fmt: skip
+    of_words(option, ENCODERS)
 
 
 def _integrators() -> str:

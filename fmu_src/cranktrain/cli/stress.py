@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from cranktrain.cli.console import show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
 from cranktrain.cli.run_options import (
+    add_encoder_option,
     add_level_options,
     add_settle_option,
     add_source_options,
@@ -46,6 +47,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_level_options(parser, without="--crank")
     add_settle_option(parser)
     add_source_options(parser)
+    add_encoder_option(parser)
     add_fillet_option(parser, "also the peaks in fillets and at oil bores")
     add("--no-check", dest="check", action="store_false",
         help="no comparison with direct solutions, which takes half a minute")  # fmt: skip

@@ -6,7 +6,7 @@ from cranktrain.core.kernel import call_kernel, kernel
 from cranktrain.dynamics.model.state import LAST_INTERVAL
 from cranktrain.dynamics.outputs.slots import ADDRESS, END, FIRST, MEMBERS, WANTED
 from cranktrain.dynamics.time.reconstruction import reconstruct
-from cranktrain.dynamics.time.step_control import frame_at, ports_at_state
+from cranktrain.dynamics.time.step_control import frame_at, ports_at_state, pressures_at_state
 
 
 @kernel
@@ -15,6 +15,7 @@ def observe(model, work, state, outputs):
     reconstruct(model, work, state)
     frame_at(model, work, state, state[LAST_INTERVAL], 0.0, work.frames[0], work.pressures[0])
     ports_at_state(model, work, state)
+    pressures_at_state(model, work)
     families = outputs.families
     for k in range(families.shape[0]):
         if families[k, WANTED] == 0:

@@ -119,6 +119,8 @@ DAMPERS = _table(
     Level("none", "without damper"),
     Level("fitted", "with the engine's torsional damper on the pulley", "the run is without damper"),
 )
+ENCODERS = ("pin", "pulley", "flywheel")
+"""Places whose angle a pressure trace may belong to: each cylinder's own pin, or one end of the crank for all."""
 
 
 @dataclass(frozen=True)

@@ -296,9 +296,18 @@ def gas_pressure(theta: float, table: Array) -> float:
 @kernel
 def gas_pressures(theta, tables, cylinder):
     """Motored pressure and rise of a cylinder at an angle, from :func:`gas_tables`, as :func:`gas_pressure` gives."""
-    i, t = _cell(theta, tables.shape[1])
+    motored, rise, _, _ = gas_slopes(theta, tables, cylinder)
+    return motored, rise
+
+
+@kernel
+def gas_slopes(theta, tables, cylinder):
+    """Motored pressure and rise of a cylinder at an angle, Pa, and the slopes of both, Pa/rad."""
+    n = tables.shape[1]
+    i, t = _cell(theta, n)
+    per_rad = n / (4.0 * math.pi)
     row = 2 * cylinder if tables.shape[0] > 2 else 0
     a, b, c, d = four(tables[row, i], 0)
-    first = a + t * (b + t * (c + t * d))
+    motored, slope = a + t * (b + t * (c + t * d)), per_rad * (b + t * (2.0 * c + 3.0 * t * d))
     a, b, c, d = four(tables[row + 1, i], 0)
-    return first, a + t * (b + t * (c + t * d))
+    return motored, a + t * (b + t * (c + t * d)), slope, per_rad * (b + t * (2.0 * c + 3.0 * t * d))

@@ -22,7 +22,7 @@ from cranktrain.dynamics.settled.samples import Sink
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.dynamics.warm_films import check_level
 from cranktrain.engine.file import load_engine
-from cranktrain.engine.levels import BLOCKS, CRANKS, PISTONS
+from cranktrain.engine.levels import BLOCKS, CRANKS, ENCODERS, PISTONS
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.film.laws.register import BIG_END, MAINS, bearing_law, bearing_levels
@@ -52,6 +52,7 @@ _LEVELS: dict[str, Callable[[], tuple[str, ...]]] = {
     "big_ends": lambda: bearing_levels(BIG_END),
     "block": lambda: ("auto", *BLOCKS),
     "pistons": lambda: ("auto", *PISTONS),
+    "encoder": lambda: ENCODERS,
     "film_temperature": lambda: FILM_TEMPERATURES,
     "damper_temperature": lambda: TEMPERATURES,
 }
@@ -84,6 +85,7 @@ class Request:
     pressure, pressure_unit, pressure_tdc_deg : file of a measured trace, folder or index file of traces over speed
         (:mod:`cranktrain.loads.pressure_map`), or an array or a function (:mod:`cranktrain.loads.given_pressure`);
         their unit, the angle of firing dead centre
+    encoder : place whose angle these pressures belong to: each cylinder's own ``pin``, ``pulley`` or ``flywheel``
     mesh, block_mesh : the user's own meshes of crankshaft and block
     mesh_unit : of their coordinates: m, mm or in
     """
@@ -108,6 +110,7 @@ class Request:
     pressure: Any = None
     pressure_unit: str | None = None
     pressure_tdc_deg: float | None = None
+    encoder: str = "pin"
     mesh: str | Path | None = None
     block_mesh: str | Path | None = None
     mesh_unit: str = "m"
@@ -156,6 +159,10 @@ class Request:
             level = getattr(self, name)
             if level not in valid():
                 raise InputError(f"{label(name)} '{level}' does not exist; {nearest(level, valid())}")
+        if self.encoder != "pin" and self.pressure is None:
+            raise InputError(
+                f"{label('encoder')} {self.encoder} needs {label('pressure')}: no other trace was measured"
+            )
         if self.block_mesh is not None and self.block != "flexible":
             raise InputError(f"{label('block_mesh')} needs {label('block')} flexible; on ground there is no block")
         if self.integrator is not None:
@@ -181,6 +188,8 @@ class Request:
             choices["boundary"] = "torque"
         if self.axial_force_n is not None:
             choices["axial_force"] = self.axial_force_n
+        if self.encoder != "pin":
+            choices["encoder"] = self.encoder
         if self.load != 1.0:
             choices["gas_load"] = self.load
         if self.integrator is not None:
@@ -260,6 +269,7 @@ class Request:
             "axial_force": axial_force(settings, made.engine),
             "film_temperature": self.film_temperature,
             "damper_temperature": self.damper_temperature,
+            **({"encoder": self.encoder} if self.encoder != "pin" else {}),
             "integrator": settings.integrator,
             "step": settings.step,
             "control": settings.control,

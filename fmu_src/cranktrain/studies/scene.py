@@ -15,6 +15,7 @@
     pressure_file = "trace.csv"
     pressure_unit = "bar"
     tdc_deg = 0
+    encoder = "flywheel"                 # whose angle it belongs to; pin (default) or pulley
 
 An output is named as the FMU names it; ``bearing.force.x`` without a number stands for those of all bearings, a name
 followed by ``.orders`` for the same output (orders are part of every summary), ``stress`` for stresses of the crank,
@@ -43,7 +44,7 @@ from cranktrain.core.text_table import split_columns
 from cranktrain.core.typed_file import Table, between, measure, record
 from cranktrain.core.user_file import beside, ending, read_toml, user_path
 from cranktrain.engine.file import check_title, load_engine
-from cranktrain.engine.levels import BLOCKS, CRANKS, Levels
+from cranktrain.engine.levels import BLOCKS, CRANKS, ENCODERS, Levels
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_beyond
@@ -77,6 +78,7 @@ class GasTable(Table, kw_only=True):
     pressure_file: str
     pressure_unit: str | None = None
     tdc_deg: Annotated[float, measure("deg", "angle")] | None = None
+    encoder: Annotated[str, Meta(extra_json_schema={"enum": list(ENCODERS)})] = "pin"
 
     remedy = "[gas] names a measured trace, or is left out"
 
@@ -113,11 +115,12 @@ class SceneTable(Table, kw_only=True):
 
 @dataclass(frozen=True)
 class Pressure:
-    """Measured pressure trace of a scene: file, unit (None: by header or peak) and place of firing dead centre, deg."""
+    """Measured pressure trace of a scene: file, unit (None: by header or peak), firing dead centre (deg), encoder."""
 
     file: Path
     unit: str | None = None
     tdc_deg: float | None = None
+    encoder: str = "pin"
 
 
 @dataclass(frozen=True)
@@ -242,7 +245,7 @@ def _pressure(path: Path, gas: GasTable | None) -> Pressure | None:
     file = beside(path, gas.pressure_file)
     if not split_columns(file)[0].exists():
         raise InputError(f"gas.pressure_file: {file} does not exist; paths start at the scene's folder")
-    return Pressure(file, gas.pressure_unit, gas.tdc_deg)
+    return Pressure(file, gas.pressure_unit, gas.tdc_deg, gas.encoder)
 
 
 def _speeds(read: SceneTable) -> tuple[float, ...]:
@@ -364,7 +367,7 @@ def _check_levels(scene: Scene) -> None:
         raise InputError(f"bearings: level '{scene.bearings}' does not exist on engine '{scene.engine.name}'; {hint}")
     settings = Settings(
         big_ends=scene.big_ends, block=scene.block, pistons=scene.pistons, damper=scene.damper,
-        film_temperature=scene.film_temperature,
+        film_temperature=scene.film_temperature, encoder=scene.pressure.encoder if scene.pressure else "pin",
     )  # fmt: skip
     check_levels(resolved(settings, scene.engine), scene.engine)
     if scene.film_temperature != "engine":

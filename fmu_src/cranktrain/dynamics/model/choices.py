@@ -18,6 +18,7 @@ from cranktrain.dynamics.model.numbers import (
     SET_CRANKCASE,
     SET_DAMPER_TEMPERATURE,
     SET_DENSE,
+    SET_ENCODER,
     SET_FILM_CHANGE,
     SET_GAS_DELAY,
     SET_GAS_LOAD,
@@ -43,6 +44,7 @@ from cranktrain.dynamics.model.settings import (
     usual_step,
 )
 from cranktrain.dynamics.time.integrators import INTEGRATORS
+from cranktrain.engine.levels import ENCODERS
 from cranktrain.engine.model import Engine
 
 NUMBER_SLOTS = {
@@ -69,6 +71,7 @@ def option_slots() -> dict[str, tuple[int, dict[str, float]]]:
     return {
         "control": (SET_ADAPTIVE, {"fixed": 0.0, "adaptive": 1.0}),
         "dense_output": (SET_DENSE, {word: float(number) for word, number in DENSE_OUTPUTS.items()}),
+        "encoder": (SET_ENCODER, {word: float(number) for number, word in enumerate(ENCODERS)}),
         "gas_source": (SET_GAS_SOURCE, {word: float(number) for word, number in GAS_SOURCES.items()}),
         "reconstruction": (SET_RECONSTRUCTION, {word: float(number) for word, number in RECONSTRUCTIONS.items()}),
         "integrator": (SET_METHOD, methods),

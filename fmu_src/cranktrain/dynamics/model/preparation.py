@@ -27,6 +27,7 @@ from cranktrain.dynamics.model.numbers import (
     SET_CRANKCASE,
     SET_DAMPER_TEMPERATURE,
     SET_DENSE,
+    SET_ENCODER,
     SET_FILM_CHANGE,
     SET_GAS_DELAY,
     SET_GAS_LOAD,
@@ -196,6 +197,7 @@ def choose(model, numbers):
     choices = model.choices
     choices[at.GAS_SOURCE] = numbers[SET_GAS_SOURCE]
     choices[at.RECONSTRUCTION] = numbers[SET_RECONSTRUCTION]
+    choices[at.ENCODER] = numbers[SET_ENCODER]
     choices[at.GAS_DELAY] = numbers[SET_GAS_DELAY]
     choices[at.WORK_LIMIT] = numbers[SET_WORK_LIMIT]
     choices[at.DENSE] = numbers[SET_DENSE]

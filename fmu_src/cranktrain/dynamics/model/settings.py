@@ -13,7 +13,7 @@ from cranktrain.dynamics.model.numbers import LEAST_TOLERANCE, MOST_DELAY, MOST_
 from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator
 from cranktrain.dynamics.topology.bearings import film_parts
 from cranktrain.engine.articulated_rod import ARTICULATED
-from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, PISTONS
+from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, ENCODERS, PISTONS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, Law, bearing_law, bearing_levels, usual_level
 from cranktrain.loads.damper import required_damper
@@ -50,6 +50,7 @@ class Settings:
     adaptive steps are parts of ``step``, as short as an error per step of ``tolerance`` asks
     (:mod:`cranktrain.dynamics.time.error_estimate`). With ``dense_output`` on they pass over communication points that
     are finer (:mod:`cranktrain.dynamics.time.communication`). ``film_temperature`` is one of ``FILM_TEMPERATURES``;
+    ``encoder`` is the place, one of ``ENCODERS``, whose angle a gas trace belongs to;
     ``gas_delay`` is how many communication steps before its own a given pressure was computed for
     (:mod:`cranktrain.dynamics.time.reconstruction`); ``work_limit`` bounds the Newton iterations of a communication
     step, 0 does not (:mod:`cranktrain.dynamics.time.work_limit`). ``axial_force`` (N) on the flywheel is what the input
@@ -81,6 +82,7 @@ class Settings:
     newton_tolerance: float | None = None
     film_change: float | None = None
     axial_force: float | None = None
+    encoder: str = "pin"
 
 
 def axial_force(settings: Settings, engine: Engine) -> float:
@@ -188,6 +190,7 @@ def check_levels(settings: Settings, engine: Engine) -> None:
         (settings.control, CONTROLS, "step control"),
         (settings.dense_output, DENSE_OUTPUTS, "dense output"),
         (settings.gas_source, GAS_SOURCES, "gas source"),
+        (settings.encoder, ENCODERS, "encoder"),
         (settings.reconstruction, RECONSTRUCTIONS, "input reconstruction"),
         (settings.film_temperature, FILM_TEMPERATURES, "film temperature"),
     ):

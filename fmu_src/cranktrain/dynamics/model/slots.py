@@ -26,9 +26,11 @@ DRIVEN, DAMPER_TEMPERATURE, LINE_INERTIA, WINDUP_K, WINDUP_LEAD, SCALARS = range
 # ``ModelArrays.choices``: numbers of gas source and reconstruction of the inputs, Newton tolerance, share of itself by
 # which a film may close over a step, tolerance of adaptive control (0: fixed steps), order of the embedded method and
 # of the method itself, communication steps by which given pressures are late, the method's mark in a state; Newton
-# iterations that a communication step may take (0: any number); 1 where internal steps pass over communication points.
+# iterations that a communication step may take (0: any number); 1 where internal steps pass over communication points;
+# where the encoder sits that the gas trace is phased to, :data:`PIN` to :data:`FLYWHEEL`.
 GAS_SOURCE, RECONSTRUCTION, NEWTON_TOLERANCE, FILM_CHANGE, STEP_TOLERANCE, EMBEDDED_ORDER, ORDER = range(7)
-GAS_DELAY, METHOD_MARK, WORK_LIMIT, DENSE, CHOICES = 7, 8, 9, 10, 11
+GAS_DELAY, METHOD_MARK, WORK_LIMIT, DENSE, ENCODER, CHOICES = 7, 8, 9, 10, 11, 12
+PIN, PULLEY, FLYWHEEL = range(3)
 # ``ModelArrays.layout``, read by :mod:`cranktrain.dynamics.model.layout`: modes of the crank; ports in all; rows of
 # ``connections`` of the thrust bearing, of the drive line's axial joint and of the damper (−1: none); 1 where that
 # joint is a spline, which slides; 1 where turning couples modes, by gyroscopic or centrifugal terms; 1 where bodies or
@@ -52,7 +54,10 @@ NO_PORT = -1.0
 THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT, FIRING = range(11)
 # Where a flexible block's motion on its mounts has put the axis, m: of the crank, along the frame's axes, and of the
 # block, in axes at rest; 0 on rigid ground.
-VALVE_TORQUE, AXIAL_FORCE, CRANK_X, CRANK_Y, BLOCK_X, BLOCK_Y, FRAME_SIZE = range(11, 18)
+VALVE_TORQUE, AXIAL_FORCE, CRANK_X, CRANK_Y, BLOCK_X, BLOCK_Y = range(11, 17)
+# Of the gas: fraction of the burn's rise where it is the built-in trace, −1 where pressures are given; rotation (rad)
+# against the frame of the place of the encoder that the trace is phased to, unless it is the pins.
+BURN, ENCODED, FRAME_SIZE = range(17, 20)
 # Rows of ``Work.port``: the ports' u, u̇, ü and forces at a stage, the stage's Q and V at the ports, u without forces,
 # the step of an iteration, what a step differs from its embedded solution, u before an iteration; u, u̇, ü at the state;
 # the series behind a guess, the guess; the relative motion d, ḋ that the last evaluation of forces or the state gave;

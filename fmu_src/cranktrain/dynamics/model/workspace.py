@@ -71,6 +71,7 @@ class Work(NamedTuple):
     frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
     guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, as a stage last found them
     pressures: Array  # (stages, c) cylinder pressures at each stage
+    heads: Array  # (c,) force of the gas on heads of a flexible block, N, as the stage under way has taken it
     inputs: Array  # (INPUT_ROWS, c + OTHER_INPUTS) the reconstructed inputs
     input_rates: Array  # (c + OTHER_INPUTS,) rates of the inputs (1/s) that a driver gives for the next communication
     # step; what is no number is not given
@@ -114,6 +115,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         frames=z((MAX_STAGES, at.FRAME_SIZE)),
         guides=z((d.cylinders, 3)),
         pressures=z((MAX_STAGES, d.cylinders)),
+        heads=z(d.cylinders),
         inputs=z((at.INPUT_ROWS, d.cylinders + at.OTHER_INPUTS)),
         input_rates=np.full(d.cylinders + at.OTHER_INPUTS, np.nan) if input_rates is None else input_rates,
         staged=z((1 + MAX_STAGES, 1 + d.cylinders + at.OTHER_INPUTS)),

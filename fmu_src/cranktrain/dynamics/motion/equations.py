@@ -38,7 +38,6 @@ from cranktrain.dynamics.motion.film_ports import (
     place_pair,
     tell_law,
 )
-from cranktrain.dynamics.motion.gas import gas_force
 from cranktrain.dynamics.motion.linear_algebra import dot, invert, products
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_motion
 from cranktrain.dynamics.motion.rods import rod_forces
@@ -108,8 +107,8 @@ def factor_part(part, level, shapes, transposed):
 
 
 @inlined_kernel
-def external_force(model, frame, pressures, displaced, out):
-    """Modal force (n,) of frame, shaft, valve train, gravity on the displaced mass, gas on heads, mounts' preload."""
+def external_force(model, frame, displaced, out):
+    """Modal force (n,) of frame, shaft, valve train, gravity on the displaced mass, mounts' preload."""
     t = model.ports.shape[1]
     omega = frame[at.OMEGA]
     g_x = -model.scalars[at.GRAVITY] * frame[at.SIN]
@@ -157,10 +156,6 @@ def external_force(model, frame, pressures, displaced, out):
                 frame[at.BLOCK_RESTRAINT] * displaced[i]
                 + frame[at.VALVE_TORQUE] * model.block.motion[at.ROTATION, i - t]
             )
-        for c in range(model.cylinders.shape[0]):
-            gas = gas_force(model.cylinders[c], model.scalars, pressures[c])
-            for i in range(t, n):
-                out[i] += gas * model.block.heads[c, i - t]
 
 
 @kernel
@@ -169,7 +164,8 @@ def port_forces(model, work, frame, pressures, c_q, c_v):
 
     These are the rows U, UD, UDD, FORCES of ``work.port``; U_Q, U_V and U_FREE hold Q, V and the displacement without
     forces of the ports where pistons are guided. Moments of displaced forces and film friction act at the rotations of
-    journals and pins; the Newton matrix omits their tangents. Returns 0, or a status if a law failed.
+    journals and pins; the Newton matrix omits their tangents. ``pressures`` (c,) are made those at the cylinders' own
+    angles. Returns 0, or a status if a law failed.
     """
     ratio = c_v / c_q
     u = work.port[at.U]

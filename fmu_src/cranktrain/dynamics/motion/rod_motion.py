@@ -14,8 +14,9 @@ X, Y, VX, VY, AX, AY, MOVED, ARM = 0, 1, 2, 3, 4, 5, 6, 8
 # Where in the scratch memory a pin's motion, a rod's in axes of its cylinder, and its piston lie, clear of rod_force's
 # results.
 PIN, CROSS, SIDE = 16, 24, 48
-MASTERS_PIN = 32
-"""Motion of the crank pin under an articulated rod, in axes of its master's cylinder; CROSS has the knuckle pin's."""
+MASTERS_PIN, PUSH = 32, 44
+"""Motion of the crank pin under an articulated rod, in axes of its master's cylinder; CROSS has the knuckle pin's.
+Force on a rod's end by unit force on its piston."""
 SMALL = 0.1
 """Rotation (rad) below which the series of :func:`turn` are exact to rounding."""
 

@@ -5,11 +5,13 @@ Rod and piston are eliminated onto the pin, or onto the big end where that float
 
 from __future__ import annotations
 
+import math
+
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.big_end_films import big_end_film, line_up_big_ends
 from cranktrain.dynamics.motion.film_ports import ROW
-from cranktrain.dynamics.motion.gas import gas_force
+from cranktrain.dynamics.motion.gas import cylinder_pressure, gas_force, own_angle
 from cranktrain.dynamics.motion.guided_pistons import LAYER, UPPER, PistonMotion, RodLoad, guided_rod, piston_forces
 from cranktrain.dynamics.motion.rod_motion import (
     AX,
@@ -18,6 +20,7 @@ from cranktrain.dynamics.motion.rod_motion import (
     MASTERS_PIN,
     MOVED,
     PIN,
+    PUSH,
     SIDE,
     VX,
     VY,
@@ -46,7 +49,8 @@ OBSERVING = 3
 def rod_forces(model, work, frame, pressures, c_q, c_v):
     """Add the rods' forces to pins, big ends, pistons and liners, and fill their tangents at pins and big ends.
 
-    The ports' motion and forces are rows of ``work.port``. Returns 0, or tells that a law failed.
+    The ports' motion and forces are rows of ``work.port``; ``pressures`` (c,) of a trace, and given ones that go by
+    angle, become those at the cylinders' own angles. Returns 0, or tells that a law failed.
     """
     u = work.port[at.U]
     ud = work.port[at.UD]
@@ -72,6 +76,10 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             big_end_motion(model, frame, c, u, ud, udd, out)
             torque, failure = big_end_film(model, work, frame, c, cos, sin, c_v / c_q)
             status |= failure
+        end_x = out[X]
+        end_y = out[Y]
+        angle = own_angle(model, frame, end_x, end_y, c)
+        pressures[c], slope = cylinder_pressure(model, work, frame, c, angle, pressures[c])
         load = rod_load(rod, model.scalars, c, pressures[c], torque)
         across_cylinder(out, cos, sin, work.scratch[CROSS:])
         hung = rod[at.MASTER] >= 0.0
@@ -87,6 +95,8 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             knuckle_to_pin(rod[at.JOINT :], frame, cos, sin, c_q, c_v, out, block)
         else:
             pin_block(out, frame, cos, sin, c_q, c_v, block)
+        if slope != 0.0:
+            gas_block(model, work, c, slope, end_x, end_y, cos, sin, block)
         fx = cos * out[0] + sin * out[1]
         fy = cos * out[1] - sin * out[0]
         rotation = int(rod[at.PIN_TURN])
@@ -161,6 +171,30 @@ def pin_block(out, frame, cos, sin, c_q, c_v, block):
     t_yx = out[x + 1] + out[v + 1] * ratio + out[a + 2] * alpha + out[a + 3] * beta
     t_yy = -out[v + 1] * omega + out[a + 3] * alpha - out[a + 2] * beta
     turn_back(t_xx, t_xy, t_yx, t_yy, cos, sin, block)
+
+
+@kernel
+def gas_block(model, work, c, slope, x, y, cos, sin, block):
+    """Add to a rod's tangent the change of its gas: by ``slope`` (Pa/rad) along the circle of its end at x and y."""
+    rod = model.cylinders[c]
+    side = work.scratch[CROSS + X] - rod[at.OFFSET]
+    if rod[at.PISTON_PORT] >= 0.0:
+        side -= work.port[at.U, int(rod[at.PISTON_PORT])]
+    # Force on the rod's end by unit force on the piston.
+    push = work.scratch[PUSH:]
+    push[0] = side / math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
+    push[1] = -1.0
+    push_x = push[0]
+    push_y = -1.0
+    if rod[at.MASTER] >= 0.0:
+        push_x, push_y, _ = force_on_pin(rod[at.JOINT :], work.scratch[MASTERS_PIN:], push)
+    gain = slope * rod[at.AREA] * rod[at.OWN_ROD] / (x * x + y * y)
+    force_x = gain * (cos * push_x + sin * push_y)
+    force_y = gain * (cos * push_y - sin * push_x)
+    block[0] -= force_x * y
+    block[1] += force_x * x
+    block[ROW] -= force_y * y
+    block[ROW + 1] += force_y * x
 
 
 @inlined_kernel

@@ -10,21 +10,23 @@ import math
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import VELOCITY, offset
+from cranktrain.dynamics.motion.gas import own_angle, trace_angle
 from cranktrain.dynamics.motion.guided_pistons import FRICTION_ALONG, LOWER, UPPER, upper_share
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.motion.rod_motion import CROSS, MASTERS_PIN, SIDE, VX, VY, X, Y, rod_end_across
 from cranktrain.dynamics.motion.rods import observe_rod
 from cranktrain.loads.articulated_rod import force_on_pin
+from cranktrain.loads.built_in_trace import CYCLE
 from cranktrain.loads.piston_guidance import HEIGHT
 from cranktrain.loads.slider_crank import PISTON, PISTON_VELOCITY
 
-VOLUME, VOLUME_RATE, PISTON_POSITION, CYLINDER_OUTPUTS = range(4)
+VOLUME, VOLUME_RATE, PISTON_POSITION, OWN_ANGLE, CYLINDER_OUTPUTS = range(5)
 LATERAL, TILT, SIDE_FORCE, FRICTION, PISTON_OUTPUTS = range(5)
 
 
 @law_kernel
 def observe_cylinders(model, work, state, members, out):
-    """Volume of the gas and its rate, and how far each piston is from the highest place of its pin."""
+    """Volume of the gas and its rate, how far each piston is from the highest place of its pin, its own crank angle."""
     frame = work.frames[0]
     u = work.port[at.STATE_U]
     motion = work.scratch[CROSS:]
@@ -33,6 +35,7 @@ def observe_cylinders(model, work, state, members, out):
     for c in range(members):
         rod = model.cylinders[c]
         rod_end_across(model, frame, c, u, work.port[at.STATE_UD], work.port[at.STATE_UDD], work.scratch)
+        angle = trace_angle(model, c, own_angle(model, frame, work.scratch[X], work.scratch[Y], c))
         side = motion[X] - rod[at.OFFSET]
         side_rate = motion[VX]
         piston = int(rod[at.PISTON_PORT])
@@ -46,6 +49,7 @@ def observe_cylinders(model, work, state, members, out):
         row[VOLUME] = rod[at.CLEARANCE_VOLUME] + rod[at.AREA] * (rod[at.STROKE_TOP] - position)
         row[VOLUME_RATE] = -rod[at.AREA] * rate
         row[PISTON_POSITION] = rod[at.STROKE_TOP] - position
+        row[OWN_ANGLE] = angle - CYCLE * math.floor(angle / CYCLE)
         pressure = work.pressures[0, c] - model.scalars[at.CRANKCASE]
         work.powers[at.GAS_POWER] += pressure * row[VOLUME_RATE]
         rising = sliding_rate(model, work, c, position, rate)

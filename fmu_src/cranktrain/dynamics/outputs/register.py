@@ -259,10 +259,10 @@ for _family in (
     Family(
         "cylinder",
         f"{_HERE}.cylinders:observe_cylinders",
-        {"volume": {}, "volume_rate": {}, "piston_position": {}},
+        {"volume": {}, "volume_rate": {}, "piston_position": {}, "angle": {}},
         "cylinders",
-        units={"volume_rate": "m^3/s"},
-        unjudged=frozenset({"volume_rate"}),
+        units={"volume_rate": "m^3/s", "angle": "rad"},
+        unjudged=frozenset({"volume_rate", "angle"}),
     ),
     Family(
         "big_end",

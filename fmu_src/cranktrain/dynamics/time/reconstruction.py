@@ -224,18 +224,3 @@ def take_stage(work, share):
             work.inputs[at.VALUE, k] = before + weight * staged[i, 1 + k]
             work.inputs[at.RATE, k] = 0.0
             work.inputs[at.EXPONENT, k] = 0.0
-
-
-@inlined_kernel
-def given_pressures(model, work, angle, elapsed, pressures):
-    """Cylinder pressures (c,), Pa, at a crank angle ``elapsed`` (s) into the communication step."""
-    for c in range(model.cylinders.shape[0]):
-        value = work.inputs[at.VALUE, 1 + c]
-        exponent = work.inputs[at.EXPONENT, 1 + c]
-        if exponent > 0.0:
-            bend = (angle - work.inputs[at.ANGLES, 1]) * work.inputs[at.BEND, 1 + c]
-            value += (angle - work.inputs[at.ANGLES, 0]) * (work.inputs[at.RATE, 1 + c] + bend)
-            value /= gas_volume(model, c, angle) ** exponent
-        else:
-            value += work.inputs[at.RATE, 1 + c] * elapsed
-        pressures[c] = value if value > 0.0 else 0.0

@@ -16,7 +16,7 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import couples_modes, first_piston, has_additions, port_count
 from cranktrain.dynamics.model.state import CONTRACTION
 from cranktrain.dynamics.motion.equations import external_force, port_forces
-from cranktrain.dynamics.motion.gas import built_in, follow_crank
+from cranktrain.dynamics.motion.gas import encoder_end, gas_force
 from cranktrain.dynamics.motion.linear_algebra import add_columns, add_product, dot, factor_rows, product, solve_rows
 from cranktrain.dynamics.motion.newton_matrix import fill_jacobian, start_jacobian
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_compliance, relative_step
@@ -120,7 +120,9 @@ def predict(model, work, stage):
         if has_additions(model):
             call_kernel(model.links.hooks[added.AT_COMPLIANCE], (model, work, frame, stage.slot))
     move_axis(model, frame, work.port[at.U_Q])
-    external_force(model, frame, work.pressures[stage.number], big_q, base)
+    external_force(model, frame, big_q, base)
+    for c in range(work.heads.shape[0]):
+        work.heads[c] = 0.0
     if has_additions(model):
         call_kernel(model.links.hooks[added.AT_LOAD], (model, work, frame, big_q, base))
     for i in range(n):
@@ -191,14 +193,13 @@ def iterate(model, work, state, stage):
     previous = -1.0
     iterations = 0
     converged = False
-    # Heads take the gas of the first guess; pistons in a block must feel the same.
-    follows = built_in(model, state) and model.block_ports.shape[0] == 0
+    follows = model.choices[at.ENCODER] != at.PIN and work.frames[stage.number, at.BURN] >= 0.0
     while not converged:
         if iterations == MAX_ITERATIONS:
             work.counters[at.WORST_RESIDUAL] = previous
             return DIVERGED
         if follows and iterations > 0:
-            follow_crank(model, work, stage)
+            follow_encoder(model, work, stage)
         keep_matrix = 0.0 <= previous <= NEAR and contraction <= STALE
         if iterations > 0 and spent(model, work):
             keep_matrix = True
@@ -235,6 +236,47 @@ def iterate(model, work, state, stage):
 
 
 @inlined_kernel
+def follow_encoder(model, work, stage):
+    """Rotation of the encoder's place in a stage, from the forces found so far, into ``work.frames``."""
+    q = work.modal[at.LEVER]
+    for i in range(q.shape[0]):
+        q[i] = work.modal[at.Q_FREE, i]
+    f = work.port[at.FORCES]
+    t = model.ports.shape[1]
+    add_product(work.turning.response[stage.slot], f, model.ports.shape[0], t, q)
+    if has_additions(model):
+        call_kernel(model.links.hooks[added.AT_RECOVER], (model, work, stage.slot, f, q))
+    work.frames[stage.number, at.ENCODED] = dot(model.ends[encoder_end(model)], q, t)
+
+
+@inlined_kernel
+def press_heads(model, work, stage):
+    """Let the gas push the heads of a flexible block as it pushes the pistons now, at the pressures found last.
+
+    What it changes is added to the load ``work.modal[BASE]`` and to the motion without forces at the ports.
+    """
+    t = model.ports.shape[1]
+    standing, s = model.block_ports.shape
+    turning = model.ports.shape[0]
+    change = work.modal[at.LOADS]
+    moved = work.modal[at.LEVER]
+    for i in range(s):
+        change[i] = 0.0
+        moved[i] = 0.0
+    for c in range(work.heads.shape[0]):
+        gas = gas_force(model.cylinders[c], model.scalars, work.pressures[stage.number, c])
+        more = gas - work.heads[c]
+        work.heads[c] = gas
+        for i in range(s):
+            change[i] += more * model.block.heads[c, i]
+    add_product(work.block.inverse[stage.slot], change, s, s, moved)
+    for i in range(s):
+        work.modal[at.BASE, t + i] += change[i]
+        work.modal[at.Q_FREE, t + i] += moved[i]
+    add_product(model.block_ports_transposed, moved, s, standing, work.port[at.U_FREE][turning:])
+
+
+@inlined_kernel
 def newton_step(model, work, stage, keep_matrix):
     """Forces at u, and the Newton step of the relative motion, ``work.port[U_STEP]``; a status.
 
@@ -249,6 +291,8 @@ def newton_step(model, work, stage, keep_matrix):
     model.laws.numbers[FROZEN] = 0.0
     if status != OK:
         return FILM_FAILED
+    if model.block_ports.shape[0] > 0:
+        press_heads(model, work, stage)
     for k in range(port_count(model)):
         step[k] = work.port[at.U_FREE, k] - work.port[at.U, k]
     answer(model, work, stage.slot, f, step)

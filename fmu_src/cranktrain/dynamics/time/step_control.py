@@ -37,10 +37,20 @@ from cranktrain.dynamics.model.state import (
 )
 from cranktrain.dynamics.motion.equations import factor_stage
 from cranktrain.dynamics.motion.film_memory import close_step, fastest_closing, motion_size, open_step
-from cranktrain.dynamics.motion.gas import built_in, crank_rotation, trace_pressures
-from cranktrain.dynamics.motion.relative import relative_motion
+from cranktrain.dynamics.motion.gas import (
+    built_in,
+    burn_share,
+    crank_rotation,
+    cylinder_pressure,
+    encoder_end,
+    given_pressure,
+    own_angle,
+)
+from cranktrain.dynamics.motion.linear_algebra import dot
+from cranktrain.dynamics.motion.relative import move_axis, relative_motion
+from cranktrain.dynamics.motion.rod_motion import X, Y, rod_end
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
-from cranktrain.dynamics.time.reconstruction import given_pressures, take_stage
+from cranktrain.dynamics.time.reconstruction import take_stage
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
 from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED, WORK_SPENT
 from cranktrain.dynamics.time.table import FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
@@ -92,9 +102,10 @@ def base_motion(model, work, state, begin, tau):
 
 @inlined_kernel
 def frame_at(model, work, state, begin, tau, frame, pressures):
-    """Frame motion and cylinder pressures at ``tau`` into a sub-step that starts ``begin`` into the interval.
+    """Frame motion at ``tau`` into a sub-step that starts ``begin`` into the interval, and pressures that go by time.
 
-    Pressures of the trace are a first guess by Taylor's series of the crank's rotation; the stage follows the crank.
+    Pressures that go by angle follow the pins in the stage. Where an encoder sits elsewhere, the rotation of its place
+    is a first guess by Taylor's series.
     """
     angle, speed, acceleration, _ = base_motion(model, work, state, begin, tau)
     n = model.omega2.shape[0]
@@ -123,11 +134,27 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
                 state[offset(POSITION, n) + t + i]
                 + tau * (state[offset(VELOCITY, n) + t + i] + 0.5 * tau * state[offset(ACCELERATION, n) + t + i])
             )
-    rotation += tau * (rate + 0.5 * tau * change)
+    frame[at.BURN] = -1.0
     if built_in(model, state):
-        trace_pressures(model, frame, rotation, pressures)
-    else:
-        given_pressures(model, work, frame[at.FIRING] + rotation, begin + tau, pressures)
+        frame[at.BURN] = burn_share(model, frame[at.OMEGA] - frame[at.LEAD_RATE])
+        frame[at.ENCODED] = encoder_rotation(model, state, tau)
+        return
+    for c in range(model.cylinders.shape[0]):
+        if work.inputs[at.EXPONENT, 1 + c] == 0.0:
+            pressures[c] = given_pressure(model, work, c, 0.0, begin + tau)
+
+
+@inlined_kernel
+def encoder_rotation(model, state, tau):
+    """Rotation (rad) of the encoder's place against the frame, ``tau`` (s) after the state; 0 at the pins."""
+    if model.choices[at.ENCODER] == at.PIN:
+        return 0.0
+    n = model.omega2.shape[0]
+    t = model.ports.shape[1]
+    row = model.ends[encoder_end(model)]
+    rotation = dot(row, state[offset(POSITION, n) :], t)
+    rotation += tau * dot(row, state[offset(VELOCITY, n) :], t)
+    return rotation + 0.5 * tau * tau * dot(row, state[offset(ACCELERATION, n) :], t)
 
 
 @inlined_kernel
@@ -142,6 +169,18 @@ def ports_at_state(model, work, state):
         model, math.cos(angle), math.sin(angle), state[SHAFT_SPEED] + state[LEAD_SPEED],
         work.port[at.STATE_U], work.port[at.STATE_UD], work.port[at.RELATIVE], work.port[at.RELATIVE_RATE],
     )  # fmt: skip
+
+
+@inlined_kernel
+def pressures_at_state(model, work):
+    """Cylinder pressures at the state into ``work.pressures[0]``; its frame in ``work.frames[0]``, its ports known."""
+    frame = work.frames[0]
+    u, ud, udd = work.port[at.STATE_U], work.port[at.STATE_UD], work.port[at.STATE_UDD]
+    move_axis(model, frame, u)
+    for c in range(model.cylinders.shape[0]):
+        rod_end(model, frame, c, u, ud, udd, work.scratch)
+        angle = own_angle(model, frame, work.scratch[X], work.scratch[Y], c)
+        work.pressures[0, c], _ = cylinder_pressure(model, work, frame, c, angle, work.pressures[0, c])
 
 
 @inlined_kernel

@@ -110,7 +110,7 @@ class Equations(NamedTuple):
 
 
 class Rods(NamedTuple):
-    """Rods about the rigid rotation: rows (3 c + 1, n_t) of their motion, mean tangents, and loads on the crank.
+    """Rods about the rigid rotation: rows (3 c, n_t) of their motion, mean tangents, and loads on the crank.
 
     ``tangents`` are by place, velocity and acceleration. ``loads`` (n_t, c + o) are the gas torques of 1 N m, then the
     forces of each order, see :mod:`cranktrain.structure.in_motion.residues`.

@@ -44,7 +44,7 @@ def rod_forces(
 ) -> PeriodicForces:
     """Forces of the rods at x, y and z-rotation of their places on the pins, three per cylinder; at angles (N,).
 
-    The last row is the crank's mean rotation, which feels nothing and shifts the gas.
+    Each cylinder's gas goes by the angle of its own pin about the axis.
     """
     cylinders, offsets = engine.cylinders, engine.offsets
     out = np.zeros(16)
@@ -52,7 +52,7 @@ def rod_forces(
     ahead, behind = (gas_forces(engine, speed, angle + sign * _APART, gas, load) for sign in (1.0, -1.0))
     rises = (ahead - behind) / (2.0 * _APART)
     rows = []
-    samples, n = angle.size, 3 * engine.n_cylinders + 1
+    samples, n = angle.size, 3 * engine.n_cylinders
     forces, tangents = np.zeros((samples, n)), np.zeros((3, samples, n, n))
     for c in range(engine.n_cylinders):
         pin = body.index(f"pin[{cylinders.pins[c]}]")
@@ -88,10 +88,9 @@ def rod_forces(
             tangents[1, k, at, at] = by_velocity + 2.0 * speed * by_acceleration @ _ACROSS
             tangents[2, k, at, at] = by_acceleration
             tangents[0, k, 3 * c + 2, at] = f_y, -f_x
-            tangents[0, k, at, -1] = rises[k, c] * turn.T @ push
-    mean_rotation = np.zeros((1, body.n_modes))
-    mean_rotation[0, slots.ROTATION] = body.shapes[body.index("pulley"), slots.ROTATION, slots.ROTATION]
-    return PeriodicForces(np.concatenate((*rows, mean_rotation)), forces, *tangents)
+            # The pin's own angle about the axis changes by (x₀ u_y − y₀ u_x)/r².
+            tangents[0, k, at, at] += rises[k, c] * np.outer(turn.T @ push, (-y0, x0)) / (x0**2 + y0**2)
+    return PeriodicForces(np.concatenate(rows), forces, *tangents)
 
 
 def _rod_push(motion: Array, length: float, offset: float) -> Array:
@@ -101,9 +100,9 @@ def _rod_push(motion: Array, length: float, offset: float) -> Array:
 
 
 def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace, load: float) -> Array:
-    """Gauge pressure times piston area (N, c) of each cylinder, N, at crank angles (N,), as a run has it.
+    """Gauge pressure times piston area (N, c) of each cylinder, N, at crank angles, as a run has it.
 
-    ``speed`` (rad/s) scales the burn, one for all or (N,).
+    ``angle`` (N,) of all cylinders or (N, c) of each; ``speed`` (rad/s) scales the burn, one for all or (N,).
     """
     area = 0.25 * math.pi * engine.cylinders.bore**2
     share = np.maximum(load * (1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2), 0.0)
@@ -113,8 +112,9 @@ def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace
         for trace in gas.own or (gas,)
     ]
     own = pairs if gas.own else pairs * len(phases)
+    angles = np.reshape(angle, (len(angle), -1)) - np.array(phases)
     parts = [
-        np.array([[gas_pressure(theta - p, pair[k]) for p, pair in zip(phases, own, strict=True)] for theta in angle])
+        np.array([[gas_pressure(at, pair[k]) for at, pair in zip(row, own, strict=True)] for row in angles])
         for k in range(2)
     ]
     return np.asarray(area * (parts[0] + np.atleast_1d(share)[:, None] * parts[1]))

@@ -82,6 +82,7 @@ class SceneModel:
                 integrator=case.integrator,
                 step=case.step,
                 gas_load=s.load,
+                encoder=s.pressure.encoder if s.pressure else "pin",
                 film_temperature=s.film_temperature if bearing_law(case.bearings).film else "engine",
             ),
             s.engine,

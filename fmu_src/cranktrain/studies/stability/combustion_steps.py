@@ -27,9 +27,9 @@ from cranktrain.coupling.reconstruction import DEGREES
 from cranktrain.coupling.simulation_unit import SimulationUnit
 from cranktrain.coupling.virtual_engine import ANGLE, gas_connections, gas_exchange
 from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME
-from cranktrain.dynamics.motion.gas import gas_volume
+from cranktrain.dynamics.motion.gas import gas_volume, given_pressure
 from cranktrain.dynamics.simulation import Settings, Simulation
-from cranktrain.dynamics.time.reconstruction import JUMP, POLYTROPIC, given_pressures, reconstruct, take_sample
+from cranktrain.dynamics.time.reconstruction import JUMP, POLYTROPIC, reconstruct, take_sample
 from cranktrain.modules.combustion.file import load
 from cranktrain.modules.combustion.settings import CycleSettings
 from cranktrain.modules.combustion.simulation import CombustionSimulation
@@ -78,8 +78,8 @@ def work_of_step(model, work, state, inputs, angle, turn, interval, pieces):
     before = gas_volume(model, 0, angle)
     for k in range(pieces):
         after = gas_volume(model, 0, angle + (k + 1) * part)
-        given_pressures(model, work, angle + (k + 0.5) * part, (k + 0.5) * interval / pieces, work.pressures[0])
-        done += work.pressures[0, 0] * (after - before)
+        pressure = given_pressure(model, work, 0, angle + (k + 0.5) * part, (k + 0.5) * interval / pieces)
+        done += pressure * (after - before)
         before = after
     return done
 

@@ -18,7 +18,7 @@ Motions are given against the frame, as a run gives them. The frame follows the 
 
     δ = κ φ/(τ (κ/τ − ω² + iωκ)),   φ = the crank's mean rotation in space
 
-about a steady turn, and gas pressure goes by its angle.
+about a steady turn.
 """
 
 from __future__ import annotations
@@ -303,7 +303,7 @@ def _coupled(factors: list[tuple[NDArray[np.intp], Any, Any]], free: ComplexArra
 
 def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> ComplexArray:
     """Orders (s, k + 1, 2 + shafts) of :func:`_ends` by harmonic balance."""
-    pins, swing, twist = slice(0, structure.pins), structure.at.swing, structure.at.twist
+    pins, twist = slice(0, structure.pins), structure.at.twist
     torques = structure.known(speeds)
     coupling, transfer = _Coupling(structure), _Transfer.of(structure, damper, speeds, torques)
     factors = [coupling.factors(speed, transfer.motion[k, :, pins]) for k, speed in enumerate(speeds.tolist())]
@@ -321,12 +321,12 @@ def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> C
         result[left[settled]] = _ends(structure, speeds[settled], motion[settled], transfer.friction[settled])
         if settled.all():
             return result
-        left, speeds, torques, rest, change, transfer, turn, varying, motion = (
-            left[going], speeds[going], torques[going], rest[going], change[going], transfer.at(going), turn[going],
-            varying[going], motion[going],
+        left, speeds, torques, rest, change, transfer, varying, motion = (
+            left[going], speeds[going], torques[going], rest[going], change[going], transfer.at(going), varying[going],
+            motion[going],
         )  # fmt: skip
-        held = structure.mean_feedback(speeds, turn, motion[:, :, swing]) + varying
-        before, torques = torques, structure.exact(speeds, turn, motion[:, :, swing]) - held
+        held = structure.mean_feedback(speeds, motion) + varying
+        before, torques = torques, structure.exact(speeds, motion) - held
         earlier, change = change, np.abs(torques - before).max(axis=(1, 2))
         if transfer.link is not None:
             last, rest = rest, transfer.link.rest(motion[:, :, twist], transfer.stiffness, structure)

@@ -5,10 +5,12 @@ In the modes of what turns (crank, ring, discs of the drive line), about a stead
     [K + iH + iωC − ω²(I + Sᵀ J̄ S) − Sᵀ ḡ] x = Sᵀ f + t T,   S = rotations of the pins,   t = hub less ring,
 
 f torques on the pins, T that of the damper, H = Σ ηk r rᵀ of the crank's shafts that have a loss factor, with their
-twists r; J̄ is the cycle mean of the rods' inertia, ḡ x that of the gas torques' change as the pins and, with the
-crank's mean rotation, the pressures lead. Shafts of the drive line have a stiffness of their own at each order and
-speed where it depends on frequency or mean torque, or has a loss factor (:mod:`cranktrain.studies.torsion.line_link`).
-At order 0 the frame turns with the crank's mean rotation; the mean torque of the drive line is sought in its place.
+twists r; J̄ is the cycle mean of the rods' inertia. The mean ḡ x of the gas torques' change vanishes where each pressure
+goes by the angle of its own pin: a torque that is a periodic function of one angle has no mean slope. Where the trace
+is phased to pulley or flywheel, pins turn against pressures, and ḡ does not vanish. Shafts of the drive line have a
+stiffness of their own at each order and speed where it depends on frequency or mean torque, or has a loss factor
+(:mod:`cranktrain.studies.torsion.line_link`). At order 0 the frame turns with the crank's mean rotation; the mean
+torque of the drive line is sought in its place.
 
 Matrices are those of the running model, :func:`cranktrain.dynamics.model.arrays.build_model`.
 """
@@ -73,6 +75,7 @@ class ShaftOrders:
     throw : (c,) index of each cylinder's pin among the p pins
     at : rows of a transfer behind the pins': twist of hub against ring, rotation of the pulley, of the crank in the
         mean, of the flywheel; then the twists of the shafts
+    lead : row of a transfer by whose motion pressures lead; None where they go by the pins' own angles
     link : the drive line's shafts
     shafts : names of all shafts whose torques are known, first those of ``link``, then those of a crank from a table
     balanced : whether the burn balances the engine's ``[load]``
@@ -113,6 +116,8 @@ class ShaftOrders:
         self._burn = model.scalars[[slots.GAS_LOAD, slots.FALLOFF, slots.BEST_SPEED]]
         pins, first, self.throw = np.unique(engine.cylinders.pins, return_index=True, return_inverse=True)
         self.pins = len(pins)
+        self.at = Observed(*range(self.pins, self.pins + 4))
+        self.lead: int | None = {"pulley": self.at.pulley, "flywheel": self.at.flywheel}.get(settings.encoder)
         # Locked rigid motions feel nothing and are left out.
         own = slice(slots.ROTATION, None)
         sizes = dimensions(model)
@@ -120,7 +125,6 @@ class ShaftOrders:
         twist = model.ports[sizes.twist, own] if sizes.damper >= 0 else np.zeros(rows.shape[1])
         swing = np.zeros(rows.shape[1])
         swing[0] = model.scalars[slots.RIGID_ROTATION]
-        self.at = Observed(*range(self.pins, self.pins + 4))
         self._flywheel: Array = model.ends[0, own]
         self._shaft_twists: Array = model.shafts[: len(line.shafts), own]
         self._own_shafts(body, model.shafts.shape[1])
@@ -245,21 +249,28 @@ class ShaftOrders:
         own = stiffness * (1.0 + 1j * loss * (omega > 0.0)[..., None]) + 1j * omega[..., None] * damping
         return np.concatenate((result, own * twists[..., line:]), axis=-1)
 
-    def mean_feedback(self, speeds: Array, pins: ComplexArray, swing: ComplexArray) -> ComplexArray:
-        """Part of the pins' torques (s, k + 1, p) that the structure includes: mean inertia and mean gas tangents."""
-        turn, lead = (a + self.burn(speeds)[:, None] * b for a, b in (self._by_turn, self._by_lead))
-        omega = speeds[:, None] * self.orders
-        result = (omega**2)[:, :, None] * self.inertia[0].real * pins + turn[:, None] * pins
-        # The mean of the lead has no effect: pressures depend on the crank's oscillation about uniform rotation.
-        return np.asarray(result + lead[:, None] * swing[:, :, None])
+    def mean_feedback(self, speeds: Array, motion: ComplexArray) -> ComplexArray:
+        """Part of the pins' torques (s, k + 1, p) that the structure includes: mean inertia and mean gas tangents.
 
-    def exact(self, speeds: Array, turn: ComplexArray, swing: ComplexArray) -> ComplexArray:
-        """Torques (s, k + 1, p) on pins whose turns are ``turn``, where the crank swings by ``swing`` (s, k + 1)."""
+        ``motion`` (s, k + 1, rows) as of :meth:`transfer`.
+        """
+        omega, pins = speeds[:, None] * self.orders, motion[:, :, : self.pins]
+        result = (omega**2)[:, :, None] * self.inertia[0].real * pins
+        if self.lead is not None:
+            motored, rise = self._by_turn
+            slope = motored + self.burn(speeds)[:, None] * rise
+            result = result + slope[:, None] * (pins - motion[:, :, self.lead, None])
+        return np.asarray(result)
+
+    def exact(self, speeds: Array, motion: ComplexArray) -> ComplexArray:
+        """Torques (s, k + 1, p) on pins in a ``motion`` (s, k + 1, rows) as of :meth:`transfer`."""
+        turn = motion[:, :, : self.pins]
         w = 1j * speeds[:, None, None] * self.orders[:, None]
         turned, rate, acceleration = (self.signal(w**order * turn, 1)[:, :, self.throw] for order in range(3))
         cylinders = self.angle[:, None] + turned
         at = self.rods.torque(cylinders)
-        push = self.push((self.angle + self.signal(swing, 1))[:, :, None], self.burn(speeds)[:, None, None])
+        own = cylinders if self.lead is None else (self.angle + self.signal(motion[:, :, self.lead], 1))[:, :, None]
+        push = self.push(own, self.burn(speeds)[:, None, None])
         result = at.weight - at.arm * push - at.inertia * acceleration
         result -= 0.5 * at.slope * (speeds[:, None, None] + rate) ** 2
         return self.spectrum(self.on_pins(result), 1)
@@ -332,12 +343,11 @@ class ShaftOrders:
         pins = self._rows[: self.pins]
         w = speeds[:, None] * self.orders[orders]
         share = np.broadcast_to(self.burn(speeds)[:, None], w.shape)
-        turn, lead = (
-            [pins.T @ (g[:, None] * row) for g in pair]
-            for pair, row in ((self._by_turn, pins), (self._by_lead, self._rows[self.at.swing]))
-        )
+        motored, rise = np.zeros((2, n, n))
+        if self.lead is not None:
+            motored, rise = (pins.T @ (slope[:, None] * (pins - self._rows[self.lead])) for slope in self._by_turn)
         mass = np.eye(n) + pins.T @ (self.inertia[0].real[:, None] * pins)
-        parts = (self._stiffness - turn[0] - lead[0], self._damping, mass, turn[1] + lead[1], self._hysteresis)
+        parts = (self._stiffness - motored, self._damping, mass, rise, self._hysteresis)
         weights = np.stack((np.ones_like(w) + 0.0j, 1j * w, -(w**2), -share, 1j * (w > 0.0)), axis=-1)
         dynamic = (weights @ np.stack([part.ravel() for part in parts])).reshape(*w.shape, n, n)
         special = self.link.special
@@ -352,9 +362,9 @@ class ShaftOrders:
         return np.asarray(dynamic)
 
     def _gas_means(self, arm: Array) -> None:
-        """Cycle means of the gas torques' tangents by a pin's turn and by the lead of the pressures, motored and rise.
+        """Cycle means of the gas torques' slopes by a pin's turn at given pressures, (p,) N m/rad: motored and rise.
 
-        From the spectra: the mean of p h' is that of −p' h, which is what the lead adds; both are (p,) N m/rad.
+        From the spectra: the mean of −p h' is that of p' h. A lead of the pressures does the opposite.
         """
         cylinders = np.repeat(self.angle[:, None], self.throw.size, axis=1)
         pair = []
@@ -362,7 +372,6 @@ class ShaftOrders:
             slope = np.fft.irfft(0.5j * np.arange(self.samples // 2 + 1)[:, None] * np.fft.rfft(push, axis=0), axis=0)
             pair.append(self.on_pins((slope * arm).mean(axis=0)))
         self._by_turn = pair[0], pair[1]
-        self._by_lead = -pair[0], -pair[1]
 
     def _spectra(self, still: RodTorque) -> tuple[ComplexArray, ...]:
         """Spectra (k + 1, p) of torques on a rigid crank: of inertia at 1 rad/s, of weight, motored gas, burn."""

@@ -27,8 +27,8 @@ def runup(
     pistons: Literal["auto", "rigid", "guided"] = "auto", damper: bool = False,
     load: float | Literal["balanced"] | None = None, inherit: bool = True, drive_line: str | Path | None = None,
     pressure: str | Path | Pressures | None = None, pressure_unit: str | None = None,
-    pressure_tdc_deg: float | None = None, axial_force_n: float | None = None,
-    damper_temperature: Literal["engine", "heat-balance"] = "engine",
+    pressure_tdc_deg: float | None = None, encoder: Literal["pin", "pulley", "flywheel"] = "pin",
+    axial_force_n: float | None = None, damper_temperature: Literal["engine", "heat-balance"] = "engine",
     film_temperature: Literal["engine", "heat-balance", "adiabatic"] = "engine",
     integrator: Literal["backward-euler", "trapezoidal", "hht", "generalised-alpha", "bdf2", "tr-bdf2", "sdirk2",
         "sdirk3", "sdirk4", "esdirk3", "esdirk4", "esdirk5", "esdirk47", "esdirk57"] | None = None,
@@ -84,6 +84,8 @@ def runup(
         speed (rad/s)
     pressure_unit : Pa, kPa, bar or MPa (default: from header or size of the peak)
     pressure_tdc_deg : angle of the firing dead centre in the pressure file (of cylinder 1)
+    encoder : place whose angle the pressures of pressure belong to: pulley or flywheel, where the encoder of the
+        measurement sat, or pin (default), each cylinder's own crank pin
     axial_force_n : steady axial force on the flywheel, positive away from the pulley (default: the engine file's)
     damper_temperature : engine (default), by its speed; or heat-balance, from the damper's own losses
     film_temperature : temperature of the main bearings' oil: engine (default), by its speed; or heat-balance or

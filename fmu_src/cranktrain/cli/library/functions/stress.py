@@ -23,8 +23,9 @@ def stress(
     block: Literal["auto", "ground", "flexible"] = "auto", block_mesh: str | Path | None = None,
     pistons: Literal["auto", "rigid", "guided"] = "auto", damper: bool = False, load: float = 1.0,
     settle: float = 0.001, drive_line: str | Path | None = None, pressure: str | Path | Pressures | None = None,
-    pressure_unit: str | None = None, pressure_tdc_deg: float | None = None, fillets: str | None = None,
-    check: bool = True, plots: str | Path | None = None, output: str | Path | None = None,
+    pressure_unit: str | None = None, pressure_tdc_deg: float | None = None,
+    encoder: Literal["pin", "pulley", "flywheel"] = "pin", fillets: str | None = None, check: bool = True,
+    plots: str | Path | None = None, output: str | Path | None = None,
 ) -> Found:  # fmt: skip
     """Stress tensor and von Mises stress of the solid crankshaft's surface over a cycle.
 
@@ -61,6 +62,8 @@ def stress(
         speed (rad/s)
     pressure_unit : Pa, kPa, bar or MPa (default: from header or size of the peak)
     pressure_tdc_deg : angle of the firing dead centre in the pressure file (of cylinder 1)
+    encoder : place whose angle the pressures of pressure belong to: pulley or flywheel, where the encoder of the
+        measurement sat, or pin (default), each cylinder's own crank pin
     fillets : also the peaks in fillets and at oil bores by fine sub-models of these throws: all, or numbers such as
         1,6; minutes and 3 to 4 GB the first time, then kept
     check : no comparison with direct solutions, which takes half a minute

@@ -1,0 +1,183 @@
+"""A pressure belongs to the volume of its own cylinder: the gas does the indicated work, however the crank twists."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.engine.file import load_engine
+from cranktrain.loads.gas_pressure import CYCLE, GasTrace
+from cranktrain.structure.crank.level import running_crank
+from cranktrain.studies.constant_speed import Request
+from cranktrain.studies.design.layouts import layout
+from cranktrain.studies.design.rules import document
+from cranktrain.studies.design.sizes import sizes
+from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
+
+SPEED = 2000.0 * math.pi / 30.0
+TWISTS = Settings(crank="torsional", bearings="held", step=math.radians(2.5))
+"""Nothing rubs on journals that are locked on their axis."""
+
+
+@cache
+def engine(name, folder):
+    """A shipped engine, or one of a layout as ``new`` writes it."""
+    if name.startswith("diesel"):
+        return load_engine(name)
+    path = folder / f"{name}.toml"
+    path.write_text(document(name, sizes(layout(name, None), 0.0825, 0.0928)).text, encoding="utf-8")
+    return load_engine(path)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("engines")
+
+
+def without_loss(made):
+    """The engine with a crank that does not damp; its drive line's damping lets a run settle."""
+    return replace(made, damping=replace(made.damping, kind="rayleigh", alpha=0.0, beta=0.0))
+
+
+def reach(made, angle, c):
+    """Height of piston pin c over the crank axis (m) at its crank angle after firing dead centre, a right triangle."""
+    throw, offset, rod = made.crankshaft.throw, made.offsets[c], made.rods[c].length
+    return throw * np.cos(angle) + np.sqrt(rod**2 - (throw * np.sin(angle) + offset) ** 2)
+
+
+def indicated_work(made, gas, speed, load=1.0):
+    """∮ p dV of all cylinders (J) by the trapezoidal rule at the samples of the trace, of the engine's dimensions."""
+    share = load * max(0.0, 1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2)
+    pressure = gas.motored + share * (gas.fired - gas.motored)
+    area = 0.25 * math.pi * made.cylinders.bore**2
+    closed = np.append(pressure, pressure[0])
+    work = 0.0
+    for c in range(made.n_cylinders):
+        volume = -area * reach(made, np.append(gas.angles, CYCLE), c)
+        work += float(np.sum(0.5 * (closed[1:] + closed[:-1]) * np.diff(volume)))
+    return work
+
+
+def works(run):
+    """Gas work on the pistons and work to the dynamometer over the last cycle, J."""
+    total = np.trapezoid(run.powers, dx=run.step, axis=0)
+    return total[at.GAS_POWER], total[at.DYNAMOMETER_POWER]
+
+
+@pytest.mark.parametrize("name", ["diesel_i6", "i5", "single"])
+def test_the_gas_does_the_indicated_work_of_its_trace(name, folder):
+    """The six's pins twist by 0.1 degrees; at the crank's mean angle the gas did 0.7 % more."""
+    made = without_loss(engine(name, folder))
+    gas = GasTrace.from_engine(made)
+    run = simulate(made, running_crank(made, "torsional"), TWISTS, SPEED, gas=gas, settle=1e-5)
+    expected = indicated_work(made, gas, SPEED)
+    by_gas, taken = works(run)
+    assert by_gas == pytest.approx(expected, rel=1e-4)
+    # Without friction all of it reaches the dynamometer: mean shaft torque = indicated torque.
+    torque = float(np.mean(run.last_cycle("shaft.torque")[1][:-1]))
+    lost = np.trapezoid(run.powers[:, at.SHAFTS_LOSS], dx=run.step)
+    assert torque == pytest.approx((expected - lost) / CYCLE, rel=1e-4)
+    assert taken == pytest.approx(expected - lost, rel=1e-4)
+
+
+def test_each_cylinder_tells_the_angle_of_its_own_pin():
+    """By the volume, which a torsional crank changes through that angle alone."""
+    made = load_engine("diesel_i6")
+    simulation = Simulation(made, running_crank(made, "torsional"), TWISTS)
+    simulation.inputs[0] = SPEED
+    simulation.initialize()
+    simulation.step(math.radians(37.0) / SPEED)
+    shown = dict(zip(simulation.output_names, simulation.outputs, strict=True))
+    area = 0.25 * math.pi * made.cylinders.bore**2
+    clearance = area * 2.0 * made.crankshaft.throw / (made.cylinders.compression_ratio - 1.0)
+    top = math.sqrt((made.crankshaft.throw + made.rod.length) ** 2 - made.offsets[0] ** 2)
+    turns = []
+    for c in range(made.n_cylinders):
+        angle = shown[f"cylinder[{c + 1}].angle"]
+        assert 0.0 <= angle < CYCLE
+        volume = clearance + area * (top - reach(made, angle, c))
+        assert shown[f"cylinder[{c + 1}].volume"] == pytest.approx(volume, rel=1e-9)
+        turns.append((angle + made.firing_angles[c] - shown["crank.angle"] + math.pi) % CYCLE - math.pi)
+    assert np.ptp(turns) > math.radians(0.02)
+
+
+@pytest.mark.parametrize("encoder", ["pin", "pulley", "flywheel"])
+def test_time_and_frequency_agree_wherever_the_encoder_sits(encoder):
+    made = load_engine("diesel_i6")
+    body, settings = running_crank(made, "torsional"), replace(TWISTS, encoder=encoder)
+    run = simulate(made, body, settings, SPEED, settle=1e-5)
+    steady = frequency_run_up(made, body, settings, np.array([SPEED]), [1.5, 4.5, 6.0], "harmonic-balance")
+    torsion = run.last_cycle("pulley.torsion")[1][:-1]
+    lines = np.abs(np.fft.rfft(torsion))[[3, 9, 12]] * 2.0 / torsion.size
+    assert lines == pytest.approx(np.abs(steady.torsion[0]), abs=2e-4 * np.abs(steady.torsion).max())
+
+
+def test_an_encoder_shifts_the_trace_by_the_twist_between_it_and_the_pins():
+    """To first order the work changes by −Σ ∮ p' (φ_e − φ) dV, with both angles from the run."""
+    made = load_engine("diesel_i6")
+    body, gas = running_crank(made, "torsional"), GasTrace.from_engine(made)
+    expected = indicated_work(made, gas, SPEED)
+    share = 1.0 - gas.falloff * (SPEED / gas.best_speed - 1.0) ** 2
+    pressure = gas.motored + share * (gas.fired - gas.motored)
+    slope = np.gradient(np.append(pressure, pressure[:2]), gas.angles[1])[:-2]
+    for encoder in ("pulley", "flywheel"):
+        run = simulate(made, body, replace(TWISTS, encoder=encoder), SPEED, gas=gas, settle=1e-5)
+        place = place_of(made, run, encoder)
+        change = 0.0
+        for c in range(made.n_cylinders):
+            own = run.last_cycle(f"cylinder[{c + 1}].angle")[1]
+            ahead = (place - made.firing_angles[c] - own + math.pi) % CYCLE - math.pi
+            steep = np.interp(own, gas.angles, slope, period=CYCLE)
+            change += np.trapezoid(steep * ahead * run.last_cycle(f"cylinder[{c + 1}].volume_rate")[1], dx=run.step)
+        by_gas, _ = works(run)
+        assert abs(change) > 2e-3 * expected
+        assert by_gas - expected == pytest.approx(change, rel=0.05)
+
+
+def place_of(made, run, encoder):
+    """Angle of flywheel or pulley over the last cycle (rad): the given shaft's, its wind-up, and the crank's twist."""
+    shaft = run.angle[-run.per_cycle - 1 :]
+    flywheel = shaft + run.last_cycle("shaft.torque")[1] / made.drive_line.stiffness
+    if encoder == "flywheel":
+        return flywheel
+    return flywheel + run.last_cycle("pulley.torsion")[1] - run.last_cycle("flywheel.torsion")[1]
+
+
+def test_given_pressures_of_one_crank_angle_do_their_work():
+    """A partner that knows the crank's angle alone gives p(θ); each piston takes p at its own pin's angle."""
+    made = load_engine("diesel_i6")
+    gas = GasTrace.from_engine(made)
+    settings = replace(TWISTS, gas_source="input", step=math.radians(1.0))
+    simulation = Simulation(made, running_crank(made, "torsional"), settings, gas)
+    angles = np.append(gas.angles, CYCLE)
+    pressure = np.append(gas.fired, gas.fired[0])
+
+    def given(angle):
+        return [np.interp((angle - phase) % CYCLE, angles, pressure) for phase in made.firing_angles]
+
+    simulation.inputs[0] = SPEED
+    simulation.pressures[:] = given(0.0)
+    simulation.initialize()
+    h, cycles, per_cycle = math.radians(1.0) / SPEED, 30, 720
+    powers = []
+    for k in range(cycles * per_cycle):
+        theta = simulation.outputs[0]
+        simulation.pressures[:] = given(theta)
+        simulation.inputs[made.n_cylinders + at.ANGLE_INPUT] = theta
+        simulation.step((k + 1) * h)
+        powers.append(simulation.work.powers[at.GAS_POWER])
+    taken = float(np.mean(powers[-per_cycle:])) * CYCLE / SPEED
+    assert taken == pytest.approx(indicated_work(made, replace(gas, falloff=0.0), SPEED), rel=1e-4)
+
+
+def test_an_encoder_needs_a_trace_that_was_measured():
+    with pytest.raises(InputError, match=r"encoder flywheel needs pressure, a trace that was measured"):
+        Request(speed_rpm=2000, encoder="flywheel").check()
+    with pytest.raises(InputError, match=r"encoder 'flywhel' does not exist; did you mean 'flywheel'"):
+        Request(speed_rpm=2000, pressure="trace.csv", encoder="flywhel").check()
