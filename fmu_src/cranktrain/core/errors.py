@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from difflib import get_close_matches
-from numbers import Real
 
 LONGEST_LINE = 1200
 """Characters of a message; what is longer, a list of all outputs, is cut before its end, which says what to do."""
@@ -46,7 +45,7 @@ def shown(value: object) -> str:
     return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
 
 
-def as_float(value: Real) -> float:
+def as_float(value: float) -> float:
     """The number in double precision; infinite where a whole number is too large, for which ``float`` would fail."""
     try:
         return float(value)

@@ -108,7 +108,7 @@ def _listed(value: Any) -> list[Any]:
 def _one(keyword: Keyword, value: Any, stack: ExitStack) -> Any:
     """One value of a keyword; an engine becomes a file that lasts as long as the call."""
     name, kind = keyword.name, keyword.action.type
-    if isinstance(value, numbers.Integral) and abs(value) > sys.float_info.max:
+    if isinstance(value, int) and abs(value) > sys.float_info.max:
         value = as_float(value)  # infinite, which every option refuses
     if isinstance(keyword.action, argparse._StoreTrueAction | argparse._StoreFalseAction):
         if not isinstance(value, bool):
