@@ -74,8 +74,10 @@ VALUE, RATE, BEND, EXPONENT, ANGLES, FORESEEN, FORESEEN_RATE, INPUT_ROWS = range
 # Columns of the first row of ``Work.staged``: how many stages are given, how many there are, the internal step, rad.
 STAGES_GIVEN, STAGES_THERE, STAGE_STEP = range(3)
 # Inputs behind speed and pressures: torque on the dynamometer and of the valve train, N m; axial force on the
-# flywheel, N; the crank angle that the pressures belong to, rad. How many there are beside the pressures.
-LOAD_INPUT, VALVE_INPUT, AXIAL_INPUT, ANGLE_INPUT, OTHER_INPUTS = 1, 2, 3, 4, 5
+# flywheel, N; the crank angle that the pressures belong to, rad; from DEVIATION_INPUT on, of each cylinder, the deviation
+# of the volume that its pressure belongs to, m³. How many inputs there are beside those of each cylinder, and of each.
+LOAD_INPUT, VALVE_INPUT, AXIAL_INPUT, ANGLE_INPUT, DEVIATION_INPUT = 1, 2, 3, 4, 5
+OTHER_INPUTS, CYLINDER_INPUTS = 5, 2
 # ``Work.counters``; of the present communication step its work, and 1 where that was cut short; how many steps were.
 N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED = range(7)
 N_WORK, N_CUT, N_LIMITED, COUNTERS = 7, 8, 9, 10

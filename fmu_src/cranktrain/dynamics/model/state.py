@@ -39,9 +39,13 @@ LIMITED = 30
 UNDER_WAY, STEP_BEGIN, STEP_END, SUBSTEP_BEGIN, PARTS_DONE, PARTS_HALVED = range(31, 37)
 EACH_POINT = 37
 """1 where the next communication step shall be stepped to its end, as if an input had changed at its begin; then 0."""
+DEVIATIONS_SET = 38
+"""Whether a partner has said which deviation of a volume its pressures belong to."""
+GAS_DONE, GAS_RATE = 39, 40
+"""Work of given pressures since the start, J, and their power at the end of the last internal step, W."""
 MOST_SAMPLES = 3
-HEADER = 38
-MAX_INPUTS = 35
+HEADER = 41
+MAX_INPUTS = 65
 """Room for one speed, the pressures of up to 30 cylinders and what comes behind them in each sample."""
 INPUTS_NOW = HEADER
 INPUTS_BEFORE = HEADER + MAX_INPUTS
