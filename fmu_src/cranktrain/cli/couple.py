@@ -235,8 +235,8 @@ def _loss(combustion: str, fraction: float | None) -> str:
     """What coupling to a combustion that knows one crank angle costs, in a sentence."""
     cost = "" if fraction is None else f"; {abs(100.0 * fraction):.2g} % of the indicated power differs between the two"
     return (
-        f"{combustion} takes no volume deviations: it computes all volumes at one crank angle, and the cranktrain moves "
-        f"each pressure to its own pin{cost}"
+        f"{combustion} takes no volume deviations: it computes all volumes at one crank angle, and the cranktrain "
+        f"moves each pressure to its own pin{cost}"
     )
 
 

@@ -50,6 +50,7 @@ READ = {
     VALVETRAIN: valve_drive.READ,
 }
 """Outputs that a run records in addition to the connected ones."""
+PRESSURE_ANGLE = Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST)
 GAS = Bond("gas", given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
            taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, SPEED))])  # fmt: skip
 GAS_WORK = Bond("gas", given=[((COMBUSTION, WORK),)], taken=[((CRANKTRAIN, WORK),)], works=True)
@@ -147,6 +148,8 @@ def virtual_engine(
     connections, exchange = gas_connections(cylinders, own, staged), gas_exchange(scheme, reconstruction)
     if takes_deviations(combustion.inputs) and takes_deviations(cranktrain.outputs):
         connections += volume_connections(cylinders, own or staged)
+        if staged:
+            connections.append(PRESSURE_ANGLE)
     units: dict[str, FmuUnit | TraceUnit] = {COMBUSTION: combustion, CRANKTRAIN: cranktrain}
     gas = GAS_WORK if WORK in combustion.outputs and WORK in cranktrain.outputs else GAS
     bonds = [gas]
@@ -181,7 +184,7 @@ def gas_connections(cylinders: int, own: bool, staged: bool = False) -> list[Con
         for name in (f"cylinder[{c + 1}].pressure" for c in range(cylinders))
     ]
     if own:
-        connections.append(Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST))
+        connections.append(PRESSURE_ANGLE)
     return connections
 
 

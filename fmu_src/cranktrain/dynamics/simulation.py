@@ -125,8 +125,8 @@ class Simulation(SteppedModel):
         that the pressures belong to, and the deviation (m³) of each cylinder's volume that its pressure belongs to,
         0 where nobody tells; set in place before each step
     pressures : the pressures among them
-    input_rates : (5 + 2 cylinders,) rates of the inputs, 1/s, over the next communication step: an input goes on from its
-        value at the rate that is given, whatever the reconstruction; not a number, as at first, gives none
+    input_rates : (5 + 2 cylinders,) rates of the inputs, 1/s, over the next communication step: an input goes on from
+        its value at the rate that is given, whatever the reconstruction; not a number, as at first, gives none
     input_names, output_names : as in the FMU
     outputs : values in that order (SI), valid after ``initialize`` and after each step, all of them unless
         ``on_demand`` is set before: then those alone that :meth:`read` has asked for

@@ -72,6 +72,7 @@ class Work(NamedTuple):
     guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, as a stage last found them
     pressures: Array  # (stages, c) cylinder pressures at each stage
     heads: Array  # (c,) force of the gas on heads of a flexible block, N, as the stage under way has taken it
+    rises: Array  # (c, 2) rise of heads of a flexible block along their cylinders, m, and its rate, m/s
     inputs: Array  # (INPUT_ROWS, i) the reconstructed inputs
     input_rates: Array  # (i,) rates of the inputs (1/s) that a driver gives for the next communication
     # step; what is no number is not given
@@ -117,6 +118,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         guides=z((d.cylinders, 3)),
         pressures=z((MAX_STAGES, d.cylinders)),
         heads=z(d.cylinders),
+        rises=z((d.cylinders, 2)),
         inputs=z((at.INPUT_ROWS, inputs)),
         input_rates=np.full(inputs, np.nan) if input_rates is None else input_rates,
         staged=z((1 + MAX_STAGES, 1 + inputs)),

@@ -7,6 +7,7 @@ import math
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
+    GAS_DONE,
     ITERATIONS,
     LAST_INTERVAL,
     LIMITED,
@@ -120,6 +121,13 @@ def observe_torques(model, work, state, members, out):
         out[INDICATED] = powers[at.GAS_POWER] / speed
         out[FRICTION] = (powers[at.MAINS_FRICTION] + powers[at.BIG_ENDS_FRICTION] + powers[at.LINERS_FRICTION]) / speed
         out[BRAKE] = out[INDICATED] - out[FRICTION] - work.frames[0, at.VALVE_TORQUE]
+    return 0
+
+
+@law_kernel
+def observe_gas(model, work, state, members, out):
+    """Work of given pressures since the start."""
+    out[0] = state[GAS_DONE]
     return 0
 
 

@@ -82,7 +82,8 @@ MEMORY = (
     "premixed_fuel", "diffusion_fuel", "premixed_for", "diffusion_for", "closed", "closed_pressure",
     "closed_temperature", "closed_volume", "lift_in", "lift_out", "work_start", "wall_start", "burnt_start", "peak",
     "peak_angle", "cycle_work", "cycle_wall", "cycle_heat", "cycle_peak", "cycle_peak_angle", "cycle_delay", "injected",
-    "first_mass", "first_energy", "first_volume", "deviation", "deviation_rate", "last_deviation", "last_deviation_rate",
+    "first_mass", "first_energy", "first_volume", "deviation", "deviation_rate", "last_deviation",
+    "last_deviation_rate",
 )  # fmt: skip
 """Values that a cylinder stores over its cycle."""
 (
