@@ -200,12 +200,14 @@ def volume_connections(cylinders: int, given_back: bool) -> list[Connection]:
     """
     of_each = [f"cylinder[{c + 1}]." for c in range(cylinders)]
     found = [
-        Connection((CRANKTRAIN, head + name), (COMBUSTION, head + name), START)
+        Connection((CRANKTRAIN, head + name), (COMBUSTION, head + name), START, judged=False)
         for head in of_each
         for name in DEVIATIONS
     ]
     if given_back:
-        found += [Connection((COMBUSTION, head + TAKEN), (CRANKTRAIN, head + TAKEN), NEWEST) for head in of_each]
+        found += [
+            Connection((COMBUSTION, head + TAKEN), (CRANKTRAIN, head + TAKEN), NEWEST, judged=False) for head in of_each
+        ]
     return found
 
 
