@@ -10,7 +10,7 @@ import pytest
 import cranktrain as ct
 from cranktrain.coupling.master import Master
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN
-from cranktrain.coupling.run import Bond, Steps, run
+from cranktrain.coupling.run import Steps, run
 from cranktrain.coupling.simulation_unit import SimulationUnit
 from cranktrain.coupling.virtual_engine import (
     GAS_WORK,
@@ -18,6 +18,7 @@ from cranktrain.coupling.virtual_engine import (
     gas_exchange,
     volume_connections,
 )
+from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.modules.combustion.file import load
@@ -64,23 +65,25 @@ def units_of(engine, **settings):
     return SimulationUnit(COMBUSTION, gas), SimulationUnit(CRANKTRAIN, crank)
 
 
-def coupled(engine, step_deg=1.0, cycles=8, scheme="gauss-seidel", rule="own", tells=True, further=(), **settings):
-    """A run of both, and its points of the last cycle."""
+def coupled(engine, step_deg=1.0, cycles=8, scheme="gauss-seidel", rule="own", tells=True, **settings):
+    """A run of both, its points of the last cycle, and the cranktrain's mean powers (POWERS,) at these, W."""
     own = rule == "own"
     n = engine.n_cylinders
     combustion, cranktrain = units_of(
-        engine, bearings="linear", reconstruction="polytropic" if own else "hold", **settings
+        engine, **{"bearings": "linear", "reconstruction": "polytropic" if own else "hold", **settings}
     )
     links = gas_connections(n, own) + (volume_connections(n, own) if tells else [])
-    units = [combustion, cranktrain]
-    master = Master(units, [*links, *further], gas_exchange(scheme, rule), READ)
+    master = Master([combustion, cranktrain], links, gas_exchange(scheme, rule), READ)
     master.initialize()
-    points = Bond("points", GAS_WORK.given, GAS_WORK.taken)
-    found = run(master, cycles * CYCLE, Steps(math.radians(step_deg) / SPEED), [GAS_WORK, points])
-    return found, slice(-round(720 / step_deg) - 1, None)
+    powers, count = [], round(720 / step_deg)
+    found = run(
+        master, cycles * CYCLE, Steps(math.radians(step_deg) / SPEED), [GAS_WORK],
+        told=lambda record: powers.append(cranktrain.simulation.work.powers.copy()),
+    )  # fmt: skip
+    return found, slice(-count - 1, None), np.mean(powers[-count:], axis=0)
 
 
-def works(found, last):
+def works(found, last, _=None):
     """Work of the last cycle that the gas gives and that the pistons take, J."""
     return [float(np.ptp(found.of(f"{unit}.gas.work")[last][[0, -1]])) for unit in (COMBUSTION, CRANKTRAIN)]
 
@@ -89,32 +92,40 @@ def works(found, last):
 def test_a_torsional_crank_takes_the_work_that_the_gas_gives(name, tmp_path_factory):
     engine = engine_of(name, tmp_path_factory.mktemp(name))
     given, taken = works(*coupled(engine, crank="torsional"))
+    assert taken == pytest.approx(given, rel=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "step_deg", "cycles"),
+    [("jacobi", 1.0, 5), ("jacobi", 1.5, 5), ("gauss-seidel", 3.0, 5), ("iterative", 1.0, 2)],
+)
+def test_so_it_is_by_all_schemes(scheme, step_deg, cycles):
+    given, taken = works(*coupled(load_engine("diesel_i6"), step_deg, scheme=scheme, cycles=cycles, crank="torsional"))
     assert taken == pytest.approx(given, rel=1e-4)
 
 
-@pytest.mark.parametrize(("scheme", "step_deg"), [("jacobi", 1.0), ("gauss-seidel", 1.5), ("iterative", 1.0)])
-def test_so_it_is_by_all_schemes(scheme, step_deg):
-    given, taken = works(*coupled(load_engine("diesel_i6"), step_deg, scheme=scheme, crank="torsional"))
-    assert taken == pytest.approx(given, rel=1e-4)
+def test_the_residual_is_the_difference_of_both_works():
+    """By steps; held pressures miss some per cent of the work, which powers at the points do not show."""
+    found, last, _ = coupled(load_engine("diesel_i6"), cycles=3, rule="hold", crank="torsional")
+    given, taken = works(found, last)
+    steps = np.diff(found.times[last])
+    assert found.residuals["gas"][-steps.size :] @ steps == pytest.approx(given - taken, rel=1e-9)
+    assert 0.02 < 1.0 - taken / given < 0.05
 
 
-def test_pressures_that_the_master_reconstructs_do_that_work_too():
-    given, taken = works(*coupled(load_engine("diesel_i6"), rule="quadratic", scheme="jacobi", crank="torsional"))
-    assert taken == pytest.approx(given, rel=1e-3)
-
-
-def test_mean_torque_of_the_shaft_is_the_indicated_one():
-    """Without friction and damping nothing else takes power."""
-    engine = load_engine("diesel_i6")
-    engine = replace(engine, damping=replace(engine.damping, torsional_ratios=(), ratio=0.0))
-    found, last = coupled(engine, cycles=20, crank="torsional")
+@pytest.mark.parametrize("level", ["rigid", "torsional"])
+def test_the_shaft_gets_the_indicated_torque(level):
+    """But for damping of crank and shaft, each a twentieth of a per cent; journals are held, so no film takes power."""
+    found, last, powers = coupled(load_engine("diesel_i6"), cycles=16, crank=level, bearings="held")
     shaft = found.of(f"{CRANKTRAIN}.shaft.torque")[last][1:].mean()
+    damped = (powers[at.CRANK_LOSS] + powers[at.SHAFTS_LOSS]) / SPEED
     given, _ = works(found, last)
-    assert shaft == pytest.approx(given / (4.0 * math.pi), rel=1e-4)
+    assert shaft + damped == pytest.approx(given / (4.0 * math.pi), rel=2e-5)
+    assert 0.0 < damped < 1e-3 * shaft
 
 
 def test_a_combustion_of_one_angle_is_served_at_each_pins_own():
-    """Its pressures do the work over the pins' angles; at the crank's angle they did 0.7 % more."""
+    """Its pressures do their work over the pins' angles; what is left are pressures ahead of the newest sample."""
     given, taken = works(*coupled(load_engine("diesel_i6"), tells=False, crank="torsional"))
     assert taken == pytest.approx(given, rel=1e-3)
 
@@ -122,7 +133,7 @@ def test_a_combustion_of_one_angle_is_served_at_each_pins_own():
 def test_the_deviation_is_that_of_the_volume_and_its_rate():
     """Volume of a rigid slider crank at the crank's angle by its own formula; the rate is the derivative."""
     engine = load_engine("diesel_i6")
-    found, last = coupled(engine, 0.5, cycles=3, crank="torsional")
+    found, last, _ = coupled(engine, 0.5, cycles=3, crank="torsional")
     angle = found.of(f"{CRANKTRAIN}.crank.angle")[last]
     volume, deviation, rate = (
         found.of(f"{CRANKTRAIN}.cylinder[1].{name}")[last]
@@ -140,7 +151,8 @@ def test_the_deviation_is_that_of_the_volume_and_its_rate():
 
 
 @pytest.mark.slow
-def test_a_solid_crank_takes_the_work_that_the_gas_gives():
+@pytest.mark.parametrize("bearings", ["linear", "impedance"])
+def test_a_solid_crank_takes_the_work_that_the_gas_gives(bearings):
     """Bending and films move pins in their cylinders by a per cent of the clearance volume."""
-    given, taken = works(*coupled(load_engine("diesel_i6"), crank="solid"))
-    assert taken == pytest.approx(given, rel=1e-4)
+    given, taken = works(*coupled(load_engine("diesel_i6"), crank="solid", bearings=bearings))
+    assert taken == pytest.approx(given, rel=2e-5)
