@@ -1,8 +1,9 @@
 """Combustion beside the cranktrain: ``python benchmarks/combustion_coupling.py [torsional|solid]``, scheme by step.
 
-Both simulations, which the FMUs step as well, exchange angle, speed and pressures at 2000 rev/min. ``jacobi``: both
-step at once and combustion turns the angle on (``inputs.at = begin``); ``gauss-seidel``: the cranktrain steps first and
-combustion takes its angle (``end``); ``late``: both step at once and the angle is not turned on, which is wrong.
+Both simulations, which the FMUs step as well, exchange angle, speed, volumes and pressures at 2000 rev/min.
+``jacobi``: both step at once and combustion turns the angle on (``inputs.at = begin``); ``gauss-seidel``: the
+cranktrain steps first and combustion takes its angle (``end``); ``late``: both step at once, the angle is not turned on
+and the cranktrain is not told which angle the pressures belong to, which is wrong.
 Of each, by communication step in degrees of crank angle, over a cycle after CYCLES cycles: RMS of the difference of the
 pulley's torsion from a Gauss–Seidel run at ``FINE_DEG`` over the RMS of its alternating part, and the error of the mean
 shaft torque. ``indicated_nm`` is combustion's own mean torque, ``real_time_factor`` processor time over simulated time,
@@ -33,17 +34,19 @@ CYCLES = 16
 SAMPLES = round(720 / STEPS_DEG[-1])
 """Points of a cycle at which runs are compared: those that all communication steps meet."""
 NAMES = "crank.angle", "crank.speed", "pulley.torsion", "shaft.torque"
+DEVIATIONS, TAKEN = ("volume_deviation", "volume_deviation_rate"), "deviation_taken"
 
 
 @dataclass(frozen=True)
 class Scheme:
-    """How a master steps the two: the cranktrain first or both at once, and what combustion makes of the angle."""
+    """How a master steps the two: cranktrain first or both at once; what combustion makes of the angle, and tells."""
 
     crank_first: bool
     inputs_at: str
+    tells: bool = True
 
 
-SCHEMES = {"jacobi": Scheme(False, "begin"), "gauss-seidel": Scheme(True, "end"), "late": Scheme(False, "end")}
+SCHEMES = {"jacobi": Scheme(False, "begin"), "gauss-seidel": Scheme(True, "end"), "late": Scheme(False, "end", False)}
 
 
 def run(level: str, step_deg: float, scheme: Scheme) -> tuple[Array, Array, float, float]:
@@ -54,21 +57,24 @@ def run(level: str, step_deg: float, scheme: Scheme) -> tuple[Array, Array, floa
     gas = CombustionSimulation(settings)
     crank.inputs[0] = gas.inputs[0] = SPEED
     gas.initialize()
-    pressures = [gas.output_names.index(f"cylinder[{i + 1}].pressure") for i in range(gas.n_cylinders)]
+    cylinders = [f"cylinder[{i + 1}]." for i in range(gas.n_cylinders)]
+    own = ["pressure.angle", *(head + name for name in ("pressure", TAKEN) for head in cylinders)]
+    back = ["crank.angle", "crank.speed", *(head + name for name in DEVIATIONS for head in cylinders)]
+    given, taken = (list(map(names.index, own)) for names in (gas.output_names, crank.input_names))
+    motion, moved = (list(map(names.index, back)) for names in (crank.output_names, gas.input_names))
     shown = [crank.output_names.index(name) for name in NAMES]
-    crank.pressures[:] = gas.outputs[pressures]
+    crank.inputs[taken] = gas.outputs[given]
     crank.initialize()
     h = math.radians(step_deg) / SPEED
     count = round(720 / step_deg)
     kept = np.empty((count, len(NAMES)))
     begin = time.process_time()
     for k in range(CYCLES * count):
-        angle = crank.outputs[shown[0]], crank.outputs[shown[1]]
-        crank.pressures[:] = gas.outputs[pressures]
+        found = crank.outputs[motion]
+        crank.inputs[taken] = gas.outputs[given]
+        crank.inputs[taken[0]] *= scheme.tells
         crank.step((k + 1) * h)
-        if scheme.crank_first:
-            angle = crank.outputs[shown[0]], crank.outputs[shown[1]]
-        gas.inputs[1], gas.inputs[0] = angle
+        gas.inputs[moved] = crank.outputs[motion] if scheme.crank_first else found
         gas.step((k + 1) * h)
         kept[k % count] = crank.outputs[shown]
     factor = (time.process_time() - begin) / (CYCLES * count * h)

@@ -501,9 +501,9 @@ def combustion_coupling() -> str:
     factor = found["gauss-seidel"]["1"]["real_time_factor"]
     torque = found["reference"]
     note = (
-        "All cylinders take one crank angle, the crank's mean, while the cranktrain's pistons follow their throws:\n"
-        f"the shaft's mean torque is {torque['mean_torque_nm']:.1f} N m where combustion indicates "
-        f"{torque['indicated_nm']:.1f}. Both together took\n{factor:.2f} s of processor time for a second at 1°, on a "
+        "Each cylinder has the volume that its own piston leaves:\n"
+        f"the shaft's mean torque is {torque['mean_torque_nm']:.2f} N m where combustion indicates "
+        f"{torque['indicated_nm']:.2f}. Both together took\n{factor:.2f} s of processor time for a second at 1°, on a "
         "machine busy with other work."
     )
     return table(("scheme", *(f"{step}°" for step in steps)), rows) + "\n\n" + note

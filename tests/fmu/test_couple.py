@@ -134,7 +134,7 @@ def test_the_system_as_an_ssp(fmu, partner, valvetrain, tmp_path):
     assert written[0].read_bytes() == written[1].read_bytes()
     system = read_ssd(written[0]).system
     assert {component.name for component in system.elements} == {"cranktrain", "combustion", "valvetrain"}
-    assert len(system.connections) == (2 + 6 + 1) + (2 + 12 + 1)
+    assert len(system.connections) == (2 + 6 + 1) + 6 * (2 + 1) + (2 + 12 + 1)
     with zipfile.ZipFile(written[0]) as archive:
         values = archive.read("resources/cranktrain.ssv").decode()
     assert 'name="speed"' in values and 'value="polytropic"' in values

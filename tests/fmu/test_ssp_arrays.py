@@ -91,7 +91,7 @@ def test_the_structure_is_valid_and_connects_whole_arrays(files):
         start = sizes[link["startElement"], link["startConnector"]]
         assert start == sizes[link["endElement"], link["endConnector"]]
         elements += start[0] if start else 1
-    assert elements == len(system.connections) == 24
+    assert elements == len(system.connections) == 24 + 6 * 3
 
 
 def test_every_element_is_connected_as_in_the_system(files):

@@ -74,7 +74,7 @@ def test_every_input_that_a_partner_gives_is_in_one_terminal():
         v.name for v in cranktrain.variables if v.causality == "input"
     }
     assert given <= set(gas) and {"crank.angle", "crank.speed"} <= set(gas)
-    assert len(gas) == 6 + 1 + 2
+    assert len(gas) == 6 * (1 + 3) + 1 + 2
 
 
 def test_dimensions_of_one_engine_agree():

@@ -33,7 +33,8 @@ stages it asks for those at the stages of its integrator, and nothing is reconst
 --reconstruction own the cranktrain itself interpolates pressures between communication points, because it
 knows the crank angle of each; with hold, linear and quadratic the master does. With --pressure, measured pressures take
 the place of the combustion. --json prints {"pulley", "imep_pa",
-"indicated_torque_nm", "coupling_residual_w", "real_time_factor", "seconds", "result", "valvetrain"}."""
+"indicated_torque_nm", "coupling_residual_w", "coupling_residual_mean_w", "coupling_residual_fraction",
+"real_time_factor", "seconds", "result", "valvetrain"}."""
 
 
 UNITS = CRANKTRAIN, COMBUSTION, VALVETRAIN
@@ -96,6 +97,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             return _export(Path(options.export_ssp), engine, speed, options)
         found = _run_into(output, make, speed, options)
     result = summary(found, speed) | {"result": str(output)}
+    if engine.one_angle is not None:
+        say(_loss(engine.one_angle, result["coupling_residual_fraction"]))
     if not options.json:
         _show(result, options)
     return result
@@ -223,6 +226,22 @@ def _export(path: Path, engine: VirtualEngine, speed: float, options: argparse.N
     return {"ssp": str(path)}
 
 
+def _mean_residual(result: dict[str, Any]) -> str:
+    """Mean power that the gas gives and the pistons do not take, in W and as a percentage of the indicated power."""
+    fraction = result["coupling_residual_fraction"]
+    percent = "" if fraction is None else f" ({100.0 * fraction:.2g} % of the indicated power)"
+    return f"{result['coupling_residual_mean_w']:.3g} W{percent}"
+
+
+def _loss(combustion: str, fraction: float | None) -> str:
+    """What coupling to a combustion that knows one crank angle costs, in a sentence."""
+    cost = "" if fraction is None else f"; {abs(100.0 * fraction):.2g} % of the indicated power differs between the two"
+    return (
+        f"{combustion} takes no volume deviations: it computes all volumes at one crank angle, and the cranktrain "
+        f"moves each pressure to its own pin{cost}"
+    )
+
+
 def _show(result: dict[str, Any], options: argparse.Namespace) -> None:
     """Print the summary for people."""
     torsion, axial = result["pulley"]["torsion_deg"], result["pulley"]["axial_um"]
@@ -236,6 +255,7 @@ def _show(result: dict[str, Any], options: argparse.Namespace) -> None:
         ("indicated torque, mean", f"{result['indicated_torque_nm']:.1f} N m"),
         ("torque of the shaft, mean", f"{result['shaft_torque_nm']:.1f} N m"),
         ("power residual of the coupling, RMS", f"{result['coupling_residual_w']:.3g} W"),
+        ("power residual of the coupling, mean", _mean_residual(result)),
         *(
             (("torque of the valve train, mean", f"{result[VALVETRAIN]['torque_nm']:.1f} N m"),)
             if VALVETRAIN in result

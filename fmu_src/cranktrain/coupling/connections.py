@@ -24,12 +24,15 @@ class Connection:
     """One output to one input, each as ``(unit, variable)``.
 
     ``modify`` computes the written value from the time (s) and the value in the input's unit: noise, a drop-out.
+    ``judged``: whether control of the communication step and scheme ``iterative`` judge the output; not where its unit
+    extrapolates it well enough and a small error of it means nothing, as with deviations of volumes.
     """
 
     source: tuple[str, str]
     target: tuple[str, str]
     meaning: str = MEAN
     modify: Callable[[float, float], float] | None = None
+    judged: bool = True
 
     @property
     def text(self) -> str:

@@ -127,7 +127,7 @@ class Master:
         self.written = {name: np.zeros(len(taken.names)) for name, taken in self._wirings.items()}
         self._samples = Samples(n)
         self._extremes = np.array([np.full(n, math.inf), np.full(n, -math.inf)])
-        self._coupled = np.unique([at[c.source] for c in connections]) if connections else np.empty(0, dtype=np.intp)
+        self._coupled = np.unique(np.array([at[c.source] for c in connections if c.judged], dtype=np.intp))
         self._turned = self._last = 0.0
         self._quasi_newton = QuasiNewton()
         self._states: dict[str, Any] = {}
@@ -211,7 +211,7 @@ class Master:
 
     @property
     def coupled(self) -> NDArray[np.intp]:
-        """Places of the outputs that go into inputs."""
+        """Places of the outputs that go into inputs and are judged."""
         return self._coupled
 
     def keep(self) -> Any:

@@ -59,12 +59,14 @@ class Steps:
 class Bond(NamedTuple):
     """Power that two units exchange, computed on each side.
 
-    Both sides are sums of products of two values, each ``(unit, variable)``, an output or a connected input.
+    Both sides are sums of products of values, each ``(unit, variable)``, an output or a connected input. A sum is a
+    power at the communication points or, with ``works``, the work since the start (J).
     """
 
     name: str
-    given: Sequence[tuple[tuple[str, str], tuple[str, str]]]
-    taken: Sequence[tuple[tuple[str, str], tuple[str, str]]]
+    given: Sequence[Sequence[tuple[str, str]]]
+    taken: Sequence[Sequence[tuple[str, str]]]
+    works: bool = False
 
 
 class Coupled(NamedTuple):
@@ -74,7 +76,8 @@ class Coupled(NamedTuple):
     ----------
     names, units : outputs ``unit.variable``, (n,), and their units of measurement
     times, values : communication points (k,), s, and outputs there (k, n)
-    residuals : of each power bond (k,), W: power given by one side minus power taken by the other
+    residuals : of each power bond (k,), W: power given by one side minus power taken by the other, at a communication
+        point or, where both sides count work, mean of the step that ends there
     steps, refused, sweeps : steps taken, repeated steps among them, and evaluations of all units
     seconds : wall time, initialization left out
     ended : why it ended early; empty where it did not
@@ -183,6 +186,7 @@ class Record:
         self._master = master
         self._bonds = [(_products(master, bond.given), _products(master, bond.taken)) for bond in bonds]
         self._names = [bond.name for bond in bonds]
+        self._works = {k: self._residual(k) for k, bond in enumerate(bonds) if bond.works}
         self._width = 1 + len(bonds)
         self._rows = np.empty((_FIRST_ROWS, self._width + len(master.names)))
         self._count, self._start, self.refused = 0, time.perf_counter(), 0
@@ -190,7 +194,17 @@ class Record:
 
     def take(self) -> None:
         """Take the present communication point."""
-        self._take([_power(given) - _power(taken) for given, taken in self._bonds])
+        residuals = [self._residual(k) for k in range(len(self._bonds))]
+        passed = self._master.time - self._rows[self._count - 1, 0]
+        for k, before in self._works.items():
+            self._works[k] = residuals[k]
+            residuals[k] = (residuals[k] - before) / passed
+        self._take(residuals)
+
+    def _residual(self, k: int) -> float:
+        """What is given less what is taken at the present communication point, of one bond."""
+        given, taken = self._bonds[k]
+        return _sum(given) - _sum(taken)
 
     def _take(self, residuals: Sequence[float]) -> None:
         if self._count == len(self._rows):
@@ -218,18 +232,18 @@ class Record:
         )  # fmt: skip
 
 
-_Product = tuple[Array, int, Array, int]
+_Product = list[tuple[Array, int]]
 
 
-def _products(master: Master, pairs: Sequence[tuple[tuple[str, str], tuple[str, str]]]) -> list[_Product]:
-    return [(*master.vector(master.find(*first)), *master.vector(master.find(*second))) for first, second in pairs]
+def _products(master: Master, products: Sequence[Sequence[tuple[str, str]]]) -> list[_Product]:
+    return [[master.vector(master.find(*factor)) for factor in factors] for factors in products]
 
 
-def _power(products: Sequence[_Product]) -> float:
-    """Sum of products of values at the present communication point, W."""
+def _sum(products: Sequence[_Product]) -> float:
+    """Sum of products of values at the present communication point."""
     total = 0.0
-    for first, k, second, j in products:
-        total += first.item(k) * second.item(j)
+    for factors in products:
+        total += math.prod(values.item(k) for values, k in factors)
     return total
 
 

@@ -9,7 +9,7 @@ and valve torque at the stages of its integrator, and nobody reconstructs anythi
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.coupling import valve_drive
-from cranktrain.coupling.connections import MEAN, NEWEST, Connection
+from cranktrain.coupling.connections import MEAN, NEWEST, START, Connection
 from cranktrain.coupling.fmu3_unit import open_fmu
 from cranktrain.coupling.fmu_unit import FmuUnit
 from cranktrain.coupling.master import Exchange, Master
@@ -40,14 +40,20 @@ method, which is made for 5 degrees.
 """
 FOR_SHORT_STEPS, FOR_SHORT_STEPS_HELD = "esdirk3", "sdirk3"
 """Integrators for short steps; the second for inputs that are held over a step."""
+WORK = "gas.work"
+"""Work of the gas since the start, which both sides count."""
+DEVIATIONS, TAKEN = ("volume_deviation", "volume_deviation_rate"), "deviation_taken"
+"""What the cranktrain gives of each cylinder's volume, and what the combustion gives back with its pressure."""
 READ = {
-    CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated", FRAME_SPEED),
-    COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls"),
+    CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated", FRAME_SPEED, WORK),
+    COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls", WORK),
     VALVETRAIN: valve_drive.READ,
 }
 """Outputs that a run records in addition to the connected ones."""
+PRESSURE_ANGLE = Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST)
 GAS = Bond("gas", given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
            taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, FRAME_SPEED))])  # fmt: skip
+GAS_WORK = Bond("gas", given=[((COMBUSTION, WORK),)], taken=[((CRANKTRAIN, WORK),)], works=True)
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,15 @@ class VirtualEngine(NamedTuple):
     values: dict[str, dict[str, Any]]
     outputs: dict[str, list[str]]
     bonds: list[Bond]
+
+    @property
+    def one_angle(self) -> str | None:
+        """Path of a combustion that knows one crank angle for all cylinders; None for others."""
+        combustion = self.units[COMBUSTION]
+        if isinstance(combustion, TraceUnit) or any(TAKEN in link.source[1] for link in self.connections):
+            return None
+        taken = any(DEVIATIONS[0] in link.target[1] for link in self.connections)
+        return None if taken else str(combustion.path)
 
     def master(self) -> Master:
         """The reference master of these units."""
@@ -131,14 +146,19 @@ def virtual_engine(
             "take FMUs of one engine"
         )
     connections, exchange = gas_connections(cylinders, own, staged), gas_exchange(scheme, reconstruction)
+    if takes_deviations(combustion.inputs) and takes_deviations(cranktrain.outputs):
+        connections += volume_connections(cylinders, own or staged)
+        if staged:
+            connections.append(PRESSURE_ANGLE)
     units: dict[str, FmuUnit | TraceUnit] = {COMBUSTION: combustion, CRANKTRAIN: cranktrain}
-    bonds = [GAS]
+    gas = GAS_WORK if WORK in combustion.outputs and WORK in cranktrain.outputs else GAS
+    bonds = [gas]
     if partners.valvetrain is not None:
         given[VALVETRAIN] = {SPEED: speed} | given[VALVETRAIN]
         valvetrain = open_fmu(partners.valvetrain, VALVETRAIN, given[VALVETRAIN])
         units = {VALVETRAIN: valvetrain, **units}
         connections += valve_drive.connections(valvetrain, cylinders, lifted, own, staged)
-        bonds = [GAS, valve_drive.BOND]
+        bonds = [gas, valve_drive.BOND]
         if staged:
             exchange = replace(exchange, whole=(VALVETRAIN,))
     outputs = {name: [output for output in READ[name] if output in unit.outputs] for name, unit in units.items()}
@@ -164,8 +184,31 @@ def gas_connections(cylinders: int, own: bool, staged: bool = False) -> list[Con
         for name in (f"cylinder[{c + 1}].pressure" for c in range(cylinders))
     ]
     if own:
-        connections.append(Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST))
+        connections.append(PRESSURE_ANGLE)
     return connections
+
+
+def takes_deviations(names: Iterable[str]) -> bool:
+    """Whether deviations of volumes are among a combustion's inputs, or a cranktrain's outputs, by their names."""
+    return f"cylinder[1].{DEVIATIONS[0]}" in names
+
+
+def volume_connections(cylinders: int, given_back: bool) -> list[Connection]:
+    """Deviations of the cylinders' volumes to the combustion; ``given_back``: with the pressures to the cranktrain.
+
+    A cranktrain that holds pressures does not ask which volumes they belong to.
+    """
+    of_each = [f"cylinder[{c + 1}]." for c in range(cylinders)]
+    found = [
+        Connection((CRANKTRAIN, head + name), (COMBUSTION, head + name), START, judged=False)
+        for head in of_each
+        for name in DEVIATIONS
+    ]
+    if given_back:
+        found += [
+            Connection((COMBUSTION, head + TAKEN), (CRANKTRAIN, head + TAKEN), NEWEST, judged=False) for head in of_each
+        ]
+    return found
 
 
 def gas_exchange(scheme: str, reconstruction: str) -> Exchange:
@@ -182,12 +225,14 @@ def summary(run: Coupled, speed: float) -> dict[str, Any]:
     angle, cycle = speed * run.times, 4.0 * math.pi / speed
     last = run.times >= run.times[-1] - cycle * (1.0 + 1.0e-9)
     residuals = {name: float(np.sqrt(np.mean(values[last[1:]] ** 2))) for name, values in run.residuals.items()}
+    times, steps = run.times[last], np.diff(run.times[last])
 
     def mean(name: str) -> float:
         """Over the time of the last cycle, whose communication points need not be equally far apart."""
-        times = run.times[last]
         return float(np.trapezoid(run.of(name)[last], times) / (times[-1] - times[0]))
 
+    made = float(np.average(run.residuals[GAS.name][last[1:]][-steps.size :], weights=steps))
+    given = speed * mean(f"{COMBUSTION}.indicated.torque")
     valves = {}
     if valve_drive.BOND.name in residuals:
         end = {name: run.of(f"{VALVETRAIN}.{name}")[-1] for name in valve_drive.READ}
@@ -201,6 +246,8 @@ def summary(run: Coupled, speed: float) -> dict[str, Any]:
         "indicated_torque_nm": mean(f"{COMBUSTION}.indicated.torque"),
         "shaft_torque_nm": mean(f"{CRANKTRAIN}.shaft.torque"),
         "coupling_residual_w": residuals[GAS.name],
+        "coupling_residual_mean_w": made,
+        "coupling_residual_fraction": made / given if given else None,
         "real_time_factor": run.seconds / float(run.times[-1] - run.times[0]),
         "seconds": run.seconds,
         "steps": run.steps,

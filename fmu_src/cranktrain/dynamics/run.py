@@ -15,7 +15,7 @@ def observe(model, work, state, outputs):
     reconstruct(model, work, state)
     frame_at(model, work, state, state[LAST_INTERVAL], 0.0, work.frames[0], work.pressures[0])
     ports_at_state(model, work, state)
-    pressures_at_state(model, work)
+    pressures_at_state(model, work, state)
     families = outputs.families
     for k in range(families.shape[0]):
         if families[k, WANTED] == 0:

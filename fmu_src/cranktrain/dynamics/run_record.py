@@ -60,7 +60,7 @@ def make_run(
     size = dimensions(model)
     state = np.zeros(state_size(size.modes, size.ports, size.films, size.passes))
     work = make_work(model, state.size, integrators=True)
-    inputs = np.zeros(engine.n_cylinders + at.OTHER_INPUTS)
+    inputs = np.zeros(at.OTHER_INPUTS + at.CYLINDER_INPUTS * engine.n_cylinders)
     inputs[1 : 1 + engine.n_cylinders] = at.AMBIENT
     inputs[engine.n_cylinders + at.AXIAL_INPUT] = axial_force(settings, engine)
     counts = output_counts(engine, parts.topology)
@@ -75,7 +75,7 @@ def inputs_status(inputs):
     for k in range(inputs.shape[0]):
         if not math.isfinite(inputs[k]):
             return INPUT_NOT_FINITE + k
-        if inputs[k] < 0.0 and k <= inputs.shape[0] - at.OTHER_INPUTS:
+        if inputs[k] < 0.0 and k <= (inputs.shape[0] - at.OTHER_INPUTS) // at.CYLINDER_INPUTS:
             return INPUT_NEGATIVE + k
     return OK
 

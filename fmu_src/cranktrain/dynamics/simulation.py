@@ -77,7 +77,7 @@ BEHIND_PRESSURES = {
     "flywheel.axial_force": "N",
     "pressure.angle": "rad",
 }
-"""Inputs behind the pressures, with their units."""
+"""Inputs of no cylinder behind the pressures, with their units."""
 
 
 def check_far_end(engine: Engine) -> None:
@@ -90,9 +90,18 @@ def check_far_end(engine: Engine) -> None:
         )
 
 
+def input_units(engine: Engine) -> dict[str, str]:
+    """Inputs of an engine's runs, in order, with their units."""
+    pressures, deviations = (
+        {f"cylinder[{i + 1}].{name}": unit for i in range(engine.n_cylinders)}
+        for name, unit in (("pressure", "Pa"), ("deviation_taken", "m^3"))
+    )
+    return {"speed": "rad/s", **pressures, **BEHIND_PRESSURES, **deviations}
+
+
 def input_names(engine: Engine) -> tuple[str, ...]:
     """Names of the inputs of an engine's runs, in order."""
-    return ("speed", *(f"cylinder[{i + 1}].pressure" for i in range(engine.n_cylinders)), *BEHIND_PRESSURES)
+    return tuple(input_units(engine))
 
 
 class Simulation(SteppedModel):
@@ -110,13 +119,14 @@ class Simulation(SteppedModel):
 
     Attributes
     ----------
-    inputs : (5 + cylinders,) speed (rad/s), absolute cylinder pressures (Pa), the load torque (N m) on the
+    inputs : (5 + 2 cylinders,) speed (rad/s), absolute cylinder pressures (Pa), the load torque (N m) on the
         dynamometer, which acts at boundary ``torque`` only, the torque (N m) that the valve train takes from the
-        crank's front end, the axial force (N) on the flywheel, positive away from the pulley, and the crank angle
-        (rad) that the pressures belong to, 0 where nobody tells; set in place before each step
+        crank's front end, the axial force (N) on the flywheel, positive away from the pulley, the crank angle (rad)
+        that the pressures belong to, and the deviation (m³) of each cylinder's volume that its pressure belongs to,
+        0 where nobody tells; set in place before each step
     pressures : the pressures among them
-    input_rates : (5 + cylinders,) rates of the inputs, 1/s, over the next communication step: an input goes on from its
-        value at the rate that is given, whatever the reconstruction; not a number, as at first, gives none
+    input_rates : (5 + 2 cylinders,) rates of the inputs, 1/s, over the next communication step: an input goes on from
+        its value at the rate that is given, whatever the reconstruction; not a number, as at first, gives none
     input_names, output_names : as in the FMU
     outputs : values in that order (SI), valid after ``initialize`` and after each step, all of them unless
         ``on_demand`` is set before: then those alone that :meth:`read` has asked for
@@ -149,7 +159,7 @@ class Simulation(SteppedModel):
         self.output_names = tuple(self._needs)
         self.outputs = np.zeros(len(self.output_names))
         self.input_names = input_names(engine)
-        self._inputs = np.zeros(engine.n_cylinders + at.OTHER_INPUTS)
+        self._inputs = np.zeros(len(self.input_names))
         self.input_rates = np.full(self._inputs.size, np.nan)
         self.pressures = self.inputs[1 : 1 + engine.n_cylinders]
         self.pressures[:] = at.AMBIENT
@@ -161,7 +171,8 @@ class Simulation(SteppedModel):
         self.power_samples: PowerSamples | None = None
         if self.inputs.size > MAX_INPUTS:
             raise InputError(
-                f"at most {MAX_INPUTS - at.OTHER_INPUTS} cylinders, engine '{engine.name}' has {engine.n_cylinders}"
+                f"at most {(MAX_INPUTS - at.OTHER_INPUTS) // at.CYLINDER_INPUTS} cylinders, engine '{engine.name}' has "
+                f"{engine.n_cylinders}"
             )
 
     def _fitting(self, body: ReducedBody) -> ReducedBody:
@@ -347,17 +358,14 @@ class Simulation(SteppedModel):
         values = self.inputs.tolist()
         if math.isfinite(sum(values)) and min(values[: self._load]) >= 0.0:
             return
-        speed = self.inputs[0]
-        for (what, unit), value in zip(BEHIND_PRESSURES.items(), self.inputs[self._load :], strict=True):
-            if not math.isfinite(value):
-                raise InputError(f"{what} must be finite ({unit}), got {value:g}")
-        if not math.isfinite(speed) or speed < 0.0:
-            raise InputError(f"speed must be finite and not negative, got {speed * _RPM:g} rev/min")
-        for k, p in enumerate(self.pressures):
-            if not math.isfinite(p) or p < 0.0:
-                raise InputError(
-                    f"cylinder[{k + 1}].pressure must be finite and not negative (absolute, Pa), got {p:g}"
-                )
+        for k, ((what, unit), value) in enumerate(zip(input_units(self.engine).items(), values, strict=True)):
+            if math.isfinite(value) and (value >= 0.0 or k >= self._load):
+                continue
+            if k == 0:
+                raise InputError(f"speed must be finite and not negative, got {value * _RPM:g} rev/min")
+            if k < self._load:
+                raise InputError(f"{what} must be finite and not negative (absolute, Pa), got {value:g}")
+            raise InputError(f"{what} must be finite ({unit}), got {value:g}")
 
     def _check_state(self, vector: Array) -> None:
         if vector[METHOD] not in (0.0, self._current()[METHOD]):

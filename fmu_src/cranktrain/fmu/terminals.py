@@ -31,7 +31,7 @@ class Terminal:
 
 TERMINALS = {
     "gas": Terminal(
-        PLUG, "Cranktrain and combustion: the crank's angle and speed, pressures and their angle", (-60, 62.5),
+        BUS, "Cranktrain and combustion: crank's angle and speed, volumes, pressures and their angle", (-60, 62.5),
         (196, 78, 32),
     ),
     "valve_drive": Terminal(

@@ -56,8 +56,9 @@ THETA, OMEGA, OMEGA_DOT, LEAD, LEAD_RATE, WHIRL, COS, SIN, LOAD, BLOCK_RESTRAINT
 # block, in axes at rest; 0 on rigid ground.
 VALVE_TORQUE, AXIAL_FORCE, CRANK_X, CRANK_Y, BLOCK_X, BLOCK_Y = range(11, 17)
 # Of the gas: fraction of the burn's rise where it is the built-in trace, −1 where pressures are given; rotation (rad)
-# against the frame of the place of the encoder that the trace is phased to, unless it is the pins.
-BURN, ENCODED, FRAME_SIZE = range(17, 20)
+# against the frame of the place of the encoder that the trace is phased to, unless it is the pins; the crank's own
+# angle, rad, and the power that given pressures have in the stage, W.
+BURN, ENCODED, CRANK, GIVEN_POWER, FRAME_SIZE = range(17, 22)
 # Rows of ``Work.port``: the ports' u, u̇, ü and forces at a stage, the stage's Q and V at the ports, u without forces,
 # the step of an iteration, what a step differs from its embedded solution, u before an iteration; u, u̇, ü at the state;
 # the series behind a guess, the guess; the relative motion d, ḋ that the last evaluation of forces or the state gave;
@@ -68,14 +69,19 @@ STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, F_STEP, PO
 # step's difference from its embedded solution.
 BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(9)
 # Rows of ``Work.inputs``: value and rate of each input over the communication step; where ``EXPONENT`` is not 0, those
-# of a cylinder's p Vⁿ by the crank's angle, with what it bends; the angles of the two newest samples; what the samples
-# before foresaw for the newest, and its rate.
+# of a cylinder's p Vⁿ by the crank's angle, with what it bends; the angles of the two newest samples, and 1 where they
+# have deviations of volumes; what the samples before foresaw for the newest, and its rate.
 VALUE, RATE, BEND, EXPONENT, ANGLES, FORESEEN, FORESEEN_RATE, INPUT_ROWS = range(8)
+DEVIATIONS = 2
+"""Place of that mark among ``ANGLES``."""
 # Columns of the first row of ``Work.staged``: how many stages are given, how many there are, the internal step, rad.
 STAGES_GIVEN, STAGES_THERE, STAGE_STEP = range(3)
 # Inputs behind speed and pressures: torque on the dynamometer and of the valve train, N m; axial force on the
-# flywheel, N; the crank angle that the pressures belong to, rad. How many there are beside the pressures.
-LOAD_INPUT, VALVE_INPUT, AXIAL_INPUT, ANGLE_INPUT, OTHER_INPUTS = 1, 2, 3, 4, 5
+# flywheel, N; the crank angle that the pressures belong to, rad; from DEVIATION_INPUT on, of each cylinder, the
+# deviation of the volume that its pressure belongs to, m³. How many inputs there are beside those of each cylinder, and
+# of each.
+LOAD_INPUT, VALVE_INPUT, AXIAL_INPUT, ANGLE_INPUT, DEVIATION_INPUT = 1, 2, 3, 4, 5
+OTHER_INPUTS, CYLINDER_INPUTS = 5, 2
 # ``Work.counters``; of the present communication step its work, and 1 where that was cut short; how many steps were.
 N_STEPS, N_STAGES, N_ITERATIONS, N_REJECTED, N_FACTORS, WORST_RESIDUAL, N_MISSED = range(7)
 N_WORK, N_CUT, N_LIMITED, COUNTERS = 7, 8, 9, 10

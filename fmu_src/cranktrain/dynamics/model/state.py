@@ -23,28 +23,32 @@ ONLINE_FILMS = 15
 # the pulley's torsion and axial motion, to which their errors are relative.
 HALVINGS, STEP_ERROR = 16, 17
 OUTPUT_MEAN, OUTPUT_VARIANCE = 18, 20
-METHOD = 22
+GAS_DONE, GAS_RATE = 22, 23
+"""Work of given pressures since the start, J, and their power at the end of the last internal step, W."""
+METHOD = 24
 """Mark of the integrator, whose blocks mean nothing to another; 0 where none is given."""
 # Samples of the inputs: how many are kept; the communication step that began at the newest of them, s, and the time
 # between it and the one before; the crank's angle at the last communication point, and those that the samples'
 # pressures belong to, newest first, rad.
-SAMPLES, LAST_INTERVAL, EARLIER_INTERVAL, POINT_ANGLE, SAMPLE_ANGLES = 9, 23, 24, 25, 26
-ANGLE_SET = 29
+SAMPLES, LAST_INTERVAL, EARLIER_INTERVAL, POINT_ANGLE, SAMPLE_ANGLES = 9, 25, 26, 27, 28
+ANGLE_SET = 31
 """Whether a partner has said which angle its pressures belong to."""
-LIMITED = 30
+LIMITED = 32
 """1 where the last communication step took more work than it may, else 0."""
 # The internal step that is under way at the communication point: 1 if there is one; its begin and its end, s; begin of
 # the sub-step that it is a part of, s; how many of the sub-step's parts are done with it; least halvings of the next
 # part.
-UNDER_WAY, STEP_BEGIN, STEP_END, SUBSTEP_BEGIN, PARTS_DONE, PARTS_HALVED = range(31, 37)
-EACH_POINT = 37
+UNDER_WAY, STEP_BEGIN, STEP_END, SUBSTEP_BEGIN, PARTS_DONE, PARTS_HALVED = range(33, 39)
+EACH_POINT = 39
 """1 where the next communication step shall be stepped to its end, as if an input had changed at its begin; then 0."""
 # The crank's own speed over the cycle under way: the cycle's begin, angle (rad) and time (s), and the least and largest
 # speed since then, rad/s; of the last full cycle (largest − least) / mean.
-ROUND_ANGLE, ROUND_TIME, SPEED_LEAST, SPEED_LARGEST, IRREGULARITY = range(38, 43)
+ROUND_ANGLE, ROUND_TIME, SPEED_LEAST, SPEED_LARGEST, IRREGULARITY = range(40, 45)
+DEVIATIONS_SET = 45
+"""Whether a partner has said which deviation of a volume its pressures belong to."""
 MOST_SAMPLES = 3
-HEADER = 43
-MAX_INPUTS = 35
+HEADER = 46
+MAX_INPUTS = 65
 """Room for one speed, the pressures of up to 30 cylinders and what comes behind them in each sample."""
 INPUTS_NOW = HEADER
 INPUTS_BEFORE = HEADER + MAX_INPUTS

@@ -72,10 +72,11 @@ class Work(NamedTuple):
     guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, as a stage last found them
     pressures: Array  # (stages, c) cylinder pressures at each stage
     heads: Array  # (c,) force of the gas on heads of a flexible block, N, as the stage under way has taken it
-    inputs: Array  # (INPUT_ROWS, c + OTHER_INPUTS) the reconstructed inputs
-    input_rates: Array  # (c + OTHER_INPUTS,) rates of the inputs (1/s) that a driver gives for the next communication
+    rises: Array  # (c, 2) rise of heads of a flexible block along their cylinders, m, and its rate, m/s
+    inputs: Array  # (INPUT_ROWS, i) the reconstructed inputs
+    input_rates: Array  # (i,) rates of the inputs (1/s) that a driver gives for the next communication
     # step; what is no number is not given
-    staged: Array  # (1 + MAX_STAGES, 1 + c + OTHER_INPUTS) inputs at the stages of the next communication step: how
+    staged: Array  # (1 + MAX_STAGES, 1 + i) inputs at the stages of the next communication step: how
     # many are given, how many there are, the internal step (rad); then each stage's share of a step, and its inputs
     powers: Array  # (POWERS,) of gas, losses and dynamometer as last observed, W, and the energy stored, J
     backup: Array  # (3, state) state at the start of a communication step, of a part of a sub-step, and before a step
@@ -94,6 +95,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
     d = dimensions(model)
     n, fours = d.modes, -4 * (-d.newton // 4)
     m = max(d.ports, fours)
+    inputs = at.OTHER_INPUTS + at.CYLINDER_INPUTS * d.cylinders
     z = zeros
     work = Work(
         key=z((at.FACTOR_SLOTS, at.KEYS)),
@@ -116,9 +118,10 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         guides=z((d.cylinders, 3)),
         pressures=z((MAX_STAGES, d.cylinders)),
         heads=z(d.cylinders),
-        inputs=z((at.INPUT_ROWS, d.cylinders + at.OTHER_INPUTS)),
-        input_rates=np.full(d.cylinders + at.OTHER_INPUTS, np.nan) if input_rates is None else input_rates,
-        staged=z((1 + MAX_STAGES, 1 + d.cylinders + at.OTHER_INPUTS)),
+        rises=z((d.cylinders, 2)),
+        inputs=z((at.INPUT_ROWS, inputs)),
+        input_rates=np.full(inputs, np.nan) if input_rates is None else input_rates,
+        staged=z((1 + MAX_STAGES, 1 + inputs)),
         powers=z(at.POWERS),
         backup=z((3, state_size)),
         family=np.zeros((len(FAMILIES), 2), dtype=np.int64),

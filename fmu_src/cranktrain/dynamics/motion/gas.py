@@ -77,10 +77,26 @@ def given_pressure(model, work, cylinder, angle, elapsed):
 
 
 @inlined_kernel
-def cylinder_pressure(model, work, frame, cylinder, angle, at_time):
+def knows_volumes(work):
+    """Whether who gives the pressures takes deviations of the volumes, so that the pistons' own volumes are meant."""
+    return work.inputs[at.ANGLES, at.DEVIATIONS] > 0.0
+
+
+@inlined_kernel
+def pressure_in(work, cylinder, angle, volume):
+    """Pressure (Pa, absolute) of the inputs at the crank's angle in the volume (m³) that the piston leaves."""
+    k = 1 + cylinder
+    bend = (angle - work.inputs[at.ANGLES, 1]) * work.inputs[at.BEND, k]
+    value = work.inputs[at.VALUE, k] + (angle - work.inputs[at.ANGLES, 0]) * (work.inputs[at.RATE, k] + bend)
+    return max(value / volume ** work.inputs[at.EXPONENT, k], 0.0)
+
+
+@inlined_kernel
+def cylinder_pressure(model, work, frame, cylinder, angle, volume, at_time):
     """Pressure (Pa, absolute) of a cylinder at its own crank angle, and the slope of a trace that goes by it, Pa/rad.
 
-    ``at_time`` is the pressure of an input that goes by time alone.
+    ``volume`` (m³) is what its piston leaves, for pressures that go by it; ``at_time`` the pressure of an input that
+    goes by time alone.
     """
     if frame[at.BURN] >= 0.0:
         if model.choices[at.ENCODER] == at.PIN:
@@ -88,6 +104,8 @@ def cylinder_pressure(model, work, frame, cylinder, angle, at_time):
         pressure, _ = trace_at(model, frame, cylinder, frame[at.FIRING] + frame[at.ENCODED])
         return pressure, 0.0
     if work.inputs[at.EXPONENT, 1 + cylinder] > 0.0:
+        if knows_volumes(work):
+            return pressure_in(work, cylinder, frame[at.CRANK], volume), 0.0
         return given_pressure(model, work, cylinder, angle, 0.0), 0.0
     return at_time, 0.0
 
@@ -123,20 +141,36 @@ def burn_share(model, speed):
 @inlined_kernel
 def gas_volume(model, cylinder, theta):
     """Volume above a piston (m³) at a crank angle, of parts that do not deform."""
+    volume, _ = rigid_volume(model, cylinder, theta)
+    return volume
+
+
+@inlined_kernel
+def rigid_volume(model, cylinder, theta):
+    """Volume above a piston (m³) at a crank angle, and its derivative (m³/rad), of parts that do not deform."""
     row = model.cylinders[cylinder]
     if row[at.MASTER] >= 0.0:
-        return articulated_volume(model, row, theta, cylinder)
+        height, rise = articulated_height(model, row, theta, cylinder)
+        return volume_over(row, height), -row[at.AREA] * rise
     angle = trace_angle(model, cylinder, theta)
     pin = model.pins[cylinder]
     throw = math.sqrt(pin[0] * pin[0] + pin[1] * pin[1])
-    x = throw * math.sin(angle) + row[at.OFFSET]
-    reach = throw * math.cos(angle) + math.sqrt(row[at.ROD] * row[at.ROD] - x * x)
-    return row[at.CLEARANCE_VOLUME] + row[at.AREA] * (row[at.STROKE_TOP] - reach)
+    along = throw * math.cos(angle)
+    across = throw * math.sin(angle)
+    x = across + row[at.OFFSET]
+    reach = math.sqrt(row[at.ROD] * row[at.ROD] - x * x)
+    return volume_over(row, along + reach), row[at.AREA] * (across + x * along / reach)
+
+
+@inlined_kernel
+def volume_over(row, height):
+    """Volume above a piston (m³) whose pin is ``height`` (m) over the crank's axis; a head's rise is taken off it."""
+    return row[at.CLEARANCE_VOLUME] + row[at.AREA] * (row[at.STROKE_TOP] - height)
 
 
 @kernel
-def articulated_volume(model, row, theta, cylinder):
-    """The same over the piston of an articulated rod, whose path is not that of a crank pin on its circle."""
+def articulated_height(model, row, theta, cylinder):
+    """Height (m) of the piston of an articulated rod at a crank angle, and its derivative (m/rad)."""
     master = model.cylinders[int(row[at.MASTER])]
     joint = row[at.JOINT :]
     cos = math.cos(theta - master[at.BANK])
@@ -144,12 +178,14 @@ def articulated_volume(model, row, theta, cylinder):
     pin_x = cos * model.pins[cylinder, 0] - sin * model.pins[cylinder, 1]
     pin_y = sin * model.pins[cylinder, 0] + cos * model.pins[cylinder, 1]
     moved = knuckle_motion(
-        pin_x, pin_y, 0.0, 0.0, 0.0, 0.0, joint[MASTER_LENGTH], joint[MASTER_OFFSET], joint[KNUCKLE_X],
+        pin_x, pin_y, -pin_y, pin_x, 0.0, 0.0, joint[MASTER_LENGTH], joint[MASTER_OFFSET], joint[KNUCKLE_X],
         joint[KNUCKLE_Y],
     )  # fmt: skip
     x = joint[COS_TURN] * moved[0] + joint[SIN_TURN] * moved[1] - row[at.OFFSET]
-    reach = joint[COS_TURN] * moved[1] - joint[SIN_TURN] * moved[0] + math.sqrt(row[at.ROD] * row[at.ROD] - x * x)
-    return row[at.CLEARANCE_VOLUME] + row[at.AREA] * (row[at.STROKE_TOP] - reach)
+    reach = math.sqrt(row[at.ROD] * row[at.ROD] - x * x)
+    rise = joint[COS_TURN] * moved[3] - joint[SIN_TURN] * moved[2]
+    rise -= x * (joint[COS_TURN] * moved[2] + joint[SIN_TURN] * moved[3]) / reach
+    return joint[COS_TURN] * moved[1] - joint[SIN_TURN] * moved[0] + reach, rise
 
 
 @inlined_kernel

@@ -11,8 +11,16 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.motion.big_end_films import big_end_film, line_up_big_ends
 from cranktrain.dynamics.motion.film_ports import ROW
-from cranktrain.dynamics.motion.gas import cylinder_pressure, gas_force, own_angle
-from cranktrain.dynamics.motion.guided_pistons import LAYER, UPPER, PistonMotion, RodLoad, guided_rod, piston_forces
+from cranktrain.dynamics.motion.gas import cylinder_pressure, gas_force, own_angle, volume_over
+from cranktrain.dynamics.motion.guided_pistons import (
+    LAYER,
+    UPPER,
+    PistonMotion,
+    RodLoad,
+    guided_rod,
+    piston_forces,
+    upper_share,
+)
 from cranktrain.dynamics.motion.rod_motion import (
     AX,
     AY,
@@ -58,6 +66,8 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
     f = work.port[at.FORCES]
     out = work.scratch
     status = 0
+    given = frame[at.BURN] < 0.0
+    frame[at.GIVEN_POWER] = 0.0
     line_up_big_ends(model, work, frame)
     for c in range(model.cylinders.shape[0]):
         rod = model.cylinders[c]
@@ -78,13 +88,20 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             status |= failure
         end_x = out[X]
         end_y = out[Y]
-        angle = own_angle(model, frame, end_x, end_y, c)
-        pressures[c], slope = cylinder_pressure(model, work, frame, c, angle, pressures[c])
-        load = rod_load(rod, model.scalars, c, pressures[c], torque)
         across_cylinder(out, cos, sin, work.scratch[CROSS:])
         hung = rod[at.MASTER] >= 0.0
         if hung:
             hang(rod[at.JOINT :], work.scratch[CROSS:], work.scratch[MASTERS_PIN:])
+        volume = 0.0
+        rising = 0.0
+        if given:
+            _, _, height, rising = piston_rise(model, c, u, ud, work.scratch[CROSS:])
+            volume = volume_over(rod, height - work.rises[c, 0])
+        angle = own_angle(model, frame, end_x, end_y, c)
+        pressures[c], slope = cylinder_pressure(model, work, frame, c, angle, volume, pressures[c])
+        load = rod_load(rod, model.scalars, c, pressures[c], torque)
+        if given:
+            frame[at.GIVEN_POWER] -= load.gas * (rising - work.rises[c, 1])
         if rod[at.PISTON_PORT] >= 0.0:
             guided_rod(model, work, frame, load, c_q, c_v)
         else:
@@ -115,6 +132,35 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             if not free:
                 f[rotation] += moved_x * fy - moved_y * fx
     return status
+
+
+@kernel
+def piston_rise(model, c, u, ud, cross):
+    """Height of the pin of piston c over the crank's axis and its rate, m and m/s; then both along its leaning liner.
+
+    ``cross`` is the motion of its rod's end. The liner's own rise is not taken off.
+    """
+    rod = model.cylinders[c]
+    side = cross[X] - rod[at.OFFSET]
+    side_rate = cross[VX]
+    piston = int(rod[at.PISTON_PORT])
+    if piston >= 0:
+        side -= u[piston]
+        side_rate -= ud[piston]
+    reach = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
+    height = cross[Y] + reach
+    rate = cross[VY] - side * side_rate / reach
+    liner = int(rod[at.LINER_PORT])
+    if liner < 0:
+        return height, rate, height, rate
+    length = model.block.liners[c, 0] - model.block.liners[c, 1]
+    slope = (u[liner] - u[liner + 1]) / length
+    turning = (ud[liner] - ud[liner + 1]) / length
+    share = upper_share(model, c, 0.0)
+    off = u[piston] - share * u[liner] - (1.0 - share) * u[liner + 1]
+    off_rate = ud[piston] - share * ud[liner] - (1.0 - share) * ud[liner + 1]
+    along = height + slope * (off - 0.5 * slope * height)
+    return height, rate, along, rate + slope * (off_rate - turning * height) + turning * off
 
 
 @inlined_kernel

@@ -7,6 +7,7 @@ import math
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
+    GAS_DONE,
     IRREGULARITY,
     ITERATIONS,
     LAST_INTERVAL,
@@ -128,6 +129,13 @@ def observe_torques(model, work, state, members, out):
             if k != at.STORED:
                 taken += powers[k]
         out[BRAKE] = (powers[at.GAS_WORK] - taken) / speed
+    return 0
+
+
+@law_kernel
+def observe_gas(model, work, state, members, out):
+    """Work of given pressures since the start."""
+    out[0] = state[GAS_DONE]
     return 0
 
 

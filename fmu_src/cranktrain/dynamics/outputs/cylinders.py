@@ -9,55 +9,44 @@ import math
 
 from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.state import VELOCITY, offset
-from cranktrain.dynamics.motion.gas import own_angle, trace_angle
+from cranktrain.dynamics.motion.gas import crank_rotation, own_angle, rigid_volume, trace_angle, volume_over
 from cranktrain.dynamics.motion.guided_pistons import FRICTION_ALONG, LOWER, UPPER, upper_share
-from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.motion.rod_motion import CROSS, MASTERS_PIN, SIDE, VX, VY, X, Y, rod_end_across
-from cranktrain.dynamics.motion.rods import observe_rod
+from cranktrain.dynamics.motion.rods import observe_rod, piston_rise
 from cranktrain.loads.articulated_rod import force_on_pin
 from cranktrain.loads.built_in_trace import CYCLE
 from cranktrain.loads.piston_guidance import HEIGHT
 from cranktrain.loads.slider_crank import PISTON, PISTON_VELOCITY
 
-VOLUME, VOLUME_RATE, PISTON_POSITION, OWN_ANGLE, CYLINDER_OUTPUTS = range(5)
+VOLUME, VOLUME_RATE, DEVIATION, DEVIATION_RATE, PISTON_POSITION, OWN_ANGLE, CYLINDER_OUTPUTS = range(7)
 LATERAL, TILT, SIDE_FORCE, FRICTION, PISTON_OUTPUTS = range(5)
 
 
 @law_kernel
 def observe_cylinders(model, work, state, members, out):
-    """Volume of the gas and its rate, how far each piston is from the highest place of its pin, its own crank angle."""
+    """Volume of the gas, its deviation from rigid parts, and their rates; place of each piston; its own crank angle."""
     frame = work.frames[0]
     u = work.port[at.STATE_U]
-    motion = work.scratch[CROSS:]
+    ud = work.port[at.STATE_UD]
     work.powers[at.GAS_POWER] = 0.0
     work.powers[at.GAS_WORK] = 0.0
+    _, rate, _ = crank_rotation(model, state)
     for c in range(members):
         rod = model.cylinders[c]
-        rod_end_across(model, frame, c, u, work.port[at.STATE_UD], work.port[at.STATE_UDD], work.scratch)
+        rod_end_across(model, frame, c, u, ud, work.port[at.STATE_UDD], work.scratch)
         angle = trace_angle(model, c, own_angle(model, frame, work.scratch[X], work.scratch[Y], c))
-        side = motion[X] - rod[at.OFFSET]
-        side_rate = motion[VX]
-        piston = int(rod[at.PISTON_PORT])
-        if piston >= 0:
-            side -= u[piston]
-            side_rate -= work.port[at.STATE_UD, piston]
-        height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
-        position = motion[Y] + height
-        rate = motion[VY] - side * side_rate / height
+        position, moving, height, rising = piston_rise(model, c, u, ud, work.scratch[CROSS:])
+        rising -= work.rises[c, 1]
+        rigid, slope = rigid_volume(model, c, frame[at.CRANK])
         row = out[CYLINDER_OUTPUTS * c : CYLINDER_OUTPUTS * (c + 1)]
-        row[VOLUME] = rod[at.CLEARANCE_VOLUME] + rod[at.AREA] * (rod[at.STROKE_TOP] - position)
-        row[VOLUME_RATE] = -rod[at.AREA] * rate
+        row[VOLUME] = volume_over(rod, height - work.rises[c, 0])
+        row[VOLUME_RATE] = -rod[at.AREA] * rising
+        row[DEVIATION] = row[VOLUME] - rigid
+        row[DEVIATION_RATE] = row[VOLUME_RATE] - slope * (frame[at.OMEGA] + rate)
         row[PISTON_POSITION] = rod[at.STROKE_TOP] - position
         row[OWN_ANGLE] = angle - CYCLE * math.floor(angle / CYCLE)
         pressure = work.pressures[0, c] - model.scalars[at.CRANKCASE]
-        work.powers[at.GAS_POWER] += pressure * row[VOLUME_RATE]
-        rising = sliding_rate(model, work, c, position, rate)
-        if rod[at.LINER_PORT] >= 0.0:
-            n = model.omega2.shape[0]
-            t = model.ports.shape[1]
-            v = state[offset(VELOCITY, n) + t : offset(VELOCITY, n) + n]
-            rising -= dot(model.block.heads[c], v, model.block.preload.shape[0])
+        work.powers[at.GAS_POWER] -= pressure * rod[at.AREA] * moving
         work.powers[at.GAS_WORK] -= pressure * rod[at.AREA] * rod[at.OWN_ROD] * rising
     return 0
 

@@ -259,10 +259,17 @@ for _family in (
     Family(
         "cylinder",
         f"{_HERE}.cylinders:observe_cylinders",
-        {"volume": {}, "volume_rate": {}, "piston_position": {}, "angle": {}},
+        {
+            "volume": {},
+            "volume_rate": {},
+            "volume_deviation": {},
+            "volume_deviation_rate": {},
+            "piston_position": {},
+            "angle": {},
+        },
         "cylinders",
-        units={"volume_rate": "m^3/s", "angle": "rad"},
-        unjudged=frozenset({"volume_rate", "angle"}),
+        units={"volume_rate": "m^3/s", "volume_deviation": "m^3", "volume_deviation_rate": "m^3/s", "angle": "rad"},
+        unjudged=frozenset({"volume_rate", "volume_deviation", "volume_deviation_rate", "angle"}),
     ),
     Family(
         "big_end",
@@ -330,6 +337,7 @@ for _family in (
             ),
         },
     ),
+    Family("gas", f"{_HERE}.crank:observe_gas", {"work": {}}, units={"gas.work": "J"}, unjudged=frozenset({"work"})),
     Family(
         "solver",
         f"{_HERE}.crank:observe_solver",

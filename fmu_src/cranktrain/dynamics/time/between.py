@@ -24,6 +24,7 @@ from cranktrain.dynamics.model.state import (
     ACCELERATION,
     BODY,
     CONTRACTION,
+    GAS_DONE,
     HALVINGS,
     LEAD_ANGLE,
     LEAD_SPEED,
@@ -101,6 +102,7 @@ def interpolate_motion(model, work, state, time, sampled):
     state[SHAFT_ACCELERATION] = kept
     state[LEAD_ANGLE] = lead
     state[LEAD_SPEED] = lead_rate
+    state[GAS_DONE] += t * (state[end_offset(model, END) + GAS_DONE] - state[GAS_DONE])
     interpolate_modes(model, state, t, h)
     interpolate_memory(model, state, t, h)
 

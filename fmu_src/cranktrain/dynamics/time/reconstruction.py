@@ -28,6 +28,7 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
     ANGLE_SET,
+    DEVIATIONS_SET,
     EARLIER_INTERVAL,
     INPUT_RATES,
     INPUTS_BEFORE,
@@ -47,7 +48,7 @@ from cranktrain.dynamics.model.state import (
     TIME,
     offset,
 )
-from cranktrain.dynamics.motion.gas import built_in, crank_rotation, gas_volume
+from cranktrain.dynamics.motion.gas import built_in, crank_rotation, gas_volume, knows_volumes
 from cranktrain.loads.gas_pressure import CYCLE
 
 POLYTROPIC = 1.33
@@ -116,8 +117,11 @@ def take_sample(model, state, inputs, interval):
             for k in range(inputs.shape[0]):
                 state[INPUTS_NOW + s * MAX_INPUTS + k] = state[INPUTS_NOW + (s - 1) * MAX_INPUTS + k]
         samples = min(MOST_SAMPLES, samples + 1)
+    first = model.cylinders.shape[0] + at.DEVIATION_INPUT
     for k in range(inputs.shape[0]):
         state[INPUTS_NOW + k] = inputs[k]
+        if k >= first and inputs[k] != 0.0 and state[ANGLE_SET] > 0.0:
+            state[DEVIATIONS_SET] = 1.0
         if 0 < k <= model.cylinders.shape[0] and abs(inputs[k] - at.AMBIENT) > GIVEN:
             state[PRESSURES_SET] = 1.0
     state[SAMPLE_ANGLES] = belongs
@@ -146,6 +150,7 @@ def reconstruct(model, work, state):
     earlier = state[EARLIER_INTERVAL]
     interval = state[LAST_INTERVAL]
     cylinders = model.cylinders.shape[0]
+    work.inputs[at.ANGLES, at.DEVIATIONS] = state[DEVIATIONS_SET]
     for k in range(cylinders + at.AXIAL_INPUT + 1):
         now = state[INPUTS_NOW + k]
         before = state[INPUTS_BEFORE + k] if samples > 1 else now
@@ -171,9 +176,11 @@ def reconstruct(model, work, state):
 
 @inlined_kernel
 def sampled_polytropic(model, state, cylinder, sample):
-    """p Vⁿ of a cylinder at one of the samples, SI."""
-    pressure = state[INPUTS_NOW + sample * MAX_INPUTS + 1 + cylinder]
-    return pressure * gas_volume(model, cylinder, state[SAMPLE_ANGLES + sample]) ** POLYTROPIC
+    """p Vⁿ of a cylinder at one of the samples, SI, in the volume that its partner has taken."""
+    first = INPUTS_NOW + sample * MAX_INPUTS
+    volume = gas_volume(model, cylinder, state[SAMPLE_ANGLES + sample])
+    volume += state[first + model.cylinders.shape[0] + at.DEVIATION_INPUT + cylinder]
+    return state[first + 1 + cylinder] * volume**POLYTROPIC
 
 
 @inlined_kernel
@@ -207,12 +214,14 @@ def polytropic_series(model, work, state, cylinder, least):
 
 
 @kernel
-def take_stage(work, share):
+def take_stage(model, work, share):
     """Make the inputs in ``work.inputs``, apart from the speed, those at a share of the communication step.
 
-    They are on the polynomial through all stages that are given: at a stage just what was given for it.
+    They are on the polynomial through all stages that are given: at a stage just what was given for it. Of pressures
+    whose volumes are known it is p Vⁿ.
     """
     staged = work.staged
+    cylinders = model.cylinders.shape[0] if knows_volumes(work) else 0
     end = 1 + int(staged[0, at.STAGES_GIVEN])
     for i in range(1, end):
         weight = 1.0
@@ -221,6 +230,13 @@ def take_stage(work, share):
                 weight *= (share - staged[j, 0]) / (staged[i, 0] - staged[j, 0])
         for k in range(1, work.inputs.shape[1]):
             before = work.inputs[at.VALUE, k] if i > 1 else 0.0
-            work.inputs[at.VALUE, k] = before + weight * staged[i, 1 + k]
+            value = staged[i, 1 + k]
             work.inputs[at.RATE, k] = 0.0
             work.inputs[at.EXPONENT, k] = 0.0
+            if k <= cylinders:
+                volume = gas_volume(model, k - 1, staged[i, 1 + cylinders + at.ANGLE_INPUT])
+                volume += staged[i, cylinders + at.DEVIATION_INPUT + k]
+                value *= volume**POLYTROPIC
+                work.inputs[at.BEND, k] = 0.0
+                work.inputs[at.EXPONENT, k] = POLYTROPIC
+            work.inputs[at.VALUE, k] = before + weight * value

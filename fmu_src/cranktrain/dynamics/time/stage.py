@@ -123,6 +123,14 @@ def predict(model, work, stage):
     external_force(model, frame, big_q, base)
     for c in range(work.heads.shape[0]):
         work.heads[c] = 0.0
+    if model.block_ports.shape[0] > 0 and frame[at.BURN] < 0.0:
+        for c in range(work.heads.shape[0]):
+            work.rises[c, 0] = 0.0
+            work.rises[c, 1] = 0.0
+            for i in range(model.block.preload.shape[0]):
+                change = stage.a_guess[t + i]
+                work.rises[c, 0] += model.block.heads[c, i] * (big_q[t + i] + stage.c_q * change)
+                work.rises[c, 1] += model.block.heads[c, i] * (big_v[t + i] + stage.c_v * change)
     if has_additions(model):
         call_kernel(model.links.hooks[added.AT_LOAD], (model, work, frame, big_q, base))
     for i in range(n):

@@ -18,6 +18,8 @@ from cranktrain.dynamics.model.layout import has_additions, port_count
 from cranktrain.dynamics.model.state import (
     ACCELERATION,
     CONTRACTION,
+    GAS_DONE,
+    GAS_RATE,
     HALVINGS,
     LAST_INTERVAL,
     LEAD_ANGLE,
@@ -45,15 +47,17 @@ from cranktrain.dynamics.motion.gas import (
     encoder_end,
     given_pressure,
     own_angle,
+    volume_over,
 )
 from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.dynamics.motion.relative import move_axis, relative_motion
-from cranktrain.dynamics.motion.rod_motion import X, Y, rod_end
+from cranktrain.dynamics.motion.rod_motion import CROSS, X, Y, rod_end_across
+from cranktrain.dynamics.motion.rods import piston_rise
 from cranktrain.dynamics.time.error_estimate import event_within, remember_outputs, step_error
 from cranktrain.dynamics.time.reconstruction import take_stage
 from cranktrain.dynamics.time.stage import FIRST_CONTRACTION, to_ports
 from cranktrain.dynamics.time.status import OK, SINGULAR, STALLED, WORK_SPENT
-from cranktrain.dynamics.time.table import FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
+from cranktrain.dynamics.time.table import C_V, EXPLICIT_FIRST, FAMILY, FIRST_STAGE, HEAD, NODE, STAGES, coefficients
 from cranktrain.dynamics.time.work_limit import cut_short, spent
 from cranktrain.dynamics.topology import slots as added
 from cranktrain.loads.drive_line import following_motion, frame_lead, shaft_motion
@@ -134,6 +138,7 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
                 state[offset(POSITION, n) + t + i]
                 + tau * (state[offset(VELOCITY, n) + t + i] + 0.5 * tau * state[offset(ACCELERATION, n) + t + i])
             )
+    frame[at.CRANK] = frame[at.THETA] + rotation + tau * (rate + 0.5 * tau * change)
     frame[at.BURN] = -1.0
     if built_in(model, state):
         frame[at.BURN] = burn_share(model, frame[at.OMEGA] - frame[at.LEAD_RATE])
@@ -172,15 +177,26 @@ def ports_at_state(model, work, state):
 
 
 @inlined_kernel
-def pressures_at_state(model, work):
-    """Cylinder pressures at the state into ``work.pressures[0]``; its frame in ``work.frames[0]``, its ports known."""
+def pressures_at_state(model, work, state):
+    """Cylinder pressures at the state into ``work.pressures[0]``; its frame in ``work.frames[0]``, its ports known.
+
+    Fills ``work.rises`` of a flexible block.
+    """
     frame = work.frames[0]
     u, ud, udd = work.port[at.STATE_U], work.port[at.STATE_UD], work.port[at.STATE_UDD]
     move_axis(model, frame, u)
+    if model.block_ports.shape[0] > 0:
+        n = model.omega2.shape[0]
+        first = offset(POSITION, n) + model.ports.shape[1]
+        for c in range(model.cylinders.shape[0]):
+            for k in range(2):
+                work.rises[c, k] = dot(model.block.heads[c], state[first + k * n :], model.block.preload.shape[0])
     for c in range(model.cylinders.shape[0]):
-        rod_end(model, frame, c, u, ud, udd, work.scratch)
+        rod_end_across(model, frame, c, u, ud, udd, work.scratch)
+        _, _, height, _ = piston_rise(model, c, u, ud, work.scratch[CROSS:])
         angle = own_angle(model, frame, work.scratch[X], work.scratch[Y], c)
-        work.pressures[0, c], _ = cylinder_pressure(model, work, frame, c, angle, work.pressures[0, c])
+        volume = volume_over(model.cylinders[c], height - work.rises[c, 0])
+        work.pressures[0, c], _ = cylinder_pressure(model, work, frame, c, angle, volume, work.pressures[0, c])
 
 
 @inlined_kernel
@@ -207,7 +223,7 @@ def sub_step(model, work, state, begin, h, level):
     stages = int(table[HEAD, STAGES])
     for s in range(stages):
         if work.staged[0, at.STAGES_GIVEN] > 0.0:
-            take_stage(work, (begin + table[FIRST_STAGE + s, NODE] * h) / state[LAST_INTERVAL])
+            take_stage(model, work, (begin + table[FIRST_STAGE + s, NODE] * h) / state[LAST_INTERVAL])
         frame_at(model, work, state, begin, table[FIRST_STAGE + s, NODE] * h, work.frames[s], work.pressures[s])
     end = work.frames[stages - 1]
     omega = end[at.OMEGA] - end[at.LEAD_RATE]
@@ -232,6 +248,7 @@ def sub_step(model, work, state, begin, h, level):
     if status != OK:
         return status
     state[STEP_LAST] = h
+    count_gas(work, table, state, h)
     close_step(model, work, state)
     if cycle_of(angle) != cycle_of(state[SHAFT_ANGLE]):
         # What fades from stage to stage keeps a period of its own, with which no cycle would repeat.
@@ -243,6 +260,22 @@ def sub_step(model, work, state, begin, h, level):
     state[LEAD_SPEED] = end[at.LEAD_RATE]
     work.counters[at.N_STEPS] += 1.0
     return OK
+
+
+@inlined_kernel
+def count_gas(work, table, state, h):
+    """Add the work of given pressures in a step h to the state, by the weights with which the method adds up rates."""
+    stages = int(table[HEAD, STAGES])
+    last = work.frames[stages - 1]
+    if last[at.BURN] >= 0.0:
+        return
+    if table[HEAD, EXPLICIT_FIRST] > 0.0:
+        work.frames[0, at.GIVEN_POWER] = state[GAS_RATE]
+    weight = table[HEAD, C_V] if stages > 1 else 1.0
+    for s in range(stages - 1):
+        state[GAS_DONE] += h * table[FIRST_STAGE + stages - 1, s] * work.frames[s, at.GIVEN_POWER]
+    state[GAS_DONE] += h * weight * last[at.GIVEN_POWER]
+    state[GAS_RATE] = last[at.GIVEN_POWER]
 
 
 @inlined_kernel

@@ -6,20 +6,21 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.modules.combustion import slots as at
-from cranktrain.modules.combustion.cylinder import OK, fill, swept_volume, volume_rate
+from cranktrain.modules.combustion.cylinder import OK, fill, swept_volume, volume, volume_rate
 from cranktrain.modules.combustion.gas import enthalpy
 from cranktrain.modules.combustion.stepping import advance_cylinder
+from cranktrain.modules.combustion.volume_deviation import follow_deviation
 from cranktrain.modules.crank_angle import cycle_angle, keep_received, turned
 
 N_HEAD = len(at.HEAD)
 N_OUTPUTS, N_OF_CYLINDER = len(at.OUTPUTS), len(at.CYLINDER_OUTPUTS)
 (
-    OUT_ANGLE, OUT_TORQUE, OUT_TORQUE_MEAN, OUT_IMEP, OUT_HEAT, OUT_WALLS, OUT_FUEL, OUT_INTAKE, OUT_EXHAUST,
+    OUT_ANGLE, OUT_TORQUE, OUT_TORQUE_MEAN, OUT_IMEP, OUT_HEAT, OUT_WALLS, OUT_WORK, OUT_FUEL, OUT_INTAKE, OUT_EXHAUST,
     OUT_MASS_BALANCE, OUT_ENERGY_BALANCE, OUT_STEPS, OUT_REJECTED,
 ) = range(N_OUTPUTS)  # fmt: skip
 (
     OUT_PRESSURE, OUT_TEMPERATURE, OUT_MASS, OUT_PRODUCTS, OUT_CYLINDER_IMEP, OUT_PEAK, OUT_PEAK_ANGLE,
-    OUT_CYLINDER_HEAT, OUT_CYLINDER_WALL, OUT_DELAY,
+    OUT_CYLINDER_HEAT, OUT_CYLINDER_WALL, OUT_DELAY, OUT_DEVIATION,
 ) = range(N_OF_CYLINDER)  # fmt: skip
 
 
@@ -78,7 +79,9 @@ def advance(model, work, state, inputs, interval):
     work.now[at.NOW_SPEED] = turn / interval
     for i in range(model.firing.shape[0]):
         base = N_HEAD + i * at.SIZE
-        follow_lifts(model, work, state, base, at.FIRST_CYLINDER + i * at.OF_CYLINDER, inputs, interval)
+        place = at.FIRST_CYLINDER + i * at.OF_CYLINDER
+        follow_lifts(model, work, state, base, place, inputs, interval)
+        follow_deviation(model, work, state, base, place, inputs, interval)
         status = advance_cylinder(model, work, state, i, base, inputs, interval)
         if status != OK:
             work.counters[0] = i + 1
@@ -98,7 +101,9 @@ def fill_all(model, work, state, inputs):
     state[at.PARTNER_ANGLE] = inputs[at.ANGLE]
     for i in range(model.firing.shape[0]):
         base = N_HEAD + i * at.SIZE
+        place = at.FIRST_CYLINDER + i * at.OF_CYLINDER
         state[base + at.PHI] = cycle_angle(inputs[at.ANGLE] - model.firing[i])
+        state[base + at.DEVIATION] = inputs[place + at.DEVIATION_IN]
         fill(
             model,
             state,
@@ -108,7 +113,6 @@ def fill_all(model, work, state, inputs):
             inputs[at.INTAKE_T],
             model.numbers[at.INTAKE_SHARE],
         )
-        place = at.FIRST_CYLINDER + i * at.OF_CYLINDER
         state[base + at.LAST_LIFT_IN] = inputs[place + at.LIFT_IN]
         state[base + at.LAST_LIFT_OUT] = inputs[place + at.LIFT_OUT]
     return OK
@@ -124,7 +128,12 @@ def observe(model, work, state, out):
     for i in range(count):
         base, first = N_HEAD + i * at.SIZE, N_OUTPUTS + i * N_OF_CYLINDER
         mean = state[base + at.CYCLE_WORK] / swept_volume(n)
-        out[OUT_TORQUE] += (state[base + at.PRESSURE] - n[at.CRANKCASE_PRESSURE]) * volume_rate(n, state[base + at.PHI])
+        rise = volume_rate(n, state[base + at.PHI])
+        if state[at.LAST_SPEED] > 0.0:
+            rise += state[base + at.DEVIATION_RATE] / state[at.LAST_SPEED]
+        space = volume(n, state[base + at.PHI]) + state[base + at.DEVIATION]
+        out[OUT_TORQUE] += (state[base + at.PRESSURE] - n[at.CRANKCASE_PRESSURE]) * rise
+        out[OUT_WORK] += state[base + at.WORK] - n[at.CRANKCASE_PRESSURE] * (space - state[base + at.FIRST_VOLUME])
         out[OUT_TORQUE_MEAN] += state[base + at.CYCLE_WORK] / (4.0 * math.pi)
         out[OUT_IMEP] += mean / count
         out[OUT_HEAT] += state[base + at.BURNT] * n[at.HEATING_VALUE]
@@ -147,6 +156,7 @@ def observe(model, work, state, out):
         out[first + OUT_CYLINDER_HEAT] = state[base + at.CYCLE_HEAT]
         out[first + OUT_CYLINDER_WALL] = state[base + at.CYCLE_WALL]
         out[first + OUT_DELAY] = state[base + at.CYCLE_DELAY]
+        out[first + OUT_DEVIATION] = state[base + at.DEVIATION]
     out[OUT_STEPS] = state[at.STEPS]
     out[OUT_REJECTED] = state[at.REJECTED]
     return OK

@@ -17,6 +17,7 @@ from cranktrain.core.kernel import kernel
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.burn import DURATION_BY_RATIO, DURATION_BY_SPEED, LEANEST, premixed_share
 from cranktrain.modules.combustion.cylinder import lifts, volume
+from cranktrain.modules.combustion.volume_deviation import deviation
 
 SAMPLED = -math.radians(100.0)
 """Crank angle at which a cycle's fuel and timing are sampled."""
@@ -175,6 +176,6 @@ def closed_or_open(model, work, state, base, time):
     if changed and closed > 0.0:
         state[base + at.CLOSED_PRESSURE] = state[base + at.PRESSURE]
         state[base + at.CLOSED_TEMPERATURE] = state[base + at.TEMPERATURE]
-        state[base + at.CLOSED_VOLUME] = volume(model.numbers, state[base + at.PHI])
+        state[base + at.CLOSED_VOLUME] = volume(model.numbers, state[base + at.PHI]) + deviation(work.now, time)
     state[base + at.CLOSED] = closed
     return changed

@@ -9,6 +9,7 @@ from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.burn import ignition_rate, wiebe_rate
 from cranktrain.modules.combustion.gas import enthalpy, gas_constant, heat_capacity, internal_energy, temperature_of
 from cranktrain.modules.combustion.valve_flow import built_in_lift, flow_slope, nozzle_flow, valve_area
+from cranktrain.modules.combustion.volume_deviation import deviation, deviation_rate
 from cranktrain.modules.combustion.wall_heat import (
     COMBUSTION_TERM,
     MOTORED_EXPONENT,
@@ -17,7 +18,7 @@ from cranktrain.modules.combustion.wall_heat import (
 )
 
 OK, COLD = 0, 1
-"""Status of an evaluation: done, or a state that no temperature belongs to."""
+"""Status of an evaluation: done, or a state that no temperature belongs to, or without a volume."""
 POOL_SHARE = 1.0e-3
 """Gas blown back into the intake, over a charge, below which fresh gas mixes with it."""
 
@@ -32,7 +33,7 @@ def swept_volume(numbers):
 
 @inlined_kernel
 def volume(numbers, phi):
-    """Volume above the piston, m³, at a crank angle after firing dead centre, rad."""
+    """Volume above the piston of rigid parts, m³, at a crank angle after firing dead centre, rad."""
     area = 0.25 * math.pi * numbers[at.BORE] ** 2
     r, length, offset = 0.5 * numbers[at.STROKE], numbers[at.ROD_LENGTH], numbers[at.PIN_OFFSET]
     x = -r * math.sin(phi) - offset
@@ -110,15 +111,15 @@ def rates(model, work, state, base, phi, time, values, out):
     mass = values[at.MASS]
     share = values[at.PRODUCTS] / mass
     t = temperature_of(gas, share, values[at.ENERGY] / mass, now[at.FOUND_T])
-    if not (mass > 0.0 and t > 0.0):
+    v = volume(n, phi) + deviation(now, time)
+    if not (mass > 0.0 and t > 0.0 and v > 0.0):
         return COLD
-    v = volume(n, phi)
     r = gas_constant(gas, share)
     p = mass * r * t / v
     speed = now[at.NOW_SPEED]
     burnt = burn_rate(model, state, base, phi) * speed if state[base + at.PHASE] == at.BURNING else 0.0
     cooled = wall_flow(model, now, state, base, p, t, v)
-    pushed = p * volume_rate(n, phi) * speed
+    pushed = p * volume_rate(n, phi) * speed + p * deviation_rate(now, time)
     now[at.STIFFNESS] = 0.0
     for k in range(at.POOL, at.PORT + 1):
         out[k] = 0.0
@@ -220,7 +221,8 @@ def exhaust_flow(model, now, phi, time, values, p, t, out):
 def fill(model, state, base, phi, pressure, temperature, share):
     """Fill a cylinder with gas of a pressure (Pa), temperature (K) and fraction of products."""
     gas = model.gas
-    mass = pressure * volume(model.numbers, phi) / (gas_constant(gas, share) * temperature)
+    space = volume(model.numbers, phi) + state[base + at.DEVIATION]
+    mass = pressure * space / (gas_constant(gas, share) * temperature)
     state[base + at.MASS] = mass
     state[base + at.PRODUCTS] = share * mass
     state[base + at.ENERGY] = mass * internal_energy(gas, share, temperature)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.preparation import EXHAUST_ANGLES, INTAKE_ANGLES, NO_COMPRESSION, SHORT_ROD
-from cranktrain.modules.combustion.run_record import CYLINDER_FAILED
+from cranktrain.modules.combustion.run_record import CYLINDER_FAILED, DEVIATION_TOO_LARGE
 from cranktrain.modules.combustion.settings import CHOICES, MEND_EXHAUST, MEND_INTAKE, CycleSettings
 from cranktrain.modules.crank_angle import INPUT_NOT_POSITIVE
 from cranktrain.modules.statuses import FAILED, REFUSED, NativeInterface, Statuses, common_statuses, options, with_names
@@ -16,6 +16,7 @@ NO_SOLUTION = (
     "its gas has no temperature or its steps became too short; check pressures and temperatures of the manifolds, "
     "fuel mass and lifts"
 )
+MEND_DEVIATION = "the clearance volume; give the deviation (m3) from the volume at crank.angle, or 0"
 
 
 def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = None) -> NativeInterface:
@@ -39,5 +40,6 @@ def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = 
         known[INPUT_NOT_POSITIVE + k] = REFUSED, f"{inputs[k]} must be above 0; it is absolute"
     for i in range(count):
         known[CYLINDER_FAILED + i + 1] = FAILED, f"cylinder {i + 1} fails: {NO_SOLUTION}"
+        known[DEVIATION_TOO_LARGE + i + 1] = REFUSED, f"cylinder[{i + 1}].volume_deviation exceeds {MEND_DEVIATION}"
     statuses = with_names(common_statuses(inputs, numbers, choices) | known, names or {})
     return NativeInterface(inputs, outputs, numbers, choices, CONSTANT, statuses)

@@ -15,12 +15,14 @@ from cranktrain.core.kernel import kernel, record
 from cranktrain.core.types import Array
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, advance, fill_all, observe
-from cranktrain.modules.combustion.cylinder import OK
+from cranktrain.modules.combustion.cylinder import OK, swept_volume, volume
 from cranktrain.modules.combustion.preparation import prepare_model, take_choices
 from cranktrain.modules.crank_angle import INPUT_NOT_POSITIVE, copy_state, inputs_status, step_status
 
 CYLINDER_FAILED = 100
 """Status to which the number of the cylinder is added, 1 for the first."""
+DEVIATION_TOO_LARGE = 200
+"""The same of a cylinder whose volume would deviate by more than its clearance volume."""
 
 
 @record
@@ -77,7 +79,7 @@ def start(run, time):
     Fuel and manifolds are those of the inputs, valves the built-in ones. At rest cylinders stay filled with gas of the
     intake.
     """
-    status = check_inputs(run.inputs)
+    status = check_inputs(run.model, run.inputs)
     if status != OK:
         return status
     model, work, state, inputs = run.model, run.work, run.work.trial, run.inputs
@@ -93,7 +95,7 @@ def start(run, time):
         if status != OK:
             return CYLINDER_FAILED + work.counters[0]
     for i in range(model.firing.shape[0]):
-        count_from_here(state, i, inputs)
+        count_from_here(model, state, i, inputs)
     for k in (at.STEPS, at.REJECTED, at.LAST_INTERVAL, at.ANGLE_SEEN, at.LIFTS_SEEN):
         state[k] = 0.0
     state[at.TIME] = time
@@ -107,7 +109,7 @@ def start(run, time):
 def advance_run(run, t_end):
     """Advance to ``t_end``, s, and write the outputs: a status."""
     model, state, trial, inputs = run.model, run.state, run.work.trial, run.inputs
-    status = check_inputs(inputs)
+    status = check_inputs(model, inputs)
     if status == OK:
         status = step_status(state, inputs, t_end, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])
     if status != OK:
@@ -129,7 +131,7 @@ def observe_run(run):
 
 
 @kernel
-def check_inputs(inputs):
+def check_inputs(model, inputs):
     """Whether an engine may have such inputs: a status."""
     status = inputs_status(inputs)
     if status != OK:
@@ -137,11 +139,15 @@ def check_inputs(inputs):
     for k in range(at.INTAKE_P, at.EXHAUST_T + 1):
         if not inputs[k] > 0.0:
             return INPUT_NOT_POSITIVE + k
+    clearance = swept_volume(model.numbers) / (model.numbers[at.COMPRESSION_RATIO] - 1.0)
+    for i in range(model.firing.shape[0]):
+        if abs(inputs[at.FIRST_CYLINDER + i * at.OF_CYLINDER + at.DEVIATION_IN]) > clearance:
+            return DEVIATION_TOO_LARGE + i + 1
     return OK
 
 
 @kernel
-def count_from_here(state, i, inputs):
+def count_from_here(model, state, i, inputs):
     """Set all sums of a cylinder to 0, and its lifts to those of the inputs."""
     base, place = N_HEAD + i * at.SIZE, at.FIRST_CYLINDER + i * at.OF_CYLINDER
     state[base + at.WORK_START] -= state[base + at.WORK]
@@ -153,5 +159,6 @@ def count_from_here(state, i, inputs):
         state[base + k] = 0.0
     state[base + at.FIRST_MASS] = state[base + at.MASS]
     state[base + at.FIRST_ENERGY] = state[base + at.ENERGY]
+    state[base + at.FIRST_VOLUME] = volume(model.numbers, state[base + at.PHI]) + state[base + at.DEVIATION]
     state[base + at.LAST_LIFT_IN] = inputs[place + at.LIFT_IN]
     state[base + at.LAST_LIFT_OUT] = inputs[place + at.LIFT_OUT]

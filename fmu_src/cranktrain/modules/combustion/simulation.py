@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from cranktrain.modules.combustion import run_record
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD
-from cranktrain.modules.combustion.native import NO_SOLUTION, native_interface
+from cranktrain.modules.combustion.native import MEND_DEVIATION, NO_SOLUTION, native_interface
 from cranktrain.modules.combustion.settings import Array, CycleSettings, make_run
 from cranktrain.modules.crank_angle import INPUT_NOT_POSITIVE
 from cranktrain.modules.stepped_module import SteppedModule
@@ -53,6 +53,10 @@ class CombustionSimulation(SteppedModule):
         slot = status - INPUT_NOT_POSITIVE
         if at.INTAKE_P <= slot <= at.EXHAUST_T:
             return f"{self.input_names[slot]} is {self.inputs[slot]:g}; it is absolute and above 0"
+        cylinder = status - run_record.DEVIATION_TOO_LARGE
+        if 0 < cylinder <= self.n_cylinders:
+            name = f"cylinder[{cylinder}].volume_deviation"
+            return f"{name} is {self.inputs[self.input_names.index(name)]:g} m3, more than {MEND_DEVIATION}"
         return super()._refusal(status, t_end)
 
     def _failure(self, what: str, status: int) -> str:

@@ -53,9 +53,11 @@ COMMON_INPUTS = (
     "crank.speed", "crank.angle", "intake.pressure", "intake.temperature", "exhaust.pressure", "exhaust.temperature",
 )  # fmt: skip
 SPEED, ANGLE, INTAKE_P, INTAKE_T, EXHAUST_P, EXHAUST_T = range(len(COMMON_INPUTS))
-CYLINDER_INPUTS = ("fuel_mass", "injection_angle", "intake_lift", "exhaust_lift")
+CYLINDER_INPUTS = (
+    "fuel_mass", "injection_angle", "intake_lift", "exhaust_lift", "volume_deviation", "volume_deviation_rate",
+)  # fmt: skip
 """Inputs of each cylinder, behind the common ones."""
-FUEL_MASS, INJECTION, LIFT_IN, LIFT_OUT = range(len(CYLINDER_INPUTS))
+FUEL_MASS, INJECTION, LIFT_IN, LIFT_OUT, DEVIATION_IN, DEVIATION_RATE_IN = range(len(CYLINDER_INPUTS))
 OF_CYLINDER = len(CYLINDER_INPUTS)
 FIRST_CYLINDER = len(COMMON_INPUTS)
 
@@ -80,7 +82,8 @@ MEMORY = (
     "premixed_fuel", "diffusion_fuel", "premixed_for", "diffusion_for", "closed", "closed_pressure",
     "closed_temperature", "closed_volume", "lift_in", "lift_out", "work_start", "wall_start", "burnt_start", "peak",
     "peak_angle", "cycle_work", "cycle_wall", "cycle_heat", "cycle_peak", "cycle_peak_angle", "cycle_delay", "injected",
-    "first_mass", "first_energy",
+    "first_mass", "first_energy", "first_volume", "deviation", "deviation_rate", "last_deviation",
+    "last_deviation_rate",
 )  # fmt: skip
 """Values that a cylinder stores over its cycle."""
 (
@@ -88,7 +91,7 @@ MEMORY = (
     PREMIXED_FUEL, DIFFUSION_FUEL, PREMIXED_FOR, DIFFUSION_FOR, CLOSED, CLOSED_PRESSURE,
     CLOSED_TEMPERATURE, CLOSED_VOLUME, LAST_LIFT_IN, LAST_LIFT_OUT, WORK_START, WALL_START, BURNT_START, PEAK,
     PEAK_ANGLE, CYCLE_WORK, CYCLE_WALL, CYCLE_HEAT, CYCLE_PEAK, CYCLE_PEAK_ANGLE, CYCLE_DELAY, INJECTED,
-    FIRST_MASS, FIRST_ENERGY,
+    FIRST_MASS, FIRST_ENERGY, FIRST_VOLUME, DEVIATION, DEVIATION_RATE, LAST_DEVIATION, LAST_DEVIATION_RATE,
 ) = range(N_INTEGRATED, N_INTEGRATED + len(MEMORY))  # fmt: skip
 SIZE = N_INTEGRATED + len(MEMORY)
 
@@ -97,21 +100,22 @@ WAITING, ARMED, DELAYED, BURNING = 0.0, 1.0, 2.0, 3.0
 
 OUTPUTS = (
     "pressure.angle", "indicated.torque", "indicated.torque_mean", "indicated.pressure_mean", "heat.released",
-    "heat.walls", "fuel.burnt", "intake.mass", "exhaust.mass", "balance.mass", "balance.energy",
+    "heat.walls", "gas.work", "fuel.burnt", "intake.mass", "exhaust.mass", "balance.mass", "balance.energy",
     "solver.steps", "solver.rejected",
 )  # fmt: skip
 CYLINDER_OUTPUTS = (
     "pressure", "temperature", "mass", "products", "pressure_mean", "pressure_peak", "peak_angle", "heat_released",
-    "wall_heat", "ignition_delay",
+    "wall_heat", "ignition_delay", "deviation_taken",
 )  # fmt: skip
-"""Outputs of each cylinder; from the fourth on those of its last whole cycle."""
+"""Outputs of each cylinder; from the fifth to the tenth those of its last whole cycle."""
 
 NOW = (
     "speed", "intake_p", "intake_t", "exhaust_p", "exhaust_t", "lift_in", "lift_out", "slope_in", "slope_out",
-    "pressure", "temperature", "stiffness", "intake_h", "lifts_given",
+    "pressure", "temperature", "stiffness", "intake_h", "lifts_given", "deviation", "deviation_slope",
+    "deviation_bend", "deviation_twist",
 )  # fmt: skip
 """Slots of the workspace: constants over a communication step, and results of the last evaluation."""
 (
     NOW_SPEED, NOW_INTAKE_P, NOW_INTAKE_T, NOW_EXHAUST_P, NOW_EXHAUST_T, NOW_LIFT_IN, NOW_LIFT_OUT, SLOPE_IN, SLOPE_OUT,
-    FOUND_P, FOUND_T, STIFFNESS, INTAKE_H, LIFTS_GIVEN,
+    FOUND_P, FOUND_T, STIFFNESS, INTAKE_H, LIFTS_GIVEN, NOW_DEVIATION, DEVIATION_SLOPE, DEVIATION_BEND, DEVIATION_TWIST,
 ) = range(len(NOW))  # fmt: skip

@@ -10,7 +10,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.coupling.master import Master
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN
 from cranktrain.coupling.simulation_unit import SimulationUnit
-from cranktrain.coupling.virtual_engine import gas_connections, gas_exchange
+from cranktrain.coupling.virtual_engine import gas_connections, gas_exchange, volume_connections
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.modules.combustion.file import load
@@ -34,7 +34,8 @@ def coupled_rows(simulation: Simulation, case: Case, rows: Array) -> float:
     gas = CombustionSimulation(settings)
     gas.inputs[0] = case.speed
     units = [SimulationUnit(COMBUSTION, gas), SimulationUnit(CRANKTRAIN, simulation, begin=lambda: None)]
-    connections = gas_connections(case.engine.n_cylinders, case.exchange == OWN)
+    cylinders, own = case.engine.n_cylinders, case.exchange == OWN
+    connections = gas_connections(cylinders, own) + volume_connections(cylinders, own)
     master = Master(units, connections, gas_exchange(case.scheme, case.exchange))
     master.initialize()
     inner = round(case.kept_deg / case.coupled_deg)
