@@ -394,7 +394,7 @@ def _check_part(body: ReducedBody, interface: str, mass: float, inertia: Array) 
 
 
 def damping_in_modes(damping: Array, omega: Array, basis: Array, found: Array) -> Array:
-    """Modal damping (r,) 1/s in other modes, columns ``basis`` (n, r) of the first ones, of frequencies ``found`` (r,).
+    """Modal damping (r,) 1/s of modes of other masses, columns ``basis`` (n, r) of the first, of frequencies ``found``.
 
     Damping of an elastic mode is structural: its loss per cycle does not depend on frequency. A mode of frequency ω
     therefore has c = Σ c_i ω_i b_i²/ω, so that modes that all have one damping ratio keep it whatever is attached.
@@ -425,7 +425,7 @@ def _in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:
         centrifugal_load=body.centrifugal_load @ basis,
         euler_load=body.euler_load @ basis,
         translation=body.translation @ basis,
-        damping=damping_in_modes(body.damping, body.omega, basis, omega) if body.damping.size else body.damping,
+        damping=body.damping @ basis**2 if body.damping.size else body.damping,
         twists=body.twists @ basis if body.shafts else body.twists,
         basis=basis if body.basis is None else body.basis @ basis,
     )
@@ -443,7 +443,9 @@ def _renormalised(body: ReducedBody, mass: Array) -> ReducedBody:
     squares, turn = np.linalg.eigh(elastic_space.T @ (body.omega[:, None] ** 2 * elastic_space))
     elastic = elastic_space @ turn
     elastic *= signed(body.shapes @ elastic)
-    return _in_modes(body, np.hstack((rigid_basis, elastic)), np.concatenate((np.zeros(6), np.sqrt(squares))))
+    basis, omega = np.hstack((rigid_basis, elastic)), np.concatenate((np.zeros(6), np.sqrt(squares)))
+    damping = damping_in_modes(body.damping, body.omega, basis, omega) if body.damping.size else body.damping
+    return replace(_in_modes(body, basis, omega), damping=damping)
 
 
 def _derived(body: ReducedBody, *change: object) -> str:

@@ -106,10 +106,7 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
                 f"{path}: made from other inputs (digest {found[:12]}, wanted {digest[:12]}); "
                 "delete it and run 'cranktrain reduce'"
             )
-        shafts: dict[str, Any] = {}
-        if "shafts" in file.attrs:
-            shafts |= {name: real(file[f"body/{name}"][()]) for name in ("twists", "shaft_laws")}
-            shafts["shafts"] = tuple(str(name) for name in file.attrs["shafts"])
+        tabled = "shafts" in file.attrs
         body = ReducedBody(
             name=str(file.attrs["name"]),
             interfaces=tuple(str(name) for name in file.attrs["interfaces"]),
@@ -119,7 +116,9 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
             records={name: real(file[f"records/{name}"][()]) for name in file.get("records", {})},
             basis=real(file["body/basis"][()]) if "basis" in file["body"] else None,
             damping=real(file["body/damping"][()]) if "damping" in file["body"] else np.zeros(0),
-            **shafts,
+            shafts=tuple(str(name) for name in file.attrs["shafts"]) if tabled else (),
+            twists=real(file["body/twists"][()]) if tabled else np.zeros((0, 0)),
+            shaft_laws=real(file["body/shaft_laws"][()]) if tabled else np.zeros((0, 3)),
             **{name: real(file[f"body/{name}"][()]) for name in BODY_UNITS},
         )
     try:
