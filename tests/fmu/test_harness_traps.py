@@ -70,6 +70,18 @@ assert = [{ output = "mass.speed", what = "rms", ratio_to = "first", expected = 
     assert "mass.speed over the time" in Path("out.html").read_text("utf-8")
 
 
+@pytest.mark.parametrize(("name", "ends"), [("Fatal", "1 / 0"), ("Dying", "__import__('os').abort()")])
+def test_a_unit_that_does_not_end_well_fails(harness, name, ends):
+    """The run is complete and kept, and its values meet what is asserted; fmi2Terminate fails, or its process dies."""
+    changed = MASS[2] | {"mass": ("parameter", f"1.0; self.terminate = lambda: {ends}")}
+    small_fmu(Path.cwd(), name, MASS[1], changed, MASS[3])
+    text = HEAD.replace("Mass.fmu", f"{name}.fmu")
+    code, found = harness(text + 'assert = [{ output = "mass.speed", what = "maximum", most = 10 }]')
+    (scenario,) = found["scenarios"]
+    assert (code, scenario["passed"]) == (1, False) and "run itself is complete" in scenario["ended"]
+    assert scenario["assertions"][1]["passed"]
+
+
 def test_an_output_as_large_as_a_number_may_be_has_its_report(harness):
     text = HEAD.replace("Spring.fmu", "Loud.fmu").replace('"mass.place -> spring.place", "spring.force -> mass.force"',
                                                           '"mass.place -> spring.place"')  # fmt: skip

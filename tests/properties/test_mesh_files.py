@@ -166,7 +166,7 @@ ODD_DECKS = [
     (lambda x: ["*NODE, SYSTEM=C", *x[1:]], r"line 1: nodes in cylindrical or spherical coordinates"),
     (lambda x: [*x, "*SYSTEM", "0., 0., 5."], r"\*SYSTEM, a system of coordinates: give the nodes in global"),
     (lambda x: [*x, "*NGEN", "1, 9, 1"], r"line \d+: \*NGEN makes nodes; give a deck that lists all nodes and elem"),
-    (lambda x: [*x, "*NODE, INPUT=none.txt"], r"line \d+: \*NODE names none.txt, which is not in"),
+    (lambda x: [*x, "*NODE, INPUT=none.txt"], r"line \d+: \*NODE names .none.txt., which is not in"),
     (lambda x: [*x, "*SURFACE, NAME=a, COMBINE=UNION", "b, c"], r"surface a is not of elements or nodes"),
     (lambda x: [*x, "*ELEMENT, TYPE=C3D10", "1, 10, 2, 3, 4, 5, 6, 7, 8, 9, 11"], r"element 1 stands at .*, line"),
     (lambda x: ["nothing at all"], r"holds no solids"),

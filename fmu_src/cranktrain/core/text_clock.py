@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 DAY = 86_400 * 10**9
 """Nanoseconds of a day."""
-_TIME = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<f>\d{1,12}))?)?\s*(?P<half>[AaPp]\.?[Mm]\.?)?"
+_TIME = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<f>\d{1,24}))?)?\s*(?P<half>[AaPp]\.?[Mm]\.?)?"
 _CLOCK = re.compile(
     r"\s*(?:(?:(?P<Y>\d{4})[-/.](?P<M>\d{1,2})[-/.](?P<D>\d{1,2})|(?P<a>\d{1,2})(?P<sep>[./-])(?P<b>\d{1,2})[./-]"
     rf"(?P<y>\d{{4}}|\d{{2}}))(?:[T_]|\s+))?{_TIME}\s*(?P<zone>Z|UTC|[+-]\d{{2}}:?\d{{2}})?\s*"
 )
-_MINUTES = re.compile(r"\s*(?P<m>\d{1,3}):(?P<s>\d{2})[.,](?P<f>\d{1,12})\s*")
+_MINUTES = re.compile(r"\s*(?P<m>\d{1,3}):(?P<s>\d{2})[.,](?P<f>\d{1,24})\s*")
 
 
 def is_clock(cell: str) -> bool:

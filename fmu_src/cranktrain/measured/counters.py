@@ -22,7 +22,7 @@ _TICKS = re.compile(r"(?i)\b(?:ticks?|counts?|clocks?|clk|counter|takte?|zähler
 _PREFIX = {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9}
 BITS = (16, 24, 32, 40, 48, 64)
 """Bits of counters."""
-PROBE, MOST_FALLS = 4096, 0.1
+PROBE, MOST_FALLS = 4096, 0.4
 """Samples that tell times of pulses, and the fraction of them at which a counter may begin again."""
 LIKE = 30.0
 """Ratio to the median interval within which an interval across a fall lies, a gap of the wheel and speeds included."""

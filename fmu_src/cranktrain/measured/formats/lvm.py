@@ -22,6 +22,7 @@ from cranktrain.core.text_clock import Clocks
 from cranktrain.core.text_dialect import Dialect
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_table import TextTable, parsed_block
+from cranktrain.core.types import Array
 from cranktrain.measured.channels import Channel
 from cranktrain.measured.formats.arrays import Named, as_channels
 from cranktrain.measured.formats.text import Values, collected

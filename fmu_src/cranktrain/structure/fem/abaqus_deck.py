@@ -264,7 +264,12 @@ def _add_set(parts: MeshParts, card: Card, kind: str, numbers: Numbers) -> None:
         for text in filter(None, texts):
             found = numbers(text)
             if found is None:
-                raise InputError(f"{place}: set {shown(text)} does not exist; define it before {name}")
+                told = (
+                    "a set that does not exist"
+                    if place.path != card.place.path
+                    else f"set {shown(text)} does not exist"
+                )
+                raise InputError(f"{place}: {told}; define it before {name}")
             parts.reserve(len(found), place, name)
             own += found
 
@@ -280,7 +285,8 @@ def _add_surface(parts: MeshParts, card: Card, by_nodes: bool, numbers: Numbers)
         side = texts[1].upper() if len(texts) > 1 else ""
         found = numbers(texts[0])
         if found is None:
-            raise InputError(f"{place}: surface {name} names the set {shown(texts[0])}, which does not exist")
+            told = "a set" if place.path != card.place.path else f"the set {shown(texts[0])}"
+            raise InputError(f"{place}: surface {name} names {told}, which does not exist")
         parts.reserve(len(found), place, name)
         if by_nodes:
             parts.node_sets.setdefault(name, []).extend(found)

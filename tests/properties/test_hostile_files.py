@@ -1,0 +1,145 @@
+"""Files that ask for memory without end, name what is not theirs, or hold what a terminal obeys: refused or shown."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import cranktrain as ct
+from cranktrain.cli.main import main
+from cranktrain.core.errors import InputError
+from cranktrain.core.visible_text import visible
+from cranktrain.structure.fem.mesh_file import read_surfaces_and_tetrahedra
+from cranktrain.structure.fem.superelement_file import read_superelement
+
+MOST = 300_000
+"""Memory over the start that a refused file may take, kB."""
+SECRET = "hunter2:x:0:0:root:/root:/bin/sh"
+WORK = """
+import json, resource, sys
+from pathlib import Path
+import cranktrain as ct
+from cranktrain.core.errors import CranktrainError
+from cranktrain.core.text_table import read_table
+from cranktrain.core.user_file import read_toml
+from cranktrain.structure.crank.step_file import read_step
+from cranktrain.structure.fem.mesh_file import read_surfaces_and_tetrahedra
+from cranktrain.structure.fem.superelement_file import read_superelement
+readers = {
+    "mesh": lambda path: read_surfaces_and_tetrahedra(Path(path)), "super": read_superelement, "step": read_step,
+    "measured": ct.read_measured, "toml": lambda path: read_toml(path, "file", "give one"),
+    "table": lambda path: read_table(path, "table", "give one"),
+}
+before, found = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, []
+for reader, path in json.loads(sys.argv[1]):
+    try:
+        readers[reader](path)
+        said = ""
+    except CranktrainError as error:
+        said = str(error)
+    found.append((said, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before))
+print(json.dumps(found))
+"""
+
+
+def test_memory_of_what_is_refused_is_bounded(tmp_path):
+    """Sets of 300 million members, sets of sets that double, devices, a pipe, and files of 8 GB of nothing."""
+    import os
+
+    texts = {
+        "nset.inp": "*NSET, NSET=A, GENERATE\n1, 300000000, 1\n",
+        "elset.inp": "*ELSET, ELSET=A, GENERATE\n1, 300000000, 1\n",
+        "sets.inp": "*ELSET, ELSET=A0, GENERATE\n1, 1000\n"
+        + "".join(f"*ELSET, ELSET=A{k + 1}\nA{k}, A{k}\n" for k in range(40)),
+        "surface.inp": "*ELSET, ELSET=A, GENERATE\n1, 1000000\n*SURFACE, NAME=B\n" + "A, S1\n" * 400,
+        "zero.toml": 'matrices = "/dev/zero"\n[interfaces]\npulley = 1\n',
+        "dofs.toml": 'stiffness = "k.mtx"\nmass = "k.mtx"\ndofs = "/dev/zero"\n[interfaces]\npulley = 1\n',
+        "k.mtx": "1 1 2.0\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "device.inp").symlink_to("/dev/zero")
+    (tmp_path / "device.csv").symlink_to("/dev/zero")
+    os.mkfifo(tmp_path / "pipe.csv")
+    for name in ("empty.inp", "empty.bdf", "empty.unv", "empty.msh", "empty.csv", "empty.step"):
+        with (tmp_path / name).open("wb") as file:
+            file.truncate(8_000_000_000)
+    cases = [
+        *[("mesh", name) for name in ("nset.inp", "elset.inp", "sets.inp", "surface.inp", "device.inp")],
+        *[("mesh", f"empty.{ending}") for ending in ("inp", "bdf", "unv", "msh")],
+        ("super", "zero.toml"), ("super", "dofs.toml"), ("step", "/dev/zero"), ("step", "empty.step"),
+        *[(reader, f"{path}.csv") for reader in ("measured", "table", "toml") for path in ("device", "pipe", "empty")],
+    ]  # fmt: skip
+    told = json.dumps([(reader, str(tmp_path / name)) for reader, name in cases])
+    ran = subprocess.run([sys.executable, "-c", WORK, told], capture_output=True, text=True, timeout=500, check=True)
+    for (reader, name), (said, memory) in zip(cases, json.loads(ran.stdout), strict=True):
+        assert said and "\n" not in said, (reader, name)
+        assert memory < MOST, (reader, name, memory)
+        kind = {"device": "is a device", "pipe": "is a pipe", "nset": "gets 300000000", "zero": "is a device"}
+        assert kind.get(name.split("/")[-1].split(".")[0], "") in said, (reader, name, said)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("deck.inp", "*NODE, INPUT={}\n"), ("deck.inp", "*ELEMENT, TYPE=C3D4, INPUT={}\n"),
+        ("deck.inp", "*NSET, NSET=A, INPUT={}\n"), ("deck.inp", "*INCLUDE, INPUT={}\n"),
+        ("deck.inp", "*NODE\n*INCLUDE, INPUT={}\n"), ("deck.bdf", "INCLUDE '{}'\n"),
+        ("deck.bdf", "GRID,1\nINCLUDE '{}'\n"),
+        ("body.toml", 'matrices = "{}"\n'), ("body.toml", 'stiffness = "{}"\nmass = "{}"\n'),
+        ("body.toml", 'matrices = "k.mtx"\nnodes = "{}"\n'),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("place", ["secret", "../secret", "link/secret"])
+@pytest.mark.parametrize("lines", [SECRET, "hunter2", "hunter2 word", " ,hunter2", "hunter2, 1, 2, 3"])
+def test_no_message_quotes_a_foreign_file(name, text, place, lines, tmp_path):
+    """Beside the deck, above it, or behind a link; what lies elsewhere is not opened at all."""
+    folder = tmp_path / "deck"
+    folder.mkdir()
+    (folder / "link").symlink_to(tmp_path)
+    (folder / place).write_text(lines + "\n")
+    (folder / "k.mtx").write_text("1,1,1,1,2.0\n")
+    (folder / name).write_text(text.replace("{}", place))
+    read = read_superelement if name == "body.toml" else read_surfaces_and_tetrahedra
+    with pytest.raises(InputError) as error:
+        read(folder / name)
+    assert "hunter2" not in str(error.value)
+    if name != "body.toml" and place != "secret":
+        assert "not below the deck's folder" in str(error.value)
+
+
+@pytest.mark.parametrize("kind", ["inp", "bdf"])
+def test_includes_are_deep_but_no_loop(kind, tmp_path, monkeypatch):
+    """25 files in a row are read; a folder outside is opened where the user names it."""
+    line = {"inp": "*INCLUDE, INPUT={}\n", "bdf": "INCLUDE '{}'\n"}[kind]
+    last = {"inp": "*NODE\n1, 0, 0, oops\n", "bdf": "GRID,1,,0.,0.,oops\n"}[kind]
+    shared = tmp_path / "shared"
+    (tmp_path / "deck").mkdir()
+    shared.mkdir()
+    for k in range(25):
+        (tmp_path / f"deck/{k}.{kind}").write_text(line.format(f"{k + 1}.{kind}"))
+    (tmp_path / f"deck/25.{kind}").write_text(line.format(f"../shared/last.{kind}"))
+    (shared / f"last.{kind}").write_text(last)
+    with pytest.raises(InputError, match="not below the deck's folder"):
+        read_surfaces_and_tetrahedra(tmp_path / f"deck/0.{kind}")
+    monkeypatch.setenv("CRANKTRAIN_INCLUDES", str(shared))
+    with pytest.raises(InputError, match=f"last.{kind}, line .*oops"):
+        read_surfaces_and_tetrahedra(tmp_path / f"deck/0.{kind}")
+
+
+def test_what_a_terminal_obeys_is_shown(tmp_path, capsys):
+    name = "\x1b]0;title\x07p\x9b31m\u202e"
+    path = str(tmp_path / "run.parquet")
+    pd.DataFrame({"time": np.arange(50.0), name: np.arange(50.0) % 5}).to_parquet(path)
+    assert name in ct.read_measured(path).names
+    assert main(["measured", path]) == 0
+    assert main(["measured", path, "--channels", f"{name}x"]) == 2
+    shown = capsys.readouterr()
+    for text in (shown.out, shown.err):
+        assert "1b]0;title" in text and not set(name) & {"\x1b", "\x07", "\x9b", "\u202e"} & set(text)
+    assert main(["measured", path, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["channels"][0]["name"] == name
+    assert visible("12 µm\u00a0± 3\n\tθ̈") == "12 µm\u00a0± 3\n\tθ̈"
