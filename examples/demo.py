@@ -33,6 +33,7 @@ from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 from cranktrain.results.tables import frequency_tables
 from cranktrain.structure.assembly import elastic_bore
+from cranktrain.structure.crank.critical_speeds import critical_speeds
 from cranktrain.structure.crank.modal import modal_report
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, surface_shape
 
@@ -55,6 +56,7 @@ def main(name: str = "diesel_i6", out: Path = Path("out")) -> dict[str, Any]:
         bare = reduced_crankshaft(engine, progress=say)
         say("frequencies and mode shapes")
         report = modal_report(engine, bare)
+        report["critical_speeds"] = critical_speeds(engine, complete_crankshaft(engine, bare))
         draw_frequencies(engine, report, out)
         draw_first_torsional(engine, bare, report, out)
         # Kept for the FMU, which would make it after the machine code.

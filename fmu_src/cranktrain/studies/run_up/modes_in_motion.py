@@ -20,7 +20,7 @@ from cranktrain.studies.run_up.steady import CycleStart, SteadyRuns
 NEAR = 0.02
 """Relative difference of speed up to which a steady motion is used for a peak: modes in motion depend little on
 speed."""
-SAME = 0.04
+SAME = 0.02
 """Largest relative distance of a peak from its mode in motion; farther away the peak is the sum of several modes."""
 
 
