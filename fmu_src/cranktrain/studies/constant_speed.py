@@ -160,9 +160,7 @@ class Request:
             if level not in valid():
                 raise InputError(f"{label(name)} '{level}' does not exist; {nearest(level, valid())}")
         if self.encoder != "pin" and self.pressure is None:
-            raise InputError(
-                f"{label('encoder')} {self.encoder} needs {label('pressure')}: no other trace was measured"
-            )
+            raise InputError(f"{label('encoder')} {self.encoder} needs {label('pressure')}, a trace that was measured")
         if self.block_mesh is not None and self.block != "flexible":
             raise InputError(f"{label('block_mesh')} needs {label('block')} flexible; on ground there is no block")
         if self.integrator is not None:
