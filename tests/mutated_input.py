@@ -20,7 +20,7 @@ import sys
 import tempfile
 import traceback
 import warnings
-from dataclasses import is_dataclass
+from dataclasses import is_dataclass, replace
 from pathlib import Path
 from unittest.mock import patch
 
@@ -39,6 +39,7 @@ from cranktrain.engine.torsional_chain import read_chain
 from cranktrain.film.table.database import FilmTable, TableSettings, table_axes
 from cranktrain.film.table.interpolation import UNTILTED, TableArrays
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.pressure_map import read_gas
 from cranktrain.modules.register import module_files, module_of
 from cranktrain.results.export import export
 from cranktrain.results.in_hand.loaded import load_run
@@ -53,6 +54,9 @@ from cranktrain.structure.fem.own_body import read_body
 from cranktrain.studies.calibration.targets import load_targets
 from cranktrain.studies.harness.file import load_harness
 from cranktrain.studies.scene import load_scene
+from cranktrain.studies.variants.study import load_study
+from cranktrain.studies.watch.recordings import read_recordings
+from cranktrain.studies.wear.schedule import block_at, read_schedule
 
 ROOT = Path(__file__).parents[1]
 SIX = load_engine("diesel_i6")
@@ -288,6 +292,97 @@ def measured(rng, folder):
         for order, (speeds, amplitudes) in by_order.items():
             holds(order > 0.0 and np.all(np.diff(speeds) >= 0.0) and speeds[0] > 0.0, "speeds or orders")
             holds(np.isfinite(amplitudes).all() and np.all(amplitudes >= 0.0), "amplitudes")
+
+
+STUDY = (ROOT / "examples" / "damper_study.toml").read_text("utf-8")
+STUDIES = (
+    STUDY,
+    STUDY.replace("[vary]", '[vary]\n"load" = { distribution = "normal", mean = 0.9, deviation = "3 %", low = 0.5 }'),
+    """model = "two-mass"
+outputs = ["amplification", "peak_frequency"]
+[vary]
+frequency_ratio = { distribution = "triangular", low = 0.9, mode = 1.0, high = 1.1 }
+[design]
+method = "sobol"
+n = 16
+""",
+)
+
+
+def study(rng, folder):
+    """A study: accepted, the variants of its design and the ends of its distributions are finite."""
+    found = load_study(written(folder / "own.toml", spoilt(rng, rng.choice(STUDIES))))
+    holds(all(math.isfinite(end) for one in found.distributions for end in one.ends if abs(end) != math.inf), "ends")
+    holds(all(math.isfinite(one) and one > 0.0 for one in found.speeds), "speeds")
+    if found.aim is not None:
+        holds(not any(math.isnan(end) for one in found.aim.limits for end in (one.at_least, one.at_most)), "limits")
+        holds(all(one.at_least <= one.at_most for one in found.aim.limits), "limits in order")
+    small = replace(found.design, n=min(found.design.n, 8), levels=min(found.design.levels, 3))
+    if found.varied:
+        holds(np.isfinite(np.asarray(small.values(found.distributions), dtype=float)).all(), "variants")
+
+
+SCHEDULE = "hours,speed_rpm,load\n0.5,1000,0.25\n2,1600,1.0\n1.5,2200,0.8\n"
+
+
+def schedule(rng, folder):
+    """A schedule of running in: accepted, its times, speeds and loads are an engine's."""
+    text = spoilt(rng, SCHEDULE, (*NUMBERS, "", ";", "x", "h", "%"))
+    blocks = read_schedule(written(folder / "own.csv", text))
+    holds(
+        all(0.0 < one.duration < 1e10 and 0.0 < one.speed < 1e4 and 0.0 <= one.load <= 2.0 for one in blocks), "block"
+    )
+    block_at(blocks, rng.choice((0.0, 1.0, 3600.0, 1e5, 1e9)))
+
+
+def load_map(rng, folder):
+    """A map of pressures, by its index file or the names of its files: accepted, its traces are an engine's."""
+    place = folder / "map"
+    shutil.rmtree(place, ignore_errors=True)
+    place.mkdir()
+    angle = np.arange(0.0, 720.0, 10.0)
+    for name, peak in (("1000.csv", 60.0), ("2000_50%.csv", 90.0), ("2000_full.csv", 130.0)):
+        bar = 3.0 + peak * np.exp(-(((angle - 370.0) / 25.0) ** 2))
+        table = "\n".join(["deg;bar", *(f"{a:g};{p:.4f}" for a, p in zip(angle, bar, strict=True))])
+        wrong = rng.random() < 0.3
+        name = (
+            name
+            if rng.random() < 0.8
+            else rng.choice(("1e9.csv", "-5.csv", "nan.csv", "1000_0%.csv", "0.csv", "a.csv"))
+        )
+        written(place / name, spoilt(rng, table, (*NUMBERS, "", ";", "x")) if wrong else table)
+    index = "speed_rpm,load,file\n1000,1,1000.csv\n2000,0.5,2000_50%.csv\n2000,1,2000_full.csv\n"
+    written(place / "index.csv", spoilt(rng, index, (*NUMBERS, "", "..", "index.csv", "1000.csv")))
+    if rng.random() < 0.5:
+        (place / "index.csv").rename(folder / "index.csv")
+        found = read_gas(place, SIX)
+    else:
+        found = read_gas(place / "index.csv", SIX)
+    for point in getattr(found, "points", ()):
+        holds(0.0 < point.speed < 1e4 and 0.0 <= point.load <= 2.0, "place of a trace")
+        holds(np.isfinite(point.trace.fired).all() and point.trace.fired.min() > 0.0, "pressure below zero")
+    trace = found.at(rng.choice((50.0, 150.0, 1e3)), rng.choice((0.0, 0.7, 1.5)))
+    holds(np.isfinite(trace.fired).all(), "trace between")
+
+
+def recordings(rng, folder):
+    """Recordings to watch: accepted, all orders of all recordings are finite."""
+    lines = ["speed_rpm,order,amplitude,unit,phase_deg,band,output,signal,wheel"]
+    lines += [f"{rpm},{order},0.0{k + 3},deg,{10 * k},0.001,pulley.torsion,a,60-2"
+              for k, rpm in enumerate((1000, 1500, 2000)) for order in (3, 6)]  # fmt: skip
+    files = []
+    for k in range(3):
+        text = "\n".join(lines).replace("0.03", f"0.03{k}")
+        if rng.random() < 0.6:
+            text = spoilt(rng, text, (*NUMBERS, "", ",", "deg", "mm", "twist"))
+        files.append(written(folder / f"{k}.csv", text))
+
+    def model(place):
+        return np.ones((place.speeds.size, place.orders.size), dtype=complex)
+
+    output = rng.choice(("pulley.torsion", "pulley.torsion", "twist", rng.choice(WORDS)))
+    found = read_recordings(SIX, files[:1], files[1:], output, rng.choice(((), (3.0,), (1e300,))), model)
+    holds(np.isfinite(found.watched).all() and np.isfinite(found.healthy).all(), "orders")
 
 
 def superelement(rng, folder):
@@ -530,7 +625,7 @@ def command(rng, folder):
 KINDS = (
     engine, engine, engine, engine, pressure, pressure, scene, scene, command, command, command, targets, chain,
     film_table, measured, superelement, run_up_file, module, harness, result_file, harmed_run_up, stored_body,
-    foreign_fmu,
+    foreign_fmu, study, study, schedule, load_map, recordings,
 )  # fmt: skip
 
 

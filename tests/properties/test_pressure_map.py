@@ -232,6 +232,7 @@ def test_an_index_file_names_speeds_and_loads(tmp_path):
         ("load, file\n1, a.csv", r"columns are load, file; give speed_rpm"),
         ("speed_rpm, file\n1000", r"line 2: 1 values for 2 columns"),
         ("speed_rpm, file\nfast, a.csv", r"line 2: 'fast' is not a speed in rev/min"),
+        ("speed_rpm, file\n0, a.csv", r"line 2: '0' is not a speed in rev/min, 1 to 30000"),
         ("speed_rpm, load, file\n1000, 80, a.csv", r"line 2: '80' is not a fraction of full load, 0 to 2"),
         ("speed_rpm, file\n1000, b.csv", r"line 2: .*b\.csv' does not exist; paths start at the index file's folder"),
         ("speed_rpm, file\n", r"names no trace"),

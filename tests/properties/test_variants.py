@@ -309,6 +309,19 @@ def test_wrong_studies_are_one_line(varied, given, told):
     assert "\n" not in str(error.value)
 
 
+def test_limits_that_exclude_each_other_are_refused(tmp_path):
+    path = tmp_path / "two.toml"
+    path.write_text(
+        'model = "two-mass"\noutputs = ["amplification"]\n[vary]\n"damping_ratio" = { low = 0.05, high = 0.5 }\n'
+        '[optimize]\nminimize = "amplification"\nlimits = { amplification = { at_least = 5, at_most = 4 } }\n'
+    )
+    with pytest.raises(
+        ct.InputError, match=r"limits.'amplification': at_least 5.* is above at_most 4.*; exchange them"
+    ):
+        ct.optimize(path, output=tmp_path / "o")
+    assert not (tmp_path / "o").exists()
+
+
 def test_a_picture_lies_beside(tmp_path, capsys):
     from cranktrain.cli.main import main
 

@@ -37,7 +37,7 @@ COLUMNS = ("speed_rpm", "load", "file")
 KINDS = ("speed", "load", "file")
 _NAME = re.compile(r"(\d+(?:\.\d+)?)(?:rpm)?(?:_(full|\d+(?:\.\d+)?%))?", re.IGNORECASE)
 FULL = 1.0
-HIGHEST_RPM, HIGHEST_LOAD = 30000.0, 2.0
+LOWEST_RPM, HIGHEST_RPM, HIGHEST_LOAD = 1.0, 30000.0, 2.0
 
 
 class Point(NamedTuple):
@@ -196,16 +196,16 @@ def _checked(
 ) -> tuple[float, float, Path]:
     """A row of a map as numbers; ``InputError`` where they are none, or no speed or load of an engine."""
     values = []
-    for text, what, most in (
-        (speed, "a speed in rev/min", HIGHEST_RPM),
-        (load, "a fraction of full load", HIGHEST_LOAD),
+    for text, what, least, most in (
+        (speed, "a speed in rev/min", LOWEST_RPM, HIGHEST_RPM),
+        (load, "a fraction of full load", 0.0, HIGHEST_LOAD),
     ):
         try:
             values.append(number(text))
         except ValueError:
             values.append(math.nan)
-        if not 0.0 <= values[-1] <= most:
-            raise InputError(f"{where}: {shown(text)} is not {what}, 0 to {most:g}")
+        if not least <= values[-1] <= most:
+            raise InputError(f"{where}: {shown(text)} is not {what}, {least:g} to {most:g}")
     if not split_columns(file)[0].is_file():
         raise InputError(f"{where}: {shown(str(file))} does not exist; paths start at the index file's folder")
     return values[0], values[1], file

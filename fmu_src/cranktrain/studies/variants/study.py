@@ -191,6 +191,8 @@ def _limit(output: str, table: LimitTable) -> Limit:
         far if given is None else _number(given, output_unit(output), "", None, f"{where}.{side}")
         for side, given, far in (("at_least", table.at_least, -math.inf), ("at_most", table.at_most, math.inf))
     ]
+    if ends[0] > ends[1]:
+        raise InputError(f"{where}: at_least {table.at_least} is above at_most {table.at_most}; exchange them")
     return Limit(output, *ends)
 
 
