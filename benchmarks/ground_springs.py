@@ -93,10 +93,10 @@ def main() -> int:
     }
     print(f"{'in the block':>28}" + "".join(f"{f:8.1f}" for f in hz[chosen]))
     for name, one in cases.items():
-        own, kinds = modal.cranktrain_modes(one, crank)
+        own, kinds, answers = modal.cranktrain_modes(one, crank)
         listed = own[(own > BAND[0]) & (own < high)]
         print(f"{name:>28}" + "".join(f"{f:8.1f}" for f in listed), "Hz, torsion", end=" ")
-        print(", ".join(f"{f:.1f}" for f in modal.torsional_frequencies(own, kinds)))
+        print(", ".join(f"{f:.1f}" for f in modal.torsional_frequencies(own, kinds, answers)))
     return 0
 
 

@@ -81,7 +81,7 @@ def test_quick_matrices_have_the_frequencies_of_all_modes(coarse, task):
     engine, body = coarse
     train = Train(engine, body, None, {})
     complete = complete_crankshaft(engine, body)
-    for own, (hz, shares) in (
+    for own, (hz, shares, _) in (
         (train.cranktrain_modes(engine, train.cranktrain(engine, {})), cranktrain_modes(engine, complete)),
         (train.crankshaft_modes(engine, train.crankshaft(engine, {})), free_modes(engine, complete)),
     ):

@@ -2,14 +2,18 @@
 
 import re
 import warnings
+from pathlib import Path
 
+import msgspec
 import pytest
 
 from cranktrain.cli.main import main
 from cranktrain.cli.simulate import NAMED_LEVELS, default_name
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.outputs.register import nearest_output, output_counts, output_names
-from cranktrain.engine.file import engine_folder, load_engine
+from cranktrain.engine.entries import stated
+from cranktrain.engine.file import engine_folder, engine_parts, load_engine
+from cranktrain.engine.keys_page import page
 from cranktrain.engine.parts import Damper, MeanLoad
 from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.design.layouts import LAYOUTS
@@ -75,6 +79,18 @@ def test_every_table_names_all_its_missing_keys(tmp_path, tables, wanted):
         wanted = set(part.__dataclass_fields__) - optional_fields(part)
     assert keys(message) == wanted
     assert {"damper", "block", "mounts"} <= optional_fields(Engine)
+
+
+def test_the_page_of_keys_is_what_the_reader_takes():
+    """Every key of every table of the reader is on the page, with what makes it necessary, and no other."""
+    text = (Path(__file__).parents[2] / "docs" / "engine_keys.md").read_text(encoding="utf-8")
+    assert text == page(), "run: python -m cranktrain.engine.keys_page docs/engine_keys.md"
+    tables = dict(re.findall(r"^## \[(\w+)\][^\n]*\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL))
+    for name, part in engine_parts().items():
+        rows = dict(re.findall(r"^\| `(\w+)` \|.*\| (yes|no|by kind) \|$", tables.pop(name), re.MULTILINE))
+        read = {entry.encode_name: entry.required for entry in msgspec.inspect.type_info(stated(part, "")).fields}
+        assert {key: word == "yes" for key, word in rows.items()} == read
+    assert not tables
 
 
 def test_another_case_is_nearer_than_another_letter():

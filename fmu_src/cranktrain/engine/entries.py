@@ -138,7 +138,7 @@ def rules() -> dict[str, dict[str, Any]]:
         held: list[dict[str, Any]] = [{"if": {"properties": {"origin": {"enum": list(WITH_NOTE)}}}, "then": noted}]
         if isinstance(rule, Quantity):
             held += [_in_unit(rule, unit, many, beyond) for unit in UNITS[rule.dimension]]
-        found[name] = {"description": _described(rule, many), "allOf": held}
+        found[name] = {"description": described(rule, many), "allOf": held}
         if isinstance(rule, Quantity) and rule.dimension != "1":
             # A text as value has its unit itself.
             texts = {"items": {"type": "string"}} if many else {"type": "string"}
@@ -207,7 +207,8 @@ def _unit(rule: Quantity) -> str:
     return rule.unit or next(iter(UNITS[rule.dimension]))
 
 
-def _described(rule: Any, many: bool) -> str:
+def described(rule: Any, many: bool) -> str:
+    """What a value is, in words: its kind, range and unit, or the names that it may be."""
     text = f"{rule.noun}: {', '.join(rule.names)}" if isinstance(rule, OneOf) else "value"
     if isinstance(rule, Quantity):
         what, unit = ("number", "") if rule.dimension == "1" else (rule.dimension, f" {_unit(rule)}")

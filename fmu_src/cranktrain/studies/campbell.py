@@ -41,10 +41,12 @@ from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.structure.crank.modal import (
     KINDS,
     at_largest,
+    cranktrain_matrices,
     cranktrain_modes,
     energy_shares,
     listed_to,
     named_mode,
+    pulley_answers,
     torsional_frequencies,
 )
 from cranktrain.structure.in_motion.eigenproblem import slowest_hz
@@ -116,12 +118,15 @@ def campbell(
         shapes = modes.shapes[:, place]
         hz.append(modes.hz[place])
     shown = hz[0] <= highest_hz
-    shares = energy_shares(engine, body, at_largest(first[:n, shown]), rods=True)
+    moved, mass = at_largest(first[:n, shown]), cranktrain_matrices(engine, body)[1]
+    shares = energy_shares(engine, body, moved, rods=True)
     own = [name for name, kept in zip(lines, shown, strict=True) if kept]
     kinds = [LINE if name else KINDS[int(np.argmax(share))] for name, share in zip(own, shares, strict=True)]
     # A mode of the line is none of the crank's, which is named among the others.
     crank = [k for k, name in enumerate(own) if not name]
-    if (first_named := named_mode(hz[0][shown][crank], shares[crank], "torsional")) is not None:
+    moved /= np.sqrt(np.einsum("ik,ij,jk->k", moved, mass, moved))
+    answers = pulley_answers(engine, body, moved, (2.0 * math.pi * hz[0][shown]) ** 2)[crank]
+    if (first_named := named_mode(hz[0][shown][crank], shares[crank], "torsional", answers=answers)) is not None:
         kinds[crank[first_named]] = "torsional"  # also where it bends more than it twists
     names = tuple(
         name or f"{kind} {kinds[: k + 1].count(kind)}" for k, (name, kind) in enumerate(zip(own, kinds, strict=True))

@@ -44,8 +44,8 @@ def mode_picture(
     free : the free crankshaft in place of the cranktrain at rest
     """
     complete = complete_crankshaft(engine, bare)
-    hz, shares, vectors = _modes(engine, complete, free)
-    number = chosen_mode(mode, hz, shares, engine.reduction.running_cutoff_hz)
+    hz, shares, answers, vectors = _modes(engine, complete, free)
+    number = chosen_mode(mode, hz, shares, answers, engine.reduction.running_cutoff_hz)
     skin = Skin.of(*crank_surface(engine, mesh_file))
     basis = np.eye(bare.n_modes) if complete.basis is None else complete.basis
     weights = (basis @ vectors[:, number])[: len(skin.modes)]
@@ -71,12 +71,12 @@ def mode_picture(
     )
 
 
-def chosen_mode(mode: str, hz: Array, shares: Array, sought_to: float = math.inf) -> int:
+def chosen_mode(mode: str, hz: Array, shares: Array, answers: Array | None = None, sought_to: float = math.inf) -> int:
     """Index of a mode that is named by its number or kind, among modes (k,) Hz with shares (k, 3); ``InputError``.
 
-    The first torsional mode is sought up to ``sought_to`` Hz.
+    The first torsional mode is sought up to ``sought_to`` Hz, by the pulley's ``answers`` (k,) if they are given.
     """
-    highest = listed_to(named_frequencies(hz, shares, sought_to).values())
+    highest = listed_to(named_frequencies(hz, shares, answers, sought_to).values())
     listed = int(np.count_nonzero(hz <= highest))
     if mode.isdigit():
         if not 1 <= int(mode) <= listed:
@@ -85,15 +85,15 @@ def chosen_mode(mode: str, hz: Array, shares: Array, sought_to: float = math.inf
     if mode not in KINDS:
         raise InputError(f"--mode '{mode}' is neither a number nor a kind of mode; {nearest(mode, KINDS)}")
     if mode == "torsional":
-        return int(np.argmin(np.abs(hz - first_torsional(hz, shares, sought_to))))
+        return int(np.argmin(np.abs(hz - first_torsional(hz, shares, sought_to, answers))))
     own = np.flatnonzero(np.argmax(shares[:listed], axis=1) == KINDS.index(mode))
     if not own.size:
         raise InputError(f"--mode {mode}: no mode up to {highest:g} Hz is mostly {mode}; name one by its number")
     return int(own[0])
 
 
-def _modes(engine: Engine, complete: ReducedBody, free: bool) -> tuple[Array, Array, Array]:
-    """Elastic modes: (k,) Hz, (k, 3) energy fractions, and (n, k) in the modes of the complete crankshaft."""
+def _modes(engine: Engine, complete: ReducedBody, free: bool) -> tuple[Array, Array, Array, Array]:
+    """Elastic modes: (k,) Hz, (k, 3) fractions, (k,) answers, and (n, k) in the modes of the complete crankshaft."""
     if free:
         return *free_modes(engine, complete), np.eye(complete.n_modes)[:, 6:]
     # The first mode is the rotation that nothing holds.

@@ -116,7 +116,10 @@ def block_report(engine: Engine, body: ReducedBody, block: ReducedBody) -> dict[
     kinds = energy_shares(engine, crankshaft, ground, rods=True)
     whole = np.column_stack((in_crank[:, None] * shares, 1.0 - in_crank))
     elastic = hz > RIGID_HZ
-    named = crank_modal.named_frequencies(hz[elastic], whole[elastic], engine.reduction.running_cutoff_hz)
+    answers = crank_modal.pulley_answers(engine, crankshaft, crank, (2.0 * np.pi * hz) ** 2)
+    named = crank_modal.named_frequencies(
+        hz[elastic], whole[elastic], answers[elastic], engine.reduction.running_cutoff_hz
+    )
     pairs = [
         {
             "ground_hz": float(ground_hz[k]),

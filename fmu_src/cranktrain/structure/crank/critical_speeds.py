@@ -28,7 +28,7 @@ from cranktrain.core.types import Array
 from cranktrain.engine.firing import is_even
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas, GasTrace
-from cranktrain.structure.crank.modal import cranktrain_matrices, energy_shares, named_mode
+from cranktrain.structure.crank.modal import cranktrain_matrices, energy_shares, named_mode, pulley_answers
 from cranktrain.structure.in_motion.periodic_forces import rod_forces
 from cranktrain.structure.in_motion.residues import order_forces
 
@@ -59,7 +59,8 @@ def exciting_orders(engine: Engine, crankshaft: ReducedBody, gas: Gas | None = N
     squares, shapes = eigh(*cranktrain_matrices(engine, crankshaft))
     hz, shapes = np.sqrt(np.maximum(squares[1:], 0.0)) / (2.0 * math.pi), shapes[:, 1:]
     shares = energy_shares(engine, crankshaft, shapes, rods=True)
-    first = named_mode(hz, shares, "torsional", highest=engine.reduction.running_cutoff_hz)
+    answers = pulley_answers(engine, crankshaft, shapes, squares[1:])
+    first = named_mode(hz, shares, "torsional", 1, engine.reduction.running_cutoff_hz, answers)
     if first is None:
         return []
     orders, sizes = excitations(engine, crankshaft, shapes[:, first], gas)

@@ -17,8 +17,7 @@ from scipy.linalg import eigh, null_space
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.engine.model import Engine
-from cranktrain.structure.crank.modal import energy_shares, main_springs, named_mode, rod_masses
-from cranktrain.structure.in_motion.residues import unit_torques
+from cranktrain.structure.crank.modal import energy_shares, main_springs, named_mode, pulley_answers, rod_masses
 
 
 def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
@@ -38,9 +37,7 @@ def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
     # The first two turn the crank as a whole and shift it along its axis.
     squares, shapes = squares[2:], motions @ shapes[:, 2:]
     shares = energy_shares(engine, crankshaft, shapes, rods=True)
-    pulley = np.abs(crankshaft.shapes[crankshaft.index("pulley"), 5] @ shapes)
-    # At equal damping ratios, a mode's response at resonance falls with ω².
-    answers = pulley * np.linalg.norm(unit_torques(engine, crankshaft).T @ shapes, axis=0) / squares
+    answers = pulley_answers(engine, crankshaft, shapes, squares)
     hz = np.sqrt(squares) / (2.0 * math.pi)
     first = named_mode(hz, shares, "torsional", answers=answers)
     if first is None:

@@ -12,9 +12,11 @@ shape in a list of modes is the kind with the largest fraction.
 The first and second torsional mode and the first axial one are named by :func:`named_mode`. A mode of one kind alone
 would have the fraction 1 of it; bending distributes it over neighbouring modes, whose fractions add up to 1. Summed
 from the lowest mode on, the fractions of a kind therefore count its modes: a mode belongs to the n-th one if the sum up
-to half its own fraction is between n − 1 and n. Of these the one with the largest fraction has the name, if it has
-:data:`LEAST_SHARE` or more. Otherwise no mode has it. Names are sought up to a stated frequency, which is the cut-off
-of the engine's running model in reports, and the rotation on the connecting shaft has none.
+to half its own fraction is between n − 1 and n. It has the name if its fraction is :data:`LEAST_SHARE` or more and the
+largest of these. Of several such modes the first torsional one is the mode with the largest of :func:`pulley_answers`:
+where a bending mode takes half of the torsion, as in V engines on split pins, two fractions differ by less than the
+error of a crank of beams, but the answers by a third or more. Names are sought up to a stated frequency, which is the
+cut-off of the engine's running model in reports, and the rotation on the connecting shaft has none.
 """
 
 from __future__ import annotations
@@ -36,6 +38,7 @@ from cranktrain.engine.parts import LumpedInertia
 from cranktrain.loads.rod_masses import mean_rod_masses, rod_masses
 from cranktrain.structure.crank.reduction import attached_parts, complete_crankshaft
 from cranktrain.structure.fem.reduction import CHECKED_HZ
+from cranktrain.structure.in_motion.residues import unit_torques
 
 KINDS = ("bending", "torsional", "axial")
 SHARE_MEASURE = "kinetic energy of slices on the crank axis: across and tilting, turning, along"
@@ -60,12 +63,12 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     """
     began = time.perf_counter()
     crankshaft = complete_crankshaft(engine, body)
-    free_hz, free_shares = free_modes(engine, crankshaft)
+    free_hz, free_shares, free_answers = free_modes(engine, crankshaft)
     attached = time.perf_counter()
-    hz, shares = cranktrain_modes(engine, crankshaft)
+    hz, shares, answers = cranktrain_modes(engine, crankshaft)
     highest = engine.reduction.running_cutoff_hz
-    named = named_frequencies(hz, shares, highest)
-    free = torsional_frequencies(free_hz, free_shares, highest)
+    named = named_frequencies(hz, shares, answers, highest)
+    free = torsional_frequencies(free_hz, free_shares, free_answers, highest)
     return {
         "crankshaft_free": {
             "modes": listed_modes(free_hz, free_shares, up_to=listed_to(free)),
@@ -91,21 +94,37 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     }
 
 
-def free_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
-    """Elastic modes of the free complete crankshaft: (k,) Hz and (k, 3) fractions of bending, torsion, axial motion."""
-    shares = energy_shares(engine, crankshaft, np.eye(crankshaft.n_modes)[:, 6:], rods=False)
-    return crankshaft.frequencies_hz[6:], shares
+def free_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array, Array]:
+    """Elastic modes of the free complete crankshaft.
+
+    They are (k,) Hz, (k, 3) fractions of bending, torsion and axial motion, and (k,) answers of the pulley.
+    """
+    modes = np.eye(crankshaft.n_modes)[:, 6:]
+    shares = energy_shares(engine, crankshaft, modes, rods=False)
+    return crankshaft.frequencies_hz[6:], shares, pulley_answers(engine, crankshaft, modes, crankshaft.omega[6:] ** 2)
 
 
-def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array]:
-    """Modes of the assembled cranktrain at rest, free to turn: (n − 1,) Hz and (n − 1, 3) energy fractions by kind.
+def cranktrain_modes(engine: Engine, crankshaft: ReducedBody) -> tuple[Array, Array, Array]:
+    """Modes of the assembled cranktrain at rest, free to turn, as those of :func:`free_modes`.
 
     ``crankshaft`` is the complete one, with flywheel and pulley.
     """
     squares, modes = eigh(*cranktrain_matrices(engine, crankshaft))
     # Nothing holds the crank against turning: the first mode is its rigid rotation.
     squares, modes = squares[1:], modes[:, 1:]
-    return np.sqrt(squares) / (2.0 * np.pi), energy_shares(engine, crankshaft, modes, rods=True)
+    shares = energy_shares(engine, crankshaft, modes, rods=True)
+    return np.sqrt(squares) / (2.0 * np.pi), shares, pulley_answers(engine, crankshaft, modes, squares)
+
+
+def pulley_answers(engine: Engine, crankshaft: ReducedBody, modes: Array, squares: Array) -> Array:
+    """Rotation (k,) of the pulley at each mode's own frequency under one gas torque of each cylinder.
+
+    The root of the sum of squares over the cylinders, up to a common factor: at equal damping ratios the response at
+    resonance falls with ω². Modes (n, k) have unit mass; ``squares`` (k,) are ω².
+    """
+    pulley = np.abs(crankshaft.shapes[crankshaft.index("pulley"), 5] @ modes)
+    driven = np.linalg.norm(unit_torques(engine, crankshaft).T @ modes, axis=0)
+    return np.asarray(pulley * driven / np.maximum(squares, np.finfo(float).tiny))
 
 
 def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody, without: Collection[int] = ()) -> tuple[Array, Array]:
@@ -211,9 +230,14 @@ def named_mode(
     return int(among[np.argmax((own if answers is None else answers)[among])]) if among.size else None
 
 
-def torsional_frequencies(hz: Array, shares: Array, highest: float = math.inf) -> list[float | None]:
-    """First and second torsional frequency, Hz, None where no mode up to ``highest`` has the name."""
-    found = (named_mode(hz, shares, "torsional", number, highest) for number in (1, 2))
+def torsional_frequencies(
+    hz: Array, shares: Array, answers: Array | None = None, highest: float = math.inf
+) -> list[float | None]:
+    """First and second torsional frequency, Hz, None where no mode up to ``highest`` has the name.
+
+    The ``answers`` choose the first one only: the second one is little felt at the pulley.
+    """
+    found = (named_mode(hz, shares, "torsional", n, highest, answers if n == 1 else None) for n in (1, 2))
     return [None if k is None else float(hz[k]) for k in found]
 
 
@@ -231,10 +255,10 @@ def first_torsional(hz: Array, shares: Array, highest: float = math.inf, answers
     return float(hz[first])
 
 
-def named_frequencies(hz: Array, shares: Array, highest: float) -> dict[str, float | None]:
+def named_frequencies(hz: Array, shares: Array, answers: Array | None, highest: float) -> dict[str, float | None]:
     """Frequencies, Hz, of the modes with a name, None where no mode up to ``highest`` has it."""
     axial = named_mode(hz, shares, "axial", 1, highest)
-    first, second = torsional_frequencies(hz, shares, highest)
+    first, second = torsional_frequencies(hz, shares, answers, highest)
     return {
         "first_torsional_hz": first,
         "second_torsional_hz": second,

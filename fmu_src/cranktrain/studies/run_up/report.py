@@ -28,6 +28,7 @@ from cranktrain.structure.crank.modal import (
     cranktrain_modes,
     energy_shares,
     listed_to,
+    pulley_answers,
     torsional_frequencies,
 )
 from cranktrain.studies.torsion.line_modes import LINE, line_modes
@@ -145,13 +146,15 @@ def critical_speeds_text(found: Sequence[Mapping[str, Any]]) -> str:
 def torsional_at_rest(engine: Engine, body: ReducedBody, block: ReducedBody | None) -> Array:
     """Torsional modes (k,) Hz of the cranktrain at rest on its stand-in springs, on ground or in its block."""
     if block is None:
-        hz, shares = cranktrain_modes(engine, body)
+        hz, shares, answers = cranktrain_modes(engine, body)
     else:
         hz, crank, _ = block_modes(engine, body, block)
         _, mass = cranktrain_matrices(engine, body)
         part = np.einsum("ik,ij,jk->k", crank, mass, crank)
         shares = np.column_stack((part[:, None] * energy_shares(engine, body, crank, rods=True), 1.0 - part))
-    first = torsional_frequencies(hz[hz > 1.0], shares[hz > 1.0], engine.reduction.running_cutoff_hz)[0]
+        answers = pulley_answers(engine, body, crank, (2.0 * math.pi * hz) ** 2)
+    own, highest = hz > 1.0, engine.reduction.running_cutoff_hz
+    first = torsional_frequencies(hz[own], shares[own], answers[own], highest)[0]
     listed = (hz > 1.0) & (hz <= listed_to([first]))
     return np.asarray(hz[listed & ((np.argmax(shares, axis=1) == KINDS.index("torsional")) | (hz == first))])
 

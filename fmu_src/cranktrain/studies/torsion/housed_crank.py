@@ -27,6 +27,7 @@ from cranktrain.structure.crank.modal import (
     cranktrain_matrices,
     energy_shares,
     first_torsional,
+    pulley_answers,
     second_reach,
     torsional_frequencies,
 )
@@ -90,7 +91,9 @@ def housed_crank(engine: Engine, body: ReducedBody) -> HousedCrank:
     hz = np.sqrt(plain_squares[1:]) / (2.0 * math.pi)
     shares = energy_shares(engine, plain, plain_shapes[:, 1:], rods=True)
     cutoff = engine.reduction.running_cutoff_hz
-    first, second = first_torsional(hz, shares, cutoff), torsional_frequencies(hz, shares, cutoff)[1]
+    answers = pulley_answers(engine, plain, plain_shapes[:, 1:], plain_squares[1:])
+    first = first_torsional(hz, shares, cutoff, answers)
+    second = torsional_frequencies(hz, shares, answers, cutoff)[1]
     border = cutoff if second is None else math.sqrt(first * second)
     hub = crankshaft.shapes[crankshaft.index("pulley"), 5]
     crank = HousedCrank(housed, crankshaft, stiffness, mass, omega, shapes, hub, border, ())

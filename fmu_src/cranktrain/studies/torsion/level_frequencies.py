@@ -26,12 +26,13 @@ from cranktrain.structure.crank.modal import (
     energy_shares,
     free_modes,
     listed_to,
+    pulley_answers,
     torsional_frequencies,
 )
 from cranktrain.structure.crank.reduction import complete_crankshaft
 
-_Modes = tuple[Array, Array, Array]
-"""Frequencies (k,) Hz, shares (k, 3) and shapes (m, 6, k) of elastic modes."""
+_Modes = tuple[Array, Array, Array, Array]
+"""Frequencies (k,) Hz, shares (k, 3), the pulley's answers (k,) and shapes (m, 6, k) of elastic modes."""
 
 
 def level_frequencies(
@@ -51,8 +52,8 @@ def level_frequencies(
     result: dict[str, Any] = {"level": level, "compared_with_solid": solid is not None}
     for name, rods in (("crankshaft_free", False), ("cranktrain", True)):
         found = [_modes(engine, body, rods) for body in bodies]
-        hz, shares, _ = found[0]
-        highest = listed_to(torsional_frequencies(hz, shares, engine.reduction.running_cutoff_hz))
+        hz, shares, answers, _ = found[0]
+        highest = listed_to(torsional_frequencies(hz, shares, answers, engine.reduction.running_cutoff_hz))
         rows = np.flatnonzero(hz <= highest)
         if solid is None:
             listed = [{"hz": float(hz[k]), "shape": KINDS[int(np.argmax(shares[k]))]} for k in rows]
@@ -64,7 +65,7 @@ def level_frequencies(
 
 def _compared(found: list[_Modes], rows: NDArray[np.intp], radius: float, twists: bool) -> list[dict[str, Any]]:
     """These modes of the solid, each with the one of the level that has its shape; ``found`` is of both."""
-    (solid_hz, shares, shapes), (hz, _, moved) = found
+    (solid_hz, shares, _, shapes), (hz, _, _, moved) = found
     alike = _alike(shapes, moved, radius, twists)
     listed = []
     for k in rows:
@@ -114,14 +115,14 @@ def level_tables(engine: Engine, report: dict[str, Any]) -> list[Table]:
 
 
 def _modes(engine: Engine, crankshaft: ReducedBody, rods: bool) -> _Modes:
-    """Frequencies (k,) Hz, shares (k, 3) and shapes (m, 6, k) of the elastic modes."""
+    """Frequencies (k,) Hz, shares (k, 3), the pulley's answers (k,) and shapes (m, 6, k) of the elastic modes."""
     if not rods:
-        hz, shares = free_modes(engine, crankshaft)
-        return hz, shares, crankshaft.shapes[:, :, 6:]
+        return *free_modes(engine, crankshaft), crankshaft.shapes[:, :, 6:]
     squares, modes = eigh(*cranktrain_matrices(engine, crankshaft))
     squares, modes = squares[1:], modes[:, 1:]  # the first one turns the crank as a whole
     shares = energy_shares(engine, crankshaft, modes, rods=True)
-    return np.sqrt(squares) / (2.0 * np.pi), shares, crankshaft.shapes @ modes
+    answers = pulley_answers(engine, crankshaft, modes, squares)
+    return np.sqrt(squares) / (2.0 * np.pi), shares, answers, crankshaft.shapes @ modes
 
 
 def _alike(left: Array, right: Array, radius: float, twists: bool) -> Array:
@@ -142,7 +143,7 @@ def _torsional(engine: Engine, found: list[_Modes]) -> dict[str, dict[str, float
     ``found`` is of the solid and the level, or of the level alone.
     """
     highest = engine.reduction.running_cutoff_hz
-    *solid, own = (torsional_frequencies(hz, shares, highest) for hz, shares, _ in found)
+    *solid, own = (torsional_frequencies(hz, shares, answers, highest) for hz, shares, answers, _ in found)
     names = ("first_torsional", "second_torsional")
     if not solid:
         return {name: None if hz is None else {"hz": hz} for name, hz in zip(names, own, strict=True)}
