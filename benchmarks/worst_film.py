@@ -11,15 +11,18 @@ largest errors of each case: they are the film errors that the register of level
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
 import sys
+import tempfile
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+import cranktrain as ct
 from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine.file import load_engine
@@ -39,10 +42,12 @@ CASES = {
     "`diesel_i6`, 2000 rev/min": ("diesel_i6", 2000.0, {}),
     "`diesel_i6`, 2000 rev/min, flexible block": ("diesel_i6", 2000.0, {"block": "flexible"}),
     "`diesel_i6`, 2380 rev/min, damper": ("diesel_i6", 2380.0, {"damper": "fitted"}),
-    "`four_petrol`, 4500 rev/min": ("four_petrol", 4500.0, {}),
-    "`v6_split`, 3000 rev/min": ("v6_split", 3000.0, {}),
+    "new four, 86 x 86 mm, 4500 rev/min": ("i4 86 86", 4500.0, {}),
+    "new V6 of 60 degrees, 90 x 86 mm, 3000 rev/min": ("v6_60 90 86", 3000.0, {}),
 }
-"""Engine, rev/min and levels of the cases by which the errors of the levels are known."""
+"""Engine, rev/min and levels of the cases by which the errors of the levels are known.
+
+An engine is a name, or layout, bore and stroke (mm) of one that ``cranktrain new`` writes."""
 CASE_CYCLES = 3
 
 
@@ -113,12 +118,21 @@ def measured(engine: Engine, speed: float, grid: ElasticGrid, levels: dict[str, 
         return {"failed": str(error)}
 
 
+def engine_of(text: str) -> Engine:
+    """An engine of ``CASES``."""
+    layout, *sizes = text.split()
+    if not sizes:
+        return load_engine(layout)
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        return ct.new_engine("made", layout=layout, bore_mm=float(sizes[0]), stroke_mm=float(sizes[1]))
+
+
 def level_errors() -> dict[str, Any]:
     """Of each case and level: largest error of any main's least film and of its largest pressure, and those mains."""
     found: dict[str, Any] = {}
     for name, (engine, speed, levels) in CASES.items():
         print(f"worst_film: {name}", file=sys.stderr, flush=True)
-        rows = [measured(load_engine(engine), speed, grid_of(text), levels, CASE_CYCLES) for text in (*LEVELS, FINEST)]
+        rows = [measured(engine_of(engine), speed, grid_of(text), levels, CASE_CYCLES) for text in (*LEVELS, FINEST)]
         found[name] = {}
         for level, row in zip(LEVELS, rows, strict=False):
             compared = errors(row, rows[-1])

@@ -11,8 +11,9 @@ from cranktrain.film.contact.asperity import contact_constants
 from cranktrain.film.elastic.grid import FILM_MIN, PRESSURE_MAX, ElasticGrid
 from cranktrain.film.laws.ehd import FINE
 from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP, PEAKS, keep_peak, pressure_drop
-from cranktrain.results.summary import NOT_RESOLVED, films_not_resolved
-from cranktrain.results.tables import resolution_text
+from cranktrain.film.laws.register import bearing_law
+from cranktrain.results.summary import NOT_RESOLVED, films_not_resolved, grid_errors
+from cranktrain.results.tables import grid_text, resolution_text
 
 SPEED, STEP, STEPS = 249.0, np.radians(2.5), 30
 LINING = contact_constants(0.4e-6, 0.05, 0.01, 58.6e9, 0.1, 0.0, 300e6)
@@ -109,3 +110,24 @@ def test_summary_names_films_that_are_not_resolved():
     assert found[0]["pressure_drop"] == pytest.approx(0.9)
     assert "main[3] at 148 deg (90 %)" in resolution_text(found)
     assert films_not_resolved(peaks[:2]) == []
+
+
+@pytest.mark.parametrize("level", ["ehd", "ehd:fine"])
+def test_a_run_states_the_error_of_its_grid_at_its_worst_mains(level):
+    """The thinnest film and the largest pressure may be those of two mains; the finer level errs less."""
+    errors = bearing_law(level).film_errors
+    peaks = np.zeros((3, PEAKS))
+    peaks[:, PEAK] = [1e8, 3e8, 2e8]
+    rows = [{"name": f"main[{i + 1}]", "min_film_um": film} for i, film in enumerate((1.4, 2.0, 0.9))]
+    found = grid_errors(rows, peaks, errors)
+    assert found["least_film"] == {"name": "main[3]", "um": 0.9, "error": errors[0]}
+    assert found["largest_pressure"] == {"name": "main[2]", "pa": 3e8, "error": errors[1]}
+    text = grid_text(level, found)
+    assert f"least film of main[3], 0.90 um, is within {100 * errors[0]:.0f} %" in text
+    assert f"largest pressure of main[2], 300 MPa, within {100 * errors[1]:.0f} %" in text
+    assert "\n" not in text
+    assert all(
+        0.0 < fine < coarse
+        for fine, coarse in zip(bearing_law("ehd:fine").film_errors, bearing_law("ehd").film_errors, strict=True)
+    )
+    assert bearing_law("table").film_errors == (0.0, 0.0)
