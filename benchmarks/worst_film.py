@@ -59,7 +59,7 @@ def grid_of(text: str) -> ElasticGrid:
     return ElasticGrid(int(n_phi), int(n_z), float(edge[0]) if edge else IN_LOOP.edge)
 
 
-def started(engine: Engine, speed: float, grid: ElasticGrid, levels: dict[str, str]) -> Simulation:
+def started(engine: Engine, speed: float, grid: ElasticGrid, levels: dict[str, Any]) -> Simulation:
     """The engine on elastic films of a grid, with other ``levels`` such as that of the damper, at its start."""
     made = assemble(engine, Settings(bearings="ehd", **levels))
     bore = made.parts.bore
@@ -120,6 +120,7 @@ def measured(engine: Engine, speed: float, grid: ElasticGrid, levels: dict[str, 
 
 def engine_of(text: str) -> Engine:
     """An engine of ``CASES``."""
+    layout: Any
     layout, *sizes = text.split()
     if not sizes:
         return load_engine(layout)

@@ -3,10 +3,14 @@
 import pytest
 
 from cranktrain.core.errors import InputError
+from cranktrain.dynamics.model.basis import basis
 from cranktrain.dynamics.model.settings import Settings, check_levels, keeps_peaks, resolved
+from cranktrain.dynamics.model.slots import LOSES_PEAKS, METHOD_COLUMNS
 from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, settles_films
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import LAWS
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.studies.tradeoff.level_points import level_case, numerical_entries
 
 LOST = ["sdirk4", "esdirk5", "esdirk57"]
 
@@ -41,3 +45,23 @@ def test_usual_methods_are_those_that_settle():
     assert all(settles_films(law.integrator) for law in LAWS.values() if law.cost == LAWS["ehd"].cost)
     held = resolved(Settings(bearings="ehd", reconstruction="hold"), load_engine("diesel_i6"))
     assert settles_films(held.integrator)
+
+
+def test_a_model_knows_which_methods_it_refuses():
+    """The FMU chooses its integrator by number: models with elastic films mark the methods, others mark none."""
+    engine = load_engine("diesel_i6")
+    gas = GasTrace.from_engine(engine)
+    for level, marked in (("ehd", LOST), ("table", [])):
+        methods = basis(engine, resolved(Settings(bearings=level), engine), gas).methods
+        assert [name for name, row in zip(INTEGRATORS, methods, strict=True) if row[LOSES_PEAKS]] == marked
+        assert methods.shape == (len(INTEGRATORS), METHOD_COLUMNS)
+
+
+def test_trade_off_leaves_refused_methods_out():
+    engine = load_engine("diesel_i6")
+    for level, missing in (("ehd", set(LOST)), ("impedance", set())):
+        case = level_case(engine, 200.0, Settings(bearings=level))
+        named = {
+            str(entry.case.settings.integrator).partition(":")[0] for entry in numerical_entries(case, quick=False)
+        }
+        assert set(INTEGRATORS) - named == missing
