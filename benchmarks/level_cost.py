@@ -2,7 +2,7 @@
 
 The six at 2000 rev/min. Cost: processor time of a cycle over its length, and over that of the impedance level as it
 usually runs, medians over rounds in which every case takes its turn. Error: RMS of the difference of the pulley's
-torsion over the last of three cycles to the same level at a third of a degree by sdirk4, over the RMS of its
+torsion over the last of three cycles to the same level at a third of a degree by esdirk47, over the RMS of its
 alternating part.
 Prints one JSON object; ``ehd`` is run only where it is named.
 """
@@ -90,7 +90,7 @@ def main(names: Sequence[str]) -> int:
         settings, steps = LEVELS[name]
         print(f"reference of level {name}", file=sys.stderr, flush=True)
         fine = round(720.0 / FINE)
-        exact = torsion(Case(settings, FINE, "sdirk4"), fine)
+        exact = torsion(Case(settings, FINE, "esdirk47"), fine)
         for degrees, integrator in steps:
             key = f"{name}, {degrees:g} deg" + (f", {integrator}" if integrator != "auto" else "")
             case = cases[key] = Case(settings, degrees, integrator)

@@ -1,47 +1,67 @@
 """Elastic films at their worst state, on grids from coarse to fine: ``python -m benchmarks.worst_film``.
 
-The engine runs some cycles from its start on each grid (24x8 is level ``ehd``, 48x8 ``ehd:fine``), by default with its
-damper, so that the motion has a period and the last cycles differ by the grid alone. Of each main: least film, largest
-pressure and, at that pressure, its drop from the peak to the axial lines beside it, with the errors against the finest
-grid, which stands last. ``--relief`` gives the shells other depths of relief for a run on the grid of the loop. Prints
-one JSON object.
+The engine runs some cycles from its start on each grid (``ehd`` and ``ehd:fine`` name those of the levels), by default
+with its damper, so that the motion has a period and the last cycles differ by the grid alone. Of each main: least film,
+largest pressure and, at that pressure, its drop from the peak to the axial lines beside it, with the errors against the
+finest grid, which stands last. ``--relief`` gives the shells other depths of relief for a run on the grid of the loop.
+``--levels`` runs the cases of CASES in place of one engine, on the grids of both levels and the finest, and prints the
+largest errors of each case: they are the film errors that the register of levels states. Prints one JSON object.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
 import sys
+import tempfile
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+import cranktrain as ct
 from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.elastic.grid import ElasticGrid
-from cranktrain.film.laws.ehd import IN_LOOP, pressure_peaks
+from cranktrain.film.laws.ehd import FINE, IN_LOOP, pressure_peaks
 from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP
 from cranktrain.structure.assembly import assemble
 
 Array = NDArray[np.float64]
-GRIDS = ("24x8", "48x8", "48x12", "48x16", "96x16", "96x24")
+LEVELS = {"ehd": IN_LOOP, "ehd:fine": FINE}
+FINEST = "96x24x0.3"
+GRIDS = (*LEVELS, "48x8", "48x12", "48x16", "96x16", FINEST)
 PER_CYCLE = 288
+CASES = {
+    "`diesel_i6`, 1000 rev/min, damper": ("diesel_i6", 1000.0, {"damper": "fitted"}),
+    "`diesel_i6`, 2000 rev/min": ("diesel_i6", 2000.0, {}),
+    "`diesel_i6`, 2000 rev/min, flexible block": ("diesel_i6", 2000.0, {"block": "flexible"}),
+    "`diesel_i6`, 2380 rev/min, damper": ("diesel_i6", 2380.0, {"damper": "fitted"}),
+    "new four, 86 x 86 mm, 4500 rev/min": ("i4 86 86", 4500.0, {}),
+    "new V6 of 60 degrees, 90 x 86 mm, 3000 rev/min": ("v6_60 90 86", 3000.0, {}),
+}
+"""Engine, rev/min and levels of the cases by which the errors of the levels are known.
+
+An engine is a name, or layout, bore and stroke (mm) of one that ``cranktrain new`` writes."""
+CASE_CYCLES = 3
 
 
 def grid_of(text: str) -> ElasticGrid:
-    """``48x8`` or ``48x8x0.5``: nodes around, across, and their gathering at the ends (else that of the loop)."""
+    """A level, ``48x8`` or ``48x8x0.5``: nodes around, across, and their gathering at the ends (else the loop's)."""
+    if text in LEVELS:
+        return LEVELS[text]
     n_phi, n_z, *edge = text.split("x")
     return ElasticGrid(int(n_phi), int(n_z), float(edge[0]) if edge else IN_LOOP.edge)
 
 
-def started(engine: Engine, speed: float, grid: ElasticGrid, damper: str) -> Simulation:
-    """The engine on elastic films of a grid, with a level of damper, at its start."""
-    made = assemble(engine, Settings(bearings="ehd", damper=damper))
+def started(engine: Engine, speed: float, grid: ElasticGrid, levels: dict[str, Any]) -> Simulation:
+    """The engine on elastic films of a grid, with other ``levels`` such as that of the damper, at its start."""
+    made = assemble(engine, Settings(bearings="ehd", **levels))
     bore = made.parts.bore
     assert bore is not None
     parts = made.parts._replace(bore=replace(bore, grid=grid))
@@ -87,15 +107,41 @@ def errors(found: dict[str, Any], finest: dict[str, Any]) -> dict[str, Any]:
     return {**found, **compared}
 
 
-def measured(engine: Engine, chosen: argparse.Namespace, grid: ElasticGrid) -> dict[str, Any]:
+def measured(engine: Engine, speed: float, grid: ElasticGrid, levels: dict[str, str], cycles: int) -> dict[str, Any]:
     """Figures of the last cycle of a run on a grid; ``failed`` where the run ends before."""
-    run = started(engine, chosen.speed, grid, chosen.damper)
+    run = started(engine, speed, grid, levels)
     try:
-        for _ in range(chosen.cycles - 1):
+        for _ in range(cycles - 1):
             cycle(run)
         return figures(run)
     except SolverError as error:
         return {"failed": str(error)}
+
+
+def engine_of(text: str) -> Engine:
+    """An engine of ``CASES``."""
+    layout: Any
+    layout, *sizes = text.split()
+    if not sizes:
+        return load_engine(layout)
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        return ct.new_engine("made", layout=layout, bore_mm=float(sizes[0]), stroke_mm=float(sizes[1]))
+
+
+def level_errors() -> dict[str, Any]:
+    """Of each case and level: largest error of any main's least film and of its largest pressure, and those mains."""
+    found: dict[str, Any] = {}
+    for name, (engine, speed, levels) in CASES.items():
+        print(f"worst_film: {name}", file=sys.stderr, flush=True)
+        rows = [measured(engine_of(engine), speed, grid_of(text), levels, CASE_CYCLES) for text in (*LEVELS, FINEST)]
+        found[name] = {}
+        for level, row in zip(LEVELS, rows, strict=False):
+            compared = errors(row, rows[-1])
+            for what in ("least_film_um", "largest_pressure_mpa"):
+                off = [math.inf if error is None else error for error in compared[f"error_of_{what}"]]
+                worst = max(range(len(off)), key=lambda i: abs(off[i]))
+                found[name].setdefault(level, {})[what] = {"error": off[worst], "main": worst + 1}
+    return found
 
 
 def main() -> int:
@@ -107,17 +153,22 @@ def main() -> int:
     parser.add_argument("--cycles", type=int, default=4, help="of each run")
     parser.add_argument("--grids", nargs="+", default=GRIDS, metavar="48x8", help="the finest one last")
     parser.add_argument("--relief", type=float, nargs="*", default=(), metavar="UM", help="other depths of relief, um")
+    parser.add_argument("--levels", action="store_true", help="largest errors of both levels in all cases")
     chosen = parser.parse_args()
-    engine = load_engine(chosen.engine)
+    if chosen.levels:
+        print(json.dumps(level_errors(), indent=1))
+        return 0
+    engine, levels = load_engine(chosen.engine), {"damper": chosen.damper}
     found = {}
     for text in chosen.grids:
         print(f"worst_film: {text}", file=sys.stderr, flush=True)
-        found[text] = measured(engine, chosen, grid_of(text))
+        found[text] = measured(engine, chosen.speed, grid_of(text), levels, chosen.cycles)
     grids = {text: errors(row, found[chosen.grids[-1]]) for text, row in found.items()}
     depths = {}
     for depth in chosen.relief:
         bearing = replace(engine.plain_mains, relief_depth=1e-6 * depth)
-        depths[f"{depth:g}"] = measured(replace(engine, main_bearing=bearing), chosen, IN_LOOP)
+        relieved = replace(engine, main_bearing=bearing)
+        depths[f"{depth:g}"] = measured(relieved, chosen.speed, IN_LOOP, levels, chosen.cycles)
     print(json.dumps({"grids": grids, "relief_um": depths}, indent=1))
     return 0
 

@@ -13,7 +13,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.balance import side_conductance
 from cranktrain.film.elastic.grid import WEIGHT, ElasticGrid
 from cranktrain.film.elastic.weights import film_weights
-from cranktrain.film.laws.ehd import IN_LOOP, elastic_arrays
+from cranktrain.film.laws.ehd import FINE, IN_LOOP, elastic_arrays
 from cranktrain.structure.block.saddle import bore_compliance
 
 GRIDS = list(itertools.product(range(5, 17), (0.0, 0.5, 0.9), (0.0, 0.05, 0.133, 0.3, 0.5, 0.9)))
@@ -30,6 +30,28 @@ def test_lines_are_symmetric_increasing_and_mark_the_groove(n_z, edge, groove):
         assert np.abs(np.abs(zetas) - groove).min() < 1e-14
         # Two spacings of each land at least: one node between the groove and the end.
         assert (zetas > groove + 1e-12).sum() >= 2
+
+
+@pytest.mark.parametrize("groove", [0.02, 0.133, 0.2, 0.3, 0.5, 0.9])
+def test_given_lines_stay_where_they_are_but_for_a_wide_groove(groove):
+    """Between the groove's edge and the end; the edges stay lines, and a groove that is too wide pushes the others."""
+    zetas = ElasticGrid(FINE.n_phi, FINE.n_z, groove=groove, lands=FINE.lands).zetas
+    assert zetas.size == FINE.n_z + 2 and zetas[-1] == 1.0
+    assert np.diff(zetas).min() > 0.0
+    assert zetas == pytest.approx(-zetas[::-1], abs=1e-15)
+    assert np.abs(zetas - groove).min() < 1e-14
+    if groove <= 0.5 * FINE.lands[0]:
+        assert zetas[-4:-1] == pytest.approx(FINE.lands)
+    # Spacings of the land keep their ratios otherwise.
+    rest = (1.0 - zetas[-4:-1]) / (1.0 - zetas[-4])
+    assert rest == pytest.approx((1.0 - np.array(FINE.lands)) / (1.0 - FINE.lands[0]))
+
+
+@pytest.mark.parametrize("lands", [(0.4, 0.6), (0.6, 0.4, 0.8), (0.4, 0.6, 1.0), (0.0, 0.5, 0.8)])
+def test_lines_that_do_not_fit_are_refused_in_one_line(lands):
+    with pytest.raises(InputError, match=r"do not fit 8 lines; give half as many less one") as error:
+        ElasticGrid(48, 8, lands=lands)
+    assert "\n" not in str(error.value)
 
 
 def weights(n_z, edge, groove, fed, place=(0.0, 0.0, 0.0, 0.0)):

@@ -211,6 +211,12 @@ def test_what_cannot_be_prepared_is_refused_and_changes_nothing():
         for (key, found), wanted in zip(arrays(model), before, strict=True):
             assert np.array_equal(found, wanted), key
     assert prepare_model(model, good, np.full_like(films, 100.0), WARM) == status.OIL_RANGE
+    # Of a model with elastic films, whose peaks a method loses.
+    lost = good.copy()
+    lost[SET_METHOD] = bdf2
+    model.basis.methods[int(bdf2), at.LOSES_PEAKS] = 1.0
+    assert prepare_model(model, lost, films, WARM) == status.PEAKS_LOST
+    model.basis.methods[int(bdf2), at.LOSES_PEAKS] = 0.0
     texts = status.statuses(("speed", "cylinder[1].pressure"))
     assert all(texts[code][0] == status.REFUSED and texts[code][1] for code in status.REFUSALS)
     assert texts[status.INPUT_NEGATIVE + 1] == (status.REFUSED, "cylinder[1].pressure must not be negative")

@@ -212,7 +212,7 @@ def _draw(folder: Path, run: Run, settings: Settings, speed_rpm: float) -> list[
 
 def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     """Print the summary for people."""
-    from cranktrain.results.tables import closing_text, online_text, resolution_text, run_tables
+    from cranktrain.results.tables import closing_text, grid_text, online_text, resolution_text, run_tables
 
     print(firing_text(run.engine))
     for line in articulated_text(run.engine):
@@ -224,6 +224,8 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
         print(f"Temperatures by heat balance: {run.passes} runs; the last is shown")
     if summary.get("closing_edges"):
         print(closing_text(summary["closing_edges"]))
+    if "grid_errors" in summary:
+        print(grid_text(settings.bearings, summary["grid_errors"]))
     if summary.get("films_not_resolved"):
         print(resolution_text(summary["films_not_resolved"]))
     if "online_films" in summary:

@@ -16,7 +16,7 @@ from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.files import check_target, save_run
 from cranktrain.results.in_hand.time_series import TimeSeries
-from cranktrain.results.summary import closing_edges, films_not_resolved, online_films, run_summary
+from cranktrain.results.summary import closing_edges, films_not_resolved, grid_errors, online_films, run_summary
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -60,7 +60,8 @@ class Run(TimeSeries, Result):
             "peak_mpa": 1e-6 * self.gas.peak,
             "imep_mpa": 1e-6 * self.gas.imep,
         }
-        if bearing_law(str(self.attributes["bearings"])).tilt and self.engine.main_bearing is not None:
+        law = bearing_law(str(self.attributes["bearings"]))
+        if law.tilt and self.engine.main_bearing is not None:
             found["closing_edges"] = closing_edges(found["bearings"])
         if self.attributes["bearings"] == "table":
             found["online_films"] = online_films(self.angle, self.outputs)
@@ -68,6 +69,8 @@ class Run(TimeSeries, Result):
             found["pulley"]["steady_torsion_deg"] = {"orders": self.steady_orders}
         if self.film_peaks is not None:
             found["films_not_resolved"] = films_not_resolved(self.film_peaks)
+            if any(law.film_errors):
+                found["grid_errors"] = grid_errors(found["bearings"], self.film_peaks, law.film_errors)
         return found
 
     def save(self, path: str | Path) -> Path:

@@ -112,6 +112,24 @@ def films_not_resolved(peaks: Array) -> list[dict[str, Any]]:
     ]
 
 
+def grid_errors(bearings: Sequence[Mapping[str, Any]], peaks: Array, errors: tuple[float, float]) -> dict[str, Any]:
+    """Worst main bearings of a run on elastic films and how far the grid may be off there.
+
+    ``bearings`` are rows of :func:`bearing_rows`, ``peaks`` (b, PEAKS) those of the run, ``errors`` those of the level,
+    :attr:`cranktrain.film.laws.register.Law.film_errors`.
+    """
+    thinnest = min(bearings, key=lambda row: float(row["min_film_um"]))
+    hardest = int(peaks[:, PEAK].argmax())
+    return {
+        "least_film": {"name": thinnest["name"], "um": thinnest["min_film_um"], "error": errors[0]},
+        "largest_pressure": {
+            "name": bearings[hardest]["name"],
+            "pa": float(peaks[hardest, PEAK]),
+            "error": errors[1],
+        },
+    }
+
+
 def _count(outputs: Mapping[str, Array], family: str) -> int:
     """How many bearings of a family a run has."""
     return sum(name.startswith(f"{family}[") and name.endswith("].eccentricity") for name in outputs)

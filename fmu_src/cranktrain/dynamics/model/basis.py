@@ -9,7 +9,7 @@ import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.settings import Settings, keeps_peaks
 from cranktrain.dynamics.time.integrators import (
     INTEGRATORS,
     integrator,
@@ -50,6 +50,7 @@ def basis(engine: Engine, settings: Settings, gas: GasTrace) -> Basis:
     mains = bearing_law(settings.bearings).carries and not engine.rollers_only
     cylinders = engine.cylinders
     methods, tables = _methods(settings.integrator, tuple(INTEGRATORS))
+    lost = [not keeps_peaks(name, settings, engine) for name in INTEGRATORS]
     return Basis(
         oil_constants(engine.oil),
         np.array(engine.oil.temperature_speeds, dtype=float),
@@ -61,19 +62,22 @@ def basis(engine: Engine, settings: Settings, gas: GasTrace) -> Basis:
         np.array([cylinders.bore, cylinders.compression_ratio, settings.block == "flexible"], dtype=float),
         trace_constants(engine, gas.built_in),
         np.zeros((TRACE_ROWS, SAMPLES)),
-        methods.copy(),
+        np.column_stack([methods, lost]),
         tables.copy(),
     )
 
 
 @cache
 def _methods(given: str, names: tuple[str, ...]) -> tuple[Array, Array]:
-    """All integrators: ``methods`` and ``tables`` of :class:`Basis`, one by its ``given`` name and parameter."""
+    """All integrators: ``tables`` and, but for the last column, ``methods`` of :class:`Basis`.
+
+    One is ``given`` by its name and parameter.
+    """
     chosen = integrator(given).name
     full = [given if name == chosen else name for name in names]
     coefficients = [integrator_table(name) for name in full]
     tables = np.zeros((len(full), max(map(len, coefficients)), WIDTH))
-    methods = np.zeros((len(full), at.METHOD_COLUMNS))
+    methods = np.zeros((len(full), at.LOSES_PEAKS))
     for row, table, own, name in zip(methods, tables, coefficients, full, strict=True):
         table[: len(own)] = own
         row[at.EMBEDDED], row[at.METHOD_ORDER] = integrator(name).embedded, max(2, integrator(name).order)

@@ -50,6 +50,7 @@ from cranktrain.dynamics.time.status import (
     NOT_EMBEDDED,
     OIL_RANGE,
     OK,
+    PEAKS_LOST,
     STEP_RANGE,
     THIN_OIL,
     TOLERANCE_RANGE,
@@ -124,6 +125,8 @@ def refusal(model, numbers, temperatures, speed):
     row = method_row(numbers)
     if not 0.0 <= row < basis.methods.shape[0]:
         return UNKNOWN_METHOD
+    if basis.methods[int(row), at.LOSES_PEAKS] != 0.0:
+        return PEAKS_LOST
     if numbers[SET_ADAPTIVE] != 0.0:
         if basis.methods[int(row), at.EMBEDDED] == 0.0:
             return NOT_EMBEDDED

@@ -10,7 +10,7 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.mains import check_mains, mains_kind
 from cranktrain.dynamics.model.numbers import LEAST_TOLERANCE, MOST_DELAY, MOST_TOLERANCE
-from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator
+from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator, settles_films
 from cranktrain.dynamics.topology.bearings import film_parts
 from cranktrain.engine.articulated_rod import ARTICULATED
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, ENCODERS, PISTONS
@@ -174,6 +174,15 @@ def needed_parts(engine: Engine, settings: Settings) -> tuple[str, ...]:
     return (*block, *mains.parts, *bore, *bearing_law(settings.big_ends).forms[BIG_END].parts)
 
 
+def keeps_peaks(name: str, settings: Settings, engine: Engine) -> bool:
+    """Whether largest pressures settle as the step of an integrator shrinks: always, unless there are elastic films.
+
+    ``settings`` have nothing left open but the integrator.
+    """
+    elastic = any(part in ("bore", "big_end_bore") for part in needed_parts(engine, settings))
+    return not elastic or settles_films(name)
+
+
 def check_levels(settings: Settings, engine: Engine) -> None:
     """Refuse a level that does not exist, that the engine lacks, or that makes no sense beside another; ``InputError``.
 
@@ -239,6 +248,11 @@ def check_levels(settings: Settings, engine: Engine) -> None:
         raise InputError(f"engine '{engine.name}' has no [{lacking}]; add it, or leave the block ground")
     if settings.damper == "fitted":
         required_damper(engine)
+    if not keeps_peaks(settings.integrator, settings, engine):
+        raise InputError(
+            f"the largest pressures of elastic films do not converge with integrator '{settings.integrator}'; use "
+            f"auto, or one of {', '.join(name for name in INTEGRATORS if settles_films(name))}"
+        )
 
 
 def _check_locked(settings: Settings) -> None:

@@ -101,8 +101,9 @@ LINKS_LOSS, ADDED_LOSS, POWERS = 22, 23, 24
 STEP_KERNEL, DIFFERENCE_KERNEL = range(2)
 # Columns of ``Basis.methods``, see :mod:`cranktrain.dynamics.model.basis`: order of the embedded
 # method (0: none), order that tolerances follow, how much larger
-# than a stage's own error its share in the step may be, and the mark that states bear.
-EMBEDDED, METHOD_ORDER, AMPLIFICATION, MARK, METHOD_COLUMNS = range(5)
+# than a stage's own error its share in the step may be, the mark that states bear, and 1 where the model has elastic
+# films whose largest pressures do not converge with the method.
+EMBEDDED, METHOD_ORDER, AMPLIFICATION, MARK, LOSES_PEAKS, METHOD_COLUMNS = range(6)
 # ``Basis.cylinders``: bore (m) and compression ratio that the model was made for, and 1 where a flexible block was made
 # round the bore.
 BORE, COMPRESSION, BORE_FITTED, CYLINDER_CONSTANTS = range(4)

@@ -78,6 +78,13 @@ class Integrator:
     parameter: Parameter | None = None
 
 
+LARGEST_FOR_FILMS = 1.25
+"""Largest coefficient of a method that elastic films accept, because the oil of a closing void follows its stages.
+
+Chosen from ``python -m benchmarks.film_methods``: up to 1.21 (sdirk3) methods agree; esdirk57 (1.49) fails, and largest
+pressures of esdirk5 (2.5) and sdirk4 (7.8) do not converge.
+"""
+
 FAMILIES: dict[str, Family] = {}
 INTEGRATORS: dict[str, Integrator] = {}
 
@@ -147,6 +154,11 @@ def carried(table: Array) -> tuple[tuple[int, int], ...]:
 def amplification(name: str) -> float:
     """How much larger than a stage's own error its share in the step may be: the table's largest coefficient, or 1."""
     return largest_coefficient(integrator_table(name))
+
+
+def settles_films(name: str) -> bool:
+    """Whether largest pressures of elastic films settle as the step of a method shrinks, by its coefficients."""
+    return amplification(name) <= LARGEST_FOR_FILMS
 
 
 def largest_coefficient(table: Array) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 OK, DIVERGED, SINGULAR, FILM_FAILED, STALLED, WORK_SPENT, TOO_LONG = range(7)
 NOT_EMBEDDED, TOLERANCE_RANGE, STEP_RANGE, DELAY_RANGE, UNKNOWN_METHOD, OIL_RANGE, THIN_OIL = range(16, 23)
-DAMPER_RANGE, BORE_FIXED, TRACE_FIXED, LIMIT_RANGE, NO_RIGID_PART, CLEARANCE_FIXED = range(23, 29)
+DAMPER_RANGE, BORE_FIXED, TRACE_FIXED, LIMIT_RANGE, NO_RIGID_PART, CLEARANCE_FIXED, PEAKS_LOST = range(23, 30)
 NO_EQUILIBRIUM = 32
 NOT_AHEAD = 10
 INPUT_NOT_FINITE, INPUT_NEGATIVE = 1000, 2000
@@ -46,6 +46,7 @@ REMEDIES = {
 """What each failure of a step or a start means, and what to try."""
 REFUSALS = {
     NOT_EMBEDDED: "the integrator has no error estimate, which adaptive control needs; take another, or fixed steps",
+    PEAKS_LOST: "the largest pressures of elastic films do not converge with this integrator; take esdirk3 or auto",
     TOLERANCE_RANGE: "tolerance of adaptive control must be 1e-10 to 1",
     STEP_RANGE: "internal step must be a positive angle, 1e-5 rad or more, or 0 for the level's usual one",
     LIMIT_RANGE: "the work of a communication step is limited to 0 (not) or more iterations",

@@ -138,7 +138,7 @@ class FilmHistory(NamedTuple):
 
 @dataclass(frozen=True)
 class ElasticGrid:
-    """Uniform grid over the developed bore.
+    """Grid over the developed bore: even columns around, graded lines across.
 
     Parameters
     ----------
@@ -150,6 +150,8 @@ class ElasticGrid:
         gathering of the axial nodes at the ends, ζ = (1 − edge) s + edge sin(π s/2) of even s: 0 uniform, to 0.9
     groove : float
         half width of a groove in mid-bore over that of the bore, or 0; its edges are lines
+    lands : tuple of float
+        ζ of the lines between a groove's edge and an end, n_z/2 − 1 of them; without, they are gathered by ``edge``
 
     Raises
     ------
@@ -161,6 +163,7 @@ class ElasticGrid:
     n_z: int = 7
     edge: float = 0.3
     groove: float = 0.0
+    lands: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if self.n_phi < 12 or self.n_z < 5:
@@ -169,6 +172,11 @@ class ElasticGrid:
             raise InputError(f"elastic film: concentration of nodes at the ends is {self.edge:g}; give 0 to 0.9")
         if not 0.0 <= self.groove < 1.0:
             raise InputError(f"elastic film: the groove covers {self.groove:g} of the width; give 0 to below 1")
+        if self.lands and (2 * len(self.lands) + 2 != self.n_z or not (np.diff((0.0, *self.lands, 1.0)) > 0.0).all()):
+            raise InputError(
+                f"elastic film: lines at {self.lands} do not fit {self.n_z} lines; give half as many less one, rising"
+                " between 0 and 1"
+            )
 
     @property
     def size(self) -> int:
@@ -185,6 +193,11 @@ class ElasticGrid:
         """Axial lines including both ends, (n_z + 2,)."""
         if self.groove == 0.0:
             return self._gathered(np.linspace(-1.0, 1.0, self.n_z + 2))
+        if self.lands:
+            # A wide groove, beyond half of the first line's ζ, pushes the lines towards the end.
+            shrunk = min(1.0, (1.0 - self.groove) / (1.0 - 0.5 * self.lands[0]))
+            land = np.array([self.groove, *(1.0 - shrunk * (1.0 - np.array(self.lands))), 1.0])
+            return np.concatenate([-land[::-1], land])
         # As many spacings in the groove as on even lines, one or two at least, and two of each land.
         spacings = self.n_z + 1
         even = 1 - self.n_z % 2

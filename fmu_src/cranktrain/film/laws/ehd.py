@@ -107,8 +107,8 @@ SHAPES = 7
 """Bore shapes that a running film carries; with the load they fill one block of right-hand sides."""
 IN_LOOP = ElasticGrid(24, 8, 0.5)
 """Of level ``ehd``: enough nodes for forces and motion (docs/decisions/0071-two-levels-of-elastic-films.md)."""
-FINE = ElasticGrid(48, 8, 0.5)
-"""Of level ``ehd:fine``: chosen by least films and largest pressures, ``python -m benchmarks.elastic_cost``."""
+FINE = ElasticGrid(56, 8, 0.5, lands=(0.40, 0.63, 0.81))
+"""Of level ``ehd:fine``: chosen by least films and largest pressures, ``python -m benchmarks.worst_film``."""
 SMALLEST = ElasticGrid(12, 5)
 """Grid of levels that do not read it."""
 

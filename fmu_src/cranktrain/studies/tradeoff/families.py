@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cranktrain.coupling.modules import OWN, STAGES
-from cranktrain.dynamics.model.settings import RECONSTRUCTIONS, Settings
+from cranktrain.dynamics.model.settings import RECONSTRUCTIONS, Settings, keeps_peaks
 from cranktrain.dynamics.time.integrators import integrator
 from cranktrain.engine.levels import BLOCKS, CRANKS
 from cranktrain.engine.model import Engine
@@ -93,7 +93,8 @@ def adaptive(scene: StudyScene, quick: bool) -> Entries:
         entries.append(Entry("adaptive", label, replace(case, settings=settings), reference, NUMERICAL, more))
 
     own = case.levels.integrator
-    for name in [own] if quick else [name for name in dict.fromkeys((own, *ADAPTED)) if integrator(name).embedded]:
+    suited = [name for name in ADAPTED if keeps_peaks(name, case.levels, case.engine)]
+    for name in [own] if quick else [name for name in dict.fromkeys((own, *suited)) if integrator(name).embedded]:
         for step in FIXED_DEG[1:6:2] if quick else FIXED_DEG:
             add(f"{name} {step:g}°", step, {"control": "fixed step"}, integrator=name)
         for longest in LONGEST_DEG[:1] if quick else LONGEST_DEG:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.dynamics.model.settings import Settings, keeps_peaks, resolved
 from cranktrain.dynamics.time.integrators import INTEGRATORS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import DEAR, DEAREST, bearing_law
@@ -71,7 +71,7 @@ def level_case(engine: Engine, speed: float, settings: Settings, cutoff_hz: floa
 def numerical_entries(case: Case, quick: bool) -> list[Entry]:
     """Entries of one level: every integrator over its steps, against the same model with a fine step."""
     reference = reference_case(case, quick)
-    chosen = integrator_steps(quick)
+    chosen = [(name, step) for name, step in integrator_steps(quick) if keeps_peaks(name, case.levels, case.engine)]
     default = (case.levels.integrator, case.step_deg)
     if default not in chosen:
         chosen.append(default)

@@ -56,9 +56,9 @@ def bearing_loads(
     bearings : held (no bearings: journals locked on their axis); linear (springs and dampers); impedance (oil film read
         from an impedance map); table (oil film that feels tilt, read from a film table, with asperities); reynolds (oil
         film that feels tilt, Reynolds' equation solved online, with asperities); ehd (oil film in an elastic bore,
-        solved online, with cavitation and asperities); ehd:fine (the same on twice the nodes around: least films and
-        pressure peaks); roller (cylindrical rollers); default impedance, roller where the mains are rollers, held at
-        crank torsional
+        solved online, with cavitation and asperities); ehd:fine (the same on a finer grid: least films and pressure
+        peaks); roller (cylindrical rollers); default impedance, roller where the mains are rollers, held at crank
+        torsional
     big_ends : rigid; impedance; table; ehd; ehd:fine; default impedance
     block : ground (main bores at rest); flexible (elastic modes of the finite-element block on its mounts); default
         ground, flexible where the mains are rollers
