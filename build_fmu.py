@@ -16,6 +16,7 @@ SOURCES = Path(__file__).resolve().parent / "fmu_src"
 if str(SOURCES) not in sys.path:
     sys.path.insert(0, str(SOURCES))
 
+from cranktrain.cli import streams  # noqa: E402
 from cranktrain.cli.ending import fault, one_line  # noqa: E402
 from cranktrain.core.errors import CranktrainError, InputError  # noqa: E402
 from cranktrain.core.machine_code import this_platform  # noqa: E402
@@ -30,6 +31,7 @@ from cranktrain.modules.register import module_files, module_of, module_path  # 
 
 def main(arguments: list[str] | None = None) -> int:
     """Build from the command line; 2 where the input cannot be used, 70 after a fault of this program."""
+    streams.prepare()
     chosen = _parser().parse_args(arguments)
     try:
         path = _described(chosen) if chosen.description else _built(chosen)

@@ -11,7 +11,8 @@ engine, and counts for nothing. The mean error is the bias that the lower level 
 true engines are run, and all trials beyond differ in their noise alone. ``--decay 0.05`` adds a free decay of the first
 torsional mode without the damper's ring, measured to 5 %, as the command advises where the orders hardly know the
 damping ratio. ``--signals`` says for the first trial what each further signal would leave of the deviations, and what
-the command advises. With ``--above next`` intervals contain the
+the command advises. ``--teeth-mdeg 10`` adds a constant of 10 mdeg and random phase to each whole order, as a toothed
+wheel does; the fit takes it as unknown, with ``--even-teeth`` it does not. With ``--above next`` intervals contain the
 step to the next crank that bends, as those of the command do by default.
 
 ``--record FILE`` keeps truths and trials as lines of JSON and goes on from there. Prints a row for each parameter, and
@@ -73,6 +74,8 @@ def main() -> None:
     add("--speeds", type=int, default=24)
     add("--flywheel", action="store_true", help="measured at the flywheel too")
     add("--decay", type=float, help="deviation of a free decay of the first mode, without the damper's ring")
+    add("--teeth-mdeg", type=float, default=0.0, help="constant error of whole orders, as a wheel has, mdeg")
+    add("--even-teeth", action="store_true", help="fitted as if the wheel had no such error")
     add("--signals", action="store_true", help="deviations of the first trial with each further signal")
     add("--draws", type=int, default=100, help="different true parameters; then noise alone differs")
     add("--sobol", action="store_true", help="with the starts of a Sobol sequence, as the command takes them")
@@ -124,6 +127,8 @@ class Trials:
         self.key = f"{name}, {given.truth} {given.crank}, {given.level}, {given.speeds}, {given.flywheel}, {given.seed}"
         if given.above != NONE:
             self.key += f", {given.above}"
+        if given.teeth_mdeg:
+            self.key += f", teeth {given.teeth_mdeg} mdeg, {given.even_teeth}"
         if given.decay is not None:
             self.key += f", decay {given.decay}"
         self.drawn: dict[int, Drawn | None] = {}
@@ -136,7 +141,15 @@ class Trials:
         speeds, still = np.linspace(*self.engine.speeds, count), np.zeros(count)
         strands = [
             Strand(
-                place, f"{place}.torsion", 0.5 * k, speeds, still.astype(complex), still + math.nan, still > 1.0, True
+                place,
+                f"{place}.torsion",
+                0.5 * k,
+                speeds,
+                still.astype(complex),
+                still + math.nan,
+                still > 1.0,
+                True,
+                wheel=self.given.teeth_mdeg > 0.0 and not self.given.even_teeth and k % 2 == 0,
             )
             for place in (["pulley", "flywheel"] if self.given.flywheel else ["pulley"])
             for k in range(1, round(2.0 * HIGHEST) + 1)
@@ -185,6 +198,11 @@ class Trials:
             for one, own in zip(self.model.data.strands, truth.orders, strict=True)
         ]
         decay = self._decay(truth, rng)
+        teeth = math.radians(1e-3 * self.given.teeth_mdeg) * np.exp(1j * rng.uniform(0.0, math.tau, len(strands)))
+        strands = [
+            replace(one, values=one.values + constant) if one.order % 1.0 == 0.0 else one
+            for one, constant in zip(strands, teeth.tolist(), strict=True)
+        ]
         self.model.data = Data(tuple(strands), decay)
         return Comparison(self.model, self.model.data, self.sought), strands
 

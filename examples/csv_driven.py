@@ -39,7 +39,7 @@ def simulated(fmu: Path, file: str | None, stop: float) -> Any:
             stop_time=stop,
             output_interval=STEP,
             input=None if file is None else read_csv(str(HERE / file)),
-            output=["crank.speed", "pulley.torsion"],
+            output=["frame.speed", "pulley.torsion"],
         )
 
 
@@ -54,7 +54,7 @@ def draw(path: str, runs: dict[str, Any]) -> None:
     same.set(xlabel="time / ms", ylabel="pulley torsion / deg", title="2000 rev/min, the last cycle")
     same.legend(frameon=False)
     run = runs["run-up"]
-    rising.plot(run["crank.speed"] * 30.0 / math.pi, np.degrees(run["pulley.torsion"]), lw=0.8)
+    rising.plot(run["frame.speed"] * 30.0 / math.pi, np.degrees(run["pulley.torsion"]), lw=0.8)
     rising.set(xlabel="speed / (rev/min)", ylabel="pulley torsion / deg", title="fmu_run_up.csv")
     for ax in (same, rising):
         ax.grid(alpha=0.3)

@@ -1,6 +1,7 @@
 """The page of ``cranktrain explore`` in a browser: who is admitted, what clicks do, what is asked of a network."""
 
 import asyncio
+import gc
 import io
 import os
 import signal
@@ -8,6 +9,7 @@ import socket
 import subprocess
 import sys
 import time
+import weakref
 from contextlib import asynccontextmanager
 from urllib.parse import urlsplit
 
@@ -22,7 +24,8 @@ from cranktrain.studies.explore.live import LiveTorsion
 pytest.importorskip("panel")
 
 from cranktrain.results.run_up.run_up import TORSION
-from cranktrain.studies.explore.page import Explored
+from cranktrain.studies.explore import server as server_module
+from cranktrain.studies.explore.page import Explored, Page
 from cranktrain.studies.explore.server import serve
 
 FIRST_SLIDERS = """(() => { const l = []; for (const e of within(document)) if (e.matches('.noUi-handle')) {
@@ -89,6 +92,7 @@ def test_only_the_token_opens_the_page():
             assert await status(address, Host="evil.example") == 403
             answer = await AsyncHTTPClient().fetch(address)
             cookie = answer.headers["Set-Cookie"]
+            assert address.partition("token=")[2] not in cookie  # every port of this host is sent the cookie
             assert answer.code == 200 and "HttpOnly" in cookie and "SameSite=Strict" in cookie
             assert "default-src 'self'" in answer.headers["Content-Security-Policy"]
             assert await status(bare, Cookie=cookie.partition(";")[0]) == 200
@@ -98,6 +102,78 @@ def test_only_the_token_opens_the_page():
                 assert await status(bare + path) == 403
 
     asyncio.run(asked())
+
+
+STRANGE = [
+    ("GET", "static/%00"), ("GET", "static/%00?v=1"), ("GET", "static/extensions/panel/%00"), ("GET", "%ff"),
+    ("GET", "?bokeh-token=abc"), ("GET", "?bokeh-session-id=abc"), ("GET", "?bokeh-token=%00"), ("GET", "?x=%00"),
+    ("GET", "ws"), ("GET", "ws?bokeh-token=abc"), ("GET", "static/../../etc/passwd"), ("GET", "static/" + "a/" * 2000),
+    ("GET", "components/panel/__doc__/%00"), ("GET", "?token=%ff"), ("GET", "?token=a&token=b"), ("GET", "liveness"),
+    *((method, path) for method in ("OPTIONS", "PUT", "DELETE", "PATCH", "POST", "HEAD", "TRACE", "STRANGE")
+      for path in ("", "ws", "static/js/bokeh.min.js", "autoload.js", "nowhere")),
+]  # fmt: skip
+
+
+def test_requests_that_no_page_makes_are_refused():
+    """None of them is a fault of the server, with or without the cookie."""
+
+    async def asked():
+        from tornado.httpclient import AsyncHTTPClient
+
+        async with served() as (_, address):
+            client, bare = AsyncHTTPClient(), address.partition("?")[0]
+            cookie = (await client.fetch(address)).headers["Set-Cookie"].partition(";")[0]
+            for method, path in STRANGE:
+                for headers in ({}, {"Cookie": cookie}):
+                    answer = await client.fetch(
+                        bare + path, method=method, headers=headers, raise_error=False, follow_redirects=False,
+                        allow_nonstandard_methods=True, body=None,
+                    )  # fmt: skip
+                    assert answer.code < 500, (method, path, answer.code)
+                    assert method == "GET" or answer.code == 405, (method, path, answer.code)
+
+    asyncio.run(asked())
+
+
+def test_half_open_connections_are_closed(monkeypatch):
+    """A connection that sends nothing, or half a request, ends by itself."""
+    monkeypatch.setattr(server_module, "IDLE", 0.5)
+
+    async def asked():
+        async with served() as (_, address):
+            port = urlsplit(address).port
+            for sent in (b"", b"GET / HTTP/1.1\r\nHost: "):
+                reader, writer = await asyncio.open_connection("127.0.0.1", port)
+                writer.write(sent)
+                assert await asyncio.wait_for(reader.read(), 60) == b""
+                writer.close()
+
+    asyncio.run(asked())
+
+
+@pytest.mark.parametrize("path", ["/dev/shm/new.toml", "~/new.toml", "../new.toml", "link/new.toml", "new.txt"])
+def test_engine_files_are_written_below_the_folder_alone(tmp_path, monkeypatch, path):
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    (tmp_path / "work" / "link").symlink_to(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    page = Page(Explored("single_petrol", LiveTorsion(load_engine("single_petrol"))))
+    page._sliders["pulley.polar_inertia"].value *= 1.1
+    page._path.value = path
+    page._write_file()
+    assert "lies outside of" in page._written.object or "ends in .toml" in page._written.object
+    assert list(tmp_path.rglob("new.*")) == []
+
+
+def test_a_page_that_is_closed_leaves_nothing():
+    explored = Explored("single_petrol", LiveTorsion(load_engine("single_petrol")))
+    page = Page(explored)
+    explored.closed(page.close)
+    assert explored.closing == []
+    gone = weakref.ref(page)
+    del page
+    gc.collect()
+    assert gone() is None
 
 
 def test_other_machines_find_nothing():

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import tomllib
 
 import numpy as np
@@ -377,6 +378,22 @@ def test_a_value_without_a_place_in_the_engine_file_is_refused_before_the_search
         quick(own, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), level="linear", out=tmp_path / "new.toml")
 
 
+def test_peak_to_peak_amplitudes_are_doubted_in_a_sentence(four, truth, tmp_path, capsys):
+    """In orders of the gas the load takes up the factor of two, as far as its bound lets it."""
+    write_orders(tmp_path / "orders.csv", truth[3], factor=2.0)
+    hint = "amplitudes are zero to peak: peak-to-peak ones are twice as large"
+    for high, said in (
+        (2.5, rf"load is [12]\.\d+ times the full load of the engine file; {hint}"),
+        (1.5, rf"load lies at its upper bound, 1\.5: the data want more, .*; widen the bound; {hint}"),
+    ):
+        text = f"[parameters]\nload = {{ low = 0.5, high = {high} }}\n{ORDERS_OF_PULLEY}orders = [4, 6]\n"
+        (line,) = quick(four, measured(tmp_path, text), level="linear")["doubts"]
+        assert re.search(said, line)
+    options = ["--level", "linear", "--above", "none", "--no-profile", "--bootstrap", "0"]
+    assert main(["identify", str(four), str(tmp_path / "measured.toml"), *options]) == 0
+    assert "Doubtful: load lies at its upper bound" in capsys.readouterr().out
+
+
 def test_an_order_that_is_named_twice_counts_once(four, truth, tmp_path):
     """Its noise would otherwise seem to be smaller."""
     write_orders(tmp_path / "orders.csv", truth[2])
@@ -515,6 +532,8 @@ def test_a_peak_is_a_clear_one_inside_the_speeds():
         ("four_petrol", 100, []),
         # The damper dominates the damping of its mode: orders alone do not know that of the crank.
         ("diesel_v8", 40, ["--decay", "0.05", "--flywheel", "--speeds", "48"]),
+        ("diesel_i6", 10, ["--teeth-mdeg", "10"]),
+        ("four_petrol", 10, ["--teeth-mdeg", "2"]),
     ],
 )
 def test_intervals_hold_the_true_values_in_nine_of_ten_trials(name, trials, more, monkeypatch, capsys):

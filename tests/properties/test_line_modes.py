@@ -34,7 +34,7 @@ def behind(discs, shafts, engine=SIX):
 
 def on_one_disc(engine, inertia):
     """ω (rad/s) and rotations of a crank that is one disc, with its drive line."""
-    line = torsional_line(engine, inertia)
+    line = torsional_line(engine)
     stiffness, mass, _ = with_line(np.zeros((1, 1)), np.array([[inertia]]), np.ones(1), line)
     squares, shapes = eigh(stiffness, mass)
     return np.sqrt(np.maximum(squares, 0.0)), shapes

@@ -112,9 +112,9 @@ def test_mean_torques_follow_gears_and_branches():
         Shaft(("flywheel", "a"), 3e4), Shaft(("a", "fan"), 2e3), Shaft(("a", "g"), 0.0, ratio=-2.5),
         Shaft(("g", "dynamometer"), 1e4),
     )  # fmt: skip
-    assert mean_shares(torsional_line(behind(*shafts, discs=discs), 1.0)) == pytest.approx([1.0, 0.0, -0.4], abs=1e-9)
+    assert mean_shares(torsional_line(behind(*shafts, discs=discs))) == pytest.approx([1.0, 0.0, -0.4], abs=1e-9)
     free = behind(*shafts[:3], discs=discs)
-    assert mean_shares(torsional_line(free, 1.0)) == pytest.approx([1.0, 0.0], abs=1e-9)
+    assert mean_shares(torsional_line(free)) == pytest.approx([1.0, 0.0], abs=1e-9)
 
 
 def test_torque_over_torque_points_integrates_to_the_curve():
@@ -135,7 +135,7 @@ def test_friction_dissipates_as_coulomb_s_does():
     """One mass on a spring with friction under F cos ωt: c = 4 T_f/(π ω A) where the slip speed is small."""
     friction, k, j, force = 30.0, 4e3, 0.5, 200.0
     engine = behind(Shaft(("flywheel", "driven"), k, friction=friction, slip_speed=1e-3))
-    link = LineLink(torsional_line(engine, 1.0))
+    link = LineLink(torsional_line(engine))
     omega = np.array([[0.0, 80.0]])
     phase = np.arange(512) * (2.0 * math.pi / 512)
 

@@ -261,6 +261,19 @@ def test_aliasing_and_standstill_are_told_with_numbers():
     assert stopped.speed_range[0] / RPM == pytest.approx(3000.0, rel=1e-3)
 
 
+def test_milliseconds_under_a_unit_of_seconds_are_told_by_the_speed(tmp_path, capsys):
+    """1200 rev/min become 1.2; a ship's 60 rev/min are a speed. An angle of dead centre lies within two revolutions."""
+    _, _, theta = motion(5e3, 4.0, (1200, 1200), {})
+    slow = rotation(channel(sine_signal(theta, 20), 5.0), Wheel(20))
+    (line,) = [text for text in slow.remarks if "rev/min" in text]
+    assert "turns at 1.2 rev/min, and engines run at 15 or more; check the unit of the times (ms against s)" in line
+    ship = rotation(channel(sine_signal(theta, 20), 250.0), Wheel(20))
+    assert not any("engines run at" in text for text in ship.remarks)
+    command = ["measured", str(tmp_path / "run.mat"), "--rotation", "pulley", "--teeth", "60"]
+    assert main([*command, "--dead-centre-deg", "1e9"]) == 2
+    assert "1e+09 is not within -720 to 720 deg" in capsys.readouterr().err
+
+
 def test_level_edge_and_drifting_signals():
     """A square wave with an offset, its two edges, and a signal whose amplitude grows with the speed."""
     t, _, theta = motion(1e5, 2.0, (600, 3000), {})
@@ -312,6 +325,7 @@ def test_the_command_writes_orders_that_the_run_up_reads(tmp_path, capsys):
     assert told["rotation"][0]["teeth"] == 60 and told["rotation"][0]["missing"] == 2
     assert np.array(told["orders"][0]["amplitudes"])[:, 1] == pytest.approx(0.5, rel=0.01)
     measured = read_measured_orders(out)
+    assert measured.wheels == {TORSION: "60-2"}
     speeds, sizes = measured[TORSION][3.0]
     assert np.degrees(sizes) == pytest.approx(0.5, rel=0.01) and speeds[0] / RPM == pytest.approx(1012, abs=15)
     assert phases_of(measured, TORSION, 3.0).size == band_of(measured, TORSION, 3.0).size == sizes.size

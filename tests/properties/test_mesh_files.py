@@ -157,7 +157,7 @@ ODD_DECKS = [
     (lambda x: changed("1, ", None, x), r"line \d+: element \d+ has node 1, which does not exist"),
     (lambda x: [*x, "*ELEMENT, TYPE=C3D10", "9000, 1, 2, 3, 4, 5, 6, 7, 8, 9"], r"element 9000 .* has 9 nodes, 10 are"),
     (lambda x: [*x, "*ELEMENT, TYPE=C3D8", "9000, 1, 2, 3, 4, 5, 6, 7, 8"], r"holds \d+ 10-node tetrahedra, 1 C3D8"),
-    (lambda x: [*x, "*INCLUDE, INPUT=nowhere.inp"], r"line \d+: \*INCLUDE names nowhere.inp, which is not in"),
+    (lambda x: [*x, "*INCLUDE, INPUT=nowhere.inp"], r"line \d+: \*INCLUDE names .nowhere.inp., which is not in"),
     (lambda x: [*x, "*INCLUDE, INPUT=odd.inp"], r"line \d+: odd.inp includes itself"),
     (lambda x: [*x, "*SURFACE, NAME=pin_2", "nothing, S1"], r"surface pin_2 names the set 'nothing', which does not"),
     (lambda x: [*x, "*SURFACE, NAME=pin_2", "1, S7"], r"'S7' is no face of a tetrahedron"),

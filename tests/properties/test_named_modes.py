@@ -14,6 +14,7 @@ from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.geometry import start_values
 from cranktrain.structure.assembly import assemble
+from cranktrain.structure.crank.critical_speeds import REACH, critical_speeds
 from cranktrain.structure.crank.level import bare_crank, crank_body
 from cranktrain.structure.crank.modal import (
     KINDS,
@@ -26,6 +27,7 @@ from cranktrain.structure.crank.modal import (
     named_mode,
     torsional_frequencies,
 )
+from cranktrain.structure.crank.reduction import complete_crankshaft
 from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
 from cranktrain.structure.in_motion.inherited_damping import measured_decay, settings_above
 from cranktrain.studies.report.findings import QUICK_STEPS, STEPS, speed_range
@@ -103,16 +105,19 @@ def test_a_report_says_where_no_mode_has_a_name_and_lists_those_that_have_one():
     report = modal_report(low, bare_crank(low, "beam"))
     named = {key: report["cranktrain"][key] for key in ("first_torsional_hz", "second_torsional_hz", "first_axial_hz")}
     assert set(named.values()) == {None}
-    assert report["critical_speeds"] == [] and report["cranktrain"]["modes"][-1]["hz"] < LISTED_HZ
+    assert report["cranktrain"]["modes"][-1]["hz"] < LISTED_HZ
+    assert critical_speeds(low, complete_crankshaft(low, bare_crank(low, "beam"))) == []
 
 
-def test_critical_speeds_without_published_orders_lie_within_the_engine_s_speeds():
+def test_critical_speeds_without_published_orders_lie_within_reach_of_the_engine_s_speeds():
     engine = engine_of("moto_i4")
     assert engine.published.critical_orders == () and engine.published.second_torsional_hz == 0.0
-    report = modal_report(engine, bare_crank(engine, "beam"))
-    first = report["cranktrain"]["first_torsional_hz"]
-    for entry in report["critical_speeds"]:
-        assert entry["order"] % 2.0 == 0.0 and entry["rpm"] * RPM <= engine.speeds[1]
+    crankshaft = complete_crankshaft(engine, bare_crank(engine, "beam"))
+    first = torsional_frequencies(*cranktrain_modes(engine, crankshaft), engine.reduction.running_cutoff_hz)[0]
+    found = critical_speeds(engine, crankshaft)
+    assert {6.0, 8.0, 10.0, 12.0} <= {entry["order"] for entry in found}
+    for entry in found:
+        assert engine.speeds[0] <= entry["rpm"] * RPM <= REACH * engine.speeds[1]
         assert entry["rpm"] * entry["order"] == pytest.approx(60.0 * first)
 
 
@@ -125,14 +130,14 @@ def test_the_measured_decay_is_that_of_the_torsional_modes_in_motion(name):
     found = measured_decay(simulation)
     modes = modes_in_motion(simulation)
     for number, (hz, ratio) in enumerate(zip(found.hz, found.ratio, strict=True), 1):
-        k = modes.named(number)
+        k = modes.twisting(number)
         assert modes.hz[k] == pytest.approx(hz, rel=0.01)
         assert modes.shares[k, KINDS.index("torsional")] > 0.5
         assert ratio == pytest.approx(modes.damping_ratios[k], rel=0.1 if number == 2 else 0.45)
 
 
 def test_rotation_on_a_stiff_connecting_shaft_is_no_torsion_of_the_crank():
-    """A shaft 50 times as stiff lifts its mode from 54 Hz to hundreds; the crank's first mode keeps its name."""
+    """A shaft 50 times as stiff lifts its mode from 54 Hz to hundreds, where it turns the pulley most."""
     engine = engine_of("gas_i4")
     named = {}
     for factor in (1.0, 50.0):
@@ -143,9 +148,12 @@ def test_rotation_on_a_stiff_connecting_shaft_is_no_torsion_of_the_crank():
         simulation.inputs[0] = 3000.0 * RPM
         simulation.initialize()
         modes = modes_in_motion(simulation)
-        named[factor] = modes.torsional_hz
-        on_shaft = modes.hz[modes.in_shafts > 0.5]
-        assert on_shaft.size == (factor > 1.0)
+        named[factor] = modes.hz[modes.twisting(1)]
+        on_shaft = modes.in_shafts > 0.5
+        assert np.count_nonzero(on_shaft) == (factor > 1.0)
+        assert not on_shaft[modes.torsional]
+        assert modes.answers[modes.torsional] == modes.answers[~on_shaft].max()
+        assert on_shaft[np.argmax(modes.answers)] == (factor > 1.0)
     assert named[50.0] == pytest.approx(named[1.0], rel=0.1)
 
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import warnings
 from dataclasses import replace
 
@@ -62,13 +63,52 @@ def test_rods_on_a_pin_agree_on_its_throw(name):
         ("single", (1.0, 1.0, 0.0, 0.0)), ("i2", (2.0, 2.0, 0.0, 0.0)), ("i3", (0.0, 0.0, math.sqrt(3), math.sqrt(3))),
         ("i4", (0.0, 4.0, 0.0, 0.0)), ("i5", (0.0, 0.0, 0.449, 4.980)), ("i6", (0.0, 0.0, 0.0, 0.0)),
         ("i8", (0.0, 0.0, 0.0, 0.0)), ("v2", (1.0, math.sqrt(2), 0.0, 0.0)), ("v8", (0.0, 0.0, math.sqrt(10), 0.0)),
-        ("v12", (0.0, 0.0, 0.0, 0.0)), ("boxer2", (0.0, 0.0, 1.0, 1.0)), ("boxer6", (0.0, 0.0, 0.0, 0.0)),
+        ("v6_60", (0.0, 0.0, 1.5, 1.5)), ("v12", (0.0, 0.0, 0.0, 0.0)),
+        ("boxer2", (0.0, 0.0, 1.0, 1.0)), ("boxer6", (0.0, 0.0, 0.0, 0.0)),
     ],
 )  # fmt: skip
 def test_free_forces_and_moments_are_those_of_the_textbooks(name, values):
     """Of one cylinder's m r ω², for the second order with λ (Köhler and Flierl, mass balance; Taylor, chapter 8)."""
     found = free_forces(LAYOUTS[name])
     assert (found.first, found.second, found.first_moment, found.second_moment) == pytest.approx(values, abs=1e-3)
+
+
+def whole_resultants(engine):
+    """Largest force and moment of both orders, N and N m over m_o r ω² and λ m_o r ω², summed over a revolution."""
+    theta = np.radians(np.arange(0.0, 360.0, 0.25))
+    pins = engine.crankshaft.pin_positions
+    found = []
+    for order in (1, 2):
+        force, moment = np.zeros((2, 2, theta.size))
+        for z, bank, firing in zip(
+            engine.cylinder_positions, engine.cylinders.bank_angles, engine.firing_angles, strict=True
+        ):
+            along = np.outer((-math.sin(bank), math.cos(bank)), np.cos(order * (theta - firing)))
+            force, moment = force + along, moment + (z - 0.5 * (pins[0] + pins[-1])) * along
+        found.append([float(np.hypot(*resultant).max()) for resultant in (force, moment)])
+    return found
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_the_file_s_sentence_is_what_its_own_cylinders_leave_free(name, tmp_path):
+    """Forces and moments (coefficient times the distance named) of the places, banks and firings in the file."""
+    engine, _ = made(tmp_path, name)
+    text = " ".join(line.strip("# ") for line in (tmp_path / f"{name}.toml").read_text("utf-8").splitlines()[:8])
+    said = re.search(
+        r"first order (\S+) m r w\^2, second order (\S+) lambda m r w\^2; free moments (\S+) m r w\^2 a and (\S+) "
+        r"lambda m r w\^2 a, with (?:the distance a = (\S+) mm of ([a-z ]+) and )?lambda",
+        text,
+    )
+    first, second, about, about_second = (float(value) for value in said.groups()[:4])
+    distance = 1e-3 * float(said[5] or 0.0)
+    wanted = whole_resultants(engine)
+    close = {"rel": 6e-3, "abs": 1e-3}  # three digits are printed
+    assert (first, second) == pytest.approx((wanted[0][0], wanted[1][0]), **close)
+    assert distance * np.array([about, about_second]) == pytest.approx([wanted[0][1], wanted[1][1]], rel=6e-3, abs=1e-6)
+    if name != "single":
+        pins, split = np.array(engine.crankshaft.pin_positions), engine.crankshaft.pins_between_mains
+        own = np.diff(pins[::2] if split else pins) if pins.size > 1 else np.diff(sorted(engine.cylinder_positions))
+        assert distance == pytest.approx(own.mean(), rel=1e-3)
 
 
 def test_counterweights_can_balance_what_turns_with_the_crank():

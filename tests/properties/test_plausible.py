@@ -12,11 +12,15 @@ from pathlib import Path
 
 import pytest
 
+import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.checks.plausible import COMPRESSOR, doubts, heat_of_air
-from cranktrain.engine.file import load_engine
+from cranktrain.engine.file import engine_names, load_engine
 from cranktrain.engine.parts import BalanceWeights
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.trace_doubts import trace_doubts
+from cranktrain.studies.design.layouts import LAYOUTS
 
 SIX, EIGHT = load_engine("diesel_i6"), load_engine("diesel_v8")
 OWN = sorted((Path(__file__).parents[1] / "data" / "engines").glob("*.toml"))
@@ -69,6 +73,7 @@ def model_aircraft():
                 "heat": 14.0, "intake_pressure": 1e5, "exhaust_pressure": 1.1e5, "intake_closes": -115 * DEG,
                 "exhaust_opens": 115 * DEG, "best_speed": 12000 * RPM,
             },
+            "drive_line": {"stiffness": 20.0, "damping": 0.02, "dynamometer_inertia": 1e-3},
         },
     )  # fmt: skip
 
@@ -99,6 +104,7 @@ def motorcycle():
                 "heat": 420.0, "intake_pressure": 1.05e5, "exhaust_pressure": 1.1e5, "start": -25 * DEG,
                 "best_speed": 11500 * RPM,
             },
+            "drive_line": {"stiffness": 1200.0, "damping": 0.4, "dynamometer_inertia": 0.1},
         },
     )  # fmt: skip
 
@@ -192,6 +198,31 @@ def test_engines_of_every_kind_cause_no_doubt_and_pass_every_check(kind):
         check_engine(RIGHT[kind])
 
 
+@pytest.mark.parametrize(("fuel", "bore", "stroke"), [("petrol", 67.0, 42.5), ("petrol", 86.0, 86.0),
+                                                      ("diesel", 83.0, 92.0), ("diesel", 170.0, 190.0)])  # fmt: skip
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_engines_of_every_layout_cause_no_doubt(layout, fuel, bore, stroke, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        engine = ct.new_engine("made", layout=layout, fuel=fuel, bore_mm=bore, stroke_mm=stroke)
+        gas = GasTrace.from_engine(engine)
+    assert list(doubts(engine)) == []
+    for load in (0.2, 1.0):
+        assert list(trace_doubts(engine, gas.motored + load * (gas.fired - gas.motored))) == []
+
+
+@pytest.mark.parametrize("name", engine_names())
+def test_shipped_engines_cause_no_doubt(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        engine = load_engine(name)
+    assert list(doubts(engine)) == []
+    gas = GasTrace.from_engine(engine)
+    for load in (0.0, 0.1, 0.4, 1.0):
+        assert list(trace_doubts(engine, gas.motored + load * (gas.fired - gas.motored))) == []
+
+
 @pytest.mark.parametrize("path", OWN, ids=[path.stem for path in OWN])
 def test_engine_files_of_the_tests_cause_no_doubt(path):
     with warnings.catch_warnings():
@@ -270,6 +301,24 @@ DOUBTS = [
     (SIX, {"piston_guidance": {"mass_height": 0.5}}, "piston_guidance.mass_height: over the bore it is 4.762"),
     (SIX, {"piston_guidance": {"clearance": 5 * MM}}, "piston_guidance.clearance: radial play"),
     (SIX, {"piston_guidance": {"tilt_inertia": 2600.0}}, "piston_guidance.tilt_inertia: radius of gyration"),
+    (SIX, {"cylinders": {"bore": 0.5 * SIX.cylinders.bore}}, "cylinders.bore: 52.5 mm and combustion.heat 3.5 kJ"),
+    (EIGHT, {"cylinders": {"bore": 0.5 * EIGHT.cylinders.bore}}, "cylinders.bore: 60 mm and combustion.heat"),
+    (SIX, {"flywheel": {"mass": 0.1 * SIX.flywheel.mass}}, "flywheel.mass: "),
+    (EIGHT, {"flywheel": {"mass": 0.1 * EIGHT.flywheel.mass}}, "flywheel.mass: "),
+    (SIX, {"rod": {"inertia": 10.0 * SIX.rod.inertia}}, "rod.inertia: a radius of gyration"),
+    (EIGHT, {"rod": {"inertia": 10.0 * EIGHT.rod.inertia}}, "rod.inertia: a radius of gyration"),
+    (SIX, {"pulley": {"offset": -SIX.pulley.offset}}, "pulley.offset: its centre of mass lies 50 mm from the crank's"),
+    (SIX, {"flywheel": {"offset": -60 * MM}}, "flywheel.offset: its centre of mass lies 60 mm from the crank's end"),
+    (SIX, {"drive_line": {"stiffness": 2e4 / 57.3}}, "drive_line.stiffness: 349 N m/rad twists by 115 deg"),
+    (SIX, {"drive_line": {"stiffness": 2e4 * 57.3}}, "drive_line.stiffness: 1.146e+06 N m/rad twists by 0.0351 deg"),
+    (SIX, {"drive_line": {"damping": 50 / 57.3}}, "drive_line.damping: a damping ratio of the shaft of 0.00"),
+    (SIX, {"drive_line": {"damping": 50 * 57.3}}, "drive_line.damping: a damping ratio of the shaft of 1"),
+    (EIGHT, {"drive_line": {"damping": 100 / 57.3}}, "drive_line.damping: a damping ratio of the shaft of 0.00"),
+    (SIX, {"oil": {"temperatures": (449.15, 494.15)}}, "oil.temperatures: the warmest is 221 degC, usual 43 to 160"),
+    (SIX, {"oil": {"temperatures": (299.82, 313.71)}}, "oil.temperatures: the warmest is 40.56 degC, usual 43 to 160"),
+    (SIX, {"main_bearing": {"supply_pressure": 4e4}}, "main_bearing.supply_pressure: 0.4 bar, usual 0.7 to 30 bar"),
+    (SIX, {"oil": {"supply_pressure": 4e4}}, "oil.supply_pressure: 0.4 bar, usual 0.7 to 30 bar"),
+    (SIX, {"combustion": {"start": 3 * DEG}}, "combustion.start: 3 deg after firing dead centre, usual -60 to 2 deg"),
 ]  # fmt: skip
 
 

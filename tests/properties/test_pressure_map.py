@@ -308,6 +308,11 @@ def test_measured_pressures_stand_in_for_a_combustion():
     assert work == pytest.approx(TRACE.imep * SIX.displacement, rel=1e-4)
 
 
+def averaged(pressure, degrees):
+    """Moving average of a trace at whole degrees."""
+    return np.mean([np.roll(pressure, k) for k in range(-(degrees // 2), degrees // 2 + 1)], axis=0)
+
+
 EARLY = np.roll(scaled(1.0), -5)
 DOUBTED = {
     "shifted by 60 degrees": (np.roll(scaled(1.0), -60), "the peak lies at -49 deg after firing dead centre"),
@@ -315,6 +320,13 @@ DOUBTED = {
     "psi told as bar": (0.2 * scaled(1.0) / 6894.757 * 1e5, "start of the compression, 2.9 times the engine file"),
     "psi told as kPa": (scaled(1.0) / 6894.757 * 1e3, "start of the compression, 0.14. times the engine file"),
     "shifted by 20 degrees": (np.roll(scaled(1.0), 20), r"p V\^0\.963 constant, usual exponents 1\.05 to 1\.6"),
+    "shifted by 5 degrees": (np.roll(scaled(1.0), 5), r"V\^1\.24 and expansion p V\^1\.44, as if .* at \+(4\.5|5) deg"),
+    "early by 5 degrees": (np.roll(scaled(1.0), -5), r"V\^1\.48 and expansion p V\^1\.21, as if .* at -5 deg"),
+    "half load, late by 10 degrees": (np.roll(scaled(0.5), 10), r"as if dead centre lay at \+(9\.5|10) deg"),
+    "half load, early by 10 degrees": (np.roll(scaled(0.6), -10), r"the cycle takes work|lay at -10 deg"),
+    "pegged 1.5 bar low": (scaled(1.0) - 1.5e5, "in the mean, so the pressure is too low throughout; check its zero"),
+    "gauge told as absolute": (scaled(1.0) - 1.013e5, "in the mean, so the pressure is too low throughout"),
+    "averaged over 31 degrees": (averaged(scaled(1.0), 31), "a moving average over 31(.5)? deg"),
 }
 
 

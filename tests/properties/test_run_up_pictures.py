@@ -2,6 +2,7 @@
 
 import json
 import math
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,9 @@ from matplotlib.figure import Figure
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
+from cranktrain.results.bearings.run_up_cycles import bearing_outputs
+from cranktrain.results.in_hand.over_speed import OrdersOverSpeed
+from cranktrain.results.orders.deviations import deviations
 from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.orders.resonances import peaks
@@ -279,6 +283,67 @@ def test_verb_draws_a_file_and_says_what_it_lacks(run_up, tmp_path, capsys):
     assert {"torsion_orders.png", "axial_orders.png", "waterfall.png", "axial_harmonics.png"} <= names
     assert names <= set(figures.file_names())
     assert main(["plot-runup", str(tmp_path / "none.h5")]) == 2
+
+
+def complete_run_up(run_up):
+    """The run-up with twist, journals and rods as well, so that every picture of the register is drawn."""
+    own = {FLYWHEEL: 0.1 * run_up.torsion}
+    names = bearing_outputs(SIX)
+    own |= {name: np.full_like(run_up.torsion, 1e-6) for name in names if name not in run_up.amplitudes}
+    extremes = {name: np.tile([0.5, 1.0, 2.0], (run_up.speeds.size, 1)) * 1e-6 for name in [*names, AXIAL]}
+    return replace(run_up, amplitudes=dict(run_up.amplitudes) | own, extremes=dict(run_up.extremes) | extremes)
+
+
+def with_gaps(run_up, rows):
+    """The run-up without a result at some speeds, as an unsettled speed leaves it."""
+    lost = {name: own.copy() for name, own in run_up.amplitudes.items()}
+    extremes = {name: own.copy() for name, own in run_up.extremes.items()}
+    for own in (*lost.values(), *extremes.values()):
+        own[rows] = math.nan
+    return replace(run_up, amplitudes=lost, extremes=extremes)
+
+
+@pytest.mark.parametrize(("rows", "log"), [([0, 60], False), ([97, 98, 120], True), (slice(None), False)])
+def test_a_speed_without_a_result_is_a_gap_in_every_picture(run_up, modes, tmp_path, rows, log):
+    """Row 98 is the resonance of order 6. All other speeds are drawn, to finite axes; without any they are empty."""
+    whole = complete_run_up(run_up)
+    lost = with_gaps(whole, rows)
+    (tmp_path / "measured.csv").write_text("speed_rpm, order, amplitude, unit\n2380, 6, 1.1, deg\n1900, 6, 0.1, deg\n")
+    measured = read_measured_orders(tmp_path / "measured.csv")
+    rpm = lost.speeds_rpm
+    entry = {
+        "shaft": "crank", "diameter_mm": 80.0, "section": "plain", "barred_rpm": None,
+        "stress_mpa": np.degrees(np.abs(lost.order(6.0))), "continuous_mpa": 40.0 + 0.0 * rpm,
+        "transient_mpa": 60.0 + 0.0 * rpm,
+    }  # fmt: skip
+    beside = shown.Beside(SIX, modes, measured, peaks(lost), [entry], log=log)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drawn = figures.save_run_up_pictures(tmp_path, lost, beside, "six", damped=lost)
+        deviations(lost, measured)
+    assert {path.name for path in drawn} == set(figures.file_names())
+    figure = figures.order_figure(lost, shown.TORSIONAL, beside, "six")
+    line = next(line for line in figure.axes[0].lines if line.get_label() == "6")
+    assert np.isfinite([*figure.axes[0].get_xlim(), *figure.axes[0].get_ylim()]).all()
+    wanted = np.degrees(np.abs(whole.order(6.0)))
+    wanted[rows] = math.nan
+    np.testing.assert_allclose(line.get_ydata(), wanted)
+
+
+@pytest.mark.parametrize("rows", [[60], [-1]])
+def test_a_speed_without_a_result_is_a_gap_in_hand_and_in_bearing_loads(run_up, tmp_path, rows, capsys):
+    lost = with_gaps(complete_run_up(run_up), rows)
+    in_hand = OrdersOverSpeed.of(lost)
+    in_hand.plot(path=tmp_path / "orders.png")
+    assert "order 6" in repr(in_hand)
+    assert [trace.name for trace in in_hand.iplot().data][-1].startswith("order")
+    path = lost.save(tmp_path / "up.h5")
+    assert (
+        main(["bearing-loads", "diesel_i6", "--run-up", str(path), "--plots", str(tmp_path / "loads"), "--json"]) == 0
+    )
+    told = capsys.readouterr()
+    assert len(json.loads(told.out)["speeds"]) == lost.speeds.size - 1
+    assert f"no result at {lost.speeds_rpm[rows[0]]:.0f} rev/min" in told.err
 
 
 def test_run_up_in_the_frequency_domain_with_its_pictures(tmp_path, capsys):

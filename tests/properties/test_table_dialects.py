@@ -144,7 +144,7 @@ def test_columns_are_chosen_by_name_or_number(tmp_path):
         ("CA;p\n0;1\n1;2;3;4\n2;3\n", "line 3: '1;2;3;4' has 4 columns in place of 2"),
         ("CA;p\n0;1\n# a note\n\n1;2\nEnd\n", "line 6: 'End' is not two numbers"),
         ("n;p\n1,600;1,200\n800;950\n", "line 2: '1,600' may be 1600 or 1.600; write numbers without thousands"),
-        ("one line of text\n", "no points or values of a table; it begins with line 1, 'one line of text'; give one"),
+        ("one line of text\n", "no points or values of a table from line 1 on; give one"),
         ("", "no points or values of a table, it is empty; give one"),
         ("CA;p\n0;=1+2\n1;2\n", "line 2: '0;=1+2' begins with a number, and '=1+2' is none; correct or remove"),
         ("0;1.5x\n1;2.5\n2;3.5\n", "line 1: '0;1.5x' begins with a number, and '1.5x' is none"),

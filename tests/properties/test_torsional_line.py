@@ -75,7 +75,7 @@ def test_a_line_between_crank_and_dynamometer_has_the_closed_form():
         2.0 * math.sqrt(k / CRANK) * np.sin(math.pi * (2.0 * np.arange(1, n + 1) - 1.0) / (2.0 * (2.0 * n + 1.0)))
     )
     assert frequencies(engine)[0] == pytest.approx(expected, rel=1e-12)
-    line = torsional_line(engine, CRANK)
+    line = torsional_line(engine)
     assert line.stiffness == pytest.approx(k / 3.0)
     assert line.follow == pytest.approx([2.0 / 3.0, 1.0 / 3.0])
 
@@ -101,19 +101,29 @@ def test_gears_count_with_the_square_of_their_ratio(ratio):
     )
     for ours, theirs in zip(frequencies(geared), frequencies(alike), strict=True):
         assert ours == pytest.approx(theirs, rel=1e-12)
-    assert torsional_line(geared, CRANK).inertia_at_crank == pytest.approx(0.3 + 0.1 * n2)
+    assert torsional_line(geared).inertia_at_crank == pytest.approx(0.3 + 0.1 * n2)
     # The same in motion, frame, start and outputs included.
     runs = [simulate(engine, rigid_crank(engine), LOCKED, SPEED, 2).outputs for engine in (geared, alike)]
     for name in ("pulley.torsion", "shaft.torque", "crank.angle"):
         assert runs[0][name] == pytest.approx(runs[1][name], rel=1e-9, abs=1e-9 * np.ptp(runs[1][name]))
 
 
-def test_a_loss_factor_damps_the_first_mode_as_hysteresis_does():
-    """c = Σ η k Δφ²/ω₁ of unit modal mass: η ω₁ where all shafts have the same η."""
+def test_a_loss_factor_damps_every_mode_as_hysteresis_does():
+    """Where all shafts have the same η, c = η ω in each mode of line, crank and mean rods."""
     shafts = [(("flywheel", "a"), 3e4, 0.0, 0.1), (("a", "dynamometer"), 2e4, 0.0, 0.1)]
-    omega, damping = frequencies(with_line([("a", 0.5)], shafts))
-    assert damping[0] == pytest.approx(0.1 * omega[0], rel=1e-9)
-    assert damping[1] == pytest.approx(0.1 * omega[1] ** 2 / omega[0], rel=1e-9)
+    engine = with_line([("a", 0.5)], shafts)
+    rods = sum(rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass) for rod in engine.rods)
+    crank = CRANK + rods * engine.crankshaft.throw**2
+    omega = np.sqrt(eigh(np.array([[3e4, -3e4], [-3e4, 5e4]]), np.diag([crank, 0.5]), eigvals_only=True))
+    model = build_model(
+        engine, rigid_crank(engine, inertia=(1.0, 1.0, CRANK)), LOCKED, SPEED, GasTrace.from_engine(engine)
+    )
+    turns = np.any(model.shafts != 0.0, axis=0)
+    rows, laws = model.shafts[:, turns], model.shaft_laws
+    stiffness, damping = (rows.T * laws[:, k] @ rows for k in (0, 1))
+    squares, shapes = eigh(stiffness, np.diag([crank / CRANK, 1.0]))
+    assert np.sqrt(squares) == pytest.approx(omega, rel=1e-9)
+    assert shapes.T @ damping @ shapes == pytest.approx(np.diag(0.1 * omega), rel=1e-6, abs=1e-6)
 
 
 def test_one_shaft_is_the_connecting_shaft():

@@ -48,7 +48,7 @@ def test_modal_json_has_the_keys_that_machines_read(coarse, capsys):
             assert sum(mode["shares"].values()) == pytest.approx(1.0, abs=1e-6)
             assert mode["shape"] == max(mode["shares"], key=mode["shares"].get)
     first = report["cranktrain"]["first_torsional_hz"]
-    assert [entry["order"] for entry in report["critical_speeds"]] == ORDERS
+    assert {entry["order"] for entry in report["critical_speeds"]} >= set(ORDERS)
     for entry in report["critical_speeds"]:
         assert entry["rpm"] == pytest.approx(60.0 * first / entry["order"], rel=1e-9)
     reduction = report["reduction"]
@@ -250,6 +250,7 @@ def test_tables_put_each_published_frequency_beside_the_mode_that_answers_to_it(
     }
     free = free_table(engine, {"modes": [mode(252.0, "torsional")], "torsional_hz": [252.0]})
     assert free.rows[0][5:] == ("252", "+0.0 %")
-    speeds = critical_speed_table(engine, [{"order": 6, "rpm": 2380.0}, {"order": 4, "rpm": 3570.0}])
-    assert speeds.rows[0] == ("6", "2380", "2380", "+0.0 %", "2370")
-    assert speeds.rows[1][2:] == (NOTHING, NOTHING, NOTHING)
+    entries = [{"order": 6, "rpm": 2380.0, "excitation": 1.0}, {"order": 4, "rpm": 3570.0}]
+    speeds = critical_speed_table(engine, entries)
+    assert speeds.rows[0] == ("6", "2380", "100", "2380", "+0.0 %", "2370")
+    assert speeds.rows[1][2:] == 4 * (NOTHING,)

@@ -103,6 +103,12 @@ def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None
         reports = list(run_up_bearings(run_up, engine))
     except InputError as error:
         raise InputError(f"{options.run_up}: {error}") from None
+    gaps = run_up.speeds_rpm[~run_up.with_result].tolist()
+    if gaps:
+        said = ", ".join(f"{rpm:.0f}" for rpm in gaps)
+        if not reports:
+            raise InputError(f"{options.run_up}: none of its speeds has a result ({said} rev/min)")
+        say(f"no result at {said} rev/min, so no bearing loads there")
     found = [bearings_dict(report) for report in reports]
     if not options.json:
         show(speed_table(found))
@@ -115,7 +121,7 @@ def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None
     if folder is not None:
         worst = max(reports, key=lambda report: max(bearing.load.value for bearing in report.bearings))
         plots = save_polar_pictures(folder, worst, speed_name(bearings_dict(worst)["speed_rpm"]))
-        plots.append(save_over_speed(folder, engine.title, found, engine.bearing_limits))
+        plots.append(save_over_speed(folder, engine.title, found, engine.bearing_limits, gaps))
         if not options.json:
             print("Pictures: " + ", ".join(map(str, plots)))
     return {"engine": engine.name, "speeds": found, "plots": list(map(str, plots)), "interrupted": False}

@@ -22,8 +22,14 @@ DESCRIPTION = """\
 Campbell diagram: frequencies of the cranktrain at rest over the speed, modes followed through crossings.
 
 At rest is the state of the bearings: stand-in springs and a closed thrust bearing. --json prints {"speeds_rpm",
-"modes": [{"name", "kind", "hz"}], "crossings": [{"order", "mode", "rpm", "hz"}]}.
+"modes": [{"name", "kind", "hz"}], "crossings": [{"order", "mode", "rpm", "hz"}]}, torsional crossings first.
 """
+WHY = (
+    "Lines are those of the turning crank: in its axes the bearings' springs across and upwards act by their mean, and "
+    "gyroscopic and centrifugal terms split bending with the speed, which moves torsion where lines come near one "
+    "another. cranktrain modal has the crank at standstill in one position, so it has one number."
+)
+"""Why a line moves where a list of modes has one number."""
 SPEEDS = 21
 """Speeds where no distance is given."""
 RPM = math.pi / 30.0
@@ -35,7 +41,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     rpm = number(SLOWEST_RPM, FASTEST_RPM, "rev/min")
     add("--from", dest="from_rpm", type=rpm, metavar="RPM",
         help="first speed, rev/min (default: the engine's lowest)")  # fmt: skip
-    add("--to", dest="to_rpm", type=rpm, metavar="RPM", help="last speed, rev/min (default: the engine's highest)")
+    add("--to", dest="to_rpm", type=rpm, metavar="RPM",
+        help="last speed, rev/min (default: a quarter above the engine's highest)")  # fmt: skip
     add("--step", dest="step_rpm", type=number(0.01, 10000.0, "rev/min"), metavar="RPM",
         help=f"distance between speeds, rev/min (default: {SPEEDS} speeds)")  # fmt: skip
     level = add("--crank", default="solid", metavar="LEVEL", help=f"{described(CRANKS.values())}; default solid")
@@ -44,7 +51,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--highest-hz", type=number(1.0, 1e5, "Hz"), metavar="HZ",
         help="modes up to this frequency (default: 1000, or the first torsional one)")  # fmt: skip
     add("--orders", type=order_list, default=[], metavar="LIST",
-        help="orders whose crossings are listed and drawn, e.g. 3,6 (default: of firing, half and double)")  # fmt: skip
+        help="orders whose crossings are listed and drawn, e.g. 3,6 (default: those that excite torsion)")  # fmt: skip
     add(
         "--drive-line",
         metavar="TABLE",
@@ -55,11 +62,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Frequencies over the speed and their crossings with orders."""
-    found, orders = _found(options)
+    engine, found, orders = _found(options)
+    met = sorted(found.crossings(orders), key=lambda one: one.kind != "torsional")
     crossings: list[dict[str, Any]] = [
-        {"order": one.order, "mode": one.mode, "rpm": one.speed / RPM, "hz": one.hz} for one in found.crossings(orders)
+        {"order": one.order, "mode": one.mode, "rpm": one.speed / RPM, "hz": one.hz} for one in met
     ]
     said: dict[str, Any] = {
+        "engine": engine,
         "speeds_rpm": found.speeds_rpm.tolist(),
         "modes": [
             {"name": name, "kind": kind, "hz": found.hz[:, k].tolist()}
@@ -73,19 +82,25 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         first, last = (f"Hz at {found.speeds_rpm[at]:.5g} rev/min" for at in (0, -1))
         rows = [(str(one["name"]), f"{one['hz'][0]:.1f}", f"{one['hz'][-1]:.1f}") for one in said["modes"]]
-        show_rows("Modes at rest over speed", ("mode", first, last), rows)
-        met = [(f"{one['order']:g}", one["mode"], f"{one['rpm']:.0f}", f"{one['hz']:.1f}") for one in crossings]
-        show_rows("Orders meet modes", ("order", "mode", "rev/min", "Hz"), met)
+        show_rows(f"{engine}: modes at rest over speed", ("mode", first, last), rows)
+        print(WHY)
+        for what, those in (("torsional", True), ("other", False)):
+            places = [
+                (f"{one.order:g}", one.mode, f"{one.speed / RPM:.0f}", f"{one.hz:.1f}")
+                for one in met
+                if (one.kind == "torsional") is those
+            ]
+            show_rows(f"{engine}: orders meet {what} modes", ("order", "mode", "rev/min", "Hz"), places)
     return said
 
 
 def answer(options: argparse.Namespace) -> Campbell:
     """The modes over speed themselves, for the library."""
-    return _found(options)[0]
+    return _found(options)[1]
 
 
-def _found(options: argparse.Namespace) -> tuple[Campbell, list[float]]:
-    """Modes over speed, and the orders that are drawn."""
+def _found(options: argparse.Namespace) -> tuple[str, Campbell, list[float]]:
+    """The engine's name, modes over speed, and the orders that are drawn."""
     import numpy as np
 
     from cranktrain.dynamics.model.settings import Settings
@@ -95,6 +110,7 @@ def _found(options: argparse.Namespace) -> tuple[Campbell, list[float]]:
     from cranktrain.results.in_hand.over_speed import Campbell
     from cranktrain.store.whole_file import check_place
     from cranktrain.structure.assembly import check_mesh, running_crank
+    from cranktrain.structure.crank.critical_speeds import REACH, exciting_orders
     from cranktrain.studies.campbell import campbell
     from cranktrain.studies.run_up.plan import run_up_speeds
 
@@ -110,8 +126,9 @@ def _found(options: argparse.Namespace) -> tuple[Campbell, list[float]]:
     if options.output is not None:
         check_place(Path(options.output), PICTURE)
     check_mesh(options.mesh, "journal surfaces")
-    low, high = (own if own is not None else speed / RPM for own, speed in
-                 zip((options.from_rpm, options.to_rpm), engine.speeds, strict=True))  # fmt: skip
+    lowest, highest = engine.speeds
+    low = lowest / RPM if options.from_rpm is None else options.from_rpm
+    high = min(REACH * highest / RPM, FASTEST_RPM) if options.to_rpm is None else options.to_rpm
     if not low < high:
         raise InputError(f"--from {low:g} is not below --to {high:g} rev/min; a diagram takes two speeds or more")
     speeds = np.linspace(low, high, SPEEDS) * RPM
@@ -122,8 +139,7 @@ def _found(options: argparse.Namespace) -> tuple[Campbell, list[float]]:
         # Frequencies are those of the undamped crank, so no damping is inherited from the level above.
         body = running_crank(fitted, options.crank, say=tell, mesh=options.mesh, inherit=False)
         found = Campbell(*campbell(fitted, body, speeds, options.crank, options.highest_hz, options.damper, tell))
-    firing = engine.firings
-    orders = options.orders or sorted({0.5 * round(2.0 * one) for one in (0.5 * firing, firing, 2.0 * firing)} - {0.0})
+        orders = options.orders or [one.order for one in exciting_orders(fitted, body)]
     if options.output is not None:
-        found.plot(orders, options.output)
-    return found, orders
+        found.plot(orders, options.output, engine.name)
+    return engine.name, found, orders

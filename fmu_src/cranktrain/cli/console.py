@@ -15,6 +15,7 @@ from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Te
 from rich.table import Table as RichTable
 
 from cranktrain.core.errors import InputError, nearest, within
+from cranktrain.core.visible_text import unfiltered, visible
 from cranktrain.store.waits import waits
 
 TypeOf = TypeVar("TypeOf", bound=Callable[[str], Any])
@@ -104,7 +105,7 @@ def jsonable(value: Any) -> Any:
 
 def say(text: str) -> None:
     """Print a line on stderr."""
-    print(text, file=sys.stderr, flush=True)
+    print(visible(text), file=sys.stderr, flush=True)
 
 
 def show(table: Any) -> None:
@@ -114,13 +115,14 @@ def show(table: Any) -> None:
 
 def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table of texts, given by its parts, on stdout."""
-    shown = RichTable(title=title, title_justify="left", title_style="bold")
+    shown = RichTable(title=visible(title), title_justify="left", title_style="bold")
     for column in header:
         shown.add_column(column, justify="left" if column in _LEFT else "right")
     for row in rows:
-        shown.add_row(*row)
+        shown.add_row(*map(visible, row))
     # Texts may be a user's: none of them is mark-up.
-    Console(width=None if sys.stdout.isatty() else 120, markup=False, emoji=False).print(shown)
+    width = None if sys.stdout.isatty() else 120
+    Console(file=unfiltered(sys.stdout), width=width, markup=False, emoji=False).print(shown)
 
 
 @contextmanager
@@ -200,7 +202,7 @@ def bars(title: str, names: Sequence[str]) -> Iterator[Callable[[str, str, float
 @contextmanager
 def _drawn(titles: Sequence[str], column: ProgressColumn) -> Iterator[Callable[..., None] | None]:
     """Draw a line for each title on a terminal: a function of title and what changes; None where there is none."""
-    console = Console(stderr=True)
+    console = Console(file=unfiltered(sys.stderr))
     if not console.is_terminal:
         yield None
         return

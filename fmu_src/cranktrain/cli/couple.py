@@ -126,6 +126,8 @@ def fmus(options: argparse.Namespace, folder: Path) -> tuple[Path, Path | Measur
     try:
         own = {name: module_of_engine(name, engine.name) for name in wanted if not named[name]}
     except InputError as error:
+        if options.no_valvetrain:
+            raise InputError(f"{error}; or give measured pressures with --pressure") from None
         raise InputError(f"{error}; or leave the valve train out with --no-valvetrain") from None
     modules = {name: build_fmu(own[name], folder, say=say) if name in own else Path(named[name]) for name in wanted}
     if options.cranktrain:

@@ -132,6 +132,8 @@ def _show(report: dict[str, Any]) -> None:
         print("The search was interrupted: intervals are those of a fit that ended here, and say little.")
     for line in report["told_apart"]:
         print(f"Not told apart: {line}")
+    for line in report["doubts"]:
+        print(f"Doubtful: {line}")
     for row in report["advice"]:
         print(f"Narrower: {row['text']}")
     keys = [p["key"] for p in report["parameters"]]
@@ -146,12 +148,16 @@ def _show(report: dict[str, Any]) -> None:
     if report["orders"]:
         show_rows(
             "Residuals by order",
-            ("set", "order", "speeds", "of amplitude", "over noise", "largest", "at rev/min", "systematic"),
+            (
+                "set", "order", "speeds", "of amplitude", "over noise", "largest", "at rev/min", "systematic",
+                "wheel / deg",
+            ),
             [
                 (
                     r["set"], f"{r['order']:g}", str(r["points"]), f"{r['residual_percent']:.2g} %",
                     f"{r['over_noise']:.2g}", f"{r['largest_percent']:.2g} %", f"{r['largest_at_rpm']:.0f}",
                     "yes" if r["systematic"] else "no",
+                    "–" if r["constant_deg"] is None else f"{r['constant_deg']:.2g} ± {r['constant_band_deg']:.1g}",
                 )
                 for r in report["orders"]
             ],

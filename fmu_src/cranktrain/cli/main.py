@@ -24,9 +24,11 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from cranktrain import __version__
+from cranktrain.cli import streams
 from cranktrain.cli.ending import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
+from cranktrain.core.visible_text import visible_streams
 
 ENGINE_VERBS = ("modal", "campbell", "reduce", "simulate", "runup", "stress", "fatigue", "bearing-loads", "picture")
 """Verbs that ask one thing of one engine; each is a module beside this: ``DESCRIPTION``, ``add_options``, ``run``."""
@@ -58,10 +60,16 @@ program."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code."""
+    """Run the command line; returns the exit code. What is printed holds nothing that a terminal obeys."""
+    with visible_streams():
+        return _main(arguments)
+
+
+def _main(arguments: Sequence[str] | None) -> int:
     given = sys.argv[1:] if arguments is None else list(arguments)
     # Its matrices are small: a second thread waits in a busy loop, which other processes and our own workers pay for.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    streams.prepare()
     stopped: list[signal.Signals] = []
     try:
         with terminable(stopped):
@@ -148,7 +156,7 @@ def _parser(asked: str = "") -> _Parser:
             "--mesh",
             metavar="FILE",
             help="own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for --crank torsional also a table of "
-            "discs and shafts (.toml)",
+            "discs and shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn",
         )
         own.add_argument(
             "--body",

@@ -12,6 +12,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.measured.analysis import RotationAsked, cylinder_numbers, orders_of, pressures_of, rotations_of
 from cranktrain.measured.compression import BAND
 from cranktrain.measured.pressure import PEGGING
+from cranktrain.measured.pulses import EDGES
 from cranktrain.measured.reading import described, read_measured
 
 if TYPE_CHECKING:
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Show and analyse measured signals: channels, rotation from pulses, orders over speed, cylinder pressures.
 
-Files: UFF 58, MDF4, TDMS, WAV, HDF5, MATLAB, Parquet, text tables. Without further options the channels are listed,
-with units, sampling and the channels that look like pulses.
+Files: UFF 58, MDF4, TDMS, WAV, HDF5, MATLAB, Parquet, LabVIEW text, text tables. Without further options the channels
+are listed, with units, sampling and the channels that look like pulses.
 
     cranktrain measured run.mf4
     cranktrain measured run.mf4 --rotation pulley --teeth 60 --missing 2 --orders 0.5-12 --output orders.csv
@@ -57,7 +58,19 @@ def _add_rotation(group: Any) -> None:
         help="teeth a revolution, those missing included",
     )
     add("--missing", type=number(0, 50_000, "teeth", int), default=None, help="teeth missing in the gap (2 for 60-2)")
-    add("--edge", type=word(("rising", "falling")), default="rising", help="rising (default) or falling edges")
+    add(
+        "--edge",
+        type=word(EDGES),
+        default=None,
+        help="rising or falling edges (default: rising, unless those beside the gap are wrong)",
+    )
+    add(
+        "--clock-hz",
+        type=positive,
+        default=None,
+        metavar="HZ",
+        help="clock of a counter, where a channel holds times of pulses in ticks",
+    )
     add("--level", type=finite, default=None, help="crossing level in the channel's unit (default: found)")
     add(
         "--learn-teeth",
@@ -73,7 +86,12 @@ def _add_rotation(group: Any) -> None:
         help="order 1 of constant size: keep (default) or remove",
     )
     add("--index", default="", metavar="CHANNEL", help="once-a-revolution pulse that marks tooth 0")
-    add("--dead-centre-deg", type=finite, default=0.0, help="angle from tooth 0 to firing dead centre of cylinder 1")
+    add(
+        "--dead-centre-deg",
+        type=number(-720.0, 720.0, "deg"),
+        default=0.0,
+        help="angle from tooth 0 to firing dead centre of cylinder 1",
+    )
     add(
         "--firing",
         default="",
@@ -82,7 +100,7 @@ def _add_rotation(group: Any) -> None:
     )
     add("--second", default="", metavar="CHANNEL", help="pulses of a second place, for the twist between both")
     add("--second-teeth", type=number(1, 100_000, "teeth", int), default=None, help="teeth of the second place")
-    add("--second-missing", type=number(0, 50_000, "teeth", int), default=0, help="teeth missing there")
+    add("--second-missing", type=number(0, 50_000, "teeth", int), default=None, help="teeth missing there")
 
 
 def _add_orders(group: Any) -> None:
@@ -125,7 +143,7 @@ def _add_pressure(group: Any) -> None:
     )
     add(
         "--first-deg",
-        type=finite,
+        type=number(-720.0, 720.0, "deg"),
         default=-360.0,
         help="crank angle of their first sample after dead centre of cylinder 1 (default -360)",
     )
@@ -231,7 +249,7 @@ def _rotations(measurement: Measurement, options: argparse.Namespace) -> list[Ro
     asked = RotationAsked(
         options.rotation, options.teeth, options.missing, options.level, options.edge, options.learn_teeth,
         options.eccentricity, options.index, math.radians(options.dead_centre_deg), options.second,
-        options.second_teeth, options.second_missing, options.firing, options.speed,
+        options.second_teeth, options.second_missing, options.firing, options.speed, options.clock_hz,
     )  # fmt: skip
     rotations = rotations_of(measurement, asked)
     for rotation in rotations:
@@ -243,7 +261,7 @@ def _rotations(measurement: Measurement, options: argparse.Namespace) -> list[Ro
             told = rotation.summary()
             low, high = told["speed_rpm"]
             error = told["tooth_error_percent"]
-            rows.append((rotation.name, f"{told['teeth']}-{told['missing']}", f"{told['revolutions']:.1f}",
+            rows.append((rotation.name, rotation.wheel.name, f"{told['revolutions']:.1f}",
                          f"{low:.1f} to {high:.1f}", f"{told['lost_pulses']}", f"{told['double_pulses']}",
                          "–" if error is None else f"{error:.2g}"))  # fmt: skip
         header = ("quantity", "teeth", "revolutions", "rev/min", "lost", "double", "pitch error / %")
@@ -331,7 +349,8 @@ def _orders(measurement: Measurement, rotations: list[Rotation], options: argpar
             )
     if options.output and not options.pressure:
         places = ("pulley.torsion", "flywheel.torsion", "twist") if not options.of else ()
-        write_orders(options.output, found, places)
+        wheel = rotations[0].wheel
+        write_orders(options.output, found, places, wheel="" if options.of else f"{wheel.teeth}-{wheel.missing}")
     return result
 
 

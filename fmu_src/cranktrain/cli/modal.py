@@ -28,7 +28,8 @@ Free crankshaft and cranktrain frequencies beside the reference's, and critical 
 
 Two states of the cranktrain are shown. At rest it stands on stand-in springs, with its thrust bearing closed. In
 motion it vibrates about the settled cycle of a run, whose films lock its journals: these are the modes that a run-up's
-peaks belong to.
+peaks belong to. Critical speeds are those of the orders that excite the first torsional mode, each with its excitation
+over the largest one.
 
 ENGINE may also be a table of discs and shafts (TOML or CSV, see cranktrain.engine.torsional_chain):
 its natural frequencies, damping ratios, and rotations of the discs over the largest.
@@ -60,7 +61,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.results.tables import Table, block_tables, frequency_tables, named_text
     from cranktrain.studies import modal as study
     from cranktrain.studies.added_modes import additions_table
-    from cranktrain.studies.in_motion.report import motion_table, springs_text
+    from cranktrain.studies.in_motion.report import TORSIONAL, motion_table, springs_text
     from cranktrain.studies.torsion.chain_modes import chain_report, chain_table
     from cranktrain.studies.torsion.damped_modes import damper_table
     from cranktrain.studies.torsion.level_frequencies import level_tables
@@ -93,7 +94,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if "level" in report:
         for table in (*level_tables(engine, report), line_table(report["drive_line"])):
             show(table)
-        if not report["compared_with_solid"]:
+        if not report["compared_with_solid"] and options.mesh is None:
             # The name of an engine of the user's own is no argument of a command; the path of its file is.
             given = engine.name if isinstance(options.engine, Engine) else options.engine
             print(f"Not compared with the solid crank, which is not made yet; cranktrain reduce {given} makes it.")
@@ -104,8 +105,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     print(named_text(report["cranktrain"], report["sought_to_hz"]))
     show(line_table(report["drive_line"]))
     show(motion_table(motion))
-    if "failed" in motion:
-        print(f"No modes in motion: {motion['failed']}")
+    print(f"No modes in motion: {motion['failed']}" if "failed" in motion else f"{TORSIONAL}.")
     if "stand_in_springs" in report:
         print(springs_text(report["stand_in_springs"]))
     if "with_additions" in report:

@@ -22,7 +22,7 @@ from cranktrain.engine.file import check_name, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.store.whole_file import marked, whole_file
-from cranktrain.studies.design.balance import free_forces
+from cranktrain.studies.design.balance import cylinder_places, free_forces
 from cranktrain.studies.design.layouts import LAYOUTS, layout
 from cranktrain.studies.design.sizes import FUELS, MECHANICAL_EFFICIENCY, Sizes, sizes
 
@@ -116,12 +116,13 @@ def _sizes(options: argparse.Namespace) -> Sizes:
 
 
 def _report(s: Sizes, path: Path) -> dict[str, Any]:
-    row = s.layout
+    row, places = s.layout, cylinder_places(load_engine(path))
+    free = free_forces(row, places.along)._asdict()
     return {
         "file": str(path), "layout": row.name, "cylinders": row.cylinders, "bank_angle_deg": row.bank_deg,
         "displacement_l": 1e3 * s.displacement, "rod_mm": 1e3 * s.rod_length, "fuel": s.fuel_name,
         "firing_order": list(row.order), "intervals_deg": list(row.intervals_deg), "fires_evenly": row.even,
-        "free_forces": free_forces(row)._asdict(), "note": row.note,
+        "free_forces": free | {"distance_mm": 1e3 * places.distance, "distance_of": places.words}, "note": row.note,
         "rated_rpm": s.rated / RPM, "lowest_rpm": s.lowest / RPM, "brake_power_kw": 1e-3 * s.brake_power,
         "imep_bar": 1e-5 * s.imep, "mechanical_efficiency": MECHANICAL_EFFICIENCY,
         "next": [
@@ -149,10 +150,11 @@ def _show(report: dict[str, Any]) -> None:
         f"{report['brake_power_kw']:.3g} kW at {report['rated_rpm']:.0f} rev/min "
         f"(indicated mean effective pressure {report['imep_bar']:.3g} bar)"
     )
+    where = f"; moments times {free['distance_mm']:.4g} mm, the distance of {free['distance_of']}"
     print(
         f"Oscillating masses leave free: first order {free['first']:.3g}, moment {free['first_moment']:.3g}; second "
-        f"order {free['second']:.3g}, moment {free['second_moment']:.3g} (of one cylinder's; moments times the "
-        "distance of throws)"
+        f"order {free['second']:.3g}, moment {free['second_moment']:.3g} (of one cylinder's"
+        f"{where if free['distance_of'] else ''})"
     )
     if report["note"]:
         print(report["note"][:1].upper() + report["note"][1:])

@@ -139,7 +139,14 @@ def _computed(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses, stress_table
     from cranktrain.studies.run_up.modes_in_motion import in_motion
     from cranktrain.studies.run_up.plan import job_of, run_up_speeds
-    from cranktrain.studies.run_up.report import closing_text, report, run_up_tables, torsional_peaks
+    from cranktrain.studies.run_up.report import (
+        closing_text,
+        critical_speeds_at_rest,
+        critical_speeds_text,
+        report,
+        run_up_tables,
+        torsional_peaks,
+    )
     from cranktrain.studies.run_up.workers import runs_here
 
     speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
@@ -169,6 +176,7 @@ def _computed(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
     said = report(found, peaks, engine.published)
     said |= {
         "firing": firing_summary(engine),
+        "critical_speeds": critical_speeds_at_rest(found, made, gas),
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
@@ -183,6 +191,8 @@ def _computed(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
         for table in (*run_up_tables(said), *([stress_table(said["shaft_stress"])] if "shaft_stress" in said else [])):
             show(table)
         print(firing_text(engine))
+        if said["critical_speeds"]:
+            print(critical_speeds_text(said["critical_speeds"]))
         print(closing_text(found))
         resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
         workers = "1 worker" if outcome.workers == 1 else f"{outcome.workers} workers"

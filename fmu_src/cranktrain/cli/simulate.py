@@ -55,7 +55,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--steady", action="store_true",
         help="also the steady state in the frequency domain; needs --crank torsional, bearings held, no damper",
     )  # fmt: skip
-    add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm.h5)")
+    add(
+        "--output",
+        metavar="FILE.h5",
+        help="result file (default: ENGINE_SPEEDrpm.h5, with the levels that are not the default ones in its name)",
+    )
+
+
+NAMED_LEVELS = {
+    "crank": "", "bearings": "", "big_ends": "big-ends-", "block": "block-", "pistons": "pistons-", "damper": "damper",
+    "load": "load",
+}  # fmt: skip
+"""Levels that the default name of a result tells, with what stands before their value."""
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -106,7 +117,7 @@ def _found(options: argparse.Namespace, in_file: bool) -> tuple[Run, Settings, P
 
     asked = engine, request, settings, gas = asked_of(options, options.speed_rpm)
     _check(options, engine, settings)
-    output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm.h5")
+    output = Path(options.output or default_name(engine, request))
     if in_file:
         check_target(output)
     made = loaded(options, assembled(asked, options.inherit), gas, request.speed)
@@ -126,6 +137,17 @@ def _found(options: argparse.Namespace, in_file: bool) -> tuple[Run, Settings, P
     settled = found.settling
     note_axial_path(engine, settled.repeats == 1 or not settled.steady or len(settled.left) == 0)
     return found, settings, output, plots
+
+
+def default_name(engine: Engine, request: Request) -> str:
+    """Name of a result: engine, speed, and all levels other than the default ones, so that none replaces another's."""
+    usual = {field.name: field.default for field in fields(request)}
+    words = [f"{engine.name}_{request.speed_rpm:g}rpm"]
+    for name, word in NAMED_LEVELS.items():
+        value = getattr(request, name)
+        if value != usual[name]:
+            words.append(word if value is True else f"{word}{value}")
+    return "_".join(words).replace(":", "-") + ".h5"
 
 
 def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -> Run:

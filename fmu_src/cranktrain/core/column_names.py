@@ -18,7 +18,8 @@ WORDS: Mapping[str, tuple[str, ...]] = {
         "kwwinkel", "grad", "gradkw", "phikw", "alphakw", "crank", "cadegrees", "rotation", "phideg",
     ),
     "pressure": (
-        "pressure", "p", "pcyl", "pcylinder", "cylinderpressure", "cylpressure", "pz", "pzyl", "pzylinder", "druck",
+        "pressure", "p", "pc", "pcyl", "pcylinder", "cylinderpressure", "cylpressure", "pz", "pzyl", "pzylinder",
+        "druck",
         "zylinderdruck", "zyldruck", "pcylbar", "pbar", "pressurebar", "druckbar", "pind", "indicatedpressure",
         "gaspressure", "gasdruck", "brennraumdruck", "combustionpressure", "incylinderpressure", "pcomb", "cyl",
         "cylinder", "zyl", "zylinder", "pmean", "pavg", "meanpressure", "pmpa", "pkpa", "ppa", "ppsi",

@@ -6,6 +6,7 @@ raises it with the same text.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from difflib import get_close_matches
 
@@ -44,6 +45,14 @@ def shown(value: object) -> str:
     return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
 
 
+def as_float(value: float) -> float:
+    """The number in double precision; infinite where a whole number is too large, for which ``float`` would fail."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
 def within(where: str, value: float, low: float, high: float, what: str) -> None:
     """Refuse a number outside its bounds with ``InputError``; ``what`` is its unit, and what else serves."""
     if not low <= value <= high:
@@ -52,7 +61,12 @@ def within(where: str, value: float, low: float, high: float, what: str) -> None
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """Say which of ``valid`` is closest to ``name``, or list them all where none is close."""
+    """Say which of ``valid`` is closest to ``name``, whatever its case, or list them all where none is close."""
     names = [str(v) for v in valid]
+    small = {one.lower(): one for one in reversed(names)}
     close = get_close_matches(name, names, n=1, cutoff=0.5)
+    folded = [small[one] for one in get_close_matches(name.lower(), small, n=1, cutoff=0.5)]
+    # Another case is nearer than another letter.
+    if folded and (not close or folded[0].lower() == name.lower()):
+        close = folded
     return f"did you mean '{close[0]}'?" if close else "valid: " + ", ".join(names)

@@ -59,6 +59,10 @@ class ReducedBody:
     quality : figures of the reduction by name
     records : arrays that travel with the body for reports (section masses, frequencies of the full model); no physics
     damping : (n,) modal damping, 1/s, that the body brings along; empty where the engine's structural damping holds
+    shafts : names of the shafts and damped discs of a table that the body was made from
+    twists : (s, n) twist of each per unit modal coordinate
+    shaft_laws : (s, 3) stiffness (N m/rad, a part of ``omega``), viscous damping (N m s/rad) and loss factor of each;
+        neither of the last two is a part of ``damping``
     basis : (n0, n) these modes in the modes of the body they were derived from, or None where they are the original
     """
 
@@ -77,6 +81,9 @@ class ReducedBody:
     centre: Array
     inertia: Array
     damping: Array = field(default_factory=lambda: np.zeros(0))
+    shafts: tuple[str, ...] = ()
+    twists: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    shaft_laws: Array = field(default_factory=lambda: np.zeros((0, 3)))
     digest: str = ""
     quality: dict[str, float] = field(default_factory=dict)
     records: dict[str, Array] = field(default_factory=dict)
@@ -91,6 +98,11 @@ class ReducedBody:
     def frequencies_hz(self) -> Array:
         """Natural frequencies, (n,) Hz."""
         return np.asarray(self.omega / (2.0 * np.pi))
+
+    @property
+    def brings_damping(self) -> bool:
+        """Whether the body has damping of its own, so that the engine's structural damping does not hold."""
+        return self.damping.size > 0 or bool(self.shaft_laws[:, 1:].any())
 
     def index(self, interface: str) -> int:
         """Row of an interface by name; ``KeyError`` if the body has none of that name."""
@@ -117,6 +129,8 @@ def check(body: ReducedBody) -> None:
     }
     if body.damping.size:
         shapes["damping"] = (n,)
+    if body.shafts:
+        shapes |= {"twists": (len(body.shafts), n), "shaft_laws": (len(body.shafts), 3)}
     for name, shape in {"omega": (n,), **shapes}.items():
         array = getattr(body, name)
         if array.shape != shape:
@@ -379,6 +393,26 @@ def _check_part(body: ReducedBody, interface: str, mass: float, inertia: Array) 
         )
 
 
+def damping_in_modes(damping: Array, omega: Array, basis: Array, found: Array) -> Array:
+    """Modal damping (r,) 1/s in other modes, columns ``basis`` (n, r) of the first ones, of frequencies ``found`` (r,).
+
+    Damping of an elastic mode is structural: its loss per cycle does not depend on frequency. A mode of frequency ω
+    therefore has c = Σ c_i ω_i b_i²/ω, so that modes that all have one damping ratio keep it whatever is attached.
+    Damping of modes that turn or move as a whole is viscous.
+
+    Parameters
+    ----------
+    damping, omega : (n,) 1/s and rad/s of the modes before
+
+    Source: C. D. Johnson, D. A. Kienholz, AIAA J. 20 (1982) 1284, modal strain energy method.
+    """
+    squares = basis**2
+    elastic = omega > 0.0
+    lost = np.where(elastic, damping * omega, 0.0) @ squares
+    viscous = np.where(elastic, 0.0, damping) @ squares
+    return np.asarray(viscous + np.where(found > 0.0, lost / np.where(found > 0.0, found, 1.0), 0.0))
+
+
 def _in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:
     """Body in modes given as columns of its own, (n, r)."""
     return replace(
@@ -391,7 +425,8 @@ def _in_modes(body: ReducedBody, basis: Array, omega: Array) -> ReducedBody:
         centrifugal_load=body.centrifugal_load @ basis,
         euler_load=body.euler_load @ basis,
         translation=body.translation @ basis,
-        damping=body.damping @ basis**2 if body.damping.size else body.damping,
+        damping=damping_in_modes(body.damping, body.omega, basis, omega) if body.damping.size else body.damping,
+        twists=body.twists @ basis if body.shafts else body.twists,
         basis=basis if body.basis is None else body.basis @ basis,
     )
 

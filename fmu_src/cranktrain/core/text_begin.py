@@ -29,10 +29,10 @@ class Begun(NamedTuple):
     """Lines from the first of the values on that were read already; their first one has number ``line``."""
 
 
-def begin(file: TextIO, name: str, what: str, remedy: str) -> Begun:
-    """Dialect and header of a file, which is read as far as these need."""
+def begin(file: TextIO, name: str, what: str, remedy: str, single: bool = False) -> Begun:
+    """Dialect and header of a file, which is read as far as these need; ``single`` allows one column."""
     raw, kept, comments = _sample(file, name, what, remedy)
-    dialect = sniff(kept, name, what, remedy)
+    dialect = sniff(kept, name, what, remedy, single=single)
     first = next((k for k, (_, text) in enumerate(kept) if dialect.is_row(split(text, dialect.separator))), None)
     if first is None:
         raise InputError(no_values(kept, name, what, remedy))
@@ -41,7 +41,7 @@ def begin(file: TextIO, name: str, what: str, remedy: str) -> Begun:
     line = kept[first][0]
     above = [cells for _, text in kept[:first] if (cells := trimmed(split(text, dialect.separator)))]
     dialect, rows = _with_header(dialect, kept[:first])
-    if not rows:
+    if not rows and dialect.width > 1:
         told = [text for number, text in comments if number < line]
         rows = [own for text in told[-3:] if (own := header_cells(text, dialect.separator, dialect.width))]
         above += [list(own) for own in rows]
@@ -67,8 +67,7 @@ def begin_named(file: TextIO, name: str, what: str, remedy: str, known: Callable
         if best > 1:
             break
     if place < 0:
-        number, text = kept[0]
-        raise InputError(f"{name}: line {number}: {shown(text.strip())} names no columns of a {what}; {remedy}")
+        raise InputError(f"{name}: line {kept[0][0]} names no columns of a {what}; {remedy}")
     first = place + 1
     while first < len(kept) and is_unit_row(split(kept[first][1], separator)):
         first += 1
@@ -91,7 +90,7 @@ def _sample(
     raw, kept, comments = list[str](), list[tuple[int, str]](), list[tuple[int, str]]()
     for number, line in enumerate(iter(lambda: file.readline(LONGEST), ""), start=1):
         if len(line) == LONGEST:
-            raise InputError(f"{name}: line {number} has more than {LONGEST} characters, {shown(line[:40])}; {remedy}")
+            raise InputError(f"{name}: line {number} has more than {LONGEST} characters; {remedy}")
         raw.append(line)
         text, comment = without_comment(line)
         if comment:

@@ -12,9 +12,11 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, shown
+from cranktrain.core.text_clock import is_clock
 
 SEPARATORS = ("\t", ";", "|", ",", " ")
 NUMBERS = ((".", ""), (",", ""), (".", ","), (",", "."), (".", "'"), (",", "'"), (".", " "), (",", " "))
@@ -107,10 +109,18 @@ def trimmed(cells: list[str]) -> list[str]:
     return cells[:count]
 
 
-def sniff(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str, given: Dialect | None = None) -> Dialect:
+def sniff(
+    lines: Sequence[tuple[int, str]],
+    name: str,
+    what: str,
+    remedy: str,
+    given: Dialect | None = None,
+    single: bool = False,
+) -> Dialect:
     """The dialect of lines (number and text, without comments and empty ones).
 
-    Of a ``given`` dialect, whose columns are named, only the way of writing numbers is looked for.
+    Of a ``given`` dialect, whose columns are named, only the way of writing numbers is looked for. ``single`` allows a
+    table of one column.
 
     Raises
     ------
@@ -129,10 +139,28 @@ def sniff(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str, g
             own, dialect = _score(rows, start._replace(decimal=decimal, thousands=thousands))
             if own > score * (1.0 + 1e-9):
                 best, score = dialect, own
+    if single and given is None:
+        best = _single(lines, best, score)
     if best is None:
         raise InputError(no_values(lines, name, what, remedy))
     _refuse_two_meanings(best, lines, name)
     return best
+
+
+def _single(lines: Sequence[tuple[int, str]], other: Dialect | None, score: float) -> Dialect | None:
+    """The dialect of one column of numbers, if it reads more than the ``other`` one with its ``score``.
+
+    Lines such as ``1,25`` are one column if these numbers rise and the line above has no comma.
+    """
+    rows = [[text.strip()] for _, text in lines]
+    best, most = max((_score(rows, Dialect("\t", sign, "", 1, ()), least=1)[::-1] for sign in ".,"), key=lambda f: f[1])
+    if most < score or not most:
+        return other
+    if other is None or most > score or best.decimal == ".":
+        return best
+    numbers = [best.number(row[0]) for row in rows if best.is_row(row)]
+    rising = len(numbers) > 2 and all(a < b for a, b in pairwise(numbers))
+    return best if rising and ("," not in rows[0][0] or best.is_row(rows[0])) else other
 
 
 def with_later_mark(dialect: Dialect, lines: Sequence[tuple[int, str]], name: str) -> Dialect:
@@ -149,25 +177,24 @@ def with_later_mark(dialect: Dialect, lines: Sequence[tuple[int, str]], name: st
 
 def no_values(lines: Sequence[tuple[int, str]], name: str, what: str, remedy: str) -> str:
     """Message for a file without a line of values."""
-    number, text = lines[0]
-    return f"{name}: no points or values of a {what}; it begins with line {number}, {shown(text.strip())}; {remedy}"
+    return f"{name}: no points or values of a {what} from line {lines[0][0]} on; {remedy}"
 
 
-def _score(rows: list[list[str]], dialect: Dialect) -> tuple[float, Dialect]:
+def _score(rows: list[list[str]], dialect: Dialect, least: int = 2) -> tuple[float, Dialect]:
     """How many lines of one width a dialect reads, each by its part of numbers; and the dialect."""
     pattern = _number(dialect.decimal, dialect.thousands, dialect.lists)
     found = [tuple(bool(pattern.fullmatch(cell)) for cell in row) for row in rows]
-    widths = Counter(len(row) for row, own in zip(rows, found, strict=True) if len(row) > 1 and any(own))
+    widths = Counter(len(row) for row, own in zip(rows, found, strict=True) if len(row) >= least and any(own))
     if not widths:
         return 0.0, dialect
     width = dialect.width or max(widths, key=lambda count: (widths[count], count))
     total = 0.0
     numbers, filled = [0] * width, [0] * width
     for row, own in zip(rows, found, strict=True):
-        if not 1 < len(row) <= width or not any(own):
+        if not least <= len(row) <= width or not any(own):
             continue
         used = [k for k, cell in enumerate(row) if cell.lower() not in MISSING]
-        if any(not own[k] and _WIDE.search(row[k]) for k in used):
+        if any(not own[k] and _WIDE.search(row[k]) and not is_clock(row[k]) for k in used):
             continue
         total += sum(own[k] for k in used) / len(used) * (1.0 if len(row) == width else 0.5)
         for k in used:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import codecs
 import io
+import sys
 from pathlib import Path
 from typing import TextIO
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.user_file import user_path
+from cranktrain.core.user_file import check_file, user_path
 
 SAMPLE = 1 << 16
 """Bytes at the beginning of a file that tell text from other content."""
@@ -32,6 +33,7 @@ def open_text(path: str | Path, what: str, remedy: str) -> TextIO:
     try:
         if path.is_dir():
             raise InputError(f"{shown}: no such {what}, it is a folder; {remedy}")
+        check_file(path, shown, remedy, most=sys.maxsize)
         if not path.is_file():
             raise InputError(f"{shown}: no such {what}; {remedy}")
         found = _encoding(path)

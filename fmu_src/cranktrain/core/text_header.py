@@ -46,13 +46,14 @@ def names_and_units(rows: Sequence[Sequence[str]], width: int) -> tuple[tuple[st
     """Names and units of columns from header rows of ``width`` cells; empty texts where the rows do not say.
 
     A row of which most cells are units gives units; the last other row gives names, whose brackets may state units. A
-    row such as ``CA; V; p``, whose letters name quantities as well as units, is one of names unless names stand above.
+    row such as ``CA; V; p`` or ``Fi; Pc; V``, whose letters name quantities as well as units, is one of names unless
+    names stand above.
     """
     names, units = [""] * width, [""] * width
     kinds = list[bool]()
     for row in rows:
         clear = any(_is_unit(cell) and plain_name(cell) not in _BOTH for cell in row)
-        kinds.append(is_unit_row(row) and (clear or False in kinds))
+        kinds.append(is_unit_row(row) and (False in kinds or (clear and _all_units(row))))
     last = max((k for k, own in enumerate(kinds) if not own), default=None)
     if last is not None:
         for k, cell in enumerate(rows[last]):
@@ -86,6 +87,11 @@ def is_unit_row(row: Sequence[str]) -> bool:
     if any(re.fullmatch(r"[\d.,eE+-]+", cell) and cell != "1" for cell in stated):
         return False
     return bool(stated) and sum(map(_is_unit, stated)) > 0.5 * len(stated)
+
+
+def _all_units(row: Sequence[str]) -> bool:
+    """Whether all cells of a row that say something are units."""
+    return all(_is_unit(cell) for cell in row if cell.lower() not in MISSING)
 
 
 def _is_unit(cell: str) -> bool:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.text_begin import begin, blocks, plain, value_lines
+from cranktrain.core.text_clock import Clocks
 from cranktrain.core.text_dialect import Dialect, split, trimmed, with_later_mark, without_comment
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_header import chosen
@@ -94,12 +95,21 @@ def read_table(path: str | Path, what: str, remedy: str, *, columns: Sequence[st
 
 
 def table_chunks(
-    path: str | Path, what: str, remedy: str, *, columns: Sequence[str] | None = None, rows: int = 200_000
+    path: str | Path,
+    what: str,
+    remedy: str,
+    *,
+    columns: Sequence[str] | None = None,
+    rows: int = 200_000,
+    clocks: Clocks | None = None,
 ) -> Iterator[TextTable]:
-    """Parts of a table of numbers, ``rows`` at most in each, in bounded memory; otherwise as :func:`read_table`."""
+    """Parts of a table of numbers, ``rows`` at most in each, in bounded memory; otherwise as :func:`read_table`.
+
+    With ``clocks`` columns of dates and times of day are seconds, and one column is a table too.
+    """
     name = Path(path).name
     with open_text(path, what, remedy) as file:
-        begun = begin(file, name, what, remedy)
+        begun = begin(file, name, what, remedy, single=clocks is not None)
         dialect = begun.dialect
         picked = list(range(dialect.width))
         if columns is not None:
@@ -111,7 +121,7 @@ def table_chunks(
             if whole:
                 dialect = with_later_mark(dialect, value_lines(block, first), name)
                 whole = dialect.decimal == "." and not re.search(r"\d\.\d", block)
-            values, lines = _without_empty(*_parsed(block, first, dialect, name), block, first)
+            values, lines = _without_empty(*parsed_block(block, first, dialect, name, clocks), block, first)
             for start in range(0, len(lines), rows):
                 part = values[start : start + rows, picked]
                 at = lines[start : start + rows]
@@ -167,11 +177,13 @@ def _without_empty(values: Array, lines: NDArray[np.int64], block: str, first: i
     return values[kept], lines[kept]
 
 
-def _parsed(block: str, first: int, dialect: Dialect, name: str) -> tuple[Array, NDArray[np.int64]]:
-    """Values (rows, columns) and numbers of lines of a block."""
+def parsed_block(
+    block: str, first: int, dialect: Dialect, name: str, clocks: Clocks | None
+) -> tuple[Array, NDArray[np.int64]]:
+    """Values (rows, columns) and numbers of lines of a block, whose first line has number ``first``; ``InputError``."""
     if not any(sign in block for sign in ("#", "%", "//", "\x1a")) and not _EMPTY_LINE.search(block):
         count = block.count("\n") + (not block.endswith("\n"))
-        values = _by_pandas(plain(block), dialect)
+        values = _by_pandas(plain(block), dialect, clocks)
         if values is not None and len(values) == count:
             return values, np.arange(first, first + count, dtype=np.int64)
     kept = value_lines(block, first)
@@ -179,13 +191,13 @@ def _parsed(block: str, first: int, dialect: Dialect, name: str) -> tuple[Array,
     if not kept:
         return np.empty((0, dialect.width)), numbers
     text = "\n".join(line for _, line in kept)
-    values = _by_pandas(text, dialect)
+    values = _by_pandas(text, dialect, clocks)
     if values is None or len(values) != len(kept):
-        values = np.array([_row(number, line, dialect, name) for number, line in kept])
+        values = np.array([_row(number, line, dialect, name, clocks) for number, line in kept])
     return values, numbers
 
 
-def _by_pandas(text: str, dialect: Dialect) -> Array | None:
+def _by_pandas(text: str, dialect: Dialect, clocks: Clocks | None) -> Array | None:
     """Values of lines; None where pandas does not read them as they were sniffed."""
     import pandas
 
@@ -218,7 +230,10 @@ def _by_pandas(text: str, dialect: Dialect) -> Array | None:
         return None
     values = np.empty((len(frame), dialect.width))
     for k, numeric in enumerate(dialect.numeric):
-        values[:, k] = frame[k].to_numpy() if numeric else np.nan
+        if numeric:
+            values[:, k] = frame[k].to_numpy()
+        else:
+            values[:, k] = np.nan if clocks is None else clocks.seconds(k, frame[k].tolist())
     if np.isinf(values).any():
         return None
     return values
@@ -228,7 +243,7 @@ def _version(text: str) -> tuple[int, ...]:
     return tuple(int(part) for part in re.findall(r"\d+", text)[:2])
 
 
-def _row(number: int, line: str, dialect: Dialect, name: str) -> list[float]:
+def _row(number: int, line: str, dialect: Dialect, name: str, clocks: Clocks | None) -> list[float]:
     """Values of one line; ``InputError`` where it does not fit."""
     cells = trimmed(split(line, dialect.separator))
     said, several = f"{name}: line {number}: {shown(line.strip())}", _COUNTS.get(dialect.width, str(dialect.width))
@@ -237,7 +252,10 @@ def _row(number: int, line: str, dialect: Dialect, name: str) -> list[float]:
     values = []
     for k, (cell, numeric) in enumerate(zip(chain(cells, [""] * dialect.width), dialect.numeric, strict=False), 1):
         try:
-            values.append(dialect.number(cell) if numeric else float("nan"))
+            if numeric or clocks is None:
+                values.append(dialect.number(cell) if numeric else float("nan"))
+            else:
+                values.append(float(clocks.seconds(k - 1, [cell])[0]))
         except ValueError:
             raise InputError(
                 f"{said} is not {several} numbers, for {shown(cell)} in column {k}; correct or remove the line"

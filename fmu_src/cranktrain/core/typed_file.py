@@ -9,7 +9,7 @@ A refusal says what is wrong, where, the nearest valid name and how to correct i
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
@@ -37,10 +37,12 @@ class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     """A table of a file; a field that may be left out has a default, None where the file says nothing.
 
     ``remedy`` says what to do about a missing key; numbers under the keys ``measured`` are in the unit of the key
-    ``unit``, those of ``differences`` are differences of what it measures.
+    ``unit``, those of ``differences`` are differences of what it measures. ``needed`` names the optional keys that the
+    other values of a table, by key, make necessary.
     """
 
     remedy: ClassVar[str] = ""
+    needed: ClassVar[Callable[[Mapping[str, Any]], Sequence[str]] | None] = None
     measured: ClassVar[tuple[str, ...]] = ()
     differences: ClassVar[tuple[str, ...]] = ()
 
@@ -188,10 +190,25 @@ def usual(fault: Fault, where: str = "") -> str:
         found = fault.value[fault.key]
         noun = "table" if not fault.steps and (isinstance(found, dict) or _of_tables(found)) else "key"
         return f"{start}unknown {noun} '{key}'; {nearest(fault.key, [entry.encode_name for entry in fields])}"
-    own = next((entry for entry in fields if entry.encode_name == fault.key), None)
-    noun = "table" if own and isinstance(_plain(own.type), inspect.StructType) and not fault.steps else "key"
+    missing = _missing(fault, [entry.encode_name for entry in fields if entry.required])
+    own = [entry for entry in fields if entry.encode_name in missing]
+    tables = not fault.steps and all(isinstance(_plain(entry.type), inspect.StructType) for entry in own)
+    noun, are = ("table" if own and tables else "key"), "is missing"
+    if len(missing) > 1:
+        noun, are = f"{noun}s", "are missing"
     remedy = fault.owner.remedy or f"it needs {', '.join(entry.encode_name for entry in fields if entry.required)}"
-    return f"{start}{noun} '{key}' is missing; {remedy}" if start or not place else f"{key} is missing; {remedy}"
+    if start or not place:
+        return f"{start}{noun} {', '.join(map(repr, missing))} {are}; {remedy}"
+    return f"{', '.join(f'{place}.{name}' for name in missing)} {are}; {remedy}"
+
+
+def _missing(fault: Fault, required: list[str]) -> list[str]:
+    """All keys that a table lacks, that of the fault among them: required ones, then those that its values need."""
+    given = fault.value if isinstance(fault.value, Mapping) else {}
+    missing = [name for name in required if name not in given]
+    if fault.owner.needed is not None:
+        missing += [name for name in fault.owner.needed(given) if name not in given and name not in missing]
+    return missing if fault.key in missing else [fault.key]
 
 
 def _wrong_value(fault: Fault, place: str) -> str:

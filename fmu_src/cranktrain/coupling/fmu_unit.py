@@ -11,6 +11,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 from weakref import WeakValueDictionary
@@ -184,17 +185,24 @@ class FmuUnit:
     def close(self) -> None:
         """See the protocol."""
         fmu, self._fmu = self._fmu, None
-        try:
-            if fmu is not None and not self._lost:
+        failed: UnitError | None = None
+        if fmu is not None and not self._lost:
+            try:
                 if self._state:
                     self._free_state(fmu)
-                fmu.terminate()
-                fmu.freeInstance()
-        except Exception:  # it has failed before, and said why
-            self._lost = True
+                self._try("termination", fmu.terminate)
+            except UnitError as error:
+                failed = error
+            except Exception:  # it has failed before, and said why
+                self._lost = True
+            with suppress(Exception):
+                if not self._lost:
+                    fmu.freeInstance()
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder = None
+        if failed is not None:
+            raise failed
 
     def _free_state(self, fmu: Any) -> None:
         fmu.freeFMUstate(self._state)

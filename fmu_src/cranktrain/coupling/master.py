@@ -229,10 +229,16 @@ class Master:
         self._known[:], self._samples.values[:] = known, values
 
     def close(self) -> None:
-        """End all units."""
+        """End all units; ``UnitError`` of the first that did not end well."""
         self._turns = None
+        failed: list[UnitError] = []
         for unit in self._order:
-            unit.close()
+            try:
+                unit.close()
+            except UnitError as error:
+                failed.append(error)
+        if failed:
+            raise failed[0]
 
     def _feeds(self, unit: Unit) -> bool:
         """Whether a connected input of a unit changes one of its outputs that is read, without a step."""

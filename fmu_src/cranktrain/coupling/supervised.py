@@ -13,7 +13,6 @@ import signal
 import tempfile
 import time
 import traceback
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -216,11 +215,17 @@ class _Watcher:
         )  # fmt: skip
 
     def _closed(self) -> None:
-        """Let the units close; a warning where one cannot."""
+        """Let the units close; ``UnitError`` where one cannot, or says that it did not end well."""
         self._wait(GRACE)
+        heard: Any = None
+        with suppress(Exception):  # the pipe is closed
+            if self._ear.poll():
+                heard = self._ear.recv()
+        if isinstance(heard, UnitError):
+            raise UnitError(f"{heard}; the run itself is complete, correct the unit")
         if self._process.exitcode != 0:
             how = "did not return" if self._process.exitcode is None else self._died()
-            warnings.warn(f"{self._place()}: {how}; the run itself is complete", stacklevel=2)
+            raise UnitError(f"{self._place()}: {how}; the run itself is complete, correct the unit")
 
     def end(self) -> None:
         """End the process, by itself where it can."""
@@ -259,7 +264,10 @@ def _work(
         told.send(RuntimeError(traceback.format_exc()))
     finally:
         if master is not None:
-            master.close()
+            try:
+                master.close()
+            except UnitError as error:  # of a run that has failed before it is not heard
+                told.send(UnitError(*error.args))
     os._exit(0)
 
 

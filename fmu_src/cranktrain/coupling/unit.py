@@ -76,7 +76,7 @@ class Unit(Protocol):
         """Set a state of ``keep``."""
 
     def close(self) -> None:
-        """End it; harmless where it has ended."""
+        """End it; harmless where it has ended. ``UnitError``: it says that it did not end well."""
 
 
 class Around:

@@ -27,7 +27,7 @@ from cranktrain.coupling.run import Bond, Coupled
 from cranktrain.coupling.trace_unit import MeasuredPressures, TraceUnit
 from cranktrain.results.summary import vibration
 
-ANGLE, SPEED = "crank.angle", "crank.speed"
+ANGLE, SPEED, FRAME_SPEED = "crank.angle", "crank.speed", "frame.speed"
 POLYTROPIC = "polytropic"
 """The cranktrain's own reconstruction of pressures."""
 INTEGRATOR = "solver.integrator"
@@ -45,14 +45,14 @@ WORK = "gas.work"
 DEVIATIONS, TAKEN = ("volume_deviation", "volume_deviation_rate"), "deviation_taken"
 """What the cranktrain gives of each cylinder's volume, and what the combustion gives back with its pressure."""
 READ = {
-    CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated", WORK),
+    CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated", FRAME_SPEED, WORK),
     COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls", WORK),
     VALVETRAIN: valve_drive.READ,
 }
 """Outputs that a run records in addition to the connected ones."""
 PRESSURE_ANGLE = Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST)
 GAS = Bond("gas", given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
-           taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, SPEED))])  # fmt: skip
+           taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, FRAME_SPEED))])  # fmt: skip
 GAS_WORK = Bond("gas", given=[((COMBUSTION, WORK),)], taken=[((CRANKTRAIN, WORK),)], works=True)
 
 

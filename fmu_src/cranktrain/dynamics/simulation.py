@@ -166,7 +166,7 @@ class Simulation(SteppedModel):
         self.inputs[engine.n_cylinders + at.AXIAL_INPUT] = axial_force(self.settings, engine)
         self._load = engine.n_cylinders + at.LOAD_INPUT
         self.load_law: LoadFollower | None = None
-        self._end_speed = torsional_line(engine, 1.0).end_speed
+        self._end_speed = torsional_line(engine).end_speed
         self.on_demand, self._watched = False, set[int]()
         self.power_samples: PowerSamples | None = None
         if self.inputs.size > MAX_INPUTS:

@@ -6,7 +6,16 @@ import math
 from dataclasses import dataclass, fields
 
 from cranktrain.engine import quantities as q
-from cranktrain.engine.parts import AxialPath, Damper, JournalBearing, RollerBearings, Skirt, ThrustBearing
+from cranktrain.engine.parts import (
+    AxialPath,
+    Damper,
+    Given,
+    JournalBearing,
+    Needed,
+    RollerBearings,
+    Skirt,
+    ThrustBearing,
+)
 from cranktrain.engine.quantities import need
 
 
@@ -197,6 +206,26 @@ class RingDamper:
     ring_outer_radius, ring_inner_radius, ring_width, axial_gap, outer_gap, inner_gap : between which it is, m
     stiffness, loss_factor : of rubber, N m/rad
     """
+
+    @staticmethod
+    def needed(given: Given) -> Needed:
+        """Of what a damper of an engine needs, the keys that this one has."""
+        keys, why = Damper.needed(lambda key: given("fluid" if key == "law" else key))
+        optional = (
+            "viscosity",
+            "viscosity_slope",
+            "critical_stress",
+            "flow_exponent",
+            "ring_outer_radius",
+            "ring_inner_radius",
+            "ring_width",
+            "axial_gap",
+            "outer_gap",
+            "inner_gap",
+            "stiffness",
+            "loss_factor",
+        )
+        return Needed(tuple(key for key in keys if key in optional), why)
 
     kind: q.RingDamperKind
     temperature_speeds: tuple[q.Speed, ...]

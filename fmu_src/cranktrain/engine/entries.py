@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import MISSING, fields
 from difflib import get_close_matches
 from functools import cache
@@ -22,6 +22,7 @@ from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.typed_file import Entry, Fault, Table, quantities
 from cranktrain.core.units import known_factor, other_units
 from cranktrain.engine import quantities as q
+from cranktrain.engine.parts import Needed
 from cranktrain.engine.quantities import OFFSETS, ROUNDING, UNITS, OneOf, Quantity, kinds
 
 ORIGINS = ("chosen", "derived", "calibrated", "published", "identified")
@@ -50,8 +51,11 @@ def keys_of(part: type, plain: Collection[str] = (), without: Collection[str] = 
 
 
 def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **options: Any) -> Any:
-    """A table of a file with these keys; ``like`` is a file in which to see it, ``options`` are those of a struct."""
-    space = {"__doc__": about, "remedy": f"add it as in {like}"}
+    """A table of a file with these keys; ``like`` is a file in which to see it, ``options`` are those of a struct.
+
+    The option ``needed`` is that of :class:`cranktrain.core.typed_file.Table`.
+    """
+    space = {"__doc__": about, "remedy": f"add it as in {like}", "needed": options.pop("needed", None)}
     name = f"{name.removesuffix('Table')}Table"
     return msgspec.defstruct(name, keys, bases=(Table,), kw_only=True, namespace=space, **options)
 
@@ -59,11 +63,27 @@ def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **opt
 @cache
 def stated(part: Any, like: str) -> Any:
     """The table of a file that states a dataclass, all of its fields by entries."""
-    return table_of(part.__name__, keys_of(part), part.__doc__, like)
+
+    def needed(table: Mapping[str, Any]) -> Sequence[str]:
+        """Optional keys that the values of a table's entries make necessary."""
+        return _needed(part, lambda key: (table.get(key) or {}).get("value")).keys
+
+    return table_of(part.__name__, keys_of(part), part.__doc__, like, needed=staticmethod(needed))
+
+
+def _needed(part: type, given: Callable[[str], Any]) -> Needed:
+    """Optional keys that a part needs with these values, see :class:`cranktrain.engine.parts.Needed`."""
+    own: Callable[[Callable[[str], Any]], Needed] | None = getattr(part, "needed", None)
+    return Needed() if own is None else own(given)
 
 
 def part_of(part: type, read: Any, where: str, plain: Collection[str] = (), **further: Any) -> Any:
-    """The dataclass of a table that was read, in SI; ``InputError`` where an origin lacks its note."""
+    """The dataclass of a table that was read, in SI; ``InputError``: an origin without its note, keys that it needs."""
+    wanted = _needed(part, lambda key: getattr(getattr(read, key), "value", None))
+    if missing := [key for key in wanted.keys if getattr(read, key) is None]:
+        are, them = ("is", "it") if len(missing) == 1 else ("are", "them")
+        place = f"{where}.{missing[0]}:" if len(missing) == 1 else f"{where}: keys {', '.join(map(repr, missing))}"
+        raise InputError(f"{place} {are} missing; {wanted.why} {them}")
     for entry in fields(part):
         value, key = getattr(read, entry.name, None), entry.name
         if value is None or key in further:

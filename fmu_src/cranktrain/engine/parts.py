@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from cranktrain.engine import quantities as q
 
@@ -28,6 +29,17 @@ COLDEST, ROOM, HOTTEST = 173.15, 298.15, 1273.15
 """Temperatures, K, that a linear damper may have, and the one it has; its law does not depend on them."""
 ANY_FREQUENCY = 100.0
 """Frequency, Hz, at which a linear damper of constant stiffness and damping is said to be linearised."""
+
+
+Given = Callable[[str], Any]
+"""Value of a table under a key, None where the table does not state it."""
+
+
+class Needed(NamedTuple):
+    """Optional keys that the other values of a table make necessary, and why."""
+
+    keys: tuple[str, ...] = ()
+    why: str = ""
 
 
 @dataclass(frozen=True)
@@ -418,6 +430,14 @@ class MeanLoad:
     count from it.
     """
 
+    @staticmethod
+    def needed(given: Given) -> Needed:
+        """The torque or the power of a load."""
+        kind = given("kind")
+        return (
+            Needed(("power",) if kind == "power" else ("torque",), f"a load of kind {kind} needs") if kind else Needed()
+        )
+
     kind: q.LoadLaw
     speed: q.LoadSpeed
     torque: q.FrictionTorque = 0.0
@@ -441,6 +461,12 @@ class AxialPath:
     :mod:`cranktrain.film.laws.axial_joint`. ``force`` is a steady axial force on the flywheel, positive away from the
     pulley.
     """
+
+    @staticmethod
+    def needed(given: Given) -> Needed:
+        """Friction of a spline, whose joint slides by it."""
+        why = "a spline slides by friction x torque / spline_radius; take joint bolted, or give"
+        return Needed(("spline_radius", "friction"), why) if given("joint") == "spline" else Needed()
 
     joint: q.AxialJoint
     mass: q.Mass
@@ -470,6 +496,22 @@ class Damper:
     ``cooling_area`` to ``ambient_temperature`` makes it. It should not dissipate more than ``power_limit`` per cooling
     area.
     """
+
+    @staticmethod
+    def needed(given: Given) -> Needed:
+        """What a viscous or rubber damper needs."""
+        kind, law = given("kind"), given("law") or "shear-thinning"
+        if kind not in ("viscous", "rubber"):
+            return Needed()
+        rubber = kind == "rubber"
+        fluid = ("critical_stress", "flow_exponent") if law != "newtonian" else ()
+        gaps = ("ring_outer_radius", "ring_inner_radius", "ring_width", "axial_gap", "outer_gap", "inner_gap")
+        keys = (
+            "mass", "frequency", "lowest_temperature", "highest_temperature", "temperature_speeds", "temperatures",
+            "ambient_temperature", "heat_transfer", "cooling_area", "power_limit",
+            *(("stiffness", "loss_factor") if rubber else ("viscosity", "viscosity_slope", *fluid, *gaps)),
+        )  # fmt: skip
+        return Needed(keys, f"a {kind} damper{'' if rubber else f' of law {law}'} needs")
 
     kind: q.DamperKind
     ring_inertia: q.Inertia

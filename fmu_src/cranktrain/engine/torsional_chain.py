@@ -26,7 +26,8 @@ inertia on the first. An end that is not a disc is written in the same way, with
 slashes, as in ``2e4/3e4/6e4``. The table may be written in any dialect (:mod:`cranktrain.core.text_table`) and name its
 units, as ``inertia [kg cm^2]``.
 
-In place of a crank a chain is taken by :mod:`cranktrain.structure.crank.chain`. As drive line behind the flywheel, see
+In place of a crank a chain is taken by :mod:`cranktrain.structure.crank.chain`: discs ``pulley``, ``flywheel``, and
+``pin[1]`` … or ``main[1]`` …, between which the pins turn. As drive line behind the flywheel, see
 :mod:`cranktrain.loads.torsional_line`, it begins at ``flywheel`` and ends at ``dynamometer``, which are no discs of the
 table; without a shaft to ``dynamometer`` its far end is free.
 """

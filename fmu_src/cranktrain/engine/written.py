@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.core.errors import InputError, shown
+from cranktrain.core.errors import InputError, as_float, shown
 from cranktrain.engine.additions import TABLES
 from cranktrain.engine.additions import TEXTS as TEXTS_OF
 from cranktrain.engine.connections import DATA
@@ -116,6 +116,7 @@ def _in_best_unit(values: list[float], dimension: str, unit: str) -> tuple[str, 
 
 def _as_written(value: float, scale: float, zero: float) -> float | None:
     """The shortest number that the reader turns into a value; None where rounding leaves none."""
+    value = as_float(value)
     if not math.isfinite(value):
         return value
     near = (value - zero) / scale

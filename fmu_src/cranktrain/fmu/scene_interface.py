@@ -1,6 +1,7 @@
 """The interface of a scene's FMU: the variables that its levels provide and the scene lists.
 
-All inputs are included. Outputs are the outputs of the scene, the crank's angle and speed, and outputs of the solver.
+All inputs are included. Outputs are those of the scene, angle and speed of the crank, the frame's speed, and outputs of
+the solver.
 Levels are not parameters, because the FMU holds the data of one level of each kind. Start values of the remaining
 parameters are those of the plan.
 """
@@ -20,7 +21,7 @@ from cranktrain.studies.planning.scene_model import SceneModel
 
 LEVELS = ("crank", "bearings", "big_ends", "block", "pistons", "damper")
 """Settings that a scene's FMU fixes."""
-ALWAYS = ("crank.angle", "crank.speed")
+ALWAYS = ("crank.angle", "crank.speed", "frame.speed")
 
 
 def carried_engine(plan: Plan) -> Engine:

@@ -76,6 +76,7 @@ class GivenPoints:
     angle: Array
     pressures: Array
     noun: ClassVar[str] = "value"
+    column: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         """Find the peaks."""

@@ -52,6 +52,8 @@ CONFLICT = 0.2
 GAP_AT_PEAK, NEAR_PEAK = 10.0, 15.0
 """Gap (deg) within so many degrees of the peak in which the true peak may hide."""
 PERIOD = 720.0
+FARTHEST = 1e5
+"""Largest angle of a file, deg: some hundred cycles that follow each other."""
 _FINE = 2880
 
 
@@ -86,8 +88,6 @@ def read_pressure(
     gap at the peak; else of one that is hardly of this engine (:mod:`cranktrain.loads.trace_doubts`).
     """
     place, columns = split_columns(path)
-    if dead_centre_deg is not None and not math.isfinite(dead_centre_deg):
-        raise InputError(f"{place.name}: dead centre at {dead_centre_deg} deg is not an angle")
     points = read_points(place, columns, engine.n_cylinders)
     return folded_traces(points, _stated(points, unit, place.name), dead_centre_deg, n, engine, place.name)
 
@@ -105,6 +105,10 @@ class Points(Protocol):
     def negative(self) -> tuple[int, float] | None:
         """Number of the first point with a pressure below zero, and this pressure."""
 
+    @property
+    def column(self) -> str:
+        """Name of the first column of pressures for messages, behind a comma; empty where there is none."""
+
     def parts(self) -> Iterator[tuple[Array, Array]]:
         """Angles (n,) deg and pressures (n, k), part by part."""
 
@@ -113,12 +117,16 @@ def folded_traces(
     points: Points, stated: PressureUnit | None, dead_centre_deg: float | None, n: int, engine: Engine, name: str
 ) -> tuple[list[Array], str]:
     """Traces of points as :func:`read_pressure` gives them; errors and warnings begin with ``name``."""
+    if dead_centre_deg is not None and not abs(dead_centre_deg) <= FARTHEST:
+        raise InputError(
+            f"{name}: dead centre at {dead_centre_deg:g} deg is no angle of a trace; give one within {FARTHEST:g} deg"
+        )
     period, phases = math.degrees(engine.cylinders.cycle), np.degrees(engine.firing_angles)
     _refuse_impossible(points, stated, name)
     first = _dead_centre(float(points.peak_angles[0]), name) if dead_centre_deg is None else dead_centre_deg
     centres, base = _centres(points.peak_angles, first, phases, period, name)
     cycles = _cycles(points, centres, name, period)
-    found = stated or unit_of_trace(name, engine, *cycles[0][:2])
+    found = stated or unit_of_trace(f"{name}{points.column}", engine, *cycles[0][:2])
     rows, noises = [], []
     for k, (x, raw, conflict) in enumerate(cycles, 1):
         own = name if len(centres) == 1 else f"{name}, cylinder {k}"

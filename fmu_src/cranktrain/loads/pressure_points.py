@@ -58,6 +58,11 @@ class PressurePoints:
     count: int = 0
     _kept: list[TextTable] | None = field(default_factory=list)
 
+    @property
+    def column(self) -> str:
+        """Name of the first column of pressures for messages, behind a comma; empty where the file names none."""
+        return f", column {self.names[0]}" if self.names[0] else ""
+
     def __post_init__(self) -> None:
         """Read the file once, line by line checked."""
         self.peaks = np.full(len(self.columns) - 1, -np.inf)

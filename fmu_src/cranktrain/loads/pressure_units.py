@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+from cranktrain.core.column_names import kind_of
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.units import known_factor
 
@@ -63,7 +64,9 @@ def header_unit(cells: list[str], name: str) -> PressureUnit | None:
     if (found := _spelt(written[-1])) is not None:
         return found
     alone = bool(words) and len(cells) > 1 and cells[0].strip().lower() in _ANGLES
-    unknown = bracketed or [word for word in words if word in _FOREIGN] or (words if alone else [])
+    named = kind_of(cells[-1], ("pressure",)) == "pressure" or (len(words) == 1 and words[0] == "pc")
+    foreign = [word for word in words if word in _FOREIGN] if len(words) > 1 else []
+    unknown = bracketed or foreign or (words if alone and not named else [])
     unknown = [word for word in unknown if word not in _ENDINGS and word not in ("", "p", "pressure")]
     if unknown:
         said = shown(unknown[-1])

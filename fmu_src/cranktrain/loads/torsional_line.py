@@ -7,9 +7,8 @@ Consistent gears have r g₁ = g₂, so the twist is r ψ₁ − ψ₂ and does 
 the dynamometer of given speed by δ, the dynamometer's motion is −g δ.
 
 A disc's absolute damping acts on its motion relative to uniform rotation at the given speed, or relative to the frame
-if a torque loads the dynamometer. A loss factor η is replaced by the damping η k/ω₁, where ω₁ is the first natural
-frequency of the line with the crank as one rigid inertia. This damping equals hysteresis at ω₁ and is larger in higher
-modes.
+if a torque loads the dynamometer. Loss factors are no part of the laws: their damping depends on the modes of crank and
+line together (:mod:`cranktrain.dynamics.model.hysteresis`).
 
 A line without a shaft to the dynamometer ends freely; ``end_speed`` is then 1 and the line has no stiffness as a whole.
 
@@ -18,7 +17,6 @@ Source: W. Ker Wilson, *Practical Solution of Torsional Vibration Problems*, vol
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -40,11 +38,12 @@ class TorsionalLine(NamedTuple):
     end_speed : the dynamometer's
     twists : (s, r + 2) twist of each shaft by the rotations of flywheel, rotors and dynamometer
     laws : (s, LAW)
+    hysteresis : (s,) η k of the rows, N m/rad
     shafts : the shafts of the first rows of ``twists``, those with stiffness
     free : whether no shaft leads to the dynamometer
     last : index of the rotor that has the table's last disc, which the load of a line that ends freely acts on
     follow : (r,) rotations of the rotors as the flywheel turns slowly by one and the dynamometer stays
-    stiffness, damping : of the whole line at the flywheel, in that motion
+    stiffness, damping : of the whole line at the flywheel, in that motion, without loss factors
     """
 
     names: tuple[str, ...]
@@ -53,6 +52,7 @@ class TorsionalLine(NamedTuple):
     end_speed: float
     twists: Array
     laws: Array
+    hysteresis: Array
     shafts: tuple[Shaft, ...]
     free: bool
     last: int
@@ -71,13 +71,13 @@ class TorsionalLine(NamedTuple):
         return float(self.inertia @ self.speeds**2)
 
 
-def torsional_line(engine: Engine, crank_inertia: float) -> TorsionalLine:
-    """An engine's drive line; ``crank_inertia`` (kg m²) of the crank about its axis counts for loss factors."""
+def torsional_line(engine: Engine) -> TorsionalLine:
+    """An engine's drive line."""
     if engine.drive_line_chain is not None:
-        return _line(engine.drive_line_chain.chain, crank_inertia)
+        return _line(engine.drive_line_chain.chain)
     line = engine.drive_line
     shaft = Shaft((FLYWHEEL, DYNAMOMETER), line.stiffness, line.damping)
-    return _line(Chain((), (shaft,)), crank_inertia)
+    return _line(Chain((), (shaft,)))
 
 
 def windup_stiffness(line: TorsionalLine) -> float:
@@ -92,7 +92,7 @@ def windup_shares(line: TorsionalLine) -> Array:
     return torques / stiffness if stiffness > 0.0 else np.zeros_like(torques)
 
 
-def _line(chain: Chain, crank_inertia: float) -> TorsionalLine:
+def _line(chain: Chain) -> TorsionalLine:
     turns, speeds = coordinates(chain), gear_speeds(chain)
     free = DYNAMOMETER not in speeds
     speeds.setdefault(DYNAMOMETER, 1.0)
@@ -120,16 +120,22 @@ def _line(chain: Chain, crank_inertia: float) -> TorsionalLine:
     rows, law = np.array(twists), np.array(laws)
     stiffness = rows.T @ (law[:, STIFFNESS, None] * rows)
     moving = stiffness[:-1, :-1]
-    if any(lost):
-        root = 1.0 / np.sqrt(np.append(crank_inertia, inertia))
-        # A line that ends freely first turns as a whole.
-        first = math.sqrt(float(np.linalg.eigvalsh(root[:, None] * moving * root)[int(free)]))
-        law[:, DAMPING] += np.array(lost) / first
     follow = -np.linalg.solve(moving[1:, 1:], moving[1:, 0])
     slow = rows[:, :-1] @ np.append(1.0, follow)
     effective = (float(law[:, column] @ slow**2) for column in (STIFFNESS, DAMPING))
     last = int(np.flatnonzero(turns[-1])[0]) if chain.discs else -1
     rotors = tuple(chain.names[leader] for leader in leaders)
     return TorsionalLine(
-        rotors, inertia, rotor_speeds, speeds[DYNAMOMETER], rows, law, tuple(shafts), free, last, follow, *effective
+        rotors,
+        inertia,
+        rotor_speeds,
+        speeds[DYNAMOMETER],
+        rows,
+        law,
+        np.array(lost),
+        tuple(shafts),
+        free,
+        last,
+        follow,
+        *effective,
     )

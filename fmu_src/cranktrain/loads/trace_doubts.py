@@ -1,15 +1,19 @@
 """What is unlikely of a measured pressure in a given engine: one line.
 
 The pressure at the end of the intake stroke is compared with the engine's own. Between ``COMPRESSION`` the charge is
-closed and does not burn yet, so that p Vⁿ is constant with n from 1.2 (cooled) to 1.4 (air): a wrong dead centre, zero
-of the pressure or compression ratio shows in n. A fired cycle does work, with its peak after dead centre; angles that
-run backwards show in the sign of the work.
+closed and does not burn yet, so that p Vⁿ is constant with n from 1.2 (cooled) to 1.4 (air): a wrong zero of the
+pressure or compression ratio shows in n. A fired cycle does work, with its peak after dead centre; angles that run
+backwards show in the sign of the work.
+
+The exponents on both sides of dead centre are nearly equal. A trace that is late by 5 degrees has 1.25 in compression
+and 1.45 in expansion, one that is early the reverse, and a zero that is too low raises both. A moving average over W
+degrees multiplies the k-th harmonic of a cycle of Z degrees by sin(x)/x, x = π k W/Z: its zeros show in the spectrum.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -30,6 +34,18 @@ COMPRESSION = (-65.0, -35.0)
 """Between closed valves or ports and the earliest burn, deg after firing dead centre."""
 EXPONENTS = (1.05, 1.6)
 """Least and largest usual exponent n between these."""
+FLANKS = ((-95.0, -50.0), (60.0, 95.0))
+"""Closed part of compression and of expansion, deg after firing dead centre; a margin ``MARGIN`` to the valves."""
+MARGIN = 10.0
+BOTH = 1.45
+"""Largest usual mean of their exponents; air has 1.4, and walls cool it."""
+APART, LATE = 0.03, 3.5
+"""Usual difference of the two exponents, and the shift of dead centre (deg) to this difference that is told."""
+SHIFTS = np.arange(-20.0, 20.1, 0.5)
+AVERAGED, DIP = np.arange(25.0, 60.1, 0.5), 0.12
+"""Widths of moving averages that are looked for, deg, and the largest amplitude in a zero over that beside it."""
+LOBES, NOISE = ((0.5, 0.8), (1.3, 1.7), (2.3, 2.7)), 1e-7
+"""Harmonics beside the first two zeros over that of the first, and their least amplitude over the largest."""
 
 
 def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
@@ -43,9 +59,9 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
     intake = float(pressure[3 * n // 4])
     stated = engine.compressor.suction if engine.compressor else engine.burn.intake_pressure
     ratio = intake / stated
-    inside = (at - 720.0 >= COMPRESSION[0]) & (at - 720.0 <= COMPRESSION[1])
-    volume, _ = cylinder_volume(engine, at[inside] * (CYCLE / 720.0))
-    exponent = -float(np.polyfit(np.log(volume), np.log(pressure[inside]), 1)[0])
+    exponent = _exponent(engine, pressure, COMPRESSION)
+    flanks = _flanks(engine)
+    squeezed, expanded = (_exponent(engine, pressure, own) for own in flanks)
     # One cause may show in several of these: the first says most.
     if burns and not PEAK[0] <= peak <= PEAK[1]:
         yield (
@@ -60,7 +76,8 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
     elif not INTAKE[0] <= ratio <= INTAKE[1]:
         yield (
             f"{1e-5 * intake:.3g} bar at the start of the compression, {ratio:.3g} times the engine file's intake "
-            f"pressure, usual {INTAKE[0]:g} to {INTAKE[1]:g} times; check the unit (1 psi is 0.069 bar) and this one"
+            f"pressure, usual {INTAKE[0]:g} to {INTAKE[1]:g} times; check the unit (1 psi is 0.069 bar), the zero "
+            "(absolute or gauge) and this one"
         )
     elif burns and not EXPONENTS[0] <= exponent <= EXPONENTS[1]:
         yield (
@@ -68,3 +85,66 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
             f"constant, usual exponents {EXPONENTS[0]:g} to {EXPONENTS[1]:g}; check dead centre, zero of the pressure "
             "(absolute or gauge) and compression_ratio"
         )
+    elif burns and 0.5 * (squeezed + expanded) > BOTH:
+        yield (
+            f"compression follows p V^{squeezed:.3g} and expansion p V^{expanded:.3g}, usual at most {BOTH:g} in the "
+            "mean, so the pressure is too low throughout; check its zero (absolute or gauge) and compression_ratio"
+        )
+    elif burns and abs(shift := _shift(engine, pressure, flanks)) > LATE:
+        yield (
+            f"compression follows p V^{squeezed:.3g} and expansion p V^{expanded:.3g}, as if dead centre lay at "
+            f"{shift:+.2g} deg of the trace, where both are alike; check dead centre (--pressure-tdc-deg)"
+        )
+    elif burns and (width := _averaged(pressure, cycle)):
+        yield (
+            f"its harmonics vanish as those of a moving average over {width:.3g} deg do, which lowers the peak and "
+            "blurs the burn; average over cycles, not over angles"
+        )
+
+
+def _flanks(engine: Engine) -> list[tuple[float, float]]:
+    """Compression and expansion with closed valves or ports, deg after firing dead centre."""
+    (begin, before), (after, end) = FLANKS
+    if engine.combustion is not None:
+        begin = max(begin, min(math.degrees(engine.combustion.intake_closes) + MARGIN, before - MARGIN))
+        end = min(end, max(math.degrees(engine.combustion.exhaust_opens) - MARGIN, after + MARGIN))
+    return [(begin, before), (after, end)]
+
+
+def _exponent(engine: Engine, pressure: Array, between: tuple[float, float], shift: float = 0.0) -> float:
+    """Polytropic exponent of a trace (n,) between two angles of it, deg, with dead centre at ``shift`` deg."""
+    at = np.arange(pressure.size) * (720.0 / pressure.size)
+    at = np.where(at < 360.0, at, at - 720.0)
+    inside = (at >= between[0]) & (at <= between[1])
+    volume, _ = cylinder_volume(engine, np.mod(at[inside] - shift, 720.0) * (CYCLE / 720.0))
+    return -float(np.polyfit(np.log(volume), np.log(pressure[inside]), 1)[0])
+
+
+def _shift(engine: Engine, pressure: Array, flanks: Sequence[tuple[float, float]]) -> float:
+    """Place of dead centre in a trace (n,), deg, at which both flanks' exponents have their usual difference."""
+    away = []
+    for shift in SHIFTS.tolist():
+        squeezed, expanded = (_exponent(engine, pressure, own, shift) for own in flanks)
+        away.append(abs(squeezed - expanded - APART))
+    return float(SHIFTS[int(np.argmin(away))])
+
+
+def _averaged(pressure: Array, cycle: float) -> float:
+    """Width of the moving average that a trace (n,) went through, deg; 0 where its spectrum has no such zeros.
+
+    ``cycle``: its angle, deg.
+    """
+    sizes = np.abs(np.fft.rfft(pressure)[:: round(720.0 / cycle)])
+    best, found = DIP, 0.0
+    for width in AVERAGED.tolist():
+        first = cycle / width
+        if 3.0 * first >= sizes.size:
+            continue
+        beside = [float(sizes[math.ceil(a * first) : int(b * first) + 1].max()) for a, b in LOBES]
+        zeros = [float(sizes[int(m * first) : int(m * first) + 2].min()) for m in (1, 2)]
+        if beside[2] < NOISE * sizes[1:].max():
+            continue
+        dip = max(zero / math.sqrt(a * b) for zero, a, b in zip(zeros, beside[:2], beside[1:], strict=True))
+        if dip < best:
+            best, found = dip, width
+    return found

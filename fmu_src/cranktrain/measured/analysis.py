@@ -18,7 +18,7 @@ from cranktrain.measured.compression import Compression
 from cranktrain.measured.cylinder import Cylinder
 from cranktrain.measured.filtered import filtered_orders
 from cranktrain.measured.pressure import Cycles, cycles_by_encoder, cycles_by_rotation, pegged
-from cranktrain.measured.rotation import KEEP, RPM, Rotation, rotation, tachos
+from cranktrain.measured.rotation import KEEP, RPM, Rotation, rotation
 from cranktrain.measured.tracking import Orders, Points, channel_points, check_orders, fit_shape, torsion_points, track
 from cranktrain.measured.wheel import Wheel
 
@@ -28,40 +28,39 @@ class RotationAsked:
     """Rotation of one or two places as options ask for it; see :func:`cranktrain.measured.rotation.rotation`.
 
     ``teeth`` and ``missing`` may be None: a wheel with a gap that recurs says them itself. ``speed`` (rev/min) is one
-    that the shaft had, against which the pulses are checked.
+    that the shaft had, against which the pulses are checked; ``clock`` (Hz) that of a counter whose ticks the channels
+    hold.
     """
 
     channel: str
     teeth: int | None = None
     missing: int | None = None
     level: float | None = None
-    edge: str = "rising"
+    edge: str | None = None
     learn: tuple[float, float] | bool | Array = False
     eccentricity: str = KEEP
     index: str = ""
     dead_centre: float = 0.0
     second: str = ""
     second_teeth: int | None = None
-    second_missing: int = 0
+    second_missing: int | None = None
     firing: str = ""
     speed: float | None = None
+    clock: float | None = None
 
 
 def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotation]:
     """Rotation of the first place, and of the second one against the first's mean rotation; ``InputError``."""
     channel = measurement[asked.channel]
-    teeth, missing = asked.teeth, asked.missing
-    if teeth is None:
-        found = {one["channel"]: one for one in tachos(Measurement((channel,)))}.get(channel.name, {})
-        if "teeth" not in found:
-            raise InputError(f"channel '{channel.name}' has no gap that says its teeth a revolution; give --teeth N")
-        teeth, missing = found["teeth"], found["missing"] if missing is None else missing
+    wheel = None if asked.teeth is None else Wheel(asked.teeth, asked.missing or 0)
     index = measurement[asked.index] if asked.index else None
     stated = None if asked.speed is None else asked.speed / RPM
     first = rotation(
-        channel, Wheel(teeth, missing or 0), level=asked.level, edge=asked.edge, learn=asked.learn,
-        eccentricity=asked.eccentricity, index=index, dead_centre=asked.dead_centre,
+        channel, wheel, level=asked.level, edge=asked.edge, learn=asked.learn,
+        eccentricity=asked.eccentricity, index=index, dead_centre=asked.dead_centre, clock=asked.clock,
     )  # fmt: skip
+    if asked.missing not in (None, first.wheel.missing):
+        raise InputError(f"channel '{channel.name}': its gap lacks {first.wheel.missing} teeth, not {asked.missing}")
     first = check_aliasing(first, channel, stated)
     if asked.firing:
         first = first.with_firing(measurement[asked.firing])
@@ -75,10 +74,11 @@ def rotations_of(measurement: Measurement, asked: RotationAsked) -> list[Rotatio
     learn = asked.learn if isinstance(asked.learn, bool | tuple) else False
     second = rotation(
         other,
-        Wheel(asked.second_teeth, asked.second_missing),
+        Wheel(asked.second_teeth, asked.second_missing or 0),
         edge=asked.edge,
         learn=learn,
         eccentricity=asked.eccentricity,
+        clock=asked.clock,
     )
     if stated is not None:
         second = check_aliasing(second, other, stated)

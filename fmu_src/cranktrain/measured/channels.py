@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,7 @@ class Channel:
     places : (first, past the last) → abscissa, or None
     abscissa, abscissa_unit : what the samples are over: ``time`` in s, ``speed`` in rev/min, ``frequency`` in Hz, …
     about : further words of the file: title, group, direction
+    began : when the abscissa is 0, ns since 1970 UTC; None where the file does not state it
     """
 
     name: str
@@ -54,6 +55,7 @@ class Channel:
     abscissa: str = TIME
     abscissa_unit: str = "s"
     about: str = ""
+    began: int | None = None
 
     @property
     def rate(self) -> float:
@@ -75,6 +77,12 @@ class Channel:
         if self.places is not None:
             return self.places(first, last)
         return np.asarray(self.start + self.step * np.arange(first, last, dtype=np.float64))
+
+    def later(self, seconds: float) -> Channel:
+        """Return the channel with its abscissa shifted, s."""
+        own = self.places
+        places = None if own is None else (lambda first, last: own(first, last) + seconds)
+        return replace(self, start=self.start + seconds, places=places, began=None)
 
     @property
     def duration(self) -> float:
@@ -201,7 +209,7 @@ def rising_times(read: Reader, size: int, where: str) -> list[str] | None:
 
 
 def sampled(
-    name: str, unit: str, times: Array, values: Array, source: str, about: str = ""
+    name: str, unit: str, times: Array, values: Array, source: str, about: str = "", began: int | None = None
 ) -> tuple[Channel, list[str]]:
     """Make a channel over time of arrays (n,), and remarks on its times."""
     where = f"{source}, channel {name}"
@@ -217,4 +225,6 @@ def sampled(
         own, values = own[order], values[order]
         start = float(own[0])
     places = None if own is None else of_array(own)
-    return Channel(name, unit, values.size, source, of_array(values), start, step, places, about=about), remarks
+    return Channel(
+        name, unit, values.size, source, of_array(values), start, step, places, about=about, began=began
+    ), remarks

@@ -1,7 +1,8 @@
 """Tables of measured orders: curves of UFF files and tables over speed, and the table that tracking writes.
 
 The written table is the one that ``--measured`` of run-up pictures and reports reads: speed_rpm, order, amplitude,
-unit, phase_deg, band (half of the 95 % band, in the same unit).
+unit, phase_deg, band (half of the 95 % band, in the same unit), output, signal, wheel (its teeth, as 60-2, where the
+rotation is that of a toothed wheel, whose pitch errors add a constant to whole orders).
 """
 
 from __future__ import annotations
@@ -68,12 +69,15 @@ def order_curves(measurement: Measurement) -> list[OrderCurve]:
     return curves
 
 
-def write_orders(path: str | Path, found: Sequence[Orders], outputs: Sequence[str] = (), unit: str = "deg") -> Path:
+def write_orders(
+    path: str | Path, found: Sequence[Orders], outputs: Sequence[str] = (), unit: str = "deg", wheel: str = ""
+) -> Path:
     """Write tracked orders as a table; angles in ``unit`` ``deg``, others in the unit of their signal.
 
     ``outputs``: output of a run-up that each signal is laid over; by default its unit decides when the table is read.
+    ``wheel``: teeth of the wheel whose rotation the orders are, such as ``60-2``.
     """
-    lines = [MARK, "speed_rpm,order,amplitude,unit,phase_deg,band,output,signal"]
+    lines = [MARK, "speed_rpm,order,amplitude,unit,phase_deg,band,output,signal,wheel"]
     for orders, output in zip_longest(found, outputs[: len(found)], fillvalue=""):
         assert isinstance(orders, Orders)
         scale, own = (180.0 / math.pi, unit) if orders.unit == "rad" else (1.0, orders.unit or "1")
@@ -85,7 +89,7 @@ def write_orders(path: str | Path, found: Sequence[Orders], outputs: Sequence[st
                     lines.append(
                         f"{speed * RPM:.6g},{order:g},{scale * abs(value):.8g},{own},"
                         f"{math.degrees(np.angle(value)):.3f},"
-                        f"{BAND * scale * float(orders.errors[s, k]):.3g},{output},{name}"
+                        f"{BAND * scale * float(orders.errors[s, k]):.3g},{output},{name},{wheel}"
                     )
     with whole_file(path, marked("table of measured orders", MARK)) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -22,6 +22,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
 from cranktrain.core.types import Array
 from cranktrain.measured.channels import TIME, Channel
+from cranktrain.measured.counters import counted_times, ticks_hint
 
 HYSTERESIS = 0.1
 """Half width of the hysteresis, as a fraction of the range of the signal."""
@@ -48,7 +49,7 @@ pulse from the crossing, and at most so many on either side.
 """
 FEWEST_OF_FLANK = 3
 """Samples on either side from which the flank is fitted."""
-TIMES = ("s", "ms", "us", "µs", "ns")
+EDGES = ("rising", "falling")
 _ARMED, _LAST, _BEFORE, _BEFORE2, _PENDING = range(5)
 
 
@@ -72,6 +73,7 @@ def pulse_times(
     hysteresis: float | None = None,
     edge: str = "rising",
     cubic: bool = True,
+    clock: float | None = None,
 ) -> Pulses:
     """Times of a channel's pulses; the samples of a channel of rising times (a counter's) are these times themselves.
 
@@ -82,14 +84,17 @@ def pulse_times(
     level, hysteresis : in the channel's unit; found from the signal where not given
     edge : ``rising`` or ``falling``
     cubic : whether the cubic through four samples is taken, not a straight line; lines fit square pulses better
+    clock : frequency of the counter whose ticks the samples are, Hz
     """
     where = f"{channel.source}, channel {channel.name}"
-    if edge not in ("rising", "falling"):
-        raise InputError(f"edge '{edge}' does not exist; valid: rising, falling")
-    if (held := _counted(channel)) is not None:
-        return Pulses(held, math.nan, math.nan, (f"{where}: taken as times of pulses, {held.size} of them",))
+    if edge not in EDGES:
+        raise InputError(f"edge '{edge}' does not exist; valid: {', '.join(EDGES)}")
+    if (held := counted_times(channel, clock)) is not None:
+        return Pulses(held[0], math.nan, math.nan, held[1])
     if channel.abscissa != TIME:
-        raise InputError(f"{where}: is over {channel.abscissa}, not over time; pulses need a channel over time")
+        raise InputError(
+            f"{where}: is over {channel.abscissa}, not over time; pulses need a channel over time{ticks_hint(channel)}"
+        )
     sign = 1.0 if edge == "rising" else -1.0
     parts, used, remarks = _crossings(channel, level, hysteresis, sign, cubic)
     places = np.concatenate(parts) if parts else np.zeros(0)
@@ -103,7 +108,7 @@ def pulse_times(
     if places.size < 2:
         raise InputError(
             f"{where}: {places.size} pulses cross {used[0]:.4g} {channel.unit} with a hysteresis of {used[1]:.3g}; "
-            "give another level or channel"
+            f"give another level or channel{ticks_hint(channel)}"
         )
     times = _times(channel, places)
     spacing, square = _spacing(places, times, where), _has_two_levels(channel)
@@ -147,18 +152,6 @@ def _has_two_levels(channel: Channel) -> bool:
     low, high = _range(some)
     middle, half = 0.5 * (low + high), 0.25 * (high - low)
     return bool(half > 0.0 and np.mean(np.abs(some - middle) < half) < BETWEEN)
-
-
-def _counted(channel: Channel) -> Array | None:
-    """Times of pulses that a channel holds itself: rising numbers in a unit of time."""
-    if channel.unit.strip().lower() not in TIMES or channel.size < 2:
-        return None
-    probe = channel.values(0, min(channel.size, 4096))
-    if not np.all(np.diff(probe) > 0.0):
-        return None
-    from cranktrain.core.units import to_si
-
-    return np.asarray(to_si(channel.values(), channel.unit), dtype=np.float64)
 
 
 def _crossings(

@@ -17,8 +17,8 @@ import numpy as np
 
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.types import Array
-from cranktrain.core.user_file import user_path
-from cranktrain.measured.channels import Channel, Measurement, Reader
+from cranktrain.core.user_file import check_file, user_path
+from cranktrain.measured.channels import TIME, Channel, Measurement, Reader
 
 SOURCE = "cranktrain.measured.formats"
 TALKERS = ("nptdms", "nptdms.reader", "nptdms.tdms_segment", "nptdms.types", "nptdms.tdms", "asammdf", "canmatrix")
@@ -46,6 +46,7 @@ FORMATS = (
     Format("HDF5", "hdf", (".h5", ".hdf5", ".hdf"), (b"\x89HDF\r\n\x1a\n",)),
     Format("MATLAB", "matlab", (".mat",), (b"MATLAB 5.0", b"MATLAB 7.3")),
     Format("Parquet", "parquet", (".parquet", ".pq"), (b"PAR1",), "pyarrow"),
+    Format("LVM", "lvm", (".lvm",), (b"LabVIEW Measurement",)),
     Format("text table", "text", (".csv", ".txt", ".asc", ".tsv", ".tab", ".prn", ".dat"), ()),
 )
 Listing = tuple[list[Channel], list[str]]
@@ -54,8 +55,8 @@ Listing = tuple[list[Channel], list[str]]
 def read_measured(*files: str | Path, channels: Sequence[str] | None = None) -> Measurement:
     """Channels of measurement files, with their samples left in the files until they are asked for.
 
-    Formats: UFF 58 and 58b, MDF, TDMS, WAV, HDF5, MATLAB, Parquet, text tables. Channels of equal name in several
-    files are told apart by their file.
+    Formats: UFF 58 and 58b, MDF, TDMS, WAV, HDF5, MATLAB, Parquet, LabVIEW text, text tables. Channels of equal
+    name in several files are told apart by their file.
 
     Raises ``InputError``: no such file, a format that is not known or not the file's, a channel that is not there, a
     package that is missing.
@@ -72,8 +73,32 @@ def read_measured(*files: str | Path, channels: Sequence[str] | None = None) -> 
         own, told = _read_file(user_path(file))
         found += own
         remarks += told
+    found, told = _on_one_clock(found)
+    remarks += told
     whole = Measurement(tuple(_told_apart(found)), tuple(remarks))
     return whole if channels is None else whole.chosen(channels)
+
+
+def _on_one_clock(channels: list[Channel]) -> Listing:
+    """Channels whose files state when they begin, from the first of these on, and a remark on each that began later."""
+    stated = [channel for channel in channels if channel.began is not None and channel.abscissa == TIME]
+    if not stated:
+        return channels, []
+    first = min(stated, key=lambda channel: channel.began or 0)
+    lags = {id(one): 1e-9 * ((one.began or 0) - (first.began or 0)) for one in stated}
+    remarks = [
+        f"{one.source}, channel {one.name}: its time 0 is {lags[id(one)]:.9g} s behind that of channel {first.name} of "
+        f"{first.source}, by the start times of the files; times count from the first"
+        for one in stated
+        if lags[id(one)]
+    ]
+    if remarks:
+        remarks += [
+            f"{one.source}, channel {one.name}: states no start time, so its time 0 is taken as that of {first.name}"
+            for one in channels
+            if one.began is None and one.abscissa == TIME
+        ]
+    return [one.later(lags[id(one)]) if lags.get(id(one)) else one for one in channels], remarks
 
 
 def _read_file(path: Path) -> Listing:
@@ -173,6 +198,7 @@ def _guarded(channel: Channel, kind: Format) -> Reader:
 def file_format(path: Path) -> Format:
     """Format of a file by its first bytes, else by its ending in any case; ``InputError``."""
     try:
+        check_file(path, f"{path}", "give a measurement file", most=sys.maxsize)
         if not path.is_file():
             raise InputError(f"{path}: no such measurement file; check its path")
         with path.open("rb") as file:

@@ -16,12 +16,15 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.measured.channels import Channel, Measurement
-from cranktrain.measured.pulses import pulse_times, timing_error
+from cranktrain.measured.gaps import beside_gaps, recognised, recurring_gap, untold, wheel_of, without_wrong
+from cranktrain.measured.pulses import EDGES, Pulses, pulse_times, timing_error
 from cranktrain.measured.wheel import CYCLE, MeanRotation, Numbered, Wheel, learn_errors, number_teeth
 
 RPM = 30.0 / math.pi
 DISAGREE = 0.005
 """Relative difference of mean speeds from which two tachos are said to disagree."""
+UNLIKELY = 15.0
+"""Speed, rev/min, below which no engine runs, though it may be turned over."""
 SLOWEST, FASTEST = 1.0, 50_000.0
 """Speed, rev/min, below which a shaft stands still, and above which none of an engine turns."""
 WRONG, FEW_WRONG = 0.04, 20
@@ -152,6 +155,7 @@ class Rotation:
             "channel": self.name,
             "teeth": self.wheel.teeth,
             "missing": self.wheel.missing,
+            "gaps": self.wheel.gaps,
             "pulses": int(self.times.size),
             "samples_per_pulse": list(self.spacing) if math.isfinite(self.spacing[0]) else None,
             "timing_error_deg": math.degrees(pitch * timing_error(self.spacing[1], self.two_levels)),
@@ -169,14 +173,15 @@ class Rotation:
 
 def rotation(
     channel: Channel,
-    wheel: Wheel,
+    wheel: Wheel | None,
     *,
     level: float | None = None,
-    edge: str = "rising",
+    edge: str | None = None,
     learn: tuple[float, float] | bool | Array = False,
     eccentricity: str = KEEP,
     index: Channel | None = None,
     dead_centre: float = 0.0,
+    clock: float | None = None,
 ) -> Rotation:
     """Rotation from a channel of pulses.
 
@@ -186,24 +191,29 @@ def rotation(
     Parameters
     ----------
     channel : sampled pulses, or rising times of pulses
-    wheel : teeth a revolution and those missing in the gap
+    wheel : teeth a revolution and those missing in the gap; None takes a usual wheel from the gap that recurs
     level : crossing level in the channel's unit; found where not given
+    edge : ``rising`` or ``falling``; where not given, the one whose pulses beside the gap are where they should be
     learn : pitch errors of the teeth: False takes the wheel as even, True learns them from the whole recording (this
         also removes whole orders of constant amplitude and phase), two times (s) learn them from that stretch, and an
         array (teeth,) rad gives them
     eccentricity : ``keep`` or ``remove`` order 1 of constant amplitude and phase, as an eccentric wheel makes it
     index : once-a-revolution pulse, which then marks tooth 0
     dead_centre : angle from tooth 0 to firing dead centre of cylinder 1, rad
+    clock : frequency of the counter whose ticks the samples are, Hz
     """
     where = f"{channel.source}, channel {channel.name}"
     if eccentricity not in (KEEP, REMOVE):
         raise InputError(f"eccentricity '{eccentricity}' does not exist; valid: {KEEP}, {REMOVE}")
-    found = pulse_times(channel, level, edge=edge)
-    numbered = number_teeth(found.times, wheel, where)
-    remarks = list(found.remarks) + _told(numbered, wheel, where)
+    found = pulse_times(channel, level, edge=edge or EDGES[0], clock=clock)
+    wheel, told = _wheel(wheel, found.times, where)
+    found, numbered, more = _numbered(channel, (level, edge), wheel, found, learn is False)
+    remarks = [*found.remarks, *told, *_told(numbered, wheel, where), *more]
     if index is not None:
-        numbered, told = _from_index(numbered, wheel, pulse_times(index).times, (where, index.name))
+        numbered, told = _from_index(numbered, wheel, pulse_times(index, clock=clock).times, (where, index.name))
         remarks += told
+    else:
+        remarks += untold(wheel, where)
     numbered, told = _turning_part(numbered, wheel, where)
     remarks += told
     number = numbered.teeth % wheel.teeth
@@ -224,6 +234,51 @@ def rotation(
     mean = MeanRotation.of(numbered.times, angle, CYCLE)
     made = Rotation(channel.name, numbered.times, angle, wheel, numbered, errors, mean, (*remarks, *told))
     return replace(made, recurring=recurring, spacing=found.spacing, two_levels=found.two_levels)
+
+
+def _wheel(wheel: Wheel | None, times: Array, where: str) -> tuple[Wheel, list[str]]:
+    """The wheel that was stated as its gap shows it, or the one that the gap says where none was stated; remarks."""
+    if wheel is not None:
+        return recognised(wheel, times, where)
+    gap = recurring_gap(times)
+    turns = times.size / (gap.apart - gap.missing) if gap else 0.0
+    found = wheel_of(gap, turns / float(times[-1] - times[0]) * 60.0, where)
+    return found, [f"{where}: one gap a revolution is assumed ({found.name}); of several equal ones give --teeth N"]
+
+
+def _numbered(
+    channel: Channel, asked: tuple[float | None, str | None], wheel: Wheel, found: Pulses, leave_out: bool
+) -> tuple[Pulses, Numbered, list[str]]:
+    """Number the pulses of the edge that was asked for, or of the better one where none was; remarks.
+
+    Pulses beside the gaps that are not where the others put them are left out, if ``leave_out``.
+    """
+    where, (level, edge) = f"{channel.source}, channel {channel.name}", asked
+    numbered = number_teeth(found.times, wheel, where)
+    wrong = beside_gaps(numbered, wheel)
+    taken, other, remarks = edge or EDGES[0], EDGES[edge == EDGES[1] or edge is None], []
+    sampled = math.isfinite(found.level)
+    if wrong and edge is None and sampled:
+        again = pulse_times(channel, level, edge=other)
+        renumbered = number_teeth(again.times, wheel, where)
+        better = beside_gaps(renumbered, wheel)
+        if max(map(abs, better.values()), default=0.0) < 0.5 * max(map(abs, wrong.values())):
+            remarks.append(
+                f"{where}: {other} edges are taken, because {taken} ones beside the gap are off by "
+                f"{100.0 * max(map(abs, wrong.values())):.0f} % of a pitch"
+            )
+            found, numbered, wrong, taken = again, renumbered, better, other
+    if wrong:
+        told = " and ".join(
+            f"{'behind' if side == 0 else 'before'} the gap by {100.0 * off:+.0f} %" for side, off in wrong.items()
+        )
+        remarks.append(
+            f"{where}: {taken} edges are off {told} of a pitch"
+            + ("; these pulses are left out" if leave_out else "")
+            + (f"; of an inductive pick-up take --edge {'falling' if taken == EDGES[0] else 'rising'}" if edge else "")
+        )
+        numbered = without_wrong(numbered, wheel, wrong) if leave_out else numbered
+    return found, numbered, remarks
 
 
 def _with_order_one(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel) -> Array:
@@ -330,6 +385,12 @@ def _doubts(numbered: Numbered, angle: Array, errors: Array, wheel: Wheel, where
             f"{where}: turns at {speed * RPM:.4g} rev/min with {wheel.teeth} teeth, above {FASTEST:g} rev/min; "
             "check the pulses a revolution"
         )
+    if speed * RPM < UNLIKELY:
+        slow = [
+            f"{where}: turns at {speed * RPM:.3g} rev/min, and engines run at {UNLIKELY:g} or more; check the unit of "
+            "the times (ms against s) and the pulses a revolution"
+        ]
+        return np.zeros(0), slow
     if errors.any() or wheel.teeth < 4 or angle[-1] - angle[0] < 16 * CYCLE:
         return np.zeros(0), []
     found = learn_errors(numbered, wheel, None, where)
@@ -379,12 +440,7 @@ def _looks_like_pulses(channel: Channel) -> dict[str, Any]:
     uneven = float(np.mean(np.abs(ratio - np.rint(ratio)) > 0.3))
     if uneven > 0.02:
         return {}
-    steps = np.maximum(1, np.rint(ratio)).astype(int)
     told: dict[str, Any] = {"pulses": int(times.size), "pulses_hz": float(1.0 / np.median(intervals))}
-    gaps = np.flatnonzero((steps > 1) & (steps <= 4))
-    if gaps.size >= 3:
-        apart = np.diff(np.cumsum(steps)[gaps])
-        usual = int(np.median(apart))
-        if np.mean(apart == usual) > 0.7 and usual > 8:
-            told |= {"teeth": usual, "missing": int(np.median(steps[gaps])) - 1}
+    if (gap := recurring_gap(times)) is not None:
+        told |= {"teeth": gap.apart, "missing": gap.missing}
     return told

@@ -41,13 +41,18 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Wheel:
-    """Teeth of a wheel: ``teeth`` a revolution as if none were missing, ``missing`` of them in its gap (58 = 60−2)."""
+    """Teeth of a wheel: ``teeth`` a revolution as if none were missing, ``missing`` of them in a gap (58 = 60−2).
+
+    A wheel of several equal ``gaps`` has them at equal distances.
+    """
 
     teeth: int
     missing: int = 0
+    gaps: int = 1
 
     def __post_init__(self) -> None:
-        if self.teeth < 1 or not 0 <= self.missing < max(1, self.teeth // 2):
+        fits = self.gaps >= 1 and self.teeth % max(1, self.gaps) == 0
+        if self.teeth < 1 or not fits or not 0 <= self.missing < max(1, self.teeth // self.gaps // 2):
             raise InputError(
                 f"a wheel of {self.teeth} teeth of which {self.missing} are missing does not exist; "
                 "give teeth as if none were missing, e.g. 60 with 2 missing"
@@ -56,7 +61,17 @@ class Wheel:
     @property
     def pulses(self) -> int:
         """Pulses a revolution."""
-        return self.teeth - self.missing
+        return self.teeth - self.gaps * self.missing
+
+    @property
+    def sector(self) -> Wheel:
+        """Wheel from one gap to the next as if that were a revolution; the wheel itself where it has one gap."""
+        return Wheel(self.teeth // self.gaps, self.missing)
+
+    @property
+    def name(self) -> str:
+        """Teeth and missing teeth as they are usually written: 60-2, 60-2-2-2."""
+        return f"{self.teeth}" + f"-{self.missing}" * self.gaps
 
 
 @dataclass(frozen=True)
@@ -66,7 +81,8 @@ class Numbered:
     Attributes
     ----------
     times : (k,) s, double pulses removed
-    teeth : (k,) number of each pulse's tooth from the first revolution's tooth 0 on, rising; tooth 0 follows the gap
+    teeth : (k,) number of each pulse's tooth from the first revolution's tooth 0 on, rising; tooth 0 follows the gap,
+        or one of several
     lost, doubled : pulses that are missing apart from the gap, and that were removed
     slips : revolutions whose gap is not where it was, with the pulses that they have too many (+) or few (−)
     stops : intervals in which the shaft stood still; teeth go on counting behind them
@@ -102,8 +118,8 @@ def number_teeth(times: Array, wheel: Wheel, where: str) -> Numbered:
     lost = int(np.sum((steps - 1)[~long]))
     slips: tuple[tuple[int, int], ...] = ()
     if wheel.missing:
-        teeth, slips = _from_the_gap(teeth, steps, wheel, where)
-        lost = _absent(teeth, wheel)
+        teeth, slips = _from_the_gap(teeth, steps, wheel.sector, where)
+        lost = _absent(teeth, wheel.sector)
     return Numbered(times, teeth, lost, doubled, slips, stops)
 
 

@@ -41,7 +41,7 @@ SHARES = (
     Share("crank_structure", "crankshaft, structural damping", at.CRANK_LOSS),
     Share("block_structure", "block, structural damping", at.BLOCK_LOSS),
     Share("mounts", "engine mounts", at.MOUNTS_LOSS),
-    Share("shafts", "drive line, damping of shafts and discs", at.SHAFTS_LOSS),
+    Share("shafts", "drive line and a crank's table, damping of shafts and discs", at.SHAFTS_LOSS),
     Share("axial_joint", "axial joint, friction and damping", at.AXIAL_JOINT_LOSS),
     Share("connections", "added connections", at.LINKS_LOSS),
     Share("added_bodies", "added bodies, structural damping", at.ADDED_LOSS),

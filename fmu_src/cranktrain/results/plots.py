@@ -21,6 +21,11 @@ LETTER = 0.5
 """Mean width of a letter over the size of its font."""
 
 
+def largest(*values: Array) -> float:
+    """Largest finite value of some arrays, not below 0: what axes need room for where a curve may have gaps."""
+    return max((float(np.max(one, where=np.isfinite(one), initial=0.0)) for one in values), default=0.0)
+
+
 def wrapped(text: str, width: float, size: float) -> str:
     """A text in lines that fit a width, inches, in a font of a size, points."""
     return textwrap.fill(text, max(20, int(72.0 * width / (LETTER * size))))

@@ -19,10 +19,13 @@ if TYPE_CHECKING:
     from cranktrain.dynamics.cycle_run import Result
 
 
+RPM = math.pi / 30.0
 HIGHEST_ORDER = 24.0
 CLOSING = 1.0e-6
 """Least film, m, below which the largest pressure of a tilted film has no meaning; chosen: two to three roughnesses."""
 
+TURNING = ("crank", "flywheel", "pulley")
+"""Parts of the crank whose speeds a summary gives; ``crank`` is its mean rotation."""
 NOT_RESOLVED = 0.5
 """Drop of pressure from the peak to the axial lines beside it, over the peak, beyond which an elastic film is not
 resolved; chosen from errors of peak pressures: ``python -m benchmarks.worst_film``."""
@@ -129,7 +132,7 @@ def _film_extremes(outputs: Mapping[str, Array], name: str, last: NDArray[np.boo
 
 
 def engine_summary(angle: Array, outputs: Mapping[str, Array]) -> dict[str, Any]:
-    """Shaft, damper, pistons, mounts and cover over the last cycle; quantities that a level lacks are 0 or empty.
+    """Speeds, shaft, damper, pistons, mounts and cover over the last cycle; what a level lacks is 0 or empty.
 
     Forces and moments of a mount, and displacements of the engine, are [mean, least, largest] along x, y, z.
     """
@@ -157,6 +160,7 @@ def engine_summary(angle: Array, outputs: Mapping[str, Array]) -> dict[str, Any]
     ]
     torque = outputs["damper.torque"][last]
     return {
+        "speeds": {part: _speed(outputs[f"{part}.speed"][last]) for part in TURNING if f"{part}.speed" in outputs},
         "shaft_torque_nm": vibration(angle, outputs["shaft.torque"], 1.0),
         "damper": {
             "torque_nm": float(np.abs(torque).max()),
@@ -170,6 +174,19 @@ def engine_summary(angle: Array, outputs: Mapping[str, Array]) -> dict[str, Any]
             "rotation_mrad": vector("engine.rotation", 1e3),
         },
         "cover": {"acceleration_m_per_s2": vibration(angle, outputs["cover.acceleration"], 1.0)},
+    }
+
+
+def _speed(speed: Array) -> dict[str, float]:
+    """Mean, least and largest of a cycle's speeds (rad/s), in rev/min, and (largest − least) / mean."""
+    mean, least, largest = (
+        float(value) for value in (speed[min(1, speed.size - 1) :].mean(), speed.min(), speed.max())
+    )
+    return {
+        "mean_rpm": mean / RPM,
+        "least_rpm": least / RPM,
+        "largest_rpm": largest / RPM,
+        "irregularity": (largest - least) / mean if mean > 0.0 else 0.0,
     }
 
 

@@ -91,7 +91,7 @@ def _published(engine: Engine, part: Mapping[str, Any]) -> list[Entry]:
 
 
 def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) -> Table:
-    """Critical speeds per order of the first torsional mode at rest beside the published ones."""
+    """Critical speeds of the first torsional mode at rest by the orders that excite it, beside the published ones."""
     to_rpm = 30.0 / math.pi
     p = engine.published
     known = {
@@ -105,12 +105,13 @@ def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) 
             (
                 f"{entry['order']:g}",
                 f"{entry['rpm']:.0f}",
+                f"{100.0 * entry['excitation']:.0f}" if "excitation" in entry else NOTHING,
                 _number(published, ".0f"),
                 _deviation(entry["rpm"], published),
                 _number(measured, ".0f"),
             )
         )
-    header = ("order", "rev/min", "published", "deviation", "measured")
+    header = ("order", "rev/min", "excitation / %", "published", "deviation", "measured")
     return Table("Critical speeds of the first torsional mode at rest", header, tuple(rows))
 
 
@@ -183,8 +184,22 @@ def energy_table(energy: Mapping[str, Any]) -> Table:
     )
 
 
+def _speed_table(speeds: Mapping[str, Mapping[str, float]]) -> Table:
+    """Speeds of the crank's mean rotation and of its ends, with their degree of irregularity."""
+    rows = [
+        (
+            part,
+            *(f"{found[key]:.1f}" for key in ("mean_rpm", "least_rpm", "largest_rpm")),
+            f"{found['irregularity']:.3g}",
+        )
+        for part, found in speeds.items()
+    ]
+    header = ("speed / rev/min", "mean", "least", "largest", "degree of irregularity")
+    return Table("Speeds over the last cycle", header, tuple(rows))
+
+
 def engine_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Shaft and damper; pistons, mounts and the engine as a whole where they move."""
+    """Speeds, shaft and damper; pistons, mounts and the engine as a whole where they move."""
     shaft, damper = summary["shaft_torque_nm"], summary["damper"]
     rows = [("shaft torque / N m", f"{shaft['mean']:.4g}", f"alternating {shaft['peak_to_peak']:.4g} peak to peak")]
     if damper["temperature_c"] is not None:
@@ -195,7 +210,10 @@ def engine_tables(summary: Mapping[str, Any]) -> list[Table]:
         strongest = sorted(cover["orders"], key=lambda line: -line[1])[:3]
         orders = ", ".join(f"{order:g}: {amplitude:.3g}" for order, amplitude in strongest)
         rows.append(("cover / m/s^2", f"{cover['peak_to_peak']:.4g}", f"peak to peak; orders {orders}"))
-    tables = [Table("Drive line and cover over the last cycle", ("quantity", "value", "besides"), tuple(rows))]
+    tables = [
+        _speed_table(summary["speeds"]),
+        Table("Drive line and cover over the last cycle", ("quantity", "value", "besides"), tuple(rows)),
+    ]
     if summary["mounts"] and cover["peak_to_peak"] > 0.0:
         moved = [
             (f"engine {name} {axis} / {unit}", *(f"{value:.4g}" for value in summary["engine"][key][k]))

@@ -30,7 +30,7 @@ from cranktrain.store.whole_file import check_place, marked, whole_file
 
 HEADER = "cranktrain reduced body"
 FOLDER_HEADER = "body.json"
-OWN_ARRAYS = {**BODY_UNITS, "damping": "1/s", "basis": "1"}
+OWN_ARRAYS = {**BODY_UNITS, "damping": "1/s", "basis": "1", "twists": "rad", "shaft_laws": "SI"}
 """Arrays of a body and their units."""
 SPARSE = ("mass", "stiffness", "damping")
 """Matrices of a folder that hold their diagonals alone, a row and a column a mode."""
@@ -106,7 +106,7 @@ def _split(body: ReducedBody) -> tuple[dict[str, Array], dict[str, Any]]:
     arrays |= {f"record_{name}": array for name, array in sorted(body.records.items())}
     header = {
         "format": BODY_FORMAT, "schema": SCHEMA, "name": body.name, "digest": body.digest, "mass": body.mass,
-        "interfaces": list(body.interfaces), "quality": body.quality, "units": OWN_ARRAYS,
+        "interfaces": list(body.interfaces), "shafts": list(body.shafts), "quality": body.quality, "units": OWN_ARRAYS,
         "record_shapes": {name: array.shape for name, array in body.records.items()},
     }  # fmt: skip
     return arrays, header
@@ -124,6 +124,9 @@ def _joined(header: dict[str, Any], arrays: dict[str, Array]) -> ReducedBody:
         quality={str(name): float(value) for name, value in header["quality"].items()},
         records={name: arrays[f"record_{name}"].reshape(shape) for name, shape in header["record_shapes"].items()},
         damping=arrays.get("damping", np.zeros(0)),
+        shafts=tuple(str(name) for name in header.get("shafts", ())),
+        twists=arrays.get("twists", np.zeros((0, 0))),
+        shaft_laws=arrays.get("shaft_laws", np.zeros((0, 3))),
         basis=arrays.get("basis"),
         **own,
     )
@@ -154,7 +157,7 @@ def _read_folder(folder: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     header = json_of((folder / FOLDER_HEADER).read_text(encoding="utf-8"))
     wanted = ["mass", "stiffness", *(name for name in BODY_UNITS if name != "omega"), "damping"]
     wanted += [f"record_{name}" for name, shape in header["record_shapes"].items() if 0 not in shape]
-    wanted += ["basis"] if (folder / "basis.mtx").exists() else []
+    wanted += [name for name in ("basis", "twists", "shaft_laws") if (folder / f"{name}.mtx").exists()]
     arrays: dict[str, Any] = {"shapes": matrix(folder / "shapes.mtx")}
     n = arrays["shapes"].shape[1]
     for name in wanted:

@@ -7,6 +7,7 @@ is refused.
 from __future__ import annotations
 
 import io
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
+from cranktrain.core.user_file import check_file
 from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
 from cranktrain.store.seal import check_seal, seal
 from cranktrain.store.sound_files import DAMAGED, check_body, check_tree, real
@@ -75,6 +77,10 @@ def save_body(
             put(file, "body/basis", body.basis, "1")
         if body.damping.size:
             put(file, "body/damping", body.damping, "1/s")
+        if body.shafts:
+            file.attrs["shafts"] = list(body.shafts)
+            put(file, "body/twists", body.twists, "rad")
+            put(file, "body/shaft_laws", body.shaft_laws, "SI")
         for name in sorted(body.quality):
             put(file, f"quality/{name}", np.asarray(body.quality[name]), "")
         for name in sorted(body.records):
@@ -100,6 +106,10 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
                 f"{path}: made from other inputs (digest {found[:12]}, wanted {digest[:12]}); "
                 "delete it and run 'cranktrain reduce'"
             )
+        shafts: dict[str, Any] = {}
+        if "shafts" in file.attrs:
+            shafts |= {name: real(file[f"body/{name}"][()]) for name in ("twists", "shaft_laws")}
+            shafts["shafts"] = tuple(str(name) for name in file.attrs["shafts"])
         body = ReducedBody(
             name=str(file.attrs["name"]),
             interfaces=tuple(str(name) for name in file.attrs["interfaces"]),
@@ -109,6 +119,7 @@ def load_body(path: str | Path, digest: str | None = None) -> ReducedBody:
             records={name: real(file[f"records/{name}"][()]) for name in file.get("records", {})},
             basis=real(file["body/basis"][()]) if "basis" in file["body"] else None,
             damping=real(file["body/damping"][()]) if "damping" in file["body"] else np.zeros(0),
+            **shafts,
             **{name: real(file[f"body/{name}"][()]) for name in BODY_UNITS},
         )
     try:
@@ -363,6 +374,7 @@ TABLE, PART = kind_of(TABLE_FORMAT), kind_of(PART_FORMAT)
 @contextmanager
 def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5py.File]:
     """File of its kind and schema; ``StoreError`` with the remedy otherwise."""
+    check_file(path, f"{path}", remedy, most=sys.maxsize)
     if not Path(path).is_file():
         raise StoreError(f"{path}: no such file; {remedy}")
     try:

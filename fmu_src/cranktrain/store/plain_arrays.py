@@ -50,8 +50,8 @@ def plain_arrays(path: Path) -> tuple[list[PlainArray], dict[str, float], list[s
     most = EXPANSION * path.stat().st_size + FREE
 
     def visit(name: str, item: Any) -> None:
+        scalars.update({f"{name}/{key}": value for key, value in _numbers(item).items()})
         if not hasattr(item, "shape"):
-            scalars.update(_numbers(item))
             return
         if item.shape is None or item.dtype.kind not in "biuf" or name.startswith("#") or "MATLAB_empty" in item.attrs:
             scale = item.attrs.get("CLASS") == b"DIMENSION_SCALE"

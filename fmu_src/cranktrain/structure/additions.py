@@ -51,7 +51,7 @@ def check_added(engine: Engine, own_crank: bool, own_block: bool) -> None:
             raise InputError(f"connection '{table.name}': {no_bore(table.film)}")
     mounts = len(engine.mounts.x) if engine.mounts is not None else 0
     block = block_interface_names(len(engine.crankshaft.main_widths), engine.n_cylinders, mounts)
-    line = torsional_line(engine, 1.0)
+    line = torsional_line(engine)
     turning = tuple(name for name, speed in zip(line.interfaces, line.speeds.tolist(), strict=True) if speed == 1.0)
     crank = (*crank_interfaces(engine.crankshaft), *turning)
     known = {"crank": () if own_crank else crank, "block": () if own_block else block}

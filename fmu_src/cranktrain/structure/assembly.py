@@ -125,8 +125,21 @@ def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
         users = ", ".join(row.name for row in CRANKS.values() if row.takes_mesh)
         raise InputError(f"crank level '{level}' is made from dimensions; use an own mesh with crank levels {users}")
     check_mesh(mesh, "journal surfaces")
+    check_crank_table(level, mesh)
+
+
+def check_crank_table(level: str, mesh: str | Path | None) -> None:
+    """Refuse a table of discs and shafts at a crank level that is not made of it; ``InputError``."""
     if mesh is not None and _is_table(mesh) and not crank_level(level).inherits:
         raise InputError(f"{mesh}: a table of discs and shafts serves crank level torsional, not '{level}'")
+
+
+def table_crank(engine: Engine, mesh: str | Path | None) -> ReducedBody | None:
+    """Bare crankshaft from a table of discs and shafts; None where ``mesh`` is no such table. ``InputError``."""
+    from cranktrain.engine.torsional_chain import is_chain, read_chain
+    from cranktrain.structure.crank.chain import chain_body
+
+    return chain_body(engine, read_chain(mesh)) if mesh is not None and is_chain(mesh) else None
 
 
 def _is_table(mesh: str | Path) -> bool:
@@ -160,13 +173,11 @@ def running_crank(
     """
 
     def make() -> ReducedBody:
-        from cranktrain.engine.torsional_chain import is_chain, read_chain
         from cranktrain.structure.crank import level as crank
-        from cranktrain.structure.crank.chain import chain_body
         from cranktrain.structure.crank.reduction import reduced_crankshaft
 
-        if mesh is not None and is_chain(mesh):
-            return crank.running_crank(engine, level, chain_body(engine, read_chain(mesh)))
+        if (table := table_crank(engine, mesh)) is not None:
+            return crank.running_crank(engine, level, table)
         if mesh is not None:
             bare = crank.bare_crank(engine, level, reduced_crankshaft(engine, mesh, progress=say), say)
         else:
@@ -180,7 +191,7 @@ def running_crank(
     @threadpool_limits.wrap(limits=1, user_api="blas")
     def complete() -> ReducedBody:
         row, body = crank_level(level), make()
-        if not row.inherits or body.damping.size:
+        if not row.inherits or body.brings_damping:
             return body
         if engine.damping.torsional_ratios:
             from cranktrain.structure.in_motion.inherited_damping import with_stated_damping

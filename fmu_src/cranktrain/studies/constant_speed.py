@@ -220,7 +220,7 @@ class Request:
         used = (gas or GasTrace.from_engine(engine)).at(self.speed, self.load)
         load = self.load_torque_nm
         if isinstance(load, LoadTorque):
-            load = load.mean(self.speed * torsional_line(engine, 1.0).end_speed)
+            load = load.mean(self.speed * torsional_line(engine).end_speed)
         for text in run_doubts(engine, used, self.speed, self.load, load):
             warnings.warn(f"{engine.name}: {text}", stacklevel=3)
         return used

@@ -16,10 +16,11 @@ from cranktrain.engine.levels import BLOCKS, CRANKS, crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import required_damper
 from cranktrain.loads.gas_pressure import Gas
-from cranktrain.structure.assembly import assemble, check_mesh, checked
+from cranktrain.structure.assembly import assemble, check_crank_table, check_mesh, checked, table_crank
 from cranktrain.structure.block.modal import block_report
 from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.block.shape import block_plan
+from cranktrain.structure.crank.critical_speeds import critical_speeds
 from cranktrain.structure.crank.level import bare_crank
 from cranktrain.structure.crank.modal import modal_report
 from cranktrain.structure.crank.reduction import complete_crankshaft, kept_crankshaft, reduced_crankshaft
@@ -57,10 +58,11 @@ def modal(
     ----------
     engine : name of a shipped engine, path of an engine file, or an engine
     crank : at a level other than ``solid`` only its frequencies, compared with those of the solid crank where that is
-        in the cache, given by ``mesh``, or needed to make the level; none is meshed for the comparison
+        in the cache, given by ``mesh``, or needed to make the level; none is meshed for the comparison. A crank from a
+        table is compared with none
     block : ``flexible`` also gives the block's own modes
     damper : also the cranktrain with the engine's torsional damper, as it damps
-    mesh, block_mesh : the user's own meshes
+    mesh, block_mesh : the user's own meshes; ``mesh`` at level ``torsional`` also a table of discs and shafts
     mesh_unit : of their coordinates: m, mm or in
     bearings, speed : level of the mains and speed (rad/s) of the modes in motion; the usual level and the speed of the
         largest heat per cycle where none is given
@@ -74,7 +76,8 @@ def modal(
         raise InputError(f"block level '{block}' does not exist; {nearest(block, BLOCKS)}")
     flexible = block != "ground"
     if not solid and (damper or flexible):
-        raise InputError("--damper and --block flexible go with --crank solid only; leave one of them out")
+        told = " and ".join(["--damper"] * damper + ["--block flexible"] * flexible)
+        raise InputError(f"{told} cannot go with --crank {crank}, only with solid; leave out {told} or --crank {crank}")
     if damper:
         required_damper(found)
     if flexible:
@@ -82,17 +85,20 @@ def modal(
     mesh, block_mesh = (None if path is None else MeshFile(path, mesh_unit) for path in (mesh, block_mesh))
     check_mesh(mesh, "journal surfaces")
     check_mesh(block_mesh, "surfaces of the block")
+    check_crank_table(crank, mesh)
     start = time.perf_counter()
     levels = Settings(bearings=bearings, block=block, damper="fitted" if damper else "none")
     settings = checked(found, levels, mesh, block_mesh if flexible else None) if solid else None
-    needed, body = _solid_crank(found, crank, mesh, say)
+    table = table_crank(found, mesh)
+    needed, body = _solid_crank(found, crank, mesh, say) if table is None else (False, None)
     made = time.perf_counter()
-    own = bare_crank(found, crank, body if needed else None)
+    own = bare_crank(found, crank, body if needed else None) if table is None else table
     line = line_report(found, complete_crankshaft(found, own))
     if not solid:
-        report: dict[str, Any] = level_frequencies(found, crank, body)
+        report: dict[str, Any] = level_frequencies(found, crank, body, own)
     else:
         report = dict(modal_report(found, own))
+        report["critical_speeds"] = critical_speeds(found, complete_crankshaft(found, own), gas)
         if damper:
             report["damper"] = damper_report(found, own)
         if flexible:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import numbers
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import wraps
@@ -24,7 +25,7 @@ from cranktrain.cli.library.keywords import (
     parser_of,
     takes_given,
 )
-from cranktrain.core.errors import CranktrainError, InputError, nearest, shown
+from cranktrain.core.errors import CranktrainError, InputError, as_float, nearest, shown
 from cranktrain.engine.model import Engine
 from cranktrain.results.in_hand.found import Found, Frequencies
 from cranktrain.store.waits import told_compiling
@@ -107,6 +108,8 @@ def _listed(value: Any) -> list[Any]:
 def _one(keyword: Keyword, value: Any, stack: ExitStack) -> Any:
     """One value of a keyword; an engine becomes a file that lasts as long as the call."""
     name, kind = keyword.name, keyword.action.type
+    if isinstance(value, int) and abs(value) > sys.float_info.max:
+        value = as_float(value)  # infinite, which every option refuses
     if isinstance(keyword.action, argparse._StoreTrueAction | argparse._StoreFalseAction):
         if not isinstance(value, bool):
             raise InputError(f"{name} is {shown(value)}; give True or False")

@@ -29,6 +29,7 @@ from cranktrain.dynamics.model.bodies import (
 )
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.connections import big_end_films, laws_of
+from cranktrain.dynamics.model.hysteresis import hysteresis_rows, viscous_rows
 from cranktrain.dynamics.model.lumps import Lumps, lumps
 from cranktrain.dynamics.model.mains import REFERENCE_VISCOSITY, main_bearings
 from cranktrain.dynamics.model.ports import lay_ports, with_added_ports
@@ -95,7 +96,8 @@ class ModelArrays(NamedTuple):
     pairs: Array  # (r, 2) see dynamics.ports
     axial: Array  # (0 or 1, 2)
     axis_weights: Array  # (b,) of the main journals' displacements, whose sum is that of the crank's centre of mass
-    shafts: Array  # (s, n_t) twist of each of the drive line's shafts, of the dynamometer only where that is free
+    shafts: Array  # (s, n_t) twist of each of the drive line's shafts, of the dynamometer only where that is free, and
+    # of the crank's own shafts that damp, see dynamics.model.hysteresis
     shaft_laws: Array  # (s, LAW) see loads.torsional_line
     lag: Array  # (n_t,) how far the drive line's rotors lag a crank that turns slowly by 1 rad, else 0
     rotor: Array  # (n_t,) the free dynamometer's rotation, else 0
@@ -170,10 +172,10 @@ def dimensions(model: ModelArrays) -> Dimensions:
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:
     """Damping of each mode, (n,) 1/s: the body's own, else 2ζω or α + βω² on the elastic modes only.
 
-    A rigid body has none inside.
+    A rigid body has none inside. Shafts of a table damp by rows of their own (:mod:`.hysteresis`).
     """
-    if body.damping.size:
-        return body.damping
+    if body.brings_damping:
+        return body.damping if body.damping.size else np.zeros(body.n_modes)
     d = engine.damping
     elastic = body.omega > 0.0
     if d.kind == "modal":
@@ -269,10 +271,10 @@ def structure(
         made[key] = big_end_films(engine, big_end_law, parts.big_end_table, parts.big_end_bore)
     big_ends, floating = made[key]
     free_big_ends = big_end_law.carries
-    line = torsional_line(engine, float(body.inertia[2, 2]))
+    line = torsional_line(engine)
     turning = _turning_body(engine, body, settings, line)
     path = engine.axial_path if "shaft" in turning.interfaces else None
-    drive_line, windup = _line_arrays(turning, line, path)
+    drive_line, windup = _line_arrays(engine, turning, line, path)
     topology = added_topology(engine, turning, block, parts.bodies, parts.topology)
     # Pistons that are added bodies are none of the engine's own.
     own = [k for k in range(engine.n_cylinders) if k + 1 not in topology.cylinders]
@@ -316,7 +318,8 @@ def structure(
     scalars = _scalars(engine, settings, gas, line, float(pulley[5, 5]))
     standing = block_arrays(engine, stationary, block, body.mass, body.centre)
     of_line = {
-        "line_laws": line.laws, "line_inertia": scalars[[at.LINE_INERTIA]], "end_speed": np.array([line.end_speed])
+        "path_row": np.array([-1.0 if path is None else len(line.laws)]), "line_inertia": scalars[[at.LINE_INERTIA]],
+        "end_speed": np.array([line.end_speed]),
     }  # fmt: skip
     return ModelArrays(
         omega2=contiguous(np.concatenate((turning.omega, stationary.omega, more.omega)) ** 2),
@@ -399,11 +402,14 @@ def _turning_body(engine: Engine, body: ReducedBody, settings: Settings, line: T
     return body
 
 
-def _line_arrays(turning: ReducedBody, line: TorsionalLine, path: AxialPath | None) -> tuple[dict[str, Array], Array]:
+def _line_arrays(
+    engine: Engine, turning: ReducedBody, line: TorsionalLine, path: AxialPath | None
+) -> tuple[dict[str, Array], Array]:
     """The drive line in the modes of what turns: ``shafts``, ``shaft_laws``, ``lag``, ``rotor``; and its wind-up.
 
-    The axial support of the connecting shaft is one row more of ``shafts``. The wind-up (n,) at the flywheel, rad, is
-    that of one shaft with the stiffness of all that the flywheel drives.
+    The axial support of the connecting shaft is one row more of ``shafts``. Rows behind it damp: those of a crank's own
+    shafts, and those that stand for loss factors. The wind-up (n,) at the flywheel, rad, is that of one shaft with the
+    stiffness of all that the flywheel drives.
     """
 
     def turned(name: str) -> Array:
@@ -421,6 +427,9 @@ def _line_arrays(turning: ReducedBody, line: TorsionalLine, path: AxialPath | No
     if path is not None:
         shafts = np.vstack((shafts, turning.shapes[turning.index("shaft"), 2]))
         laws = np.vstack((laws, [path.stiffness, path.damping, 0.0, 0.0]))
+    damping = viscous_rows(turning), hysteresis_rows(engine, turning, line, shafts[: len(line.laws)])
+    shafts = np.vstack((shafts, *(own for own, _ in damping)))
+    laws = np.vstack((laws, *(own for _, own in damping)))
     arrays = {
         "shafts": np.ascontiguousarray(shafts),
         "shaft_laws": laws,

@@ -81,6 +81,7 @@ def locked_on_axis(body: ReducedBody) -> ReducedBody:
         centrifugal_load=body.centrifugal_load * free,
         euler_load=body.euler_load * free,
         translation=body.translation * free,
+        twists=body.twists * free if body.shafts else body.twists,
     )
 
 
@@ -172,5 +173,6 @@ def _appended(
         euler_load=behind("euler_load"),
         translation=behind("translation"),
         damping=behind("damping") if body.damping.size else body.damping,
+        twists=behind("twists") if body.shafts else body.twists,
         basis=None,
     )

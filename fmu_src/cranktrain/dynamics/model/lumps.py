@@ -140,14 +140,12 @@ def _traits(
     traits[at.LOCKED] = not mains.carries
     traits[at.FITTED] = settings.damper == "fitted"
     stated = at.MODAL if damping.kind == "modal" else at.RAYLEIGH
-    traits[at.DAMPING_KIND] = at.OWN_DAMPING if body.damping.size else stated
+    traits[at.DAMPING_KIND] = at.OWN_DAMPING if body.brings_damping else stated
     traits[at.DAMPING_A] = damping.ratio if damping.kind == "modal" else damping.alpha
     traits[at.DAMPING_B] = damping.beta
     traits[at.FREE_ENDS], traits[at.ROD_ALIKE] = ends.carries, not any(engine.articulations)
-    traits[at.PATH_ROW], traits[at.END_SPEED] = -1.0, arrays["end_speed"][0]
+    traits[at.PATH_ROW], traits[at.END_SPEED] = arrays["path_row"][0], arrays["end_speed"][0]
     traits[at.ONE_SHAFT] = engine.drive_line_chain is None
-    if len(arrays["shaft_laws"]) > len(arrays["line_laws"]):
-        traits[at.PATH_ROW] = len(arrays["line_laws"])
     traits[at.LINE_INERTIA] = arrays["line_inertia"][0]
     traits[at.STATED_DAMPER] = engine.damper is not None and not engine.damper.frequencies
     traits[at.MAINS_FREE] = mains.any_clearance

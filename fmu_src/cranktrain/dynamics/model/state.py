@@ -43,8 +43,11 @@ EACH_POINT = 39
 """1 where the next communication step shall be stepped to its end, as if an input had changed at its begin; then 0."""
 DEVIATIONS_SET = 40
 """Whether a partner has said which deviation of a volume its pressures belong to."""
+# The crank's own speed over the cycle under way: the cycle's begin, angle (rad) and time (s), and the least and largest
+# speed since then, rad/s; of the last full cycle (largest − least) / mean.
+ROUND_ANGLE, ROUND_TIME, SPEED_LEAST, SPEED_LARGEST, IRREGULARITY = range(41, 46)
 MOST_SAMPLES = 3
-HEADER = 41
+HEADER = 46
 MAX_INPUTS = 65
 """Room for one speed, the pressures of up to 30 cylinders and what comes behind them in each sample."""
 INPUTS_NOW = HEADER

@@ -102,9 +102,14 @@ def damping_of(lumps, mode, square):
         return 2.0 * traits[of.DAMPING_A] * math.sqrt(square)
     if traits[of.DAMPING_KIND] == of.RAYLEIGH:
         return traits[of.DAMPING_A] + traits[of.DAMPING_B] * square if mode >= 6 else 0.0
+    # As cranktrain.core.reduced_body.damping_in_modes.
     total = 0.0
     for i in range(lumps.fixed.shape[2]):
-        total += lumps.room[of.TURN, i, mode] ** 2 * lumps.damping[i]
+        lost = lumps.room[of.TURN, i, mode] ** 2 * lumps.damping[i]
+        if lumps.omega2[i] == 0.0:
+            total += lost
+        elif square > 0.0:
+            total += lost * math.sqrt(lumps.omega2[i] / square)
     return total
 
 

@@ -8,6 +8,7 @@ from cranktrain.core.kernel import kernel, law_kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import (
     GAS_DONE,
+    IRREGULARITY,
     ITERATIONS,
     LAST_INTERVAL,
     LIMITED,
@@ -23,8 +24,8 @@ from cranktrain.dynamics.motion.linear_algebra import dot
 from cranktrain.loads.gas_pressure import CYCLE
 from cranktrain.loads.torsional_line import AT_FLYWHEEL, DAMPING, LEADING, STIFFNESS
 
-CRANK_ANGLE, CYCLE_ANGLE, NEXT_ANGLE, CRANK_SPEED = range(4)
-PULLEY_TORSION, PULLEY_AXIAL, FLYWHEEL_TORSION, SHAFT_TORQUE = range(4, 8)
+CRANK_ANGLE, CYCLE_ANGLE, NEXT_ANGLE, CRANK_SPEED, CRANK_IRREGULARITY, FRAME_SPEED = range(6)
+PULLEY_TORSION, PULLEY_AXIAL, PULLEY_SPEED, FLYWHEEL_TORSION, FLYWHEEL_SPEED, SHAFT_TORQUE = range(6, 12)
 INDICATED, FRICTION, BRAKE = range(3)
 SLOWEST = 1.0
 """Speed below which a power has no torque, rad/s."""
@@ -34,7 +35,7 @@ ONLINE, LAST = 3, 4
 
 @law_kernel
 def observe_crank(model, work, state, members, out):
-    """Angle and speed, motion of pulley and flywheel against the frame, torque that the drive line takes."""
+    """Angle, speed and irregularity of the crank, motion of pulley and flywheel, torque that the drive line takes."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     frame = work.frames[0]
@@ -46,13 +47,15 @@ def observe_crank(model, work, state, members, out):
     out[CRANK_ANGLE] = angle
     out[CYCLE_ANGLE] = angle - CYCLE * math.floor(angle / CYCLE)
     # Where a partner that steps at the same time will find the crank.
-    out[NEXT_ANGLE] = angle + (frame[at.OMEGA] + rate) * state[LAST_INTERVAL]
-    out[CRANK_SPEED] = frame[at.OMEGA]
-    if model.scalars[at.DRIVEN] == 0.0:
-        out[CRANK_SPEED] += rate
+    out[CRANK_SPEED] = frame[at.OMEGA] + rate
+    out[NEXT_ANGLE] = angle + out[CRANK_SPEED] * state[LAST_INTERVAL]
+    out[CRANK_IRREGULARITY] = state[IRREGULARITY]
+    out[FRAME_SPEED] = frame[at.OMEGA]
     out[FLYWHEEL_TORSION] = dot(model.ends[0], q, t)
+    out[FLYWHEEL_SPEED] = frame[at.OMEGA] + dot(model.ends[0], v, t)
     out[PULLEY_TORSION] = dot(model.ends[1], q, t)
     out[PULLEY_AXIAL] = dot(model.ends[2], q, t)
+    out[PULLEY_SPEED] = frame[at.OMEGA] + dot(model.ends[1], v, t)
     out[SHAFT_TORQUE] = 0.0
     powers = work.powers
     powers[at.SHAFTS_LOSS] = 0.0
@@ -109,9 +112,10 @@ def observe_structure(model, work, state):
 
 @law_kernel
 def observe_torques(model, work, state, members, out):
-    """Torques on the crank by power over speed: of the gas, of friction, and what both and the valve train leave.
+    """Torques on the crank, powers over the frame's speed: of the gas, of friction, and of the gas less all losses.
 
-    Powers are those that the families before have left.
+    The frame's speed is smooth, so that means of torques go as means of powers. Losses are all that the energy balance
+    of a run counts (:mod:`cranktrain.results.energy`). Powers are those that the families before have left.
     """
     speed = work.frames[0, at.OMEGA]
     for k in range(BRAKE + 1):
@@ -120,7 +124,11 @@ def observe_torques(model, work, state, members, out):
         powers = work.powers
         out[INDICATED] = powers[at.GAS_POWER] / speed
         out[FRICTION] = (powers[at.MAINS_FRICTION] + powers[at.BIG_ENDS_FRICTION] + powers[at.LINERS_FRICTION]) / speed
-        out[BRAKE] = out[INDICATED] - out[FRICTION] - work.frames[0, at.VALVE_TORQUE]
+        taken = 0.0
+        for k in range(at.VALVE_POWER, at.POWERS):
+            if k != at.STORED:
+                taken += powers[k]
+        out[BRAKE] = (powers[at.GAS_WORK] - taken) / speed
     return 0
 
 

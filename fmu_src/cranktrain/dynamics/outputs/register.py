@@ -11,7 +11,7 @@ Names do not depend on levels, since the FMU's description is fixed before any i
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.build_mark import build_mark
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.kernel import kernel_addresses
 from cranktrain.core.named import Named, resolve
 from cranktrain.core.reduced_body import Array
@@ -130,6 +130,16 @@ def output_family(name: str) -> str:
     return re.sub(r"\[[^\]]*\]|\.[xyz]$", "", name)
 
 
+def nearest_output(name: str, valid: Iterable[str]) -> str:
+    """Say which of a run's outputs is closest to ``name``; one of its own family, or that the run has none of it."""
+    names = list(valid)
+    own = [one for one in names if output_family(one) == output_family(name)]
+    family = FAMILIES.get(name.partition("[")[0])
+    if not own and family is not None and family.count and name.partition("].")[2] in family.outputs:
+        return f"the engine of this run has no {family.count}"
+    return nearest(name, own or names)
+
+
 def output_names(counts: Counts) -> tuple[str, ...]:
     """Names of all outputs, in order; the FMU's variables carry the same names."""
     return tuple(output_needs(counts))
@@ -187,13 +197,20 @@ for _family in (
             "crank.angle_cycle": {},
             "crank.angle_next": {},
             "crank.speed": {},
+            "crank.irregularity": {},
+            "frame.speed": {},
             "pulley.torsion": _TWISTS,
             "pulley.axial": _BENDS,
+            "pulley.speed": _TWISTS,
             "flywheel.torsion": {},
+            "flywheel.speed": {},
             "shaft.torque": {},
         },
-        units={"crank.angle_cycle": "rad", "crank.angle_next": "rad"},
-        unjudged=frozenset({"crank.angle", "crank.angle_cycle", "crank.angle_next"}),
+        units={"crank.angle_cycle": "rad", "crank.angle_next": "rad", "crank.irregularity": "1"},
+        unjudged=frozenset(
+            {"crank.angle", "crank.angle_cycle", "crank.angle_next", "crank.irregularity", "frame.speed"}
+            | {"pulley.speed", "flywheel.speed"}  # rates of what is judged
+        ),
     ),
     Family(
         "bearing",
@@ -305,7 +322,19 @@ for _family in (
         after={
             "indicated": ("cylinder",),
             "friction": ("bearing", "big_end", "piston"),
-            "brake": ("cylinder", "bearing", "big_end", "piston"),
+            "brake": (
+                "crank",
+                "bearing",
+                "thrust",
+                "axial",
+                "axial_path",
+                "cylinder",
+                "big_end",
+                "piston",
+                "mount",
+                "damper",
+                "added",
+            ),
         },
     ),
     Family("gas", f"{_HERE}.crank:observe_gas", {"work": {}}, units={"gas.work": "J"}, unjudged=frozenset({"work"})),

@@ -13,7 +13,7 @@ from cranktrain.dynamics.topology import slots as added
 from cranktrain.dynamics.topology.frames import coefficients_at
 from cranktrain.dynamics.topology.modes import law_at
 from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, NUMBERS, SIZE
-from cranktrain.loads.torsional_line import DAMPING, STIFFNESS
+from cranktrain.loads.torsional_line import AT_FLYWHEEL, DAMPING, LEADING, STIFFNESS
 
 
 class Wound(NamedTuple):
@@ -26,10 +26,14 @@ class Wound(NamedTuple):
     @classmethod
     def of(cls, model: ModelArrays) -> Wound:
         """That of the drive line's own shafts, and of added connections beside them."""
-        own = cls(model.euler_load - model.lag, float(model.scalars[at.SHAFT_K]), float(model.scalars[at.SHAFT_C]))
+        laws, turn = model.shaft_laws, model.euler_load - model.lag
+        # Rows that neither a lead of the frame nor the flywheel twists only damp, see dynamics.model.hysteresis.
+        damps = ~laws[:, [STIFFNESS, LEADING, AT_FLYWHEEL]].any(axis=1)
+        lost = float(laws[damps, DAMPING] @ (model.shafts[damps] @ turn) ** 2)
+        own = cls(turn, float(model.scalars[at.SHAFT_K]), float(model.scalars[at.SHAFT_C]) + lost)
         stiffness, damping = line_tangents(model)
         rotors = np.arange(model.lag.size) >= dimensions(model).crank_modes
-        rotors &= np.abs(model.shafts).max(axis=0, initial=0.0) > 0.0
+        rotors &= np.abs(model.shafts[~damps]).max(axis=0, initial=0.0) > 0.0
         if not rotors.any() or not stiffness[rotors].any():
             return own
         for matrix, column in ((stiffness, STIFFNESS), (damping, DAMPING)):

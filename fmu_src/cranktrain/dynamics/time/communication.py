@@ -46,6 +46,7 @@ from cranktrain.dynamics.model.state import (
 from cranktrain.dynamics.motion.film_memory import motion_size
 from cranktrain.dynamics.motion.gas import built_in
 from cranktrain.dynamics.time.between import BEGIN, END, interpolate_motion, keep_end, recall_end
+from cranktrain.dynamics.time.irregularity import follow_speed
 from cranktrain.dynamics.time.reconstruction import (
     ROUNDING,
     SLIVER,
@@ -306,6 +307,7 @@ def advance(model, work, state, inputs, t_end):
         go_back(work, state)
         return status
     state[TIME] = t_end
+    follow_speed(model, state)
     state[SUBSTEPS] = taken
     state[ITERATIONS] = work.counters[at.N_ITERATIONS] - iterations
     if taken > 0:

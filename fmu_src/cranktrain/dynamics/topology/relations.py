@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import Array
+from cranktrain.core.reduced_body import Array, damping_in_modes
 from cranktrain.dynamics.topology.laws import relations_of
 from cranktrain.dynamics.topology.values import BLOCK, CRANK, GROUND, Body, Connection, Topology
 
@@ -91,6 +91,6 @@ def _group(topology: Topology, bodies: list[Body], rows: list[tuple[Connection, 
     _, sizes, rows_of = np.linalg.svd(matrix)
     free = rows_of[int(np.sum(sizes > INDEPENDENT)) :].T
     squares, modes = np.linalg.eigh(free.T @ (omega[:, None] ** 2 * free))
-    kept = free @ modes
+    kept, joined = free @ modes, np.sqrt(np.maximum(squares, 0.0))
     parts = np.split(kept, np.cumsum([body.n_modes for body in reduced])[:-1])
-    return Group(bodies, np.sqrt(np.maximum(squares, 0.0)), ((damping[:, None] * kept) * kept).sum(axis=0), parts)
+    return Group(bodies, joined, damping_in_modes(damping, omega, kept, joined), parts)

@@ -13,11 +13,11 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from cranktrain.engine.checks.oil import thickness
+from cranktrain.engine.checks.units_and_signs import STEEL, UNIT, misread, outside
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import LumpedInertia, PistonGuidance, PlainBearing, Rod
 from cranktrain.engine.quantities import ZERO_CELSIUS, mm
 
-STEEL = 7850.0
 MASSES = {
     "cylinders.piston_mass": (0.02, 5.0),
     "rod.big_end_mass": (0.005, 5.0),
@@ -37,8 +37,8 @@ CROSSHEAD = 3.0
 """Largest mass of piston, piston rod and crosshead over that of the connecting rod."""
 GYRATIONS = {"flywheel": (0.1, 10.0), "pulley": (0.05, 10.0), "clutch": (0.05, 10.0)}
 """Least and largest radius of gyration about the crank's axis, over the bore."""
-ROD_GYRATION = (0.1, 1.5)
-"""Of the rod about its centre of mass, over its length."""
+ROD_GYRATION = (0.16, 0.8)
+"""Of the rod about its centre of mass, over its length; two point masses at its ends have 0.5 or less."""
 KNUCKLES, WHOLE, MOST_OFF = (1.1, 4.0), (0.75, 1.25), 30.0
 """Radius of knuckle pins over the crank pin's; length of rod and knuckle over the master rod's; angle off the bank."""
 LONG_STROKE = 2.5
@@ -49,7 +49,6 @@ MOST_HEAT = 5.0e6
 """Heat that the air at intake can burn, J/kg: 3.5 MJ/kg with hydrogen, and more air than the swept volume's."""
 COMPRESSOR = 3.0e4
 """Heat (J per kg of air) below which nothing burns; a hundredth of what the air can burn."""
-UNIT = "check its unit"
 RADIANS = "it looks like radians; give deg, or state the unit rad"
 
 
@@ -71,6 +70,7 @@ def doubts(engine: Engine) -> Iterator[str]:
     yield from _oil(engine)
     yield from _combustion(engine)
     yield from _stiffnesses(engine)
+    yield from misread(engine)
     if engine.piston_guidance is not None:
         yield from _guidance(engine, engine.piston_guidance)
 
@@ -84,15 +84,6 @@ def heat_of_air(engine: Engine) -> float:
     if burn is None:
         return 0.0
     return burn.heat * AIR * burn.intake_temperature / (burn.intake_pressure * swept)
-
-
-def _outside(
-    key: str, what: str, value: float, limits: tuple[float, float], hint: str = UNIT, unit: str = ""
-) -> Iterator[str]:
-    """The line of a value outside its usual limits."""
-    low, high = limits
-    if not low <= value <= high:
-        yield f"{key}: {f'{what} {value:.4g}'.lstrip()}{unit}, usual {low:g} to {high:g}{unit}; {hint}"
 
 
 def _masses(engine: Engine) -> Iterator[str]:
@@ -136,9 +127,9 @@ def _articulated(engine: Engine) -> Iterator[str]:
         return
     where = "the knuckle pin lies in the master rod's big end, around the crank pin"
     over = joint.knuckle_radius / pin
-    yield from _outside("articulated_rod.knuckle_radius", "over the crank pin's radius it is", over, KNUCKLES, where)
+    yield from outside("articulated_rod.knuckle_radius", "over the crank pin's radius it is", over, KNUCKLES, where)
     whole, hint = (joint.length + joint.knuckle_radius) / engine.rod.length, "usual rods end at the same height"
-    yield from _outside("articulated_rod.length", "with knuckle_radius over rod.length it is", whole, WHOLE, hint)
+    yield from outside("articulated_rod.length", "with knuckle_radius over rod.length it is", whole, WHOLE, hint)
     for c, own in enumerate(engine.articulations):
         if own is not None:
             off = math.degrees((math.atan2(-own.x, own.y) - own.turn + math.pi) % (2.0 * math.pi) - math.pi)
@@ -168,19 +159,17 @@ def _crank(engine: Engine) -> Iterator[str]:
     stroke, pin = 2.0 * crank.throw, crank.pin_diameter
     half = "the throw is half the stroke; check both"
     shortest = 1.9 if engine.cylinders.crosshead or stroke > LONG_STROKE * bore else 2.5
-    yield from _outside(
-        "crankshaft.throw", "the rod's length over the throw is", rod / crank.throw, (shortest, 8), half
-    )
-    yield from _outside("crankshaft.throw", "stroke over bore is", stroke / bore, (0.15, 6.0), half)
-    yield from _outside("crankshaft.pin_diameter", "pin over throw is", pin / crank.throw, (0.2, 5.0))
+    yield from outside("crankshaft.throw", "the rod's length over the throw is", rod / crank.throw, (shortest, 8), half)
+    yield from outside("crankshaft.throw", "stroke over bore is", stroke / bore, (0.15, 6.0), half)
+    yield from outside("crankshaft.pin_diameter", "pin over throw is", pin / crank.throw, (0.2, 5.0))
     pitch = min(b - a for a, b in pairwise(crank.main_positions))
-    yield from _outside("crankshaft.pin_diameter", "pin over main bearing pitch is", pin / pitch, (0.1, 1.5))
-    yield from _outside("crankshaft.main_diameter", "journal over pin is", crank.main_diameter / pin, (0.5, 3.0))
-    yield from _outside("crankshaft.web_thickness", "web over pin is", crank.web_thickness / pin, (0.12, 2.0))
-    yield from _outside("crankshaft.pin_width", "width over diameter is", crank.pin_width / pin, (0.15, 4.0))
+    yield from outside("crankshaft.pin_diameter", "pin over main bearing pitch is", pin / pitch, (0.1, 1.5))
+    yield from outside("crankshaft.main_diameter", "journal over pin is", crank.main_diameter / pin, (0.5, 3.0))
+    yield from outside("crankshaft.web_thickness", "web over pin is", crank.web_thickness / pin, (0.12, 2.0))
+    yield from outside("crankshaft.pin_width", "width over diameter is", crank.pin_width / pin, (0.15, 4.0))
     for width in sorted({min(crank.main_widths), max(crank.main_widths)}):
         what = "width of a journal over its diameter is"
-        yield from _outside("crankshaft.main_widths", what, width / crank.main_diameter, (0.1, 4.0))
+        yield from outside("crankshaft.main_widths", what, width / crank.main_diameter, (0.1, 4.0))
     # Below its pin a piston has at least its bosses.
     room, under = rod - crank.throw - 0.2 * bore, crank.pin_width < bore
     if any(crank.counterweights) and under and crank.counterweight_radius > room:
@@ -190,9 +179,9 @@ def _crank(engine: Engine) -> Iterator[str]:
         )
     if (weights := engine.balance_weights) is not None:
         for k, (radius, mass) in enumerate(zip(weights.radii, weights.masses, strict=True), 1):
-            yield from _outside(f"balance_weights.radii[{k}]", "radius over throw is", radius / crank.throw, (0.0, 5.0))
+            yield from outside(f"balance_weights.radii[{k}]", "radius over throw is", radius / crank.throw, (0.0, 5.0))
             cubes, what = mass / (STEEL * bore**3), "over a steel cube of the bore it is"
-            yield from _outside(f"balance_weights.masses[{k}]", what, cubes, (0.0, 10.0))
+            yield from outside(f"balance_weights.masses[{k}]", what, cubes, (0.0, 10.0))
     yield from _radians("crankshaft.throw_angles", crank.throw_angles)
 
 
@@ -218,8 +207,8 @@ def _cylinders(engine: Engine) -> Iterator[str]:
             "bank angles are equal, and a V engine has two rods on a pin (cylinders.pins)"
         )
     ratio = "piston engines have 8 to 24"
-    yield from _outside("cylinders.compression_ratio", "", cylinders.compression_ratio, (2.0, 30.0), ratio)
-    yield from _outside("cylinders.pin_offset", "offset over bore is", cylinders.pin_offset / bore, (-0.25, 0.25))
+    yield from outside("cylinders.compression_ratio", "", cylinders.compression_ratio, (2.0, 30.0), ratio)
+    yield from outside("cylinders.pin_offset", "offset over bore is", cylinders.pin_offset / bore, (-0.25, 0.25))
     for bank in banks:
         row = sorted(z for z, own in zip(places, cylinders.bank_angles, strict=True) if own == bank)
         nearest = min((b - a for a, b in pairwise(row)), default=math.inf)
@@ -245,7 +234,7 @@ def _lumped(engine: Engine) -> Iterator[str]:
                 f"{mm(farthest)}; {UNIT}"
             )
         slender, body = part.diametral_inertia / part.polar_inertia, "a disc has 0.5, a roller as long as wide 0.8"
-        yield from _outside(f"{table}.diametral_inertia", "over polar_inertia it is", slender, (0.49, 6.0), body)
+        yield from outside(f"{table}.diametral_inertia", "over polar_inertia it is", slender, (0.49, 6.0), body)
 
 
 def _bearings(engine: Engine) -> Iterator[str]:
@@ -255,8 +244,8 @@ def _bearings(engine: Engine) -> Iterator[str]:
         if film is None:
             continue
         play = "diametral clearance (twice the value) over diameter is"
-        yield from _outside(f"{table}.clearance", play, 2.0 * film.clearance / film.diameter, (3e-4, 5e-3))
-        yield from _outside(f"{table}.width", "width over diameter is", film.width / film.diameter, (0.1, 2.0))
+        yield from outside(f"{table}.clearance", play, 2.0 * film.clearance / film.diameter, (3e-4, 5e-3))
+        yield from outside(f"{table}.width", "width over diameter is", film.width / film.diameter, (0.1, 2.0))
         if not film.supply_pressure <= 3e6:
             yield f"{table}.supply_pressure: {1e-5 * film.supply_pressure:.4g} bar, usual at most 30 bar; {UNIT}"
     if thrust.taper > thrust.clearance:
@@ -265,9 +254,9 @@ def _bearings(engine: Engine) -> Iterator[str]:
             f"0.1 mm; {UNIT}"
         )
     size = thrust.clearance / thrust.outer_diameter
-    yield from _outside("thrust.clearance", "axial play over outer_diameter is", size, (1e-5, 0.05))
+    yield from outside("thrust.clearance", "axial play over outer_diameter is", size, (1e-5, 0.05))
     outer = thrust.outer_diameter / crank.main_diameter
-    yield from _outside("thrust.outer_diameter", "over the journal it is", outer, (1.0, 3.0))
+    yield from outside("thrust.outer_diameter", "over the journal it is", outer, (1.0, 3.0))
 
 
 def _oil(engine: Engine) -> Iterator[str]:
@@ -287,9 +276,9 @@ def _oil(engine: Engine) -> Iterator[str]:
                 f"oil.law: {oil.law} gives {thick:.3g} mPa s at {temperature - ZERO_CELSIUS:.4g} degC, usual 2 to 300 "
                 "mPa s; check oil.temperatures and the constants of the law"
             )
-    yield from _outside("oil.density", "", oil.density, (700.0, 1200.0), "mineral oil has 850", " kg/m^3")
+    yield from outside("oil.density", "", oil.density, (700.0, 1200.0), "mineral oil has 850", " kg/m^3")
     heat = "mineral oil has 2000 J/(kg K)"
-    yield from _outside("oil.heat_capacity", "", oil.heat_capacity, (1200.0, 4500.0), heat, " J/(kg K)")
+    yield from outside("oil.heat_capacity", "", oil.heat_capacity, (1200.0, 4500.0), heat, " J/(kg K)")
     if not oil.supply_pressure <= 3e6:
         yield f"oil.supply_pressure: {1e-5 * oil.supply_pressure:.4g} bar, usual at most 30 bar; {UNIT}"
 
@@ -304,7 +293,7 @@ def _combustion(engine: Engine) -> Iterator[str]:
             f"which can burn 3 MJ/kg; usual at most {1e-3 * burn.heat * MOST_HEAT / heat:.3g} kJ; {UNIT}"
         )
     speed = 2.0 * throw * burn.best_speed / math.pi
-    yield from _outside("combustion.best_speed", "mean piston speed of", speed, (0.3, 30.0), UNIT, " m/s")
+    yield from outside("combustion.best_speed", "mean piston speed of", speed, (0.3, 30.0), UNIT, " m/s")
     span = burn.best_speed / oil.temperature_speeds[-1], burn.best_speed / oil.temperature_speeds[0]
     if span[0] > 2.0 or span[1] < 0.2:
         rpm = [30.0 / math.pi * one for one in (burn.best_speed, oil.temperature_speeds[0], oil.temperature_speeds[-1])]
@@ -313,20 +302,20 @@ def _combustion(engine: Engine) -> Iterator[str]:
             f"{rpm[2]:.4g} rev/min; check both"
         )
     lost = "it is the fraction of heat lost at twice best_speed"
-    yield from _outside("combustion.falloff", "", burn.falloff, (0.0, 1.0), lost)
+    yield from outside("combustion.falloff", "", burn.falloff, (0.0, 1.0), lost)
     degrees = {
         "start": (-60.0, 40.0), "duration": (5.0, 200.0), "intake_closes": (-250.0, -40.0),
         "exhaust_opens": (60.0, 260.0),
     }  # fmt: skip
     for key, limits in degrees.items():
         hint = "angles count from firing dead centre; check deg against rad"
-        yield from _outside(f"combustion.{key}", "", math.degrees(getattr(burn, key)), limits, hint, " deg")
+        yield from outside(f"combustion.{key}", "", math.degrees(getattr(burn, key)), limits, hint, " deg")
     kelvin = {"intake_temperature": (200.0, 450.0), "wall_temperature": (230.0, 700.0)}
     for key, limits in kelvin.items():
-        yield from _outside(f"combustion.{key}", "", getattr(burn, key), limits, "check K against degC", " K")
+        yield from outside(f"combustion.{key}", "", getattr(burn, key), limits, "check K against degC", " K")
     back = burn.exhaust_pressure / burn.intake_pressure
     both = "both are absolute; check their units"
-    yield from _outside("combustion.exhaust_pressure", "over intake_pressure it is", back, (0.1, 10.0), both)
+    yield from outside("combustion.exhaust_pressure", "over intake_pressure it is", back, (0.1, 10.0), both)
 
 
 def _stiffnesses(engine: Engine) -> Iterator[str]:
@@ -334,15 +323,15 @@ def _stiffnesses(engine: Engine) -> Iterator[str]:
     for table, part in (("material", engine.material), ("block", engine.block)):
         if part is not None:
             sound = (part.youngs_modulus / part.density) ** 0.5
-            yield from _outside(
+            yield from outside(
                 f"{table}.youngs_modulus", "a speed of sound (root of modulus over density) of", sound,
                 (2500.0, 7500.0), "steel has 5170, cast iron 4000; check both units", " m/s",
             )  # fmt: skip
     share = "metal structures have 0.002 to 0.05; check % against 1"
     if engine.damping.kind == "modal":
-        yield from _outside("damping.ratio", "", engine.damping.ratio, (0.0, 0.2), share)
+        yield from outside("damping.ratio", "", engine.damping.ratio, (0.0, 0.2), share)
     if engine.block is not None:
-        yield from _outside("block.damping_ratio", "", engine.block.damping_ratio, (0.0, 0.2), share)
+        yield from outside("block.damping_ratio", "", engine.block.damping_ratio, (0.0, 0.2), share)
     if engine.mounts is not None:
         reach = engine.crankshaft.main_positions[-1] + 15.0 * engine.cylinders.bore
         for k, place in enumerate(engine.mounts.positions, 1):
@@ -359,7 +348,7 @@ def _guidance(engine: Engine, skirt: PistonGuidance) -> Iterator[str]:
             f"{mm(skirt.lower_height)}; both count upwards from the pin"
         )
     for key in ("upper_height", "lower_height", "mass_height"):
-        yield from _outside(f"piston_guidance.{key}", "over the bore it is", getattr(skirt, key) / bore, (-1.5, 1.5))
-    yield from _outside("piston_guidance.clearance", "radial play over bore is", skirt.clearance / bore, (0.0, 0.01))
+        yield from outside(f"piston_guidance.{key}", "over the bore it is", getattr(skirt, key) / bore, (-1.5, 1.5))
+    yield from outside("piston_guidance.clearance", "radial play over bore is", skirt.clearance / bore, (0.0, 0.01))
     radius = (skirt.tilt_inertia / engine.cylinders.piston_mass) ** 0.5 / bore
-    yield from _outside("piston_guidance.tilt_inertia", "radius of gyration over bore is", radius, (0.1, 1.0))
+    yield from outside("piston_guidance.tilt_inertia", "radius of gyration over bore is", radius, (0.1, 1.0))

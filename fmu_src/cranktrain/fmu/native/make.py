@@ -24,6 +24,7 @@ from rich.progress import track
 from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import RESTS_ON
 from cranktrain.core.records import layout
+from cranktrain.core.visible_text import unfiltered
 from cranktrain.fmu.native.emit import Emission
 from cranktrain.fmu.native.exports import exports, functions
 from cranktrain.fmu.native.objects import COMPACT, FAST
@@ -70,7 +71,7 @@ def make(kind: str, folder: Path) -> None:
         rows = made.entries.items()
         steps: list[Callable[[], None]] = [partial(emission.entry, _ENTRY + name, made.run, row) for name, row in rows]
         steps += _functions(emission, kind, made.run, laws=False)
-        console = Console(stderr=True)
+        console = Console(file=unfiltered(sys.stderr))
         shown = console.is_terminal and kind == next(iter(RESTS_ON))  # the others are made beside it
         for step in track(steps, f"{kind}: machine code", console=console, disable=not shown):
             step()

@@ -6,6 +6,7 @@ are kept in memory, in the type of the file: 0.4 GB for 10⁸ samples of 32 bits
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
     remarks: list[str] = []
     kept: dict[tuple[int, int], np.ndarray] = {}
     groups: Any = file.groups
+    began = _instant(file)
     for group, entry in enumerate(groups):
         size = int(entry.channel_group.cycles_nr)
         master = file.masters_db.get(group)
@@ -36,12 +38,12 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
             if not size:
                 remarks.append(f"{path.name}, channel {name}: is empty and left out")
                 continue
-            probe = np.asarray(file.get(name, group, index, record_count=1).samples)
+            probe = np.asarray(file.get(name, group, index, record_count=1, ignore_invalidation_bits=True).samples)
             if probe.ndim != 1 or probe.dtype.kind not in "biuf":
                 remarks.append(f"{path.name}, channel {name}: holds no plain numbers and is left out")
                 continue
             made, told = _channel(file, (group, index, size), (name, unit, path.name, about), kept)
-            found.append(made)
+            found.append(replace(made, began=began))
             remarks += [text for text in told if text not in remarks]
     return found, remarks
 
@@ -49,6 +51,26 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
 def _unit(channel: Any) -> str:
     """Unit of a channel, or of its conversion."""
     return channel.unit or getattr(getattr(channel, "conversion", None), "unit", "") or ""
+
+
+def _instant(file: Any) -> int | None:
+    """Start time of a file, ns since 1970 UTC; None where it states none."""
+    try:
+        seconds = file.header.start_time.replace(microsecond=0).timestamp()
+        return int(seconds) * 10**9 + 1000 * int(file.header.start_time.microsecond)
+    except (AttributeError, OverflowError, ValueError, OSError):
+        return None
+
+
+def _samples(file: Any, name: str, group: int, index: int) -> np.ndarray:
+    """All samples of a channel; those that the file marks as invalid are not numbers, and keep their place in time."""
+    values, invalid = file.get(name, group, index, samples_only=True, ignore_invalidation_bits=True)
+    values = np.asarray(values)
+    if invalid is None or not np.any(invalid):
+        return values
+    values = values.astype(np.float64)
+    values[np.asarray(invalid, dtype=bool)] = np.nan
+    return values
 
 
 def _channel(
@@ -60,14 +82,14 @@ def _channel(
     def read(first: int, last: int) -> np.ndarray:
         if (group, index) not in kept:
             kept.clear()
-            kept[group, index] = np.asarray(file.get(name, group, index, samples_only=True)[0])
+            kept[group, index] = _samples(file, name, group, index)
         return np.asarray(kept[group, index][first:last], dtype=np.float64)
 
     def times(first: int, last: int) -> np.ndarray:
         return np.asarray(file.get_master(group, record_offset=first, record_count=last - first), dtype=np.float64)
 
     if size <= MANY:
-        values = np.asarray(file.get(name, group, index, samples_only=True)[0])
+        values = _samples(file, name, group, index)
         return sampled(name, unit, times(0, size), values, source, about)
     if (even := long_time_base(times, size)) is not None:
         return Channel(name, unit, size, source, read, *even, about=about), []

@@ -10,6 +10,9 @@ import numpy as np
 
 from cranktrain.measured.channels import Channel, sampled
 
+EARLIEST = 315_532_800_000_000_000
+"""Start times before 1980, ns since 1970: programs write a clock's zero, 1904 or 1970, for one that was not set."""
+
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
     """List the channels of numbers of a file, and remarks."""
@@ -66,8 +69,9 @@ def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel,
         return np.asarray(channel.read_data(first, last - first), dtype=np.float64)
 
     step, start = (_number(held.get(key)) for key in ("wf_increment", "wf_start_offset"))
+    began = _instant(held.get("wf_start_time"))
     if step > 0.0:
-        return Channel(channel.name, unit, len(channel), source, read, start, step, about=group), []
+        return Channel(channel.name, unit, len(channel), source, read, start, step, about=group, began=began), []
     if base is not None and len(base):
         told = []
         if len(base) != len(channel):
@@ -75,7 +79,11 @@ def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel,
                 f"{source}, channel {channel.name}: {len(channel)} samples and {len(base)} times; the shorter counts"
             ]
         n = min(len(base), len(channel))
-        made, more = sampled(channel.name, unit, np.asarray(base[:n]), read(0, n), source, group)
+        times, own = np.asarray(base[:n]), None
+        if times.dtype.kind == "M":
+            own = _instant(times[0])
+            times = (times - times[0]) / np.timedelta64(1, "s")
+        made, more = sampled(channel.name, unit, times, read(0, n), source, group, began if own is None else own)
         return made, told + more
     stated = f"a step of {held['wf_increment']}" if "wf_increment" in held else "no sampling"
     told = [f"{source}, channel {channel.name}: states {stated}; its samples are counted from 0, one a second"]
@@ -83,6 +91,14 @@ def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel,
         channel.name, unit, len(channel), source, read, 0.0, 1.0, abscissa="sample", abscissa_unit="1", about=group
     )
     return made, told if math.isfinite(made.step) else []
+
+
+def _instant(value: Any) -> int | None:
+    """Time that a file states, ns since 1970 UTC; None where it states none, or one of before such files."""
+    if not isinstance(value, np.datetime64) or np.isnat(value):
+        return None
+    found = int(value.astype("datetime64[ns]").astype(np.int64))
+    return found if found > EARLIEST else None
 
 
 def _number(value: Any) -> float:

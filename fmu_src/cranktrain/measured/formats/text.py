@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cranktrain.core.text_clock import Clocks
 from cranktrain.core.text_table import TextTable, table_chunks
 from cranktrain.core.types import Array
 from cranktrain.core.units import is_unit
 from cranktrain.measured.channels import Channel
+from cranktrain.measured.counters import clock_of
 from cranktrain.measured.formats.arrays import TIME_UNITS, Named, as_channels, is_time
 
 WHAT, REMEDY = "table of measured signals", "export it again with one column a channel under a line of names"
@@ -54,10 +56,16 @@ class Values(NamedTuple):
 
 def channels(path: Path) -> tuple[list[Channel], list[str]]:
     """List the columns of numbers of a table, and remarks."""
-    values = _values(path)
+    clocks = Clocks()
+    values = collected(table_chunks(path, WHAT, REMEDY, clocks=clocks))
     table, remarks = values.table, []
     said = " ; ".join((*table.comments, *(cell for row in table.header for cell in row)))
     arrays, named = [], _names(table)
+    stated = clock_of(said) if len(named) == 1 else None
+    if stated and not named[0][1]:
+        named = [(named[0][0], f"ticks of {stated:g} Hz")]
+    time = min(clocks.first, default=None)
+    all_times = all(is_time_unit(unit) for _, unit in named)
     for k, (name, unit) in enumerate(named):
         missing = int(values.missing[k])
         if missing == values.size:
@@ -68,9 +76,16 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
                 f"{path.name}, channel {name}: {missing} of {values.size} values are missing, from line "
                 f"{values.first_missing[k]}"
             )
-        if k == 0 and is_time_unit(unit) and not is_time(name):
-            name = "time"
+        if k in clocks.first and k != time:
+            remarks.append(f"{path.name}, channel {name}: is a second column of times and is left out")
+            continue
+        if k == time or (k == 0 and time is None and is_time_unit(unit) and not is_time(name) and not all_times):
+            name, unit = "time", "s" if k == time else unit
+        elif time is not None and is_time(name):
+            name = f"column {name}"
         arrays.append(Named(name, unit, values.size, 1, _column(values, k)))
+    if time in clocks.dated:
+        arrays = [one._replace(began=clocks.first[time]) for one in arrays]
     speed = next((one for one in arrays[:1] if one.unit.lower().replace(" ", "") in SPEEDS), None)
     if speed is not None and len(arrays) > 1 and not any(is_time(one.name) for one in arrays):
         return _over_speed(arrays, speed, path.name), remarks
@@ -86,16 +101,16 @@ def is_time_unit(unit: str) -> bool:
 def name_and_unit(text: str) -> tuple[str, str]:
     """Name and unit of ``name [unit]`` or ``name (unit)``."""
     match = re.fullmatch(r"\s*(.*?)\s*[\[(]([^\])]*)[\])]\s*", text)
-    if match and match[1] and (is_unit(match[2]) or not match[2]):
+    if match and match[1] and (is_unit(match[2]) or not match[2] or clock_of(match[2])):
         return match[1], match[2]
     return text.strip(), ""
 
 
-def _values(path: Path) -> Values:
-    """Read a table once, part by part."""
+def collected(table: Iterable[TextTable]) -> Values:
+    """Values of a table's parts, each of which is read once."""
     parts, held, first, spill = list[Array](), 0, None, None
     missing = first_missing = np.zeros(0, dtype=np.int64)
-    for part in table_chunks(path, WHAT, REMEDY):
+    for part in table:
         if first is None:
             first = part._replace(values=part.values[:1], lines=part.lines[:1])
             missing, first_missing = np.zeros((2, part.values.shape[1]), dtype=np.int64)

@@ -11,6 +11,7 @@ import math
 import re
 import warnings
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,9 @@ FUNCTIONS = {
 NOTHING = ("", "none")
 LARGEST = 2_000_000_000
 """Bytes of a file."""
+HEAD = 13
+"""Lines of a data set above its values."""
+MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 HELD = 100_000
 """Values of a data set that stays in memory."""
 
@@ -53,8 +57,8 @@ def channels(path: Path) -> tuple[list[Channel], list[str]]:
             if kind != 58:
                 continue
             try:
-                one = file.read_sets(k)
-                data = np.asarray(one["data"])
+                one = _data_set(file, k)
+                data = _stated(one)
                 if data.size != int(one["num_pts"]):
                     remarks.append(
                         f"{path.name}, data set {k + 1}: {data.size} of {int(one['num_pts'])} values are there; "
@@ -84,8 +88,8 @@ def _later(channel: Channel, file: Any, k: int, held: dict[int, Channel]) -> Cha
             held.clear()
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                one = file.read_sets(k)
-            held[k] = _channel(one, np.asarray(one["data"]), source)[0]
+                one = _data_set(file, k)
+            held[k] = _channel(one, _stated(one), source)[0]
         return held[k]
 
     def places(first: int, last: int) -> Array:
@@ -96,6 +100,45 @@ def _later(channel: Channel, file: Any, k: int, held: dict[int, Channel]) -> Cha
         read=lambda first, last: again().read(first, last),
         places=None if channel.places is None else places,
     )
+
+
+def _data_set(file: Any, k: int) -> dict[str, Any]:
+    """Data set k; pyuff takes blanks that fill a line for numbers, so a text that it refuses is read without them."""
+    try:
+        return dict(file.read_sets(k))
+    except Exception:
+        from pyuff.datasets.dataset_58 import _extract58
+
+        first, last = (int(place) for place in file._block_ind[k])
+        with open(file._filename, "rb") as text:
+            text.seek(first)
+            lines = text.read(last - first + 1).splitlines()
+        if lines[1][6:7].lower() == b"b":
+            raise
+        kept = lines[:HEAD] + [line.rstrip() for line in lines[HEAD:] if line.strip()]
+        return dict(_extract58(b"\n".join(kept)))
+
+
+def _instant(text: str) -> int | None:
+    """Time of an identification line with fractions of a second, ns since 1970; None of a date to the second.
+
+    Programs write there when they wrote the data set, to the second, which is too coarse to place a signal by.
+    """
+    match = re.search(r"(\d{1,2})-([A-Za-z]{3})-(\d{2,4})\s+(\d{1,2}):(\d\d):(\d\d)[.,](\d{1,9})", text)
+    if match is None or match[2].title() not in MONTHS:
+        return None
+    day, year = int(match[1]), int(match[3]) + (2000 if len(match[3]) == 2 else 0)
+    try:
+        whole = datetime(year, MONTHS.index(match[2].title()) + 1, day, int(match[4]), int(match[5]), int(match[6]),
+                         tzinfo=UTC)  # fmt: skip
+    except ValueError:
+        return None
+    return int(whole.timestamp()) * 10**9 + int(match[7].ljust(9, "0"))
+
+
+def _stated(one: dict[str, Any]) -> np.ndarray:
+    """Values of a data set without those that fill its last line behind the number of values that it states."""
+    return np.asarray(one["data"])[: int(one["num_pts"])]
 
 
 def _tell_ends(path: Path, complete: int, remarks: list[str]) -> None:
@@ -131,7 +174,7 @@ def _channel(one: dict[str, Any], data: np.ndarray, source: str) -> tuple[Channe
                        of_array(x), abscissa, own_unit or unit, about), []  # fmt: skip
     if abscissa == TIME:
         scale = 1e-3 if unit.lower() == "ms" else 1.0
-        return sampled(name, ordinate, scale * x, data, source, about)
+        return sampled(name, ordinate, scale * x, data, source, about, _instant(str(one.get("id3") or "")))
     return Channel(name, ordinate, data.size, source, of_array(data), float(x[0]) if x.size else 0.0, math.nan,
                    of_array(x), abscissa, own_unit or unit, about), []  # fmt: skip
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cranktrain.core.types import Array
 from cranktrain.engine.bearing_limits import BIG_END, MAIN, BearingLimits
 from cranktrain.results.bearings.cycle import BearingCycle, BearingReport
 from cranktrain.results.bearings.limits import FAMILIES
@@ -103,12 +104,26 @@ def plot_polar_load(ax: Any, bearing: BearingCycle, load: ComplexArray, reach: f
 
 
 def save_over_speed(
-    folder: Path, title: str, speeds: Sequence[Mapping[str, Any]], limits: BearingLimits | None
+    folder: Path,
+    title: str,
+    speeds: Sequence[Mapping[str, Any]],
+    limits: BearingLimits | None,
+    gaps: Sequence[float] = (),
 ) -> Path:
-    """Write the worst bearing and friction over speed, from ``bearings_dict`` of each; returns the path."""
+    """Write the worst bearing and friction over speed, from ``bearings_dict`` of each; returns the path.
+
+    ``gaps`` are speeds without a result, rev/min, over which no line is drawn.
+    """
     from matplotlib.figure import Figure
 
-    rpm = [found["speed_rpm"] for found in speeds]
+    ends = [found["speed_rpm"] for found in speeds]
+    places = np.searchsorted(ends, gaps)
+    rpm = np.insert(np.array(ends, dtype=float), places, gaps)
+
+    def broken(values: Sequence[float]) -> Array:
+        """Values at all speeds, not a number in the gaps."""
+        return np.insert(np.array(values, dtype=float), places, math.nan)
+
     figure = Figure(figsize=(10.0, 7.0), dpi=120, layout="constrained")
     axes = figure.subplots(2, 2, sharex=True).ravel()
     panels = {
@@ -121,16 +136,18 @@ def save_over_speed(
             values = [found["worst"][family][key] for found in speeds]
             if values[0] is None:
                 continue
-            ax.plot(rpm, values, "o-", ms=4, color=_COLOURS[family], label=words)
+            ax.plot(rpm, broken(values), "o-", ms=4, color=_COLOURS[family], label=words)
         for limit, words, colour in _limits(limits, what):
             ax.axhline(scale * limit, color=colour, ls="--", lw=1.2, label=words)
         ax.set_ylabel(label)
     for family, words in FAMILIES.items():
         powers = [found["friction_power_w"][family] for found in speeds]
         if powers[0] is not None:
-            axes[3].plot(rpm, 1e-3 * np.array(powers), "o-", ms=4, color=_COLOURS[family], label=f"{words} / kW")
+            axes[3].plot(rpm, 1e-3 * broken(powers), "o-", ms=4, color=_COLOURS[family], label=f"{words} / kW")
     if speeds[0]["fmep_bar"] is not None:
-        axes[3].plot(rpm, [found["fmep_bar"] for found in speeds], "s--", ms=4, color="black", label="all, fmep / bar")
+        axes[3].plot(
+            rpm, broken([found["fmep_bar"] for found in speeds]), "s--", ms=4, color="black", label="all, fmep / bar"
+        )
     axes[3].set_ylabel("friction power / kW; fmep / bar")
     for ax in axes:
         ax.set_ylim(bottom=0.0)

@@ -37,13 +37,13 @@ def bearing_outputs(engine: Engine, mains: bool = True) -> list[str]:
 
 
 def run_up_bearings(run_up: RunUp, engine: Engine) -> Iterator[BearingReport]:
-    """Report on the bearings at each speed, rising.
+    """Report on the bearings at each speed that has a result, rising.
 
     Raises ``InputError``: a run-up without the orders of its bearings, or of an engine with other bearings.
     """
     if missing := [name for name in (SPEED, "big_end[1].force.x") if name not in run_up.amplitudes]:
         raise InputError(f"has no orders of '{missing[0]}'; run 'cranktrain runup' again with --outputs bearings")
-    for row in range(run_up.speeds.size):
+    for row in np.flatnonzero(run_up.with_result).tolist():
         report = bearing_report(OrderedCycle.of(run_up, row), engine)
         mains, ends = (tuple(_with_extremes(one, run_up, row) for one in of) for of in (report.mains, report.big_ends))
         yield replace(report, mains=mains, big_ends=ends)

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.core.units import UNITS
+from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.figures import save_figure
 from cranktrain.results.files import output_unit
 from cranktrain.results.in_hand.series import Series
@@ -53,7 +54,7 @@ class OrdersOverSpeed(RunUp):
         """Zero-to-peak amplitudes of an output: of all orders, (s, o), or of one, (s,); SI, with their unit."""
         name, order = place if isinstance(place, tuple) else (place, None)
         if name not in self.amplitudes:
-            raise InputError(f"output '{name}' is not in this run-up; {nearest(str(name), self.amplitudes)}")
+            raise InputError(f"output '{name}' is not in this run-up; {nearest_output(str(name), self.amplitudes)}")
         found = self.amplitudes[name] if order is None else self.order(order, name)
         return Series(np.abs(found), output_unit(name), name)
 
@@ -91,7 +92,7 @@ class OrdersOverSpeed(RunUp):
         found, unit = self[name], output_unit(name)
         if unit == "rad":
             found, unit = found.to("deg"), "deg"
-        strongest = self.orders[np.argsort(-np.asarray(found).max(axis=0))[:STRONGEST]]
+        strongest = self.orders[np.argsort(-np.nan_to_num(np.asarray(found)).max(axis=0))[:STRONGEST]]
         lines = {}
         for order in orders or sorted(strongest.tolist()):
             self.order(order, name)
@@ -159,12 +160,20 @@ class Campbell(ModesOverSpeed):
         coordinates = {"speed_rpm": self.speeds_rpm, "mode": list(self.names), "kind": ("mode", list(self.kinds))}
         return xarray.DataArray(self.hz, coordinates, ("speed_rpm", "mode"), "frequency", {"units": "Hz"})
 
-    def plot(self, orders: Sequence[float] = (1.0, 2.0, 4.0, 6.0), path: str | Path | None = None) -> Any:
-        """Figure (matplotlib) of frequencies over speed with rays of orders; also written to ``path``."""
+    def plot(
+        self, orders: Sequence[float] = (1.0, 2.0, 4.0, 6.0), path: str | Path | None = None, name: str = ""
+    ) -> Any:
+        """Figure (matplotlib) of frequencies over speed with rays of orders; also written to ``path``.
+
+        ``name`` of the engine stands in the title.
+        """
         figure = figure_of(11.5, 7.5)
         highest = 1.1 * float(self.hz.max()) if self.hz.size else 100.0
         plot_campbell(figure.subplots(), self, tuple(orders), highest)
-        figure.suptitle("Campbell diagram, modes at rest on stand-in springs", fontsize=12)
+        figure.suptitle(
+            f"Campbell diagram{f' of {name}' if name else ''}, modes at rest on stand-in springs", fontsize=12,
+            parse_math=False,
+        )  # fmt: skip
         if path is not None:
             save_figure(figure, path)
         return for_notebook(figure)

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.files import output_unit
 from cranktrain.results.in_hand.series import Series
 from cranktrain.results.in_hand.shown import for_notebook, html_table, interactive_lines, optional
@@ -48,7 +49,7 @@ class TimeSeries:
     def __getitem__(self, name: str) -> Series:
         """One output over time, (n,) SI, with its unit; ``InputError`` with the nearest name for none."""
         if name not in self.outputs:
-            raise InputError(f"output '{name}' does not exist; {nearest(str(name), self.outputs)}")
+            raise InputError(f"output '{name}' does not exist; {nearest_output(str(name), self.outputs)}")
         return Series(self.outputs[name], output_unit(name), name)
 
     def orders(self, name: str, highest: float = HIGHEST) -> dict[float, float]:

@@ -36,13 +36,14 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
         for order, (speeds, sizes) in by_order.items():
             if output not in run_up.amplitudes or order not in run_up.orders:
                 continue
-            inside = (speeds >= run_up.speeds[0]) & (speeds <= run_up.speeds[-1])
+            computed = run_up.order(order, output)
+            # A computed speed without a result is a gap: points beside it have nothing to be compared with.
+            there = np.interp(speeds, run_up.speeds, np.abs(computed), math.nan, math.nan)
+            inside = np.isfinite(there)
             if not inside.any():
                 continue
-            computed = run_up.order(order, output)
-            at, own = speeds[inside], sizes[inside]
-            there = np.interp(at, run_up.speeds, np.abs(computed))
-            keep = (run_up.speeds >= at[0]) & (run_up.speeds <= at[-1])
+            at, own, there = speeds[inside], sizes[inside], there[inside]
+            keep = (run_up.speeds >= at[0]) & (run_up.speeds <= at[-1]) & np.isfinite(computed)
             band = band_of(measured, output, order)
             noise = 0.0 if band is None else 2.0 * float(np.nanmedian(band[inside]))
             peak, base = _peak(at, own, noise), _peak(run_up.speeds[keep], np.abs(computed)[keep])

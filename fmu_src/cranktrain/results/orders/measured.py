@@ -7,7 +7,8 @@
 Amplitudes are zero to peak. A unit of angle belongs to the pulley's torsion, one of length to its axial motion. The
 unit may stand in each line, in a row of units or in the header, as ``amplitude [deg]``; a speed without unit is in
 rev/min. The table may be written in any dialect of :mod:`cranktrain.core.text_table`, with further columns:
-``phase_deg`` and ``band``, half the width of an amplitude's band in its unit, are taken. Other files hold curves over
+``phase_deg``, ``band``, half the width of an amplitude's band in its unit, and ``wheel``, the teeth of the wheel whose
+rotation was measured, are taken. Other files hold curves over
 speed, such as data sets 58 of a UFF file (:mod:`cranktrain.measured`).
 """
 
@@ -35,6 +36,8 @@ COLUMNS = {"speed": "speed_rpm", "order": "order", "amplitude": "amplitude", "un
 LAID_OVER = (TORSION, AXIAL, FLYWHEEL, "twist")
 FURTHER = {"phase": ("phase_deg", "phase", "phase [deg]"), "band": ("band", "band_95", "uncertainty")}
 """Columns that a table may have besides: names in lower case."""
+OWN = ("output", "signal", "wheel")
+"""Further columns of the table that is written."""
 OUTPUTS = {"angle": TORSION, "length": AXIAL}
 """Output that an amplitude of a dimension belongs to."""
 LARGEST, LEAST = 1e9, 1e-15
@@ -50,12 +53,14 @@ class MeasuredOrders(dict[str, dict[float, tuple[Array, Array]]]):
     Attributes
     ----------
     phases, bands : output → order → phases (k,) rad and half widths of bands (k,), SI; not a number where not known
+    wheels : output → teeth of the wheel that measured it, as the file states them; None where it has no such column
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.phases: dict[str, dict[float, Array]] = {}
         self.bands: dict[str, dict[float, Array]] = {}
+        self.wheels: dict[str, str] | None = None
 
     def put(self, output: str, order: float, points: list[tuple[float, float, float, float]]) -> None:
         """Add points of an order: speed, amplitude, phase and band of each, SI."""
@@ -86,10 +91,14 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
     place = user_path(path)
     if place.is_file() and file_format(place).module != "text":
         return _of_curves(path, kinds)
-    table = read_rows(path, "file of measured orders", REMEDY, lambda word: bool(kind_of(named(word)[0], KINDS)))
+    table = read_rows(path, "file of measured orders", REMEDY, _is_column)
     columns = _columns(table, name)
     further = _further(table)
-    outputs = next((k for k, title in enumerate(table.names) if title.strip().lower() == "output"), None)
+    outputs, wheel = (
+        next((k for k, title in enumerate(table.names) if title.strip().lower() == name), None)
+        for name in ("output", "wheel")
+    )
+    wheels: dict[str, str] = {}
     speed_scale = _speed_scale(table.units[columns["speed"]], name)
     points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
     for number, cells in table.rows:
@@ -106,12 +115,22 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
             raise InputError(f"{where}: {count} values in place of {len(cells)}, and no unit; {REMEDY}")
         output, scale = _amplitude_unit(unit, where, kinds)
         output = _named_output(cells[outputs].strip(), output, where) if outputs is not None else output
+        if wheel is not None and (teeth := cells[wheel].strip()):
+            wheels[output] = teeth
         phase, band = (_optional(table, cells, further.get(key)) for key in FURTHER)
         point = speed * speed_scale, scale * amplitude, math.radians(phase), scale * band
         points.setdefault(output, {}).setdefault(order, []).append(point)
     if not points:
         raise InputError(f"{name}: holds no points; {REMEDY}")
-    return _measured(points, name)
+    found = _measured(points, name)
+    found.wheels = None if wheel is None else wheels
+    return found
+
+
+def _is_column(word: str) -> bool:
+    """Whether a word of a header names a column of measured orders."""
+    name = word.strip().lower()
+    return bool(kind_of(named(word)[0], KINDS)) or name in OWN or any(name in known for known in FURTHER.values())
 
 
 def _named_output(name: str, by_unit: str, where: str) -> str:

@@ -20,7 +20,9 @@ from cranktrain.results.orders.harmonics import Array
 from cranktrain.results.run_up.run_up import TORSION, RunUp
 
 COUNTS = 0.01
-"""A peak counts if it exceeds this fraction of the output's largest order amplitude."""
+"""A peak counts if it exceeds this fraction of the output's largest order amplitude, or of the largest amplitude of an
+order's acceleration. Uneven rotation of a light crank as a whole may be 300 times as large as its resonances, at a
+hundredth of their frequency squared."""
 STANDS_OUT = 0.1
 """Fraction of its height by which a peak must exceed the higher of its two neighbouring minima."""
 NEAR = 0.2
@@ -40,8 +42,9 @@ class Peak:
     periodic : whether the motion repeats at the speeds round it; also where no cycles were run
     mode_hz : frequency of the mode nearest to it; not a number where none is near
     kind : of that mode's motion
-    motion_hz : frequency of the torsional mode of small motions about the running crank's cycle there; not a number
-        where it is not known
+    motion_hz : frequency of the mode in motion, of small motions about the running crank's cycle there, that
+        contributes most to the peak; not a number where it is not known
+    motion_torsion : fraction of torsion in the kinetic energy of that mode; not a number where it is not known
     """
 
     order: float
@@ -52,6 +55,7 @@ class Peak:
     mode_hz: float = math.nan
     kind: str = ""
     motion_hz: float = math.nan
+    motion_torsion: float = math.nan
 
     @property
     def hz(self) -> float:
@@ -80,11 +84,13 @@ def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:
     # Speeds that have no result are left out.
     has = np.isfinite(run_up.amplitudes[output]).all(axis=1)
     speeds, repeats, cycles = run_up.speeds[has], run_up.repeats[has], run_up.cycles[has]
-    largest = float(np.abs(run_up.amplitudes[output][has]).max()) if speeds.size else 0.0
-    for order in run_up.orders.tolist():
-        sizes = np.abs(run_up.order(order, output))[has]
+    whole = np.abs(run_up.amplitudes[output][has])
+    rates = (speeds[:, None] * run_up.orders) ** 2
+    largest, fastest = (float(part.max(initial=0.0)) for part in (whole, rates * whole))
+    for k, order in enumerate(run_up.orders.tolist()):
+        sizes = whole[:, k]
         for at in _maxima(sizes):
-            if sizes[at] >= COUNTS * largest:
+            if sizes[at] >= COUNTS * largest or rates[at, k] * sizes[at] >= COUNTS * fastest:
                 around = slice(at - 1, at + 2)
                 speed, amplitude, damping = _vertex(speeds[around], sizes[around])
                 periodic = bool(np.all((repeats[around] >= 1) | (cycles[around] == 0)))

@@ -12,7 +12,7 @@ import numpy as np
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.deviations import deviations, deviations_said
 from cranktrain.results.orders.resonances import Peak
-from cranktrain.results.plots import foot
+from cranktrain.results.plots import foot, largest
 from cranktrain.results.run_up import plots
 from cranktrain.results.run_up.peak_figures import harmonic_figure, history_figure
 from cranktrain.results.run_up.run_up import AXIAL, RunUp
@@ -135,7 +135,7 @@ def parts_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) 
     orders = shown_orders(run_up, quantity, Beside(orders=beside.orders))
     size = quantity.name.partition(", ")[2]
     # An engine on ground does not move.
-    moving = {name: output for name, output in PARTS.items() if np.abs(run_up.amplitudes[output]).max() > STILL}
+    moving = {name: output for name, output in PARTS.items() if largest(np.abs(run_up.amplitudes[output])) > STILL}
     axes = figure.subplots(max(len(moving), 1), 1, sharex=True, squeeze=False)[:, 0]
     for ax, (name, output) in zip(axes, moving.items(), strict=False):
         curves = [
@@ -155,7 +155,7 @@ def damper_figure(run_up: RunUp, damped: RunUp, quantity: Quantity, beside: Besi
     figure = figure_of(11.5, 9.5)
     axes = figure.subplots(2, 1, sharex=True, sharey=True)
     orders = shown_orders(run_up, quantity, beside)
-    top = quantity.scale * max(float(np.abs(part.torsion).max()) for part in (run_up, damped))
+    top = quantity.scale * largest(*(np.abs(part.torsion) for part in (run_up, damped)))
     for ax, part, name in ((axes[0], run_up, "without damper"), (axes[1], damped, "with damper")):
         own = beside if part is run_up else beside._replace(motion=(), measured=None)
         _draw_orders(ax, part, quantity, own, orders, top)
@@ -223,7 +223,8 @@ def _draw_orders(
     labels = []
     for peak in worthy(run_up, quantity, orders, beside):
         rpm = peak.speed * RPM
-        height = float(np.interp(rpm, speeds, quantity.scale * np.abs(run_up.order(peak.order, quantity.output))))
+        curve = quantity.scale * np.abs(run_up.order(peak.order, quantity.output))
+        height = float(np.interp(rpm, speeds[np.isfinite(curve)], curve[np.isfinite(curve)]))
         labels.append(plots.Label(rpm, height, _named(peak, beside, quantity), colours[peak.order]))
     plots.plot_orders_over_speed(
         ax, curves, others, quantity.name, quantity.unit, labels, beside.published(quantity), top, whole, beside.log

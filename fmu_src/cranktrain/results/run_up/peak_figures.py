@@ -78,7 +78,7 @@ def peak_speeds(run_up: RunUp, quantity: Quantity) -> list[tuple[int, float]]:
         if len(found) == SPEEDS_SHOWN:
             break
     if not found:
-        sizes = np.abs(run_up.amplitudes[quantity.output])
+        sizes = np.nan_to_num(np.abs(run_up.amplitudes[quantity.output]))
         place = np.unravel_index(sizes.argmax(), sizes.shape)
         found[int(place[0])] = float(run_up.orders[place[1]])
     return sorted(found.items())

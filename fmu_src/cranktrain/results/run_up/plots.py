@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
-from cranktrain.results.plots import BLUE, GREY, INK, ORANGE
+from cranktrain.results.plots import BLUE, GREY, INK, ORANGE, largest
 
 GREEN, RED, PURPLE = "#3f8f4f", "#c0392b", "#7d4ba3"
 KIND_COLOURS = {"bending": GREY, "torsional": RED, "axial": BLUE, "drive line": ORANGE}
@@ -96,18 +96,18 @@ def plot_orders_over_speed(
     whole : amplitudes (s,) of all orders together, drawn black
     log : on a logarithmic scale of ``DECADES``
     """
-    top = max([float(curve.amplitudes.max()) for curve in curves] + [1e-30, top])
+    top = max(largest(*(curve.amplitudes for curve in curves)), 1e-30, top)
     speeds = curves[0].speeds
     if whole is not None:
         ax.plot(speeds, whole, color="black", lw=1.4, label="all", zorder=3)
-        top = max(top, float(whole.max()))
+        top = max(top, largest(whole))
     for amplitudes in others:
         ax.plot(speeds, amplitudes, color="#c9ced6", lw=0.7, zorder=1)
     for curve, colour in zip(curves, _colours(len(curves)), strict=True):
         ax.plot(curve.speeds, curve.amplitudes, color=colour, lw=1.6, label=f"{curve.order:g}", zorder=3)
         if curve.measured is not None:
             ax.plot(*curve.measured, "o", ms=4.5, mfc="white", mec=colour, mew=1.2, zorder=4)
-            top = max(top, float(curve.measured[1].max()))
+            top = max(top, largest(curve.measured[1]))
             if curve.band is not None:
                 rpm, sizes = curve.measured
                 ax.vlines(
@@ -172,11 +172,11 @@ def plot_waterfall(
     above their speed, with bands.
     """
     step = float(np.diff(speeds).mean())
-    largest = float(amplitudes.max()) or 1.0
-    scale = 7.0 * step / largest
+    most = largest(amplitudes) or 1.0
+    scale = 7.0 * step / most
     for k in range(speeds.size - 1, -1, -1):
         hz = orders * speeds[k] / 60.0
-        keep = hz <= highest_hz
+        keep = (hz <= highest_hz) & np.isfinite(amplitudes[k])
         line = speeds[k] + scale * amplitudes[k, keep]
         ax.fill_between(hz[keep], speeds[k], line, color="white", lw=0.0, zorder=2.0 - 1e-3 * k)
         ax.plot(hz[keep], line, color=BLUE, lw=0.8, zorder=2.0 - 1e-3 * k)
@@ -195,16 +195,16 @@ def plot_waterfall(
     ax.set(xlim=(0.0, highest_hz), ylim=(ends[0], ends[1] + 3.0 * step))
     ax.set_xlabel("frequency / Hz; dashed: orders")
     ax.set_ylabel("engine speed / rev/min")
-    height = scale * largest
+    height = scale * most
     for order, rpm, sizes, band in measured:
         hz = order * rpm / 60.0
         keep = (hz <= highest_hz) & (rpm >= speeds[0]) & (rpm <= speeds[-1])
-        least, most = (rpm + scale * np.maximum(sizes + side * band, 0.0) for side in (-1.0, 1.0))
-        ax.vlines(hz[keep], least[keep], most[keep], color=RED, lw=1.0, zorder=3.5)
+        lower, upper = (rpm + scale * np.maximum(sizes + side * band, 0.0) for side in (-1.0, 1.0))
+        ax.vlines(hz[keep], lower[keep], upper[keep], color=RED, lw=1.0, zorder=3.5)
         ax.plot(hz[keep], (rpm + scale * sizes)[keep], "o", ms=3.0, mfc="white", mec=RED, mew=0.8, zorder=3.6)
     ax.plot([0.985 * highest_hz] * 2, [ends[1] - height, ends[1]], color=INK, lw=1.5, zorder=6)
     ax.annotate(
-        f"{largest:.3g} {unit}", (0.985 * highest_hz, ends[1] - 0.5 * height), xytext=(-4, 0),
+        f"{most:.3g} {unit}", (0.985 * highest_hz, ends[1] - 0.5 * height), xytext=(-4, 0),
         textcoords="offset points", ha="right", va="center", fontsize=8, color=INK, zorder=6,
         bbox={"fc": "white", "ec": "none", "pad": 1.0},
     )  # fmt: skip
@@ -228,7 +228,7 @@ def plot_map(
     """
     from matplotlib.colors import LogNorm, Normalize
 
-    top = float(np.nanmax(values)) or 1.0
+    top = largest(values) or 1.0
     least = 10.0**-DECADES * top if log else 0.0
     scale = LogNorm(least, top) if log else Normalize(least, top)
     shown = np.maximum(values, least)
@@ -278,17 +278,17 @@ def plot_campbell(
         )  # fmt: skip
     for order in orders:
         _ray(ax, order, low, high, highest_hz)
-    largest = max([float(amplitudes.max()) for _, amplitudes in (sizes or {}).values()] + [1e-30])
+    most = max(largest(*(amplitudes for _, amplitudes in (sizes or {}).values())), 1e-30)
     for order, (at, amplitudes) in (sizes or {}).items():
-        keep = amplitudes > 0.01 * largest
+        keep = amplitudes > 0.01 * most
         ax.scatter(
-            at[keep], order * at[keep] / 60.0, s=260.0 * amplitudes[keep] / largest, color=ORANGE, alpha=0.35, lw=0.0,
+            at[keep], order * at[keep] / 60.0, s=260.0 * amplitudes[keep] / most, color=ORANGE, alpha=0.35, lw=0.0,
             zorder=3,
         )  # fmt: skip
     for order, across, values, band in measured:
-        keep = (values > 0.01 * largest) & (across >= low) & (across <= high)
+        keep = (values > 0.01 * most) & (across >= low) & (across <= high)
         for side, width in ((0.0, 1.1), (-1.0, 0.5), (1.0, 0.5)):
-            area = 260.0 * np.maximum(values + side * band, 0.0)[keep] / largest
+            area = 260.0 * np.maximum(values + side * band, 0.0)[keep] / most
             ax.scatter(across[keep], order * across[keep] / 60.0, s=area, fc="none", ec=RED, lw=width, zorder=3.5)
     for order, rpm in (published or {}).items():
         if low <= rpm <= high:

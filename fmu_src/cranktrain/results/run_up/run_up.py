@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import InputError, StoreError, nearest
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders.harmonics import Array, ComplexArray
 from cranktrain.store.hdf5 import CUT_SHORT, RUN_UP, cut_short, read_run_up, write_run_up
@@ -85,6 +86,11 @@ class RunUp:
         """Speeds (s,), rev/min."""
         return np.asarray(self.speeds * (30.0 / math.pi))
 
+    @property
+    def with_result(self) -> NDArray[np.bool_]:
+        """Speeds (s,) that have all their orders: an unsettled speed of a run in the frequency domain has none."""
+        return np.all([np.isfinite(own).all(axis=1) for own in self.amplitudes.values()], axis=0)
+
     def order(self, order: float, output: str = TORSION) -> ComplexArray:
         """Amplitudes (s,) of one order of an output; ``InputError`` for what the run-up does not have."""
         at = np.flatnonzero(np.isclose(self.orders, order, rtol=0.0, atol=1e-9))
@@ -94,7 +100,7 @@ class RunUp:
 
     def _of(self, output: str) -> ComplexArray:
         if output not in self.amplitudes:
-            raise InputError(f"output '{output}' is not in this run-up; {nearest(output, self.amplitudes)}")
+            raise InputError(f"output '{output}' is not in this run-up; {nearest_output(output, self.amplitudes)}")
         return self.amplitudes[output]
 
     def save(self, path: str | Path) -> Path:

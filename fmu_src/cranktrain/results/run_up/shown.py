@@ -123,7 +123,7 @@ def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[floa
     """Orders with a colour: those asked for, or those of the largest amplitudes and with a published speed."""
     if beside.orders:
         return [order for order in beside.orders if order in run_up.orders]
-    sizes = np.abs(run_up.amplitudes[quantity.output]).max(axis=0)
+    sizes = np.nan_to_num(np.abs(run_up.amplitudes[quantity.output])).max(axis=0)
     largest = {float(run_up.orders[k]) for k in np.argsort(-sizes)[:COLOURED]}
     speeds = run_up.speeds_rpm
     within = {o for o, rpm in beside.published(quantity).items() if speeds[0] <= rpm <= speeds[-1]}

@@ -14,16 +14,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from hashlib import sha256
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array, ReducedBody, check
+from cranktrain.engine.line_elements import Shaft
 from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import GROUND, Chain, coordinates
-from cranktrain.structure.crank.torsional import rigid_crank, shaft_nodes, with_twists
+from cranktrain.structure.crank.torsional import rigid_crank, with_twists
 
 FREE = 1.0e-6
 """ω over the highest below which a mode is a rigid rotation."""
@@ -54,10 +55,7 @@ def chain_matrices(chain: Chain) -> ChainMatrices:
     turns = coordinates(chain)
     full = np.zeros((3, len(chain.discs), len(chain.discs)))
     for shaft in chain.shafts:
-        twist = np.zeros(len(chain.discs))
-        for end, sign in zip(shaft.between, (shaft.ratio, -1.0), strict=True):
-            if end != GROUND:
-                twist[chain.names.index(end)] += sign
+        twist = _twist(chain, shaft)
         square = np.outer(twist, twist)
         for matrix, value in zip(
             full, (shaft.damping, shaft.stiffness, shaft.loss_factor * shaft.stiffness), strict=True
@@ -82,22 +80,26 @@ def chain_modes(chain: Chain) -> ChainModes:
 def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     """Bare crankshaft of level ``torsional`` from a table in place of the engine's dimensions.
 
-    Discs named ``pulley``, ``main[1]`` … and ``flywheel`` are the shaft's nodes; others are branches. Inertias are
-    those of the crankshaft alone: flywheel, pulley, rods and pistons come from the engine file. Mass and moments of
-    inertia across the axis follow from the dimensions. Raises ``InputError``: a node that is missing, a crank that
-    ground holds, or that does not turn as one.
+    Discs ``pulley``, ``flywheel``, ``pin[1]`` … and ``main[1]`` … are places of the crank; others are branches. Rods
+    and gas act at the pins. A pin without a disc turns by interpolation between the mains beside it, and a main without
+    a disc between its neighbours. Inertias are those of the crankshaft alone: flywheel, pulley, rods and pistons come
+    from the engine file. Mass and moments of inertia across the axis follow from the dimensions.
+
+    The body keeps the table's shafts and damped discs as ``twists`` with their laws, because their damping depends on
+    the whole system that the crank becomes a part of (:mod:`cranktrain.dynamics.model.hysteresis`).
+
+    Raises ``InputError``: a place that is missing or that the engine has not, a crank that ground holds, or that does
+    not turn as one.
     """
-    base, nodes = rigid_crank(engine), shaft_nodes(engine)
-    for name in nodes:
-        if name not in chain.names:
-            raise InputError(f"chain of engine '{engine.name}' has no disc '{name}'; {nearest(name, chain.names)}")
+    base = rigid_crank(engine)
+    nodes = _places(engine, chain, base)
     modes = chain_modes(chain)
     at = [chain.names.index(name) for name in nodes]
     rigid = modes.shapes[at, 0]
     if np.count_nonzero(modes.omega == 0.0) != 1 or np.ptp(rigid) > ALIKE * np.abs(rigid).max():
         raise InputError(
             f"chain of engine '{engine.name}' cannot rotate freely as one crank; leave out ground, and gears between "
-            "its main journals"
+            "its main journals and pins"
         )
     turned = np.sqrt(base.inertia[2, 2]) * abs(float(rigid[0]))
     base = replace(base, shapes=base.shapes.copy(), euler_load=base.euler_load.copy(), inertia=base.inertia.copy())
@@ -108,8 +110,76 @@ def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     turns = np.stack([np.interp(base.positions[:, 2], z, shape[at]) for shape in modes.shapes[:, 1:].T], axis=1)
     digest = sha256(repr((base.digest, chain)).encode()).hexdigest()
     body = with_twists(base, modes.omega[1:], turns)
-    body = replace(body, name=f"{engine.name} crankshaft, from a table", digest=digest)
-    if np.any(modes.damping > 0.0):
-        body = replace(body, damping=np.concatenate((np.zeros(5), modes.damping)))
+    body = replace(body, name=f"{engine.name} crankshaft, from a table", digest=digest, **_shafts(chain, modes, body))
     check(body)
     return body
+
+
+def _places(engine: Engine, chain: Chain, base: ReducedBody) -> list[str]:
+    """Discs that are interfaces of the crank ``base``, along z; ``InputError`` where one is missing or unknown."""
+    where = f"chain of engine '{engine.name}'"
+    known = [name for name in base.interfaces if name != "thrust"]
+    for name in chain.names:
+        if name not in known and name.startswith(("pin[", "main[")):
+            raise InputError(f"{where}: engine has no '{name}'; {nearest(name, known)}")
+    for name in ("pulley", "flywheel"):
+        if name not in chain.names:
+            raise InputError(f"{where} has no disc '{name}'; {nearest(name, chain.names)}")
+    for cylinder, pin in enumerate(engine.cylinders.pins, 1):
+        before = engine.crankshaft.main_before[pin - 1]
+        beside = [f"main[{main}]" for main in (before, before + 1)]
+        lacking = [name for name in beside if name not in chain.names]
+        if f"pin[{pin}]" in chain.names or not lacking:
+            continue
+        if len(lacking) == 1:
+            raise InputError(
+                f"{where} has no disc '{lacking[0]}' beside the pin of cylinder {cylinder}; add it, or a disc "
+                f"'pin[{pin}]'"
+            )
+        raise InputError(
+            f"{where} has no disc 'pin[{pin}]' for cylinder {cylinder}; add it, or the discs '{beside[0]}' and "
+            f"'{beside[1]}' between which this pin turns"
+        )
+    found = [name for name in known if name in chain.names]
+    return sorted(found, key=lambda name: float(base.positions[base.index(name), 2]))
+
+
+def _shafts(chain: Chain, modes: ChainModes, body: ReducedBody) -> dict[str, Any]:
+    """Shafts with stiffness and damped discs as ``shafts``, ``twists`` and ``shaft_laws`` of the crank's ``body``."""
+    rows = [
+        (
+            f"{shaft.between[0]} to {shaft.between[1]}",
+            _twist(chain, shaft),
+            (shaft.stiffness, shaft.damping, shaft.loss_factor),
+        )
+        for shaft in chain.shafts
+        if shaft.stiffness > 0.0
+    ]
+    rows += [
+        (f"disc {disc.name}", turned, (0.0, disc.damping, 0.0))
+        for turned, disc in zip(np.eye(len(chain.discs)), chain.discs, strict=True)
+        if disc.damping > 0.0
+    ]
+    names = [name for name, *_ in rows]
+    rotations = np.zeros((len(chain.discs), body.n_modes))
+    # The rotation as a whole has the body's sign.
+    pulley = body.index("pulley")
+    rotations[:, 5] = modes.shapes[:, 0] * (body.shapes[pulley, 5, 5] / modes.shapes[chain.names.index("pulley"), 0])
+    rotations[:, 6:] = modes.shapes[:, 1:]
+    return {
+        # Parallel shafts are told apart by their number.
+        "shafts": tuple(
+            f"{name}, {names[:k].count(name) + 1}" if names.count(name) > 1 else name for k, name in enumerate(names)
+        ),
+        "twists": np.array([twist for _, twist, _ in rows]) @ rotations,
+        "shaft_laws": np.array([law for *_, law in rows]),
+    }
+
+
+def _twist(chain: Chain, shaft: Shaft) -> Array:
+    """Twist of a shaft by the rotations of the discs, (discs,)."""
+    twist = np.zeros(len(chain.discs))
+    for end, sign in zip(shaft.between, (shaft.ratio, -1.0), strict=True):
+        if end != GROUND:
+            twist[chain.names.index(end)] += sign
+    return twist

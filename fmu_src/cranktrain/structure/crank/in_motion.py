@@ -3,7 +3,8 @@
 Oil films lock journals across the axis at torsional frequencies, because the dynamic stiffness of their damping is far
 above that of the crank (:mod:`cranktrain.studies.in_motion`). Journals tilt freely, and the collar floats. Rollers have
 little damping and hold the crank by their stand-in springs, which follow from a run. On the shipped engines the mode of
-a run lies within 0.5 %.
+a run lies within 0.5 %. Of several modes that share torsion and bending the pulley's response to the cylinders' torques
+names the first torsional one, as in :mod:`cranktrain.structure.in_motion.residues`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from scipy.linalg import eigh, null_space
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.engine.model import Engine
-from cranktrain.structure.crank.modal import KINDS, energy_shares, main_springs, rod_masses
+from cranktrain.structure.crank.modal import energy_shares, main_springs, named_mode, rod_masses
+from cranktrain.structure.in_motion.residues import unit_torques
 
 
 def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
@@ -34,11 +36,16 @@ def torsional_in_motion(engine: Engine, crankshaft: ReducedBody) -> float:
     mass = np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft)
     squares, shapes = eigh(motions.T @ stiffness @ motions, motions.T @ mass @ motions)
     # The first two turn the crank as a whole and shift it along its axis.
-    shares = energy_shares(engine, crankshaft, motions @ shapes[:, 2:], rods=True)
-    torsional = np.flatnonzero(np.argmax(shares, axis=1) == KINDS.index("torsional"))
-    if not torsional.size:
+    squares, shapes = squares[2:], motions @ shapes[:, 2:]
+    shares = energy_shares(engine, crankshaft, shapes, rods=True)
+    pulley = np.abs(crankshaft.shapes[crankshaft.index("pulley"), 5] @ shapes)
+    # At equal damping ratios, a mode's response at resonance falls with ω².
+    answers = pulley * np.linalg.norm(unit_torques(engine, crankshaft).T @ shapes, axis=0) / squares
+    hz = np.sqrt(squares) / (2.0 * math.pi)
+    first = named_mode(hz, shares, "torsional", answers=answers)
+    if first is None:
         raise InputError("crankshaft has no torsional mode; set reduction.torsional_source to solid")
-    return math.sqrt(squares[2 + torsional[0]]) / (2.0 * math.pi)
+    return float(hz[first])
 
 
 def locked_motions(engine: Engine, crankshaft: ReducedBody) -> Array:

@@ -33,6 +33,7 @@ from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import LumpedInertia
+from cranktrain.loads.rod_masses import mean_rod_masses, rod_masses
 from cranktrain.structure.crank.reduction import attached_parts, complete_crankshaft
 from cranktrain.structure.fem.reduction import CHECKED_HZ
 
@@ -45,12 +46,8 @@ LEAST_SHARE = 0.25
 has distributed it over more than four modes, and none of them stands for it."""
 
 
-OWN_ORDERS = 4
-"""Number of orders with critical speeds where none are published."""
-
-
 def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
-    """Frequencies, shapes, critical speeds and quality of the reduction; JSON-able.
+    """Frequencies, shapes and quality of the reduction; JSON-able.
 
     Parameters
     ----------
@@ -59,7 +56,7 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
     Returns
     -------
     ``crankshaft_free`` and ``cranktrain`` (modes with hz, shape and shares; the named first and second ones),
-    ``critical_speeds`` by order, ``reduction`` (full against reduced), ``published``, ``definitions``, ``seconds``
+    ``reduction`` (full against reduced), ``published``, ``definitions``, ``seconds``
     """
     began = time.perf_counter()
     crankshaft = complete_crankshaft(engine, body)
@@ -76,7 +73,6 @@ def modal_report(engine: Engine, body: ReducedBody) -> dict[str, Any]:
         },
         "cranktrain": {"modes": listed_modes(hz, shares, up_to=listed_to(named.values())), **named},
         "sought_to_hz": highest,
-        "critical_speeds": critical_speeds(engine, named["first_torsional_hz"]),
         "reduction": reduction_quality(body),
         "published": {
             "crankshaft_free_torsional_hz": list(engine.published.free_torsional_hz),
@@ -121,24 +117,6 @@ def cranktrain_matrices(engine: Engine, crankshaft: ReducedBody, without: Collec
     return stiffness, np.eye(crankshaft.n_modes) + rod_masses(engine, crankshaft, without)
 
 
-def rod_masses(engine: Engine, crankshaft: ReducedBody, without: Collection[int] = ()) -> Array:
-    """Mean mass of the rods (n, n) in a crankshaft's modes, each at its position on the pin."""
-    mass = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
-
-    def row(name: str, component: int) -> Array:
-        return np.asarray(crankshaft.shapes[crankshaft.index(name), component])
-
-    own = zip(engine.cylinders.pins, engine.rod_offsets, mean_rod_masses(engine), strict=True)
-    for cylinder, (pin, offset, rod_mass) in enumerate(own, 1):
-        if cylinder in without:
-            continue
-        # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
-        for component, tilt in ((0, offset * row(f"pin[{pin}]", 4)), (1, -offset * row(f"pin[{pin}]", 3))):
-            at_rod = row(f"pin[{pin}]", component) + tilt
-            mass += rod_mass * np.outer(at_rod, at_rod)
-    return mass
-
-
 def bearing_stiffness(engine: Engine, crankshaft: ReducedBody) -> Array:
     """Stiffness (n, n) of the mains' linear springs and of the closed thrust bearing, in a crankshaft's modes."""
     result = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
@@ -166,15 +144,6 @@ def main_springs(engine: Engine, on_ground: bool = True) -> list[dict[int, float
         x, y = plain.ground_stiffness if on_ground else (plain.stiffness_x, plain.stiffness_y)
         springs[main] = {0: x, 1: y}
     return springs
-
-
-def mean_rod_masses(engine: Engine) -> list[float]:
-    """Cycle-mean mass that each cylinder's rod puts on its pin across the axis, m_b + ½ m_o, kg.
-
-    Articulated rods count as if their knuckle pins moved like the crank pin.
-    """
-    piston = engine.cylinders.piston_mass
-    return [rod.big_end_mass + 0.5 * (rod.small_end_mass + piston) for rod in engine.rods]
 
 
 def _sections(body: ReducedBody) -> tuple[NDArray[np.intp], Array, Array, Array]:
@@ -225,21 +194,21 @@ def energy_shares(engine: Engine, crankshaft: ReducedBody, modes: Array, rods: b
     return np.asarray(energy / energy.sum(axis=1, keepdims=True))
 
 
-def named_mode(hz: Array, shares: Array, kind: str, number: int = 1, highest: float = math.inf) -> int | None:
+def named_mode(
+    hz: Array, shares: Array, kind: str, number: int = 1, highest: float = math.inf, answers: Array | None = None
+) -> int | None:
     """Index of the mode named the first (``number`` 1), second, … of a kind; None where no mode has the name.
 
     Parameters
     ----------
     hz, shares : (k,) rising frequencies and (k, kinds) energy fractions, as the kinds of this module come first
     highest : frequency, Hz, up to which it is sought
+    answers : (k,) response of each mode, by which one of several is chosen; by the energy fraction where it is None
     """
     own = shares[:, KINDS.index(kind)]
     count = np.cumsum(own) - 0.5 * own
-    among = np.flatnonzero((count > number - 1) & (count <= number) & (hz <= highest))
-    if not among.size:
-        return None
-    best = int(among[np.argmax(own[among])])
-    return best if own[best] >= LEAST_SHARE else None
+    among = np.flatnonzero((count > number - 1) & (count <= number) & (hz <= highest) & (own >= LEAST_SHARE))
+    return int(among[np.argmax((own if answers is None else answers)[among])]) if among.size else None
 
 
 def torsional_frequencies(hz: Array, shares: Array, highest: float = math.inf) -> list[float | None]:
@@ -248,15 +217,18 @@ def torsional_frequencies(hz: Array, shares: Array, highest: float = math.inf) -
     return [None if k is None else float(hz[k]) for k in found]
 
 
-def first_torsional(hz: Array, shares: Array, highest: float = math.inf) -> float:
-    """First torsional frequency, Hz; ``InputError`` where no mode up to ``highest`` has the name."""
-    first = torsional_frequencies(hz, shares, highest)[0]
+def first_torsional(hz: Array, shares: Array, highest: float = math.inf, answers: Array | None = None) -> float:
+    """First torsional frequency, Hz; ``InputError`` where no mode up to ``highest`` has the name.
+
+    Arguments are those of :func:`named_mode`.
+    """
+    first = named_mode(hz, shares, "torsional", 1, highest, answers)
     if first is None:
         raise InputError(
             f"no mode up to {min(highest, float(hz[-1])):.0f} Hz is a torsional one, with {100.0 * LEAST_SHARE:g} % of "
             "its kinetic energy in torsion; check crankshaft and inertias, or raise reduction.running_cutoff_hz"
         )
-    return first
+    return float(hz[first])
 
 
 def named_frequencies(hz: Array, shares: Array, highest: float) -> dict[str, float | None]:
@@ -280,20 +252,6 @@ def second_reach(hz: Array, shares: Array) -> float:
     torsion = shares[:, KINDS.index("torsional")]
     within = np.cumsum(torsion) - 0.5 * torsion <= 2.0
     return float(hz[np.flatnonzero(within)[-1]])
-
-
-def critical_speeds(engine: Engine, torsional_hz: float | None) -> list[dict[str, float]]:
-    """Speed, rev/min, at which each published order meets the first torsional frequency; none without one.
-
-    Where no orders are published: multiples of the firings per revolution, from the lowest on that meets it within
-    the engine's speeds.
-    """
-    if torsional_hz is None:
-        return []
-    firing = engine.firings
-    lowest = math.ceil(2.0 * math.pi * torsional_hz / (firing * engine.speeds[1]))
-    own = tuple(k * firing for k in range(lowest, lowest + OWN_ORDERS))
-    return [{"order": order, "rpm": 60.0 * torsional_hz / order} for order in engine.published.critical_orders or own]
 
 
 def _section_energy(motion: Array, mass: Array, polar: Array, diametral: Array) -> Array:

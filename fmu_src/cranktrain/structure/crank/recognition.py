@@ -31,8 +31,12 @@ SAME_RADIUS, SAME_AXIS = 5e-3, 2e-3
 """Deviation of radii, and distance of axes over the radius, below which cylinders are one."""
 LEAST_PIN = 0.3
 """Radius of a pin over that of the largest journal on the axis; thinner cylinders are dowels."""
+ORBIT, ALIKE = 0.02, 1.4
+"""Relative difference of the throws of pins of different diameters, and the largest ratio of these diameters."""
 REACH = 0.35
 """Distance of a web's plane from the end of its journal's cylinder, over its radius: the largest fillet."""
+LISTED = 12
+"""Journals up to which a note lists the size of each."""
 COLLAR = 1.05
 """Radius over that of the mains from which an end is a flange."""
 
@@ -253,8 +257,8 @@ def _mains_and_pins(
         raise InputError(
             f"{said}: cylinders of {sizes} mm on one axis and no pin off it; give a solid with journals and pins"
         )
+    pins = _thinnest(off_axis, pins, largest)
     least = min(one.radius for one in pins)
-    pins = _merged([one for one in pins if one.radius < 1.02 * least])
     throw = max(float(np.hypot(*one.axis)) for one in pins)
     shafts = [one for one in on_axis if one.radius < throw + 0.5 * least]
     shafts = _of_diameter(solid, shafts, given.main_diameter, "main")
@@ -283,6 +287,30 @@ def _mains_and_pins(
             "state --main-diameter-mm, or leave --mains out"
         )
     return mains, pins
+
+
+def _thinnest(off_axis: list[Round], pins: list[Round], largest: float) -> list[Round]:
+    """Pins among cylinders off the axis: the thinnest ones, and those of another diameter on an orbit like theirs.
+
+    Collars and round webs about a pin's axis adjoin a thinner cylinder, which is the pin.
+    """
+    least = min(one.radius for one in pins)
+    surest = [one for one in pins if one.radius < 1.02 * least]
+    orbit = float(np.median([np.hypot(*one.axis) for one in surest]))
+
+    def is_pin(one: Round) -> bool:
+        like = abs(np.hypot(*one.axis) - orbit) < ORBIT * orbit and LEAST_PIN * largest < one.radius < ALIKE * least
+        return bool(like and one.radius * ALIKE > least and not _is_disc(one, largest))
+
+    found = [one for one in off_axis if one in surest or is_pin(one)]
+    return _merged([one for one in found if not any(_adjoins(one, other) for other in found)])
+
+
+def _adjoins(one: Round, other: Round) -> bool:
+    """Whether a thinner cylinder about the same axis adjoins, with no more than a fillet between."""
+    apart = np.hypot(one.axis[0] - other.axis[0], one.axis[1] - other.axis[1])
+    gap = max(one.start, other.start) - min(one.end, other.end)
+    return bool(other.radius < 0.98 * one.radius and apart < SAME_AXIS * 10.0 * one.radius and gap < REACH * one.radius)
 
 
 def _is_disc(one: Round, main_radius: float) -> bool:
@@ -394,5 +422,6 @@ def _doubts(mains: tuple[Journal, ...], pins: tuple[Journal, ...]) -> tuple[str,
         ("pins have widths", [one.width for one in pins]),
     ):
         if np.ptp(values) > 0.02:
-            found.append(f"{what} of {min(values):.2f} to {max(values):.2f} mm; the engine file has their median")
+            each = f" ({', '.join(f'{value:.2f}' for value in values)})" if len(values) <= LISTED else ""
+            found.append(f"{what} of {min(values):.2f} to {max(values):.2f} mm{each}; the engine file has their median")
     return tuple(found)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.user_file import check_file
 from cranktrain.structure.fem.cad_process import run_in_child
 from cranktrain.structure.fem.mesh import cad_mesh
 from cranktrain.structure.fem.own_mesh import UNITS
@@ -83,7 +84,7 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
     _check_closed(solid)
     length = float(np.ptp(solid.nodes, axis=0).max())
     # A stated unit counts for the numbers of the file, which the kernel has converted from the file's own.
-    factor = 1.0 if unit is None else 1e3 * UNITS[unit] / _stated_unit(source)
+    factor = 1.0 if unit is None else 1e3 * UNITS[unit] / stated_unit(source)
     if not LEAST_LENGTH <= factor * length <= LARGEST_LENGTH:
         raise InputError(
             f"{path}: the solid is {factor * length:.4g} mm long, crankshafts are {LEAST_LENGTH:g} to "
@@ -92,7 +93,7 @@ def read_step(path: str | Path, unit: str | None = None) -> StepSolid:
     return solid._replace(nodes=factor * solid.nodes, volume=factor**3 * solid.volume, scale=factor)
 
 
-def _stated_unit(path: Path) -> float:
+def stated_unit(path: Path) -> float:
     """Unit of length that a STEP file states, mm."""
     text = " ".join(path.read_text(errors="replace").split())
     converted = re.search(r"CONVERSION_BASED_UNIT ?\( ?'(?:INCH|IN)'", text, re.IGNORECASE)
@@ -148,6 +149,7 @@ def _axis_and_angle(turn: Array) -> list[float]:
 
 def _check_text(path: Path) -> None:
     """Refuse what is no whole STEP file; ``InputError``."""
+    check_file(path, f"{path}", "give a STEP file of the crankshaft")
     try:
         with path.open("rb") as file:
             head = file.read(4096)

@@ -249,7 +249,8 @@ def twist_only(body: ReducedBody) -> ReducedBody:
     A weight attached off the axis would carry the free crank sideways as it twists; it keeps its place in the rigid
     motions and its inertia in the twists.
     """
-    return replace(with_twists(rigid(body), body.omega[6:], body.shapes[:, 5, 6:]), damping=body.damping)
+    alone = with_twists(rigid(body), body.omega[6:], body.shapes[:, 5, 6:])
+    return replace(alone, damping=body.damping, twists=body.twists)
 
 
 def with_twists(base: ReducedBody, omega: Array, turns: Array) -> ReducedBody:

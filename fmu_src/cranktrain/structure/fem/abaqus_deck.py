@@ -5,7 +5,8 @@ and tells no line. Read are
 
 * ``*NODE``, in any number of blocks, ``*ELEMENT``, ``*NSET`` and ``*ELSET`` (GENERATE, sets of sets),
 * ``*SURFACE`` of element faces (S1 to S4), of the free faces of elements, or of nodes; of element sets too,
-* ``*INCLUDE``, relative to the file that names it, to any depth without cycles, and ``INPUT=`` of the keywords above,
+* ``*INCLUDE``, relative to the file that names it and below the deck's folder, and ``INPUT=`` of the keywords above
+  (:mod:`cranktrain.structure.fem.included_file`),
 * ``*PART`` and ``*INSTANCE`` (:mod:`cranktrain.structure.fem.abaqus_assembly`).
 
 Keywords that make or move nodes otherwise are refused, others are passed over.
@@ -19,6 +20,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, shown
+from cranktrain.core.user_file import LONGEST_LINE, text_lines
+from cranktrain.structure.fem.included_file import check_depth, included_file
 from cranktrain.structure.fem.mesh_parts import MeshParts, Place
 
 TETRAHEDRON = re.compile(r"(C3D|DC3D|AC3D|F3D)(4|10)([A-Z]*)")
@@ -29,13 +32,13 @@ TRIANGLE = re.compile(
 SOLID = re.compile(r"(C3D|CSS|SC|DC3D|AC3D|COH3D)(5|6|8|13|15|15V|20|27)([A-Z]*)")
 """Solids that are no tetrahedra."""
 NODES_OF = {"4": 4, "10": 10}
-DEEPEST = 20
-"""Files that include each other."""
 MAKERS = {
     "NGEN": "nodes", "NFILL": "nodes", "NCOPY": "nodes", "NMAP": "places of nodes", "ELGEN": "elements",
     "ELCOPY": "elements", "SYMMETRIC MODEL GENERATION": "a model", "IMPORT": "a model",
 }  # fmt: skip
 """Keywords that make parts of a mesh that the deck does not list, and what."""
+DATA = re.compile(r'\*|\s*(?:"[^"]*"|[\w.+\-]*)\s*(?:,\s*(?:"[^"]*"|[\w.+\-]*)\s*)*$')
+"""Lines of keywords and of data: numbers and names between commas."""
 LISTS = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE")
 """Keywords whose data may stand in another file, INPUT=."""
 Numbers = Callable[[str], "list[int] | None"]
@@ -85,7 +88,7 @@ def add_sets(parts: MeshParts, cards: list[Card], numbers: Callable[[dict[str, l
     for kind, own in (("ELSET", parts.element_sets), ("NSET", parts.node_sets)):
         for card in cards:
             if card.keyword == kind:
-                _add_set(own, card, kind, numbers(own, card))
+                _add_set(parts, card, kind, numbers(own, card))
     for card in cards:
         if card.keyword == "SURFACE":
             by_nodes = card.parameters.get("TYPE", "ELEMENT").upper() == "NODE"
@@ -116,21 +119,25 @@ def _cards(path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
                 card.lines.append((place, _texts(line)))
             continue
         if card is not None:
-            yield _with_input(card, path)
+            yield _with_input(card, inside[0])
         card = _card(place, line)
         if card.keyword == "INCLUDE":
-            yield from _included(card, path, inside)
+            yield from _included(card, inside)
             card = None
     if card is not None:
-        yield _with_input(card, path)
+        yield _with_input(card, inside[0])
 
 
-def _with_input(card: Card, path: Path) -> Card:
-    """A keyword with the lines of the file that it names."""
+def _with_input(card: Card, deck: Path) -> Card:
+    """A keyword with the lines of the file that it names; of a file of another kind no message quotes a line."""
     if card.keyword not in LISTS or "INPUT" not in card.parameters:
         return card
-    target = _named_file(card, path)
+    target = _named_file(card, deck)
     rows = [(place, line) for place, line in _lines(target) if line]
+    numbers = card.keyword in ("NODE", "ELEMENT")
+    for place, line in rows:
+        if not DATA.match(line) or (numbers and line[:1] not in "*+-0123456789"):
+            raise InputError(f"{place}: no line of *{card.keyword}; name a file with nothing but its data")
     if wrong := next((place for place, line in rows if line.startswith("*")), None):
         raise InputError(f"{wrong}: a keyword in the data of *{card.keyword}; name such a file by *INCLUDE")
     return card._replace(lines=[(place, _texts(line)) for place, line in rows])
@@ -140,39 +147,34 @@ def _texts(line: str) -> list[str]:
     return [one.strip() for one in line.rstrip(",").split(",")]
 
 
-def _named_file(card: Card, path: Path) -> Path:
+def _named_file(card: Card, deck: Path) -> Path:
     """File that INPUT= of a keyword names, beside the one that holds the keyword; ``InputError``."""
     name = card.parameters.get("INPUT", "").strip("\"'")
     if not name:
         raise InputError(f"{card.place}: *{card.keyword} without INPUT=; name the file")
-    target = path.parent / name
-    if not target.is_file():
-        raise InputError(f"{card.place}: *{card.keyword} names {name}, which is not in {path.parent}; put it there")
-    return target
+    return included_file(card.place, f"*{card.keyword}", name, deck)
 
 
-def _included(card: Card, path: Path, inside: tuple[Path, ...]) -> Iterator[Card]:
-    target = _named_file(card, path)
-    if target.resolve() in [one.resolve() for one in inside] or len(inside) > DEEPEST:
-        raise InputError(f"{card.place}: {target.name} includes itself, by {' -> '.join(one.name for one in inside)}")
+def _included(card: Card, inside: tuple[Path, ...]) -> Iterator[Card]:
+    target = _named_file(card, inside[0])
+    check_depth(card.place, target, inside)
     yield from _cards(target, (*inside, target))
 
 
 def _lines(path: Path) -> Iterator[tuple[Place, str]]:
     """Lines of a file without comments; a keyword line that ends with a comma goes on in the next one."""
     begun, start = "", 0
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
-        for number, raw in enumerate(file, 1):
-            line = raw.strip()
-            if line.startswith("**"):
-                continue
-            if begun:
-                line, number = begun + line, start
-                begun = ""
-            if line.startswith("*") and line.endswith(","):
-                begun, start = line, number
-                continue
-            yield Place(path, number), line
+    for number, raw in text_lines(path, "input deck", "export the deck again"):
+        line = raw.strip()
+        if line.startswith("**"):
+            continue
+        if begun:
+            line, number = begun + line, start
+            begun = ""
+        if line.startswith("*") and line.endswith(",") and len(line) < LONGEST_LINE:
+            begun, start = line, number
+            continue
+        yield Place(path, number), line
     if begun:
         yield Place(path, start), begun
 
@@ -243,7 +245,8 @@ def _add_elements(parts: MeshParts, card: Card) -> None:
         )
 
 
-def _add_set(sets: dict[str, list[int]], card: Card, kind: str, numbers: Numbers) -> None:
+def _add_set(parts: MeshParts, card: Card, kind: str, numbers: Numbers) -> None:
+    sets = parts.element_sets if kind == "ELSET" else parts.node_sets
     name = card.parameters.get(kind)
     if not name:
         raise InputError(f"{card.place}: *{kind} without {kind}=; name the set")
@@ -254,12 +257,15 @@ def _add_set(sets: dict[str, list[int]], card: Card, kind: str, numbers: Numbers
             if last < first or (step and step[0] < 1):
                 raise InputError(f"{place}: GENERATE wants FIRST, LAST, STEP; found {shown(', '.join(texts))}")
             begin = (numbers(str(first)) or [first])[0]
-            own += range(begin, begin + last - first + 1, step[0] if step else 1)
+            generated = range(begin, begin + last - first + 1, step[0] if step else 1)
+            parts.reserve(len(generated), place, name)
+            own += generated
             continue
         for text in filter(None, texts):
             found = numbers(text)
             if found is None:
                 raise InputError(f"{place}: set {shown(text)} does not exist; define it before {name}")
+            parts.reserve(len(found), place, name)
             own += found
 
 
@@ -275,6 +281,7 @@ def _add_surface(parts: MeshParts, card: Card, by_nodes: bool, numbers: Numbers)
         found = numbers(texts[0])
         if found is None:
             raise InputError(f"{place}: surface {name} names the set {shown(texts[0])}, which does not exist")
+        parts.reserve(len(found), place, name)
         if by_nodes:
             parts.node_sets.setdefault(name, []).extend(found)
             continue

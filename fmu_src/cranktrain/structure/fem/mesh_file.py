@@ -17,8 +17,9 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import InputError, shown
+from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.user_file import check_file
 from cranktrain.structure.fem.abaqus_assembly import read_deck
 from cranktrain.structure.fem.mesh_parts import Assembled, MeshParts, assembled, outer_faces
 from cranktrain.structure.fem.named_matrices import held_in
@@ -80,6 +81,7 @@ def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str,
     kind; with the reason, and the line where there is one.
     """
     form = check_format(path)
+    check_file(path, f"{path}", "give a mesh file")
     if not path.is_file():
         raise InputError(f"{path}: no such mesh file: give the path of a {', '.join(FORMATS)} file")
     try:
@@ -129,12 +131,11 @@ def _by_meshio(path: Path) -> Assembled:
 def _opened(path: Path) -> IO[Any]:
     """File as meshio wants it; ``InputError`` for what begins otherwise, over which meshio says nothing."""
     file = path.open("rb")
-    begin = file.readline().strip()
+    begin = file.readline(1000).strip()
     file.seek(0)
     if begin not in (b"$MeshFormat", b"$Comments"):
         file.close()
-        found = shown(begin.decode(errors="replace"))
-        raise InputError(f"{path}, line 1: not readable as gmsh ({found}; its files begin with $MeshFormat)")
+        raise InputError(f"{path}, line 1: not readable as gmsh, whose files begin with $MeshFormat")
     return file
 
 

@@ -14,11 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, shown
 from cranktrain.core.types import Array
 
 Integers = NDArray[np.integer[Any]]
 
+MOST_MEMBERS = 4_000_000
+"""Members of all sets and surfaces of a mesh: 160 MB."""
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
 """Corners of the faces 1 to 4 of a tetrahedron, as Abaqus numbers them."""
 
@@ -46,6 +48,7 @@ class MeshParts:
     surfaces : name → triangles given by their nodes
     node_sets, element_sets : name → numbers
     faces : name → (element, face 1 to 4; 0 for a triangle, or for all free faces of a tetrahedron)
+    members : of all sets and surfaces, as far as they were read
     base, instances : numbers from k ``base`` on are those of instance k of an assembly; 0 where there is none
     """
 
@@ -57,6 +60,7 @@ class MeshParts:
     element_sets: dict[str, list[int]] = field(default_factory=dict)
     faces: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
     base: int = 0
+    members: int = 0
     instances: tuple[str, ...] = ()
 
     def shown(self, number: int) -> str:
@@ -64,6 +68,15 @@ class MeshParts:
         if not self.base or number < self.base:
             return f"{number}"
         return f"{self.instances[number // self.base]}.{number % self.base}"
+
+    def reserve(self, count: int, place: Place, name: str) -> None:
+        """Count members that a set or surface is to get; ``InputError`` where all have more than ``MOST_MEMBERS``."""
+        self.members += count
+        if self.members > MOST_MEMBERS:
+            raise InputError(
+                f"{place}: set {shown(name)} gets {count} members, with which the sets of this deck have more than "
+                f"{MOST_MEMBERS}; a set lists nodes or elements that are there"
+            )
 
     def add_element(self, number: int, nodes: tuple[int, ...], place: Place) -> None:
         """Add a tetrahedron or triangle; ``InputError`` for a number that is taken by another one."""

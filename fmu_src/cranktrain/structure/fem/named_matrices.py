@@ -16,6 +16,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.types import Array
+from cranktrain.core.user_file import LONGEST_LINE, check_file
 
 PUNCH, OUTPUT4 = ".pch", ".op4"
 NASTRAN = (PUNCH, OUTPUT4)
@@ -23,6 +24,8 @@ ANSYS = (".sub", ".full")
 ANSYS_LINES = "*DMAT,K,D,IMPORT,SUB,{},STIFF and *EXPORT,K,DMIG,k.pch write a DMIG that is read, likewise M from MASS"
 """What in Ansys writes a superelement's matrices so that they are read, with the nodes of their rows."""
 HEADER = re.compile(r"^DMIG\*?[ ,]+([A-Za-z]\w*)[ ,]+0[ ,]", re.MULTILINE)
+CARD = re.compile(r"[A-Z][A-Z0-9]{1,7}")
+"""Words of Nastran's cards; what a file of another kind begins its lines with is not shown."""
 FIRST_LETTER = {"stiffness": "K", "mass": "M"}
 REAL = ("1", "2")
 """Types of a real DMIG, of single and double precision."""
@@ -71,6 +74,7 @@ def named_matrix(path: Path, kind: str, name: str | None) -> NamedMatrix:
 
 def _read(path: Path) -> dict[str, NamedMatrix]:
     ending = path.suffix.lower()
+    check_file(path, f"{path}", "condense the body further")
     if not path.is_file():
         raise InputError(f"{path}: no such file; put it beside the superelement's .toml")
     if ending == ".sub":
@@ -133,16 +137,22 @@ def _dmig(path: Path) -> dict[str, NamedMatrix]:
 def _check_punch(path: Path) -> None:
     """Refuse a punch file without DMIG, or with a number that is none; ``InputError`` with the line."""
     text = path.read_text(encoding="latin-1")
+    if "\0" in text[:LONGEST_LINE]:
+        raise InputError(f"{path}: holds bytes that are no text; export the punch file again")
     if not HEADER.search(text):
-        cards = sorted({line.split()[0].rstrip("*") for line in text.splitlines() if line[:1].isalpha()})[:5]
+        words = (re.split(r"[*,\s]", line, maxsplit=1)[0] for line in text.splitlines() if line[:1].isalpha())
+        cards = sorted({word for word in words if CARD.fullmatch(word)})[:5]
         raise InputError(f"{path}: no DMIG; it holds {', '.join(cards) or 'no cards'}: write it by EXTSEOUT(DMIGPCH)")
+    card = ""  # a line with * continues the card above it
     for number, line in enumerate(text.splitlines(), 1):
         where = f"{path}, line {number}"
+        if line[:1].isalpha():
+            card = re.split(r"[*,\s]", line, maxsplit=1)[0].upper()
         if line.startswith("DMIG") and re.match(r"DMIG\*?[ ,]+\w+[ ,]+0[ ,]", line):
             kind = line.split()[4:5] if "," not in line else [line.split(",")[4].strip()]
             if kind and kind[0] not in REAL:
                 raise InputError(f"{where}: a complex DMIG; write stiffness and mass as real matrices")
-        elif line.startswith("*"):
+        elif line.startswith("*") and card == "DMIG":
             fields = [line[8:24], line[24:40], line[40:72]]
             try:
                 int(fields[0]), int(fields[1]), float(fields[2].strip().upper().replace("D", "E"))

@@ -5,7 +5,8 @@ elements in wide fields and tells no line. Read are
 
 * ``GRID`` in basic coordinates, ``CTETRA`` of 4 or 10 nodes, ``CTRIA3``, ``CTRIAR`` and ``CTRIA6``, in narrow, wide and
   free fields with any continuation,
-* ``INCLUDE``, relative to the file that names it, to any depth without cycles,
+* ``INCLUDE``, relative to the file that names it and below the deck's folder
+  (:mod:`cranktrain.structure.fem.included_file`),
 * names of properties as HyperMesh writes them into comments, ``$HMNAME PROP 3 "MAIN_1"``; else the property's number.
 
 Other cards are passed over.
@@ -19,6 +20,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, shown
+from cranktrain.core.user_file import LONGEST_LINE, text_lines
+from cranktrain.structure.fem.included_file import check_depth, included_file
 from cranktrain.structure.fem.mesh_parts import MeshParts, Place
 
 NAMED_PROPERTY = re.compile(r'\$HMNAME\s+(?:PROP|COMP)\S*\s+(\d+)\s*"([^"]+)"')
@@ -26,8 +29,6 @@ TRIANGLES = {"CTRIA3": 3, "CTRIAR": 3, "CTRIA6": 6}
 OTHERS = ("CHEXA", "CPENTA", "CPYRA", "CPYRAM")
 NARROW, WIDE = 8, 16
 """Characters of a field."""
-DEEPEST = 20
-"""Files that include each other."""
 _PART = re.compile(r"\s*BEGIN\s+(BULK|SUPER)", re.IGNORECASE)
 _INCLUDE = re.compile(r"\s*INCLUDE\b", re.IGNORECASE)
 _EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")
@@ -91,31 +92,26 @@ def _bulk(path: Path, names: dict[int, str]) -> Lines:
 def _lines(path: Path, inside: tuple[Path, ...]) -> Lines:
     """Lines of a file, those of files that it includes in the place of INCLUDE, whose name may go on in later lines."""
     begun, at = "", Place(path, 0)
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
-        for number, raw in enumerate(file, 1):
-            line = raw.rstrip("\n")
-            if begun:
-                begun += line.strip()
-            elif _INCLUDE.match(line):
-                begun, at = line.strip(), Place(path, number)
-            else:
-                yield Place(path, number), line
-                continue
-            if any(begun.count(quote) == 1 for quote in "'\""):
-                continue
-            yield from _included(at, begun, inside)
-            begun = ""
+    for number, line in text_lines(path, "Nastran file", "export the mesh again"):
+        if begun:
+            begun += line.strip()
+        elif _INCLUDE.match(line):
+            begun, at = line.strip(), Place(path, number)
+        else:
+            yield Place(path, number), line
+            continue
+        if any(begun.count(quote) == 1 for quote in "'\"") and len(begun) < LONGEST_LINE:
+            continue
+        yield from _included(at, begun, inside)
+        begun = ""
     if begun:
         raise InputError(f"{at}: INCLUDE whose name has no closing quote")
 
 
 def _included(place: Place, line: str, inside: tuple[Path, ...]) -> Lines:
     name = line.strip()[len("INCLUDE") :].lstrip(" =\t").partition("$")[0].strip().strip("'\"").strip()
-    target = place.path.parent / name
-    if not name or not target.is_file():
-        raise InputError(f"{place}: INCLUDE names {shown(name)}, which is not in {place.path.parent}; put it there")
-    if target.resolve() in [one.resolve() for one in inside] or len(inside) > DEEPEST:
-        raise InputError(f"{place}: {name} includes itself, by {' -> '.join(one.name for one in inside)}")
+    target = included_file(place, "INCLUDE", name, inside[0])
+    check_depth(place, target, inside)
     for own, text in _lines(target, (*inside, target)):
         if text.strip().upper() != "ENDDATA":
             yield own, text
@@ -128,6 +124,10 @@ def _cards(lines: Lines) -> Iterator[_Card]:
         first, fields, width = _fields(line)
         goes_on = not first or first[0] in "+*"
         if goes_on and card is not None:
+            if place.path != card.place.path:
+                raise InputError(
+                    f"{place}: a continuation of a card that stands in {card.place}; give each file whole cards"
+                )
             # A line before that ends early has blank fields.
             card.fields.extend([""] * (-len(card.fields) % width))
             card.fields.extend(fields)

@@ -29,7 +29,7 @@ from msgspec import Meta, field
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.typed_file import Table, record
 from cranktrain.core.types import Array
-from cranktrain.core.user_file import beside, ending, is_number, read_toml, user_path
+from cranktrain.core.user_file import beside, check_file, ending, is_number, read_toml, user_path
 from cranktrain.structure.fem.mesh_file import interface_name
 from cranktrain.structure.fem.named_matrices import is_named, named_matrix
 from cranktrain.structure.fem.superelement import Superelement
@@ -39,8 +39,8 @@ Rows = list[tuple[int, int]]
 
 UNITS = {"m-kg-s": (1.0, 1.0), "mm-t-s": (1e-3, 1e-3)}
 """Length in m and energy in J of a unit."""
-LARGEST_FILE, MOST_ROWS = 2_000_000_000, 6000
-"""Bytes and rows that are read."""
+LARGEST_FILE, MOST_ROWS, SAMPLE = 1_000_000_000, 6000, 1 << 16
+"""Bytes and rows that are read, and the bytes at the beginning that tell text from other content."""
 GRIDS = (".bdf", ".dat", ".nas", ".pch")
 """Endings of files with GRID cards."""
 REMEDY = "see docs/how-to/own_elements.md"
@@ -172,9 +172,11 @@ def _row_names(dofs: Path, path: Path, count: int) -> Rows:
 
 def _text(path: Path) -> str:
     """Text of a file of numbers; ``InputError``."""
+    check_file(path, f"{path}", f"condense the body further; {REMEDY}", LARGEST_FILE)
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise InputError(f"{path}: larger than {LARGEST_FILE / 1e9:g} GB; condense the body further")
+        with path.open("rb") as file:
+            if b"\0" in file.read(SAMPLE):
+                raise InputError(f"{path}: holds bytes that are no text; give a matrix that was written as text")
         return path.read_text(encoding="latin-1")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); {REMEDY}") from None
@@ -182,14 +184,26 @@ def _text(path: Path) -> str:
 
 def _numbers(path: Path, lines: list[str]) -> Array:
     """All numbers of some lines, separated by commas or blanks; FORTRAN's D is an exponent."""
-    text = " ".join(lines).replace(",", " ").upper().replace("D", "E")
+    text = " ".join(lines[:1] if lines and not _is_numeric(lines[0]) else lines).replace(",", " ")
     try:
-        found = np.array(text.split(), dtype=np.float64)
-    except ValueError as error:
-        raise InputError(f"{path}: {str(error).rpartition(': ')[2]} is no number; export the file again") from None
+        found = np.array(text.upper().replace("D", "E").split(), dtype=np.float64)
+    except ValueError:
+        wrong = next(k for k, line in enumerate(lines, 1) if not _is_numeric(line))
+        raise InputError(
+            f"{path}: line {wrong} of its values holds what is no number; export the file again, or name another"
+        ) from None
     if not np.isfinite(found).all():
         raise InputError(f"{path}: holds numbers that are not finite; export the file again")
     return found
+
+
+def _is_numeric(line: str) -> bool:
+    """Whether a line holds nothing but numbers."""
+    try:
+        np.array(line.replace(",", " ").upper().replace("D", "E").split(), dtype=np.float64)
+    except ValueError:
+        return False
+    return True
 
 
 def _user_element(path: Path) -> tuple[Rows, dict[str, Array]]:
@@ -319,7 +333,7 @@ def _places(source: Path, table: Any, file: Path | None, length: float) -> dict[
             elif reading and line.strip():
                 values = _numbers(file, [line])
                 if values.size < 4:
-                    raise InputError(f"{file}: node line {shown(line.strip())}; expected is NODE, X, Y, Z")
+                    raise InputError(f"{file}: a node's line has {values.size} values; expected is NODE, X, Y, Z")
                 places[int(values[0])] = length * values[1:4]
     elif isinstance(table, dict):
         for node, place in table.items():

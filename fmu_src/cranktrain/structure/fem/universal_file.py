@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, shown
+from cranktrain.core.user_file import text_lines
 from cranktrain.structure.fem.mesh_parts import MeshParts, Place
 
 NODES, ELEMENTS = (2411, 781, 15), (2412, 780)
@@ -30,7 +31,13 @@ class _Lines:
 
     def __init__(self, path: Path) -> None:
         self.path, self.at = path, 0
-        self.lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+        self.lines = list[str]()
+        for number, line in text_lines(path, "universal file", "export the mesh again"):
+            if not self.lines and line.strip() not in ("", "-1"):
+                raise InputError(
+                    f"{Place(path, number)}: universal files begin with a line of -1; export the mesh again"
+                )
+            self.lines.append(line)
 
     @property
     def place(self) -> Place:

@@ -166,7 +166,7 @@ def measured_decay(simulation: Simulation) -> Decay:
     rows = np.zeros((SETTLING * cycle, simulation.outputs.size))
     done = simulation.series(h, 1, rows)
     modes = modes_in_motion(simulation)
-    numbers = (modes.named(number) for number in range(1, MODES + 1))
+    numbers = (modes.twisting(number) for number in range(1, MODES + 1))
     chosen = list(takewhile(lambda k: k >= 0, numbers))
     shapes = at_largest(modes.shapes[: body.n_modes])
     rates = np.zeros((STARTS, len(chosen)))

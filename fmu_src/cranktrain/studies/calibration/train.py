@@ -22,9 +22,9 @@ from cranktrain.structure.block.reduction import heads
 from cranktrain.structure.crank import modal
 from cranktrain.structure.crank.modal import at_largest
 from cranktrain.structure.crank.reduction import attached_parts, running_loads
-from cranktrain.structure.in_motion.eigenproblem import OVERDAMPED, slowest_hz
+from cranktrain.structure.in_motion.eigenproblem import Equations, slowest_hz, vibrations
+from cranktrain.structure.in_motion.residues import unit_torques
 from cranktrain.studies.calibration.geometry import BLOCK, CRANK, Change
-from cranktrain.studies.torsion.damped_modes import damped_modes
 
 CRANK_CUTOFF_HZ, BLOCK_CUTOFF_HZ = 3000.0, 1100.0
 MODES = 32
@@ -154,12 +154,15 @@ class Train:
     def _first_in_motion(self, engine: Engine, of: Matrices) -> float:
         """First torsional frequency of the train in motion, Hz."""
         assert of.damping is not None
-        found = damped_modes(of.stiffness, of.damping, of.mass)
         rest = self.cranktrain_modes(engine, of)
         at_rest = modal.torsional_frequencies(rest.hz, rest.shares)[0]
-        kept = (found.damping_ratios < OVERDAMPED) & (found.hz > slowest_hz(at_rest))
-        hz, shapes = found.hz[kept], at_largest(found.shapes[:, kept])
-        return modal.first_torsional(hz, modal.energy_shares(engine, self.crank, shapes, rods=True))
+        n = len(of.mass)
+        equations = Equations(of.mass, of.damping, of.stiffness, n, n)
+        values, shapes, taken = vibrations(equations, slowest_hz(at_rest), unit_torques(engine, self.crank))
+        pulley = self.crank.shapes[self.crank.index("pulley"), 5] @ shapes
+        answers = np.abs(pulley) * np.linalg.norm(taken, axis=1) / -values.real
+        hz, shares = values.imag / (2.0 * np.pi), modal.energy_shares(engine, self.crank, at_largest(shapes), rods=True)
+        return modal.first_torsional(hz, shares, answers=answers)
 
     def crankshaft_modes(self, engine: Engine, of: Matrices) -> Modes:
         """Elastic modes of the free crankshaft."""

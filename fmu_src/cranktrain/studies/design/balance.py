@@ -1,4 +1,4 @@
-"""Free forces and moments of a layout's oscillating masses in closed form, for throws at equal distances.
+"""Free forces and moments of a layout's oscillating masses in closed form.
 
 The piston of a cylinder whose throw has its dead centre at φ presses along its bank, unit vector u, by
 
@@ -6,7 +6,8 @@ The piston of a cylinder whose throw has its dead centre at φ presses along its
 
 An order's resultant Σ exp(−ikφ) u and its moment Σ z exp(−ikφ) u about the middle of the crank are complex vectors in
 the plane across the crank. Their largest magnitudes over a revolution are given in m_o r ω² for the first order and in
-λ m_o r ω² for the second; moments besides in the distance of neighbouring throws. Order 1 may turn with the crank, and
+λ m_o r ω² for the second; moments besides in a distance a along the crank: of neighbouring throws, of neighbouring
+pairs of split pins, or of the cylinders where one throw carries all. Order 1 may turn with the crank, and
 counterweights then balance it. Source: Köhler and Flierl, *Verbrennungsmotoren*, chapter on mass balance.
 """
 
@@ -14,12 +15,14 @@ from __future__ import annotations
 
 import cmath
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
+from cranktrain.engine.model import Engine
 from cranktrain.studies.design.layouts import Layout
 
 ROUNDING = 9
@@ -32,8 +35,8 @@ class FreeForces(NamedTuple):
     Attributes
     ----------
     first, second : force of the order, in m_o r ω² and λ m_o r ω²
-    first_moment, second_moment : likewise, times the distance of neighbouring throws
-    rotating_moment : of one mass at each throw of a pin, in m r ω² times that distance, as the throws alone leave it
+    first_moment, second_moment : likewise, times the distance a
+    rotating_moment : of one mass at each throw of a pin, in m r ω² a, as the throws alone leave it
     unbalanced_first, unbalanced_first_moment : parts of the first order that counterweights cannot balance: they turn
         against the crank
     """
@@ -47,12 +50,50 @@ class FreeForces(NamedTuple):
     unbalanced_first_moment: float
 
 
-def free_forces(layout: Layout) -> FreeForces:
-    """Free forces and moments of a layout."""
+class Places(NamedTuple):
+    """Places of an engine's cylinders along the crank.
+
+    Attributes
+    ----------
+    along : (c,) from the middle of the pins, over ``distance``
+    distance : the distance a that moments are told in, m; 1 where there is none
+    words : what this distance is
+    """
+
+    along: Array
+    distance: float
+    words: str
+
+
+def cylinder_places(engine: Engine) -> Places:
+    """Where an engine's cylinders are, rods that stand beside each other on a pin at their own places."""
+    pins, bays = np.array(engine.crankshaft.pin_positions), engine.crankshaft.bays
+    along = np.array(engine.cylinder_positions) - 0.5 * (pins[0] + pins[-1])
+    ends = np.cumsum((0, *bays))
+    middles = np.array([pins[a:b].mean() for a, b in pairwise(ends)])
+    distance, words = 1.0, ""
+    if middles.size > 1:
+        distance = float(middles[-1] - middles[0]) / (middles.size - 1)
+        words = "neighbouring throws" if max(bays) == 1 else "neighbouring pairs of throws"
+    elif along.size > 1:
+        distance, words = float(np.ptp(along)) / (along.size - 1) or 1.0, "neighbouring cylinders"
+    return Places(along / distance, distance, words)
+
+
+def free_forces(layout: Layout, places: Array | None = None) -> FreeForces:
+    """Free forces and moments of a layout.
+
+    ``places`` (c,) are the cylinders' places from the middle of the crank over the distance a, see
+    :func:`cylinder_places`; else cylinders stand over their throws, or over the middle of a pair of split pins.
+    """
     banks = np.radians(layout.banks_deg)
     along = np.stack((-np.sin(banks), np.cos(banks)), axis=1)
-    places = np.array(layout.pins, dtype=float)
-    places -= 0.5 * (1.0 + places.max())
+    pins_of_one = 2 if layout.split else 1
+    throws = np.radians(layout.throws_deg)
+    pins = (np.arange(throws.size) // pins_of_one).astype(float)
+    pins -= 0.5 * pins.max()
+    if places is None:
+        places = pins[np.array(layout.pins) - 1]
     found, against = [], []
     for order in (1, 2):
         turned = np.exp(-1j * order * np.radians(layout.firing_deg))
@@ -60,8 +101,6 @@ def free_forces(layout: Layout) -> FreeForces:
             resultant = (weight * turned) @ along
             found.append(largest(resultant))
             against.append(abs(0.5 * (resultant[0] - 1j * resultant[1])))
-    throws = np.radians(layout.throws_deg)
-    pins = np.arange(1.0, throws.size + 1.0) - 0.5 * (1.0 + throws.size)
     couple = abs(sum(z * cmath.exp(1j * angle) for z, angle in zip(pins.tolist(), throws.tolist(), strict=True)))
     values = (found[0], found[2], found[1], found[3], couple, against[0], against[1])
     return FreeForces(*(round(value, ROUNDING) for value in values))

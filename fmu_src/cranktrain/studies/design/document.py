@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 from cranktrain.engine.model import Engine, engine_from_dict
 from cranktrain.engine.quantities import OFFSETS, UNITS
 
-DIGITS, DIGITS_OF_ANGLES = 4, 9
-"""Significant digits of a value; angles have more, so that firing is even."""
+DIGITS, DIGITS_OF_ANGLES, DIGITS_GIVEN = 4, 9, 12
+"""Significant digits of a value; angles have more, so that firing is even; a stated value has all that it needs."""
 FACTORS = {unit: factor for units in UNITS.values() for unit, factor in units.items()}
 
 
@@ -72,8 +72,7 @@ class Document(NamedTuple):
 
 def rounded(value: float, unit: str = "") -> float:
     """A number with the significant digits of its unit; whole where it is."""
-    short = float(f"{value:.{DIGITS_OF_ANGLES if unit == 'deg' else DIGITS}g}")
-    return int(short) if short == int(short) and abs(short) < 10**DIGITS else short
+    return _short(float(f"{value:.{DIGITS_OF_ANGLES if unit == 'deg' else DIGITS}g}"))
 
 
 def derived(key: str, value: float | Sequence[float], unit: str, note: str) -> Entry:
@@ -84,6 +83,15 @@ def derived(key: str, value: float | Sequence[float], unit: str, note: str) -> E
 def chosen(key: str, value: Any, unit: str, note: str) -> Entry:
     """A value that a rule of practice or the user gives."""
     return _entry(key, value, unit, "chosen", note)
+
+
+def given(key: str, value: float, unit: str, note: str, origin: str = "chosen") -> Entry:
+    """A value that the user stated, or half or twice of one: as it is, without rounding to the digits of a rule."""
+    return Entry(key, _short(float(f"{value:.{DIGITS_GIVEN}g}")), unit, origin, note)
+
+
+def _short(value: float) -> float:
+    return int(value) if value == int(value) and abs(value) < 10**DIGITS else value
 
 
 def _entry(key: str, value: Any, unit: str, origin: str, note: str) -> Entry:

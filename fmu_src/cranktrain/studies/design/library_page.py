@@ -17,7 +17,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.modal import cranktrain_modes, torsional_frequencies
-from cranktrain.studies.design.balance import largest
+from cranktrain.studies.design.balance import cylinder_places, largest
 from cranktrain.studies.design.library import ROWS, SHIP
 
 HEAD = """\
@@ -29,10 +29,11 @@ are a maker's published figures where the last column says so; all other sizes f
 [`cranktrain new`](how-to/new_engine.md), and no other data of these engines are in the files.
 
 Free forces are those of the oscillating masses in closed form: first order in m r ω², second order in λ m r ω², moments
-besides in the distance of neighbouring throws. `tests/properties/test_engine_library.py` compares the whole free forces
-and moments of runs with them within 1 %, firing intervals exactly, and forced torsion with a chain of discs within 2 %.
-The torsional frequency is that of the cranktrain at rest (level `beam`), the mean effective pressure that of the
-built-in trace at full load.
+besides in the distance of neighbouring throws, of neighbouring pairs of split pins, or of the cylinders of a single
+throw. `tests/properties/test_engine_library.py` compares the whole free forces and moments of runs with them within
+1 %, firing intervals exactly, and forced torsion with a chain of discs within 2 %. The torsional
+frequency is that of the cranktrain at rest (level `beam`), the mean effective pressure that of the built-in trace at
+full load.
 
 """
 COLUMNS = (
@@ -73,10 +74,8 @@ def _row(name: str) -> str:
 
 
 def _free(engine: Engine) -> tuple[str, str]:
-    """Free forces and moments of both orders, moments about the middle of the crank over the distance of throws."""
-    pins = engine.crankshaft.pin_positions
-    pitch = (pins[-1] - pins[0]) / max(len(pins) - 1, 1) or 1.0
-    places = (np.array(engine.cylinder_positions) - 0.5 * (pins[0] + pins[-1])) / pitch
+    """Free forces and moments of both orders, moments about the middle of the crank over the distance a."""
+    places = cylinder_places(engine).along
     banks, firing = np.array(engine.cylinders.bank_angles), np.array(engine.firing_angles)
     along = np.stack((-np.sin(banks), np.cos(banks)), axis=1)
     found = [

@@ -11,10 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.studies.design.balance import free_forces
+from cranktrain.studies.design.balance import cylinder_places, free_forces
 from cranktrain.studies.design.crank_table import found_crankshaft
-from cranktrain.studies.design.document import Block, Document, Entry, chosen, derived
+from cranktrain.studies.design.document import Block, Document, Entry, chosen, derived, given
 from cranktrain.studies.design.fitting import (
     FALLOFF,
     STEEL,
@@ -25,7 +26,7 @@ from cranktrain.studies.design.fitting import (
     full_load,
     gyration,
 )
-from cranktrain.studies.design.layouts import IN_LINE, VEE
+from cranktrain.studies.design.layouts import IN_LINE, VEE, Layout
 from cranktrain.studies.design.sizes import (
     FILLET,
     FLYING_WEB,
@@ -71,26 +72,34 @@ def document(name: str, sizes: Sizes) -> Document:
 
 def _document(name: str, s: Sizes, fitted: Fitted) -> Document:
     layout, litres = s.layout, 1e3 * s.displacement
-    title = f"{litres:.2g} l {layout.title}, {s.fuel_name}, {1e3 * s.bore:.4g} x {1e3 * s.stroke:.4g} mm"
+    title = f"{litres:.2g} l {layout.title}, {s.fuel_name}, {1e3 * s.bore:.7g} x {1e3 * s.stroke:.7g} mm"
     firing = f"fires {'-'.join(map(str, layout.order))}"
     intervals = ", ".join(f"{gap:.4g}" for gap in layout.intervals_deg)
     firing += f" every {720.0 / layout.cylinders:.4g} deg" if layout.even else f" at intervals of {intervals} deg"
-    free = free_forces(layout)
     head = (
         f"{title}: a first design, made by cranktrain new; {firing}.",
         "Every value states its unit and where it comes from: chosen (by the user, or a figure of practice) or derived",
         "(from others, by the rule in the note). Put in what you know. B is the bore, r the throw.",
-        f"Free forces of the oscillating masses m: first order {free.first:.3g} m r w^2,",
-        f"second order {free.second:.3g} lambda m r w^2; free moments {free.first_moment:.3g} m r w^2 a and "
-        f"{free.second_moment:.3g} lambda m r w^2 a,",
-        "with the distance a of neighbouring throws and lambda = r over the length of the rod.",
-        *([f"Layout: {layout.note}."] if layout.note else []),
     )
     makers: tuple[Callable[[Sizes], Block], ...] = (_pulley, _rod, _cylinders, _mains, _big_ends, _thrust, _oil)
     blocks = [_material(), _crankshaft(s, fitted), _strength(s), _flywheel(s, fitted.flywheel),
               *(make(s) for make in makers),
               _drive_line(s, fitted.flywheel), _damping(), _combustion(s, fitted.heat), _reduction(s)]  # fmt: skip
-    return Document(name, title, head, tuple(blocks))
+    head += free_words(layout, Document(name, title, head, tuple(blocks)).engine)
+    return Document(name, title, head + ((f"Layout: {layout.note}.",) if layout.note else ()), tuple(blocks))
+
+
+def free_words(layout: Layout, engine: Engine) -> tuple[str, ...]:
+    """What the oscillating masses of an engine leave free, in lines of its file's head."""
+    places = cylinder_places(engine)
+    free = free_forces(layout, places.along)
+    where = f"the distance a = {1e3 * places.distance:.4g} mm of {places.words} and " if places.words else ""
+    return (
+        f"Free forces of the oscillating masses m: first order {free.first:.3g} m r w^2,",
+        f"second order {free.second:.3g} lambda m r w^2; free moments {free.first_moment:.3g} m r w^2 a and "
+        f"{free.second_moment:.3g} lambda m r w^2 a,",
+        f"with {where}lambda = r over the length of the rod.",
+    )
 
 
 def _material() -> Block:
@@ -122,7 +131,7 @@ def _crankshaft(s: Sizes, fitted: Fitted) -> Block:
     main = "distance of cylinders 1.20 B less pin and webs, " + HEISLER if s.rods_on_pin == 1 else f"0.3 B, {source}"
     note = f"half disc; balances {100.0 * fitted.balanced:.0f} % of {balanced_mass(s)}, in the room under the pistons"
     return Block("crankshaft", "Angles of throws from the vertical, in the sense of rotation.", (
-        _mm("throw", s.throw, "half the stroke"),
+        given("throw", 1e3 * s.throw, "mm", "half the stroke", "derived"),
         derived("throw_angles", s.layout.throws_deg, "deg", "bank angle less firing angle of each cylinder"),
         _of_bore(s, "main_diameter", MAIN_DIAMETER, HEISLER),
         derived("main_widths", (bays + 1) * [1e3 * s.main_width], "mm", f"between webs: {main}"),
@@ -185,8 +194,9 @@ def _rod(s: Sizes) -> Block:
     points = big * small / (big + small) * s.rod_length**2
     rule = f"throw to rod {s.throw / s.rod_length:.3g}"
     ratio = f"; the larger of r / {LAMBDA:g} and r + B"
-    length = _mm("length", s.rod_length, f"given; {rule}", chosen) if s.rod_given else _mm(
-        "length", s.rod_length, rule + ratio)  # fmt: skip
+    length = _mm("length", s.rod_length, rule + ratio)
+    if s.rod_given:
+        length = given("length", 1e3 * s.rod_length, "mm", f"given; {rule}")
     note = f"of a rod of {1e-3 * fuel.rod:.3g} g/cm^3 x B^3, usual for {s.fuel_name} engines"
     return Block("rod", "Its masses at big and small end stand for its mass and its centre of mass.", (
         length, derived("big_end_mass", big, "kg", f"0.7 {note}"),
@@ -202,7 +212,7 @@ def _cylinders(s: Sizes) -> Block:
     )
     rods = "two rods on each pin" if s.rods_on_pin == 2 else "one rod on each pin"
     entries = [
-        _mm("bore", s.bore, s.bore_note, chosen),
+        _mm("bore", s.bore, s.bore_note, chosen) if s.crank else given("bore", 1e3 * s.bore, "mm", s.bore_note),
         chosen("firing_order", layout.order, "", order),
         derived("pins", layout.pins, "", rods),
         chosen("bank_angles", layout.banks_deg, "deg", f"{layout.bank_deg:g} deg between the banks"),

@@ -14,6 +14,8 @@ import numpy as np
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.structure.crank.found_crank import Dimensions, dimensions
 from cranktrain.structure.crank.recognition import Found, Journal
+from cranktrain.structure.crank.step_file import stated_unit
+from cranktrain.structure.fem.own_mesh import UNITS
 from cranktrain.studies.design.layouts import BOXER, CYCLE_DEG, IN_LINE, LAYOUTS, VEE, Layout
 from cranktrain.studies.design.sizes import MAIN_DIAMETER, Sizes, sizes
 
@@ -21,6 +23,9 @@ MATCH_DEG = 0.5
 """Deviation of a throw's angle from a layout's, deg."""
 MESH_SIZE = 0.17
 """Largest edge of the mesh over the bore, as of engine files by rule."""
+OF_BORE, JOURNALS = (0.25, 2.0), (3e-3, 1.2)
+"""Diameters of main journals over the bore, and in m, beyond which the file's unit is wrong."""
+_UNIT_WORDS = {1e3: "m", 10.0: "cm", 1.0: "mm", 25.4: "inches", 1e-3: "um"}
 STROKE_MM = 0.1
 """Deviation of a stated stroke from twice the throw, mm."""
 
@@ -56,6 +61,7 @@ def step_engine(found: Found, stated: Stated) -> StepEngine:
     offsets = np.radians(np.array(layout.throws_deg) - angles)
     found = turned(found, float(np.angle(np.exp(1j * offsets).mean())))
     diameter = 2e-3 * float(np.median([one.cylinder.radius for one in found.mains]))
+    _check_unit(found, diameter, stated.bore)
     bore = round(diameter / MAIN_DIAMETER, 4) if stated.bore is None else stated.bore
     if stated.bore is None:
         told = (*told, f"bore {1e3 * bore:.4g} mm: main journals are {MAIN_DIAMETER:g} of it by rule; state --bore-mm")
@@ -75,6 +81,25 @@ def step_engine(found: Found, stated: Stated) -> StepEngine:
     note = "given" if stated.bore is not None else "main journals are 0.75 B by rule"
     made = made._replace(bore_note=note, stated_thrust_main=stated.thrust_main or 0)
     return StepEngine(made, found, crank, (*told, *crank.doubts))
+
+
+def _check_unit(found: Found, diameter: float, bore: float | None) -> None:
+    """Refuse main journals, m, of another order of size than the bore, or than of any engine; ``InputError``."""
+    low, high = (OF_BORE[0] * bore, OF_BORE[1] * bore) if bore is not None else JOURNALS
+    if low <= diameter <= high:
+        return
+    in_file = diameter / found.solid.scale / (1e-3 * stated_unit(found.solid.path))
+    fitting = [unit for unit, size in UNITS.items() if low <= size * in_file <= high]
+    beside = f"for a bore of {1e3 * bore:g} mm" if bore is not None else "as no engine has them"
+    remedy = (
+        f"the numbers are in another unit than the file states: --step-unit {' or '.join(fitting)}"
+        if fitting
+        else "check --bore-mm and the file"
+    )
+    raise InputError(
+        f"{found.solid.path}: main journals of {1e3 * diameter:.4g} mm {beside} ({in_file:.4g} in the file, which "
+        f"states {_UNIT_WORDS.get(stated_unit(found.solid.path), 'another unit')}); {remedy}"
+    )
 
 
 def turned(found: Found, angle: float) -> Found:

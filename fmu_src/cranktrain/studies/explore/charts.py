@@ -176,7 +176,7 @@ class CampbellChart:
 
     def _sizes(self, now: Curves, orders: list[float]) -> dict[str, Any]:
         """Circles at every third speed of each order, their area as the amplitude."""
-        largest = float(now.orders.max())
+        largest = max(float(np.nan_to_num(now.orders).max()), 1e-30)
         x, y, size = [], [], []
         for order in orders:
             share = now.order(order)[::3] / largest

@@ -65,7 +65,7 @@ class Curves:
 
     def largest_orders(self, count: int) -> list[float]:
         """The orders with the largest amplitudes, rising."""
-        by_size = np.argsort(-self.orders.max(axis=1), kind="stable")[:count]
+        by_size = np.argsort(-np.nan_to_num(self.orders).max(axis=1), kind="stable")[:count]
         return sorted(ORDERS[k] for k in by_size)
 
 

@@ -6,12 +6,16 @@ import html
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import panel as pn
+from panel.links import Callback
 
 from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.core.user_file import user_path
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.measured import Measured
 from cranktrain.results.run_up.run_up import TORSION, RunUp
@@ -47,6 +51,7 @@ class Explored:
     balance : harmonic balance in the background; None: not wanted
     other : what is compared: a title, and curves or a run-up
     inside : a cycle to look into from the start
+    folder : where engine files may be written
     """
 
     source: Source
@@ -55,7 +60,13 @@ class Explored:
     balance: Balance | None = None
     other: tuple[str, Curves | RunUp] | None = None
     inside: InsideCycle | None = None
+    folder: Path = field(default_factory=Path.cwd)
     closing: list[Callable[[], None]] = field(default_factory=list)
+
+    def closed(self, close: Callable[[], None]) -> None:
+        """Close one page, and keep nothing of it."""
+        close()
+        self.closing.remove(close)
 
     def close(self) -> None:
         """End what runs in the background."""
@@ -80,7 +91,6 @@ class Page:
         self._orders_chart, self._campbell = charts.OrdersChart(), charts.CampbellChart()
         self._twist = charts.LineChart("Twist of pulley against flywheel, half of peak to peak", "twist, deg")
         self._heat = charts.LineChart("Heat of the damper", "power, W", limit=True)
-        self.inside = InsideView(explored.inside)
         self._make_knobs()
         self._make_rest()
         self._choose_orders()
@@ -89,13 +99,24 @@ class Page:
         self._ask_balance()
         explored.closing.append(self.close)
 
+    @cached_property
+    def inside(self) -> InsideView:
+        """The view of a cycle, made when it is first shown: it is half of a page."""
+        view = InsideView(self._explored.inside)
+        self._inside_box.append(view.view)
+        return view
+
     def engine(self) -> Engine:
         """The engine as the knobs stand."""
         return chosen_engine(self._live.whole, self._live.knobs, self._history.now)
 
     def close(self) -> None:
-        """End the page's full model."""
+        """End the page's full model, and let Panel forget the links between a slider and its number."""
         self._full.close()
+        for slider in self._sliders.values():
+            for part in slider.select():
+                # Panel keeps links by a weak key, but a link itself refers to that key and would keep the page.
+                Callback.registry.pop(part, None)
 
     def _make_knobs(self) -> None:
         """A slider for each knob, a list of firing orders, and buttons for all of them."""
@@ -132,9 +153,9 @@ class Page:
         )  # fmt: skip
         self._orders.param.watch(lambda event: self._choose_orders(), "value")
         speeds = self._live.speeds
+        largest = float(speeds[np.nan_to_num(self._now.twist).argmax()])
         self._full = FullControls(
-            (float(speeds[0]), float(speeds[-1])), float(speeds[int(self._now.twist.argmax())]), self._full_choice,
-            self._show_runs, self._look_into,
+            (float(speeds[0]), float(speeds[-1])), largest, self._full_choice, self._show_runs, self._look_into,
         )  # fmt: skip
         self._path = pn.widgets.TextInput(name="new engine file", value=self._usual_path(), width=KNOBS_WIDTH - 30)
         self._write = pn.widgets.Button(name="Write engine file", width=180)
@@ -166,10 +187,12 @@ class Page:
         charts_box = charts.side_by_side(plots)
         self._boxes = list(charts_box.objects)
         torsion = pn.Column(self._orders, charts_box, *self._compared(), sizing_mode="stretch_width", min_width=350)
+        self._inside_box = pn.Column(sizing_mode="stretch_width", min_width=350)
         self._tabs = pn.Tabs(
-            ("Torsion", torsion), ("Look inside", self.inside.view), sizing_mode="stretch_width", min_width=350,
-            active=0 if self._explored.inside is None else 1,
+            ("Torsion", torsion), ("Look inside", self._inside_box), sizing_mode="stretch_width", min_width=350,
         )  # fmt: skip
+        self._tabs.param.watch(lambda event: self.inside, "active")
+        self._tabs.active = 0 if self._explored.inside is None else 1
         return pn.Row(left, self._tabs, sizing_mode="stretch_width")
 
     def _compared(self) -> list[Any]:
@@ -329,7 +352,10 @@ class Page:
         """Write the engine file of the present choice."""
         try:
             source, live = self._explored.source, self._live
-            path = write_engine(source, live.whole, live.knobs, self._history.now, self._path.value or "")
+            path = self._explored.folder / user_path(self._path.value or "")
+            if not path.resolve().is_relative_to(self._explored.folder.resolve()):
+                raise InputError(f"{path}: lies outside of {self._explored.folder}; give a name below that folder")
+            write_engine(source, live.whole, live.knobs, self._history.now, path)
         except (CranktrainError, OSError) as error:
             self._say(self._written, str(error), wrong=True)
             return

@@ -1,9 +1,10 @@
 """The server of the page: on 127.0.0.1 alone, behind a token, with all its resources from this machine.
 
-The first request brings the token in its address; the answer puts it into a cookie that scripts cannot read and other
-sites cannot send. Pages and websockets without token or cookie are refused (403), and so are requests whose ``Host`` is
-another name, which a foreign site could let point to this machine. Nothing can be uploaded: the page has no field for
-files, and requests have a small limit.
+The first request brings the token in its address. The answer sets a cookie with a secret of its own, which scripts
+cannot read and other sites cannot send, and which is worthless after this start of the server: browsers send cookies to
+every port of a host. Pages and websockets without token or cookie are refused (403), and so are requests whose ``Host``
+is another name, which a foreign site could let point to this machine. Only what a page asks for is answered, by GET.
+Nothing can be uploaded: the page has no field for files, and requests have a small limit.
 """
 
 from __future__ import annotations
@@ -12,11 +13,14 @@ import hmac
 import secrets
 from collections.abc import Callable
 from typing import Any
+from urllib.parse import unquote
 
 import panel as pn
 from bokeh.server.auth_provider import AuthProvider
+from tornado.httputil import HTTPMessageDelegate, HTTPServerRequest
 from tornado.ioloop import IOLoop
-from tornado.web import HTTPError, RequestHandler
+from tornado.routing import Router
+from tornado.web import Application, ErrorHandler, HTTPError, RequestHandler
 
 from cranktrain.core.errors import InputError
 from cranktrain.studies.explore.page import POLL_MS, Explored, Page
@@ -24,6 +28,8 @@ from cranktrain.studies.explore.page import POLL_MS, Explored, Page
 ADDRESS = "127.0.0.1"
 LARGEST = 2 * 1024 * 1024
 """Largest message of a page, bytes."""
+IDLE = 30
+"""Seconds after which a connection that asks for nothing is closed; an open page has its websocket."""
 _POLICY = (
     "default-src 'self'; connect-src 'self' blob: ws://{host}; img-src 'self' data: blob:; font-src 'self' data:; "
     "style-src 'self' 'unsafe-inline'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; worker-src 'self' blob:; "
@@ -36,6 +42,7 @@ class Token(AuthProvider):
 
     def __init__(self, token: str) -> None:
         self.token = token
+        self.cookie = secrets.token_urlsafe(24)
         self.hosts: tuple[str, ...] = ()
         super().__init__()
 
@@ -81,10 +88,10 @@ class Token(AuthProvider):
         name = f"cranktrain-explore-{request.host.rpartition(':')[2]}"
         given = handler.get_query_argument("token", "")
         if given and hmac.compare_digest(given.encode(), self.token.encode()):
-            handler.set_cookie(name, self.token, httponly=True, samesite="Strict")
+            handler.set_cookie(name, self.cookie, httponly=True, samesite="Strict")
         else:
             kept = handler.get_cookie(name, "") or ""
-            if given or not hmac.compare_digest(kept.encode(), self.token.encode()):
+            if given or not hmac.compare_digest(kept.encode(), self.cookie.encode()):
                 raise HTTPError(403, "no token")
         handler.set_header("Content-Security-Policy", _POLICY.format(host=request.host))
         handler.set_header("Referrer-Policy", "no-referrer")
@@ -92,11 +99,36 @@ class Token(AuthProvider):
         return "local"
 
 
+class Gate(Router):
+    """Passes on the requests that a page makes, and answers all others with an error.
+
+    Bokeh's handlers fail on the rest: tokens of sessions in the address, null bytes, unusual methods.
+    """
+
+    def __init__(self, application: Application) -> None:
+        self._application = application
+
+    def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate | None:
+        """Delegate of a request, as Tornado's routers give it."""
+        path = unquote(request.path, errors="replace")
+        if request.method != "GET":
+            refused = 405
+        elif (
+            not path.isprintable()
+            or any(name.startswith("bokeh-") for name in request.arguments)
+            or "Bokeh-Session-Id" in request.headers
+        ):
+            refused = 403
+        else:
+            return self._application.find_handler(request, **kwargs)
+        return self._application.get_handler_delegate(request, ErrorHandler, {"status_code": refused})
+
+
 def _document(explored: Explored) -> Any:
     """A page for a visitor."""
     page = Page(explored)
     pn.state.add_periodic_callback(page.look, POLL_MS)
-    pn.state.on_session_destroyed(lambda context: page.close())
+    pn.state.on_session_destroyed(lambda context: explored.closed(page.close))
     return page.view
 
 
@@ -111,10 +143,12 @@ def serve(explored: Explored, port: int, started: Callable[[str], None], wait: b
         server = pn.io.server.get_server(
             lambda: _document(explored), port=port, address=ADDRESS, show=False, start=False, verbose=False,
             title=f"cranktrain explore: {explored.live.whole.name}", auth_provider=token, websocket_origin=[],
-            websocket_max_message_size=LARGEST, max_buffer_size=LARGEST, use_xheaders=False, index=None,
+            websocket_max_message_size=LARGEST, use_xheaders=False, index=None,
+            http_server_kwargs={"max_buffer_size": LARGEST, "idle_connection_timeout": IDLE, "body_timeout": IDLE},
         )  # fmt: skip
     except OSError:
         raise InputError(f"--port {port} is taken or not allowed; give another one, or leave it out") from None
+    server._http.request_callback = Gate(server._tornado)
     host = f"{ADDRESS}:{server.port}"
     token.hosts = (host, f"localhost:{server.port}")
     server.start()

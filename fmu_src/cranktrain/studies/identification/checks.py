@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from cranktrain.core.errors import CranktrainError, InputError
@@ -14,7 +15,7 @@ from cranktrain.core.types import Array
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.measured import LEAST
-from cranktrain.studies.identification.comparison import Comparison
+from cranktrain.studies.identification.comparison import Comparison, Piece
 from cranktrain.studies.identification.confidence import contradictions, unexcited
 from cranktrain.studies.identification.data import RATIO, Orbit, Strand
 from cranktrain.studies.identification.estimate import Estimate
@@ -123,7 +124,7 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
         of = [k for k, one in enumerate(comparison.data.strands) if one.name == name]
         rows = [(comparison.data.strands[k], found.pieces[k]) for k in of]
         left = sum(float(np.sum(piece.rows[~one.held] ** 2)) for one, piece in rows)
-        whole = sum(float(np.sum(np.abs(one.values[~one.held]) ** 2)) for one, _ in rows)
+        whole = sum(float(np.sum(np.abs(_varying(one, piece)[~one.held]) ** 2)) for one, piece in rows)
         if left > (1.0 - EXPLAINED) * whole:
             worst = max(rows, key=lambda row: float(np.sum(row[1].rows[~row[0].held] ** 2)))[0]
             part = 100.0 * max(0.0, 1.0 - left / whole) if whole > 0.0 else 0.0
@@ -133,6 +134,11 @@ def check_explained(comparison: Comparison, found: Estimate) -> None:
                 f"{least}; the data are of another engine, load or "
                 f'reference of phase (sought by "zero.{name}")'
             )
+
+
+def _varying(one: Strand, piece: Piece) -> NDArray[np.complex128]:
+    """Measured values (n,) of an order less the constant of a wheel."""
+    return one.values if piece.constant is None else one.values - piece.constant.number
 
 
 def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) -> None:

@@ -3,7 +3,9 @@
 Residuals are measured minus computed: real and imaginary part of each order, or its amplitude alone; logarithms of
 frequencies and damping ratios; components of shapes of unit length. Parameters are coordinates u of
 :mod:`cranktrain.studies.identification.parameters`. Each set has a covariance C, so that with the Cholesky factor of C
-all residuals count alike, and what is known before adds a row (u − u₀)/σ for each parameter with a prior.
+all residuals count alike, and what is known before adds a row (u − u₀)/σ for each parameter with a prior. An order that
+a toothed wheel measured has an unknown constant, which is eliminated
+(:mod:`cranktrain.studies.identification.wheel_constants`).
 """
 
 from __future__ import annotations
@@ -21,6 +23,13 @@ from cranktrain.studies.identification.bias import Bias, Residue, covariance, es
 from cranktrain.studies.identification.data import Data
 from cranktrain.studies.identification.model import Answers
 from cranktrain.studies.identification.parameters import Sought, inner_values, outer_values
+from cranktrain.studies.identification.wheel_constants import (
+    WIDE,
+    Constant,
+    FoundConstant,
+    beside_slopes,
+    by_constant,
+)
 
 STEP = 1e-3
 """Step in u of the derivatives: a thousandth of a parameter."""
@@ -62,12 +71,16 @@ class Correction(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """Residuals of one order, number or shape: set, rows (n, c) fitted and held out, and their derivatives (…, p)."""
+    """Residuals of one order, number or shape: set, rows (n, c) fitted and held out, and their derivatives (…, p).
+
+    ``constant`` is that of a wheel, subtracted from the rows; None where the order has none, or still has it.
+    """
 
     name: str
     rows: Array
     slopes: Array
     held: NDArray[np.bool_]
+    constant: FoundConstant | None = None
 
 
 class Comparison:
@@ -89,6 +102,7 @@ class Comparison:
         self.biases: dict[str, Bias] = {}
         self._factors: list[Array] = []
         self._turns: list[NDArray[np.complex128]] = []
+        self._constants: list[Constant | None] = []
         self._start = inner_values(sought, [one.start for one in sought])
         self.low: Array = inner_values(sought, [one.low for one in sought])
         self.high: Array = inner_values(sought, [one.high for one in sought])
@@ -154,11 +168,15 @@ class Comparison:
     def weigh(self, biases: dict[str, Bias], own: Sequence[NDArray[np.complex128]]) -> None:
         """Take a covariance for each set, with the model's ``own`` orders (n,)."""
         self.biases, self._factors, self._turns = dict(biases), [], [_turn(one) for one in own]
+        self._constants = []
         for k, one in enumerate(self.data.strands):
             keep = np.flatnonzero(~one.held)
             self._factors.append(
                 np.asarray(np.linalg.cholesky(self.covariance_of(k, np.abs(own[k]))[np.ix_(keep, keep)]))
             )
+            by = by_constant(one, self._turns[k])
+            columns = self._white(k, by)
+            self._constants.append(Constant(by, columns, np.asarray(np.linalg.pinv(columns))) if one.wheel else None)
 
     def covariance_of(self, k: int, sizes: Array) -> Array:
         """Covariance (n, n) of one component of the ``k``-th order, with the model's amplitudes ``sizes`` (n,)."""
@@ -174,9 +192,18 @@ class Comparison:
         """Covariances by the restricted likelihood of each set."""
         found = {}
         for name, which in self._sets().items():
-            parts = [self._residue(k, own[k], pieces[k]) for k in which]
-            found[name] = estimated_bias(parts, self.known, self.biases.get(name))
+            columns = [self._column(k, own[k]) for k in which]
+            slopes, known = beside_slopes([pieces[k].slopes for k in which], columns, self.known)
+            parts = [
+                self._residue(k, own[k], pieces[k]._replace(slopes=one)) for k, one in zip(which, slopes, strict=True)
+            ]
+            found[name] = estimated_bias(parts, known, self.biases.get(name))
         return found
+
+    def _column(self, k: int, own: NDArray[np.complex128]) -> Array | None:
+        """Derivatives (n, c, 2) of the ``k``-th order by its constant over the constant's standard deviation."""
+        one = self.data.strands[k]
+        return WIDE * float(np.abs(one.values).max()) * by_constant(one, _turn(own)) if one.wheel else None
 
     def _sets(self) -> dict[str, list[int]]:
         found: dict[str, list[int]] = {}
@@ -198,12 +225,31 @@ class Comparison:
         found = []
         for k, block in enumerate(blocks):
             if k < len(self.data.strands):
-                keep = ~self.data.strands[k].held
-                flat = _turned(block[keep], self._turns[k][keep]).reshape(int(keep.sum()), -1)
-                found.append(solve_triangular(self._factors[k], flat, lower=True).reshape(-1, *block.shape[2:]))
+                white, constant = self._white(k, block), self._constants[k]
+                found.append(white if constant is None else constant.left(white))
                 continue
             own = self.data.deviations[k - len(self.data.strands)]
             found.append(block.reshape(-1, *block.shape[2:]) / own)
+        return found
+
+    def _white(self, k: int, block: Array) -> Array:
+        """Block (n, c, …) of the ``k``-th order's fitted rows over their standard deviations, (n·c, …)."""
+        keep = ~self.data.strands[k].held
+        flat = _turned(block[keep], self._turns[k][keep]).reshape(int(keep.sum()), -1)
+        return np.asarray(solve_triangular(self._factors[k], flat, lower=True).reshape(-1, *block.shape[2:]))
+
+    def cleared(self, pieces: Sequence[Piece]) -> list[Piece]:
+        """Pieces less the constants of wheels; derivatives are those of the model with the constants that it gives."""
+        found = list(pieces)
+        for k, constant in enumerate(self._constants):
+            if constant is None:
+                continue
+            value, slopes = (constant.of(self._white(k, block)) for block in (pieces[k].rows, pieces[k].slopes))
+            found[k] = pieces[k]._replace(
+                rows=pieces[k].rows - np.tensordot(constant.by, value, axes=1),
+                slopes=pieces[k].slopes - np.tensordot(constant.by, slopes, axes=1),
+                constant=FoundConstant(value, -slopes, constant.inverse @ constant.inverse.T, constant.by),
+            )
         return found
 
     def residuals(self, inner: Array) -> Array:
@@ -221,6 +267,11 @@ class Comparison:
         """Number of fitted residuals."""
         orders = sum(int((~one.held).sum()) * (2 if one.phases else 1) for one in self.data.strands)
         return orders + len(self.data.scalars) + sum(one.values.size for one in self.data.shapes)
+
+    @property
+    def constants(self) -> int:
+        """Number of real unknowns that constants of wheels add."""
+        return sum(2 for one in self.data.strands if one.wheel)
 
     def pieces(self, inner: Array) -> list[Piece]:
         """Residuals at u (p,) with their derivatives by central differences."""

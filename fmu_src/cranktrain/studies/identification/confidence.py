@@ -98,7 +98,7 @@ def confidence_of(comparison: Comparison, found: Estimate, moves: Array) -> Conf
     for k, one in enumerate(comparison.data.strands):
         keep = np.flatnonzero(~one.held)
         count += effective_count(comparison.covariance_of(k, sizes[k])[np.ix_(keep, keep)]) * (2 if one.phases else 1)
-    free = count - found.inner.size + int((np.diag(comparison.prior) > 0.0).sum())
+    free = count - comparison.constants - found.inner.size + int((np.diag(comparison.prior) > 0.0).sum())
     # Deviations of numbers and shapes are stated, not found from residuals.
     freedom = max(free, FEWEST) if comparison.data.strands else 1e6
     return Confidence(own + moves.T @ moves, freedom)
@@ -218,7 +218,7 @@ def bootstrap(comparison: Comparison, found: Estimate, draws: int, seed: int) ->
     spread = np.linalg.inv(found.information + comparison.known)
     result = np.zeros((draws, found.inner.size))
     blocks = [_block(comparison, piece, k) for k, piece in enumerate(found.pieces)]
-    scale = math.sqrt(comparison.count / max(comparison.count - found.inner.size, 1))
+    scale = math.sqrt(comparison.count / max(comparison.count - comparison.constants - found.inner.size, 1))
     for b in range(draws):
         drawn = []
         for k, piece in enumerate(found.pieces):

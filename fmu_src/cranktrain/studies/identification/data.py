@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +52,7 @@ class Strand:
     noise : (n,) standard deviation of each component; not a number where it is not known
     held : (n,) whether a point is held out of the fit
     phases : whether phases count
+    wheel : whether a toothed wheel adds an unknown constant to the order
     """
 
     name: str
@@ -62,6 +63,7 @@ class Strand:
     noise: Array
     held: NDArray[np.bool_]
     phases: bool
+    wheel: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -191,6 +193,7 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
     if own not in found:
         raise InputError(f"{where}: {Path(table.file).name} has no orders of {output}; {nearest(output, found)}")
     wanted = sorted(found[own]) if not table.orders else sorted(set(table.orders))
+    wheel = isinstance(table, OrdersTable) and _of_wheel(table, found, own)
     noise = _noise(table.noise, "torque" if torque else "angle", f"{where}.noise")
     strands = []
     for order in wanted:
@@ -218,9 +221,16 @@ def _strands(engine: Engine, table: OrdersTable | TorqueTable, name: str, where:
         spread = np.where(spread > 0.0, spread, math.nan)
         strands.append(
             Strand(name, output, order, speeds[keep], sizes[keep] * np.exp(1j * angle), spread,
-                   np.zeros(int(keep.sum()), dtype=bool), not table.amplitudes_only)
+                   np.zeros(int(keep.sum()), dtype=bool), not table.amplitudes_only, wheel=wheel and order % 1.0 == 0.0)
         )  # fmt: skip
     return strands
+
+
+def _of_wheel(table: OrdersTable, found: MeasuredOrders, output: str) -> bool:
+    """Whether a wheel measured an output: as the set states, else as its file does, else yes."""
+    if table.wheel is not None:
+        return table.wheel
+    return found.wheels is None or output in found.wheels
 
 
 def _shaft(engine: Engine, shaft: str, where: str) -> str:

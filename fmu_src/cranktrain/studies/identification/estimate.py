@@ -26,7 +26,7 @@ class Estimate:
     Attributes
     ----------
     inner : (p,) coordinates u
-    pieces : residuals and derivatives there
+    pieces : residuals and derivatives there, less the constants of wheels
     information : (p, p) that the data give, without priors
     evaluations : of the model
     interrupted : whether the search was ended early
@@ -70,7 +70,7 @@ def estimate(
         spread = np.sqrt(np.diag(np.linalg.inv(information + comparison.known)))
         if interrupted or (turn > 0 and np.all(np.abs(inner - before) < SAME * spread)):
             break
-    return Estimate(inner, pieces, information, evaluations, interrupted)
+    return Estimate(inner, comparison.cleared(pieces), information, evaluations, interrupted)
 
 
 def information_of(comparison: Comparison, pieces: list[Piece], name: str | None = None) -> Array:

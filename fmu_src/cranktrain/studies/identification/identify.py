@@ -36,6 +36,7 @@ from cranktrain.studies.identification.confidence import (
     told_apart,
 )
 from cranktrain.studies.identification.data import MOUNTS, RPM, Orbit, read_data
+from cranktrain.studies.identification.doubts import doubtful_values
 from cranktrain.studies.identification.ladder import Ask, Climbed, climb
 from cranktrain.studies.identification.model import TIME, TorsionalModel
 from cranktrain.studies.identification.orbit_runs import check_films
@@ -82,8 +83,8 @@ def identify(
     -------
     ``parameters`` (value, interval, deviation, profile, bootstrap), ``told_apart`` in words, ``levels``, ``above``
     (values to which levels above the fitted one would move, each after the one below it), ``advice`` (what would narrow
-    wide intervals most), ``orders``, ``numbers``, ``held_out``, ``systematic``, ``interrupted``, ``file``, ``refused``
-    (why the new file was not written)
+    wide intervals most), ``doubts`` (of values at their bounds, in words), ``orders``, ``numbers``, ``held_out``,
+    ``systematic``, ``interrupted``, ``file``, ``refused`` (why the new file was not written)
     """
     request = request or Request(Ask())
     _ = request.ask.crank_above  # refused before the work
@@ -209,7 +210,7 @@ def report_of(
         [one.key for one in comparison.sought],
         {one.name for one in comparison.data.strands if isinstance(one, Orbit)},
     )
-    orders, held = residual_rows(comparison, found), held_out(comparison, found, confidence)
+    orders, held = residual_rows(comparison, found, confidence), held_out(comparison, found, confidence)
     orbits = orbit_rows(comparison, found)
     levels, above = (
         [
@@ -227,7 +228,7 @@ def report_of(
     return {
         "parameters": rows, "told_apart": told_apart(found.information, comparison.known, keys),
         "correlations": correlations(confidence, comparison.sought), "levels": levels, "above": above,
-        "advice": advice,
+        "advice": advice, "doubts": list(doubtful_values(rows, bool(comparison.data.strands))),
         "orders": orders, "orbits": orbits, "numbers": number_rows(comparison, found), "held_out": held,
         "systematic": [
             *(f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]),

@@ -253,7 +253,7 @@ class TorsionalModel:
             return against_frame(solved, self.speeds, pulley if one.output == TORSION else flywheel)[:, at]
         twists = solved.motion @ structure.shaft_rows().T
         torques = structure.shaft_torques(self.speeds, twists, structure.friction(self.speeds))
-        names = [f"shaft[{name}].torque" for name in structure.link.names]
+        names = [f"shaft[{name}].torque" for name in structure.shafts]
         return np.asarray(torques[:, at, names.index(one.output)])
 
     def numbers(self, values: Array) -> Array:

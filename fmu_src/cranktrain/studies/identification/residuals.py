@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import Any
 
@@ -10,7 +11,7 @@ from scipy.stats import f as fisher
 from scipy.stats import norm
 
 from cranktrain.core.types import Array
-from cranktrain.studies.identification.comparison import Comparison
+from cranktrain.studies.identification.comparison import Comparison, Piece
 from cranktrain.studies.identification.confidence import LEVEL, Confidence
 from cranktrain.studies.identification.data import RPM, Orbit
 from cranktrain.studies.identification.estimate import Estimate
@@ -21,8 +22,8 @@ MATTERS = 0.02
 """Systematic residuals count from this fraction of the order's amplitudes on."""
 
 
-def residual_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
-    """A row for each order: points, residual over amplitude, where it is largest, and whether it is systematic."""
+def residual_rows(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[dict[str, Any]]:
+    """A row for each order: points, residual over amplitude and noise, whether it is systematic, its constant."""
     rows = []
     for one, piece in zip(comparison.data.strands, found.pieces, strict=False):
         if isinstance(one, Orbit):
@@ -45,9 +46,22 @@ def residual_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any
                 "largest_percent": 100.0 * float(left[largest]) / size if size else None,
                 "largest_at_rpm": float(speeds[largest] / RPM),
                 "runs_probability": runs, "lack_of_fit_probability": lack, "systematic": bool(systematic),
+                **_constant(piece, confidence),
             }
         )  # fmt: skip
     return rows
+
+
+def _constant(piece: Piece, confidence: Confidence) -> dict[str, float | None]:
+    """Constant of a wheel that was found: size, deg, half width of its 95 % interval, and phase, deg."""
+    if (found := piece.constant) is None:
+        return {"constant_deg": None, "constant_band_deg": None, "constant_phase_deg": None}
+    spread = found.spread + found.slopes @ confidence.covariance @ found.slopes.T
+    band = region(2, confidence.freedom) * math.sqrt(float(np.linalg.eigvalsh(spread)[-1]))
+    return {
+        "constant_deg": math.degrees(abs(found.number)), "constant_band_deg": math.degrees(band),
+        "constant_phase_deg": math.degrees(cmath.phase(found.number)),
+    }  # fmt: skip
 
 
 def orbit_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
@@ -150,6 +164,8 @@ def held_out(comparison: Comparison, found: Estimate, confidence: Confidence) ->
         for k in np.flatnonzero(piece.held).tolist():
             slopes = piece.slopes[k]
             spread = slopes @ confidence.covariance @ slopes.T + own[k] * np.eye(slopes.shape[0])
+            if piece.constant is not None:
+                spread += piece.constant.by[k] @ piece.constant.spread @ piece.constant.by[k].T
             reach = region(slopes.shape[0], confidence.freedom)
             left = piece.rows[k]
             rows.append(

@@ -11,6 +11,7 @@ name = "pulley"
 file = "orders.csv"
 output = "pulley.torsion"
 orders = [3, 6, 9]
+wheel = true                             # whole orders have a constant of the wheel; false of a laser vibrometer
 noise = "0.001 deg"                      # standard deviation; else from the file's bands, else from the residuals
 
 [[torque]]                               # orders of a shaft's torque
@@ -85,11 +86,16 @@ class RangeTable(Table, kw_only=True, rename={"first": "from", "last": "to"}):
 
 
 class OrdersTable(Table, kw_only=True):
-    """Measured orders over speed: amplitude and phase."""
+    """Measured orders over speed: amplitude and phase.
+
+    ``wheel``: whether a toothed wheel or encoder measured them, so that whole orders have an unknown constant; by
+    default as the column of this name in the file says, and true where the file has none.
+    """
 
     file: str
     name: str = ""
     output: Literal[OUTPUTS] = TORSION  # type: ignore[valid-type]
+    wheel: bool | None = None
     orders: list[float] = field(default_factory=list)
     speeds: RangeTable | None = None
     noise: _Amount | None = None

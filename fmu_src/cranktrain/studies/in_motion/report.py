@@ -14,7 +14,7 @@ from cranktrain.dynamics.model.settings import Settings, step_each_row
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas
-from cranktrain.results.tables import Table
+from cranktrain.results.tables import NOTHING, Table
 from cranktrain.results.whole_run import whole
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.modal import listed_to
@@ -28,6 +28,8 @@ SPRING_LEVELS = Settings(bearings="impedance", block="ground")
 SPRING_RPM = 1000.0
 """Levels and speed, rev/min, at full load, of the run whose films give the stand-in springs; of an engine that does not
 run at it, the nearest of its speeds."""
+ANSWERS = 0.1
+"""A mode is torsional from this fraction of the largest torsion of the pulley at resonance."""
 MOSTLY_BLOCK = 0.5
 """A mode counts as one of the block if the block has this fraction of the kinetic energy."""
 
@@ -62,29 +64,48 @@ def motion_report(made: Assembly, speed: float | None = None, gas: Gas | None = 
     except SolverError as error:
         return {"state": state, "modes": [], "first_torsional_hz": None, "failed": str(error)}
     first = found.torsional_hz if found.torsional >= 0 else None
-    return {"state": state, "modes": listed(found), "first_torsional_hz": first, "definition": DEFINITION}
+    modes = listed(found, made.engine.speeds)
+    return {"state": state, "modes": modes, "first_torsional_hz": first, "definition": DEFINITION}
 
 
+TORSIONAL = (
+    "A mode is torsional where the pulley's torsion at resonance, by the engine's orders within its speeds, is a tenth "
+    "or more of that of the strongest mode, or where most of its kinetic energy is torsion"
+)
 DEFINITION = (
     "small motions about the settled cycle of a run, as seen from the turning crank: films by the mean law of their "
-    "tangents in series with crank and block, collar as it runs, rods as mean masses, drive line and mounts as they are"
+    "tangents in series with crank and block, collar as it runs, rods as mean masses, drive line and mounts as they "
+    f"are. {TORSIONAL}"
 )
 
 
-def listed(found: ModesInMotion) -> list[dict[str, Any]]:
-    """The crank's modes up to 1000 Hz, or to the first torsional one: Hz, damping ratio, shape and shares."""
+def listed(found: ModesInMotion, speeds: tuple[float, float]) -> list[dict[str, Any]]:
+    """The crank's modes up to 1000 Hz, or to the first torsional one: Hz, damping ratio, shape and shares.
+
+    ``order`` is the one that gives the largest torsion of the pulley, ``pulley_deg``, where it meets the mode within
+    the ``speeds`` (lowest and highest, rad/s); None where no order does.
+    """
     highest = listed_to([found.torsional_hz if found.torsional >= 0 else None])
-    rows = zip(found.hz.tolist(), found.damping_ratios.tolist(), found.shares, strict=True)
-    return [
-        {
-            "hz": hz,
-            "damping_ratio": ratio,
-            "shape": PARTS[int(np.argmax(shares))],
-            "shares": dict(zip(PARTS, shares.tolist(), strict=True)),
-        }
-        for hz, ratio, shares in rows
-        if hz <= highest and shares[-1] < MOSTLY_BLOCK
-    ]
+    sizes = found.at_resonance(*speeds)
+    strongest, largest = sizes.argmax(axis=1), sizes.max(axis=1)
+    answering = found.of_crank & (largest > 0.0)
+    answering &= largest >= ANSWERS * largest[answering].max(initial=0.0)
+    modes = []
+    for k, shares in enumerate(found.shares):
+        shape = "torsional" if answering[k] else PARTS[int(np.argmax(shares))]
+        if found.hz[k] > highest or shares[-1] >= MOSTLY_BLOCK:
+            continue
+        modes.append(
+            {
+                "hz": float(found.hz[k]),
+                "damping_ratio": float(found.damping_ratios[k]),
+                "shape": shape if found.of_crank[k] else "drive line",
+                "pulley_deg": math.degrees(largest[k]),
+                "order": float(found.orders[strongest[k]]) if largest[k] else None,
+                "shares": dict(zip(PARTS, shares.tolist(), strict=True)),
+            }
+        )
+    return modes
 
 
 def state_text(state: Mapping[str, Any]) -> str:
@@ -100,11 +121,12 @@ def motion_table(report: Mapping[str, Any]) -> Table:
     rows = tuple(
         (
             f"{mode['hz']:.1f}", mode["shape"], f"{100.0 * mode['damping_ratio']:.1f}",
+            *((NOTHING, NOTHING) if mode["order"] is None else (f"{mode['pulley_deg']:.2g}", f"{mode['order']:g}")),
             *(f"{100.0 * mode['shares'][part]:.0f}" for part in PARTS),
         )
         for mode in report["modes"]
     )  # fmt: skip
-    header = ("Hz", "shape", "damping / %", *(f"{part} / %" for part in PARTS))
+    header = ("Hz", "shape", "damping / %", "pulley / deg", "by order", *(f"{part} / %" for part in PARTS))
     return Table(f"Cranktrain in motion: {state_text(report['state'])}", header, rows)
 
 

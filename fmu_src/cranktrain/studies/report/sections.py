@@ -16,7 +16,6 @@ from cranktrain.results.tables import (
     housed_table,
     named_text,
 )
-from cranktrain.structure.crank.modal import critical_speeds as at_orders
 from cranktrain.studies.in_motion.report import motion_table
 from cranktrain.studies.report.elements import link, paragraph, picture, table
 from cranktrain.studies.report.findings import QUICK_STEPS, RPM, Findings, speed_range
@@ -117,7 +116,9 @@ def critical_speeds(found: Findings) -> list[str]:
     ground = critical_speed_table(engine, found.modes["critical_speeds"])
     if "block" not in found.modes:
         return [table(ground)]
-    housed = critical_speed_table(engine, at_orders(engine, found.modes["block"]["first_torsional_hz"]))
+    first = found.modes["block"]["first_torsional_hz"]
+    orders = [] if first is None else found.modes["critical_speeds"]
+    housed = critical_speed_table(engine, [{**entry, "rpm": 60.0 * first / entry["order"]} for entry in orders])
     named = ((housed, "in the flexible block"), (ground, "on rigid ground"))
     return [table(one._replace(title=f"{one.title}, {where}")) for one, where in named]
 

@@ -263,7 +263,7 @@ def _taken_off(before: RunUp, after: RunUp, words: str) -> Table:
     for order in _strongest(before, TORSION)[:NAMED]:
         texts = [f"{order:g}"]
         for pair in kinds.values():
-            one, other = (math.degrees(np.nanmax(np.abs(run.order(order)))) for run in pair)
+            one, other = (math.degrees(np.nan_to_num(np.abs(run.order(order))).max()) for run in pair)
             texts += [f"{one:.3g}", f"{other:.3g}", f"{100.0 * (other / one - 1.0):+.0f} %"]
         rows.append(tuple(texts))
     return Table(
@@ -329,7 +329,9 @@ def cycle(run: RunUp, output: str, row: int, angle: Array) -> Array:
 
 def _strongest(run: RunUp, output: str) -> list[float]:
     """Orders, those of the largest amplitudes over the speed first."""
-    return [float(order) for order in run.orders[np.argsort(-np.nanmax(np.abs(run.amplitudes[output]), axis=0))]]
+    return [
+        float(order) for order in run.orders[np.argsort(-np.nan_to_num(np.abs(run.amplitudes[output])).max(axis=0))]
+    ]
 
 
 def _peaks(found: Torsion) -> Table:

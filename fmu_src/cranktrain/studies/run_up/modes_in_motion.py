@@ -1,18 +1,19 @@
-"""Peaks of a run-up and the torsional mode in motion, in the run's own block and bearings.
+"""Peaks of a run-up and the modes in motion that they belong to, in the run's own block and bearings.
 
-The mode is the first torsional one of :mod:`cranktrain.structure.in_motion.eigenproblem` about the steady cycle beside
-a peak.
+Modes are those of :mod:`cranktrain.structure.in_motion.eigenproblem` about the steady cycle beside a peak. A peak
+belongs to the mode whose residue, by the rods' forces of the peak's order, contributes most to the pulley's torsion at
+the peak's frequency. That mode may bend more than it twists, and different peaks may belong to different modes.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 from cranktrain.core.errors import SolverError
 from cranktrain.results.orders.resonances import Peak
-from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
+from cranktrain.structure.crank.modal import KINDS
+from cranktrain.structure.in_motion.eigenproblem import ModesInMotion, modes_in_motion
 from cranktrain.studies.run_up.report import SHOWN
 from cranktrain.studies.run_up.steady import CycleStart, SteadyRuns
 
@@ -20,35 +21,41 @@ NEAR = 0.02
 """Relative difference of speed up to which a steady motion is used for a peak: modes in motion depend little on
 speed."""
 SAME = 0.04
-"""Largest relative distance of a peak from the mode in motion; beyond it the peak belongs to another mode."""
+"""Largest relative distance of a peak from its mode in motion; farther away the peak is the sum of several modes."""
 
 
 def in_motion(found: Sequence[Peak], runs: SteadyRuns, starts: Sequence[CycleStart]) -> list[Peak]:
-    """The peaks, the highest of which have the torsional mode in motion, where they are near it.
+    """The peaks, the highest of which have their mode in motion, where they are near it.
 
-    It is that at the nearest of the speeds whose steady motion is given; peaks of other speeds have none.
+    It is that at the nearest of the speeds whose steady motion is given; peaks of other speeds have none, and neither
+    have peaks of the drive line.
     """
-    known: dict[float, float] = {}
+    known: dict[float, ModesInMotion | None] = {}
 
-    def hz(peak: Peak) -> float:
+    def modes(peak: Peak) -> ModesInMotion | None:
         near = min(starts, key=lambda start: abs(start.speed - peak.speed), default=None)
         if near is None or abs(near.speed - peak.speed) > NEAR * peak.speed:
-            return math.nan
+            return None
         if near.speed not in known:
             runs.enter(near.speed, [near])
-            known[near.speed] = _hz(runs)
+            known[near.speed] = _modes(runs)
         return known[near.speed]
 
-    named = []
-    for k, peak in enumerate(found):
-        motion = hz(peak) if k < SHOWN and peak.periodic else math.nan
-        named.append(replace(peak, motion_hz=motion) if abs(peak.hz - motion) <= SAME * motion else peak)
-    return named
+    return [_belonging(peak, modes(peak)) if k < SHOWN and peak.periodic else peak for k, peak in enumerate(found)]
 
 
-def _hz(runs: SteadyRuns) -> float:
-    """Frequency of the torsional mode at the steady cycle of a simulation; not a number where nothing shows it."""
+def _belonging(peak: Peak, modes: ModesInMotion | None) -> Peak:
+    """The peak with the mode that contributes most to it, where it is near."""
+    k = -1 if modes is None else modes.strongest(peak.order, peak.hz)
+    if modes is None or k < 0 or not modes.of_crank[k] or abs(peak.hz - modes.hz[k]) > SAME * modes.hz[k]:
+        return peak
+    torsion = float(modes.shares[k, KINDS.index("torsional")])
+    return replace(peak, motion_hz=float(modes.hz[k]), motion_torsion=torsion)
+
+
+def _modes(runs: SteadyRuns) -> ModesInMotion | None:
+    """Modes about the steady cycle of a simulation; None where nothing shows them."""
     try:
-        return modes_in_motion(runs.simulation).torsional_hz
+        return modes_in_motion(runs.simulation)
     except SolverError:  # of the cycle that is linearised, after all speeds have run
-        return math.nan
+        return None

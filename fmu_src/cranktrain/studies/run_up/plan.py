@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from cranktrain.core.errors import InputError, nearest
-from cranktrain.dynamics.outputs.register import output_counts, output_needs
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.outputs.register import nearest_output, output_counts, output_needs
 from cranktrain.engine.quantities import SLOWEST_RPM
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import Gas
@@ -65,6 +65,6 @@ def wanted_outputs(made: Assembly, asked: Sequence[str]) -> tuple[str, ...]:
     shown = [name for name, need in needs.items() if carries or "bearings" not in need or "block" in need]
     for name in asked:
         if name not in shown:
-            raise InputError(f"--outputs '{name}' is no output of this run; {nearest(name, shown)}")
+            raise InputError(f"--outputs '{name}' is no output of this run; {nearest_output(name, shown)}")
     own = [name for name in (TORSION, AXIAL) if name in shown]
     return tuple(dict.fromkeys([*own, *asked]))

@@ -24,7 +24,7 @@ def speeds_between(run_up: RunUp, tolerance: float, step: float) -> list[float]:
     tolerance : of this deviation, over the largest amplitude of the order
     step : requested step of the run-up, rad/s; no step gets shorter than an eighth of it
     """
-    periodic = run_up.repeats >= 1
+    periodic = (run_up.repeats >= 1) & np.isfinite(run_up.amplitudes[TORSION]).all(axis=1)
     speeds, sizes = run_up.speeds[periodic], np.abs(run_up.amplitudes[TORSION][periodic])
     if speeds.size < 3:
         return []

@@ -15,11 +15,13 @@ from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Published
 from cranktrain.loads.damper import required_damper
+from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.orders.resonances import Peak, labelled, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.tables import NOTHING, Table
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.block.modal import block_modes
+from cranktrain.structure.crank.critical_speeds import critical_speeds
 from cranktrain.structure.crank.modal import (
     KINDS,
     cranktrain_matrices,
@@ -91,6 +93,7 @@ def peak_entry(peak: Peak, measured_rpm: float = math.nan) -> dict[str, Any]:
         "critical_rpm": peak.critical_speed * RPM,
         "off_percent": 100.0 * peak.off,
         "mode_in_motion_hz": peak.motion_hz,
+        "mode_in_motion_torsion_percent": 100.0 * peak.motion_torsion,
         "off_in_motion_percent": 100.0 * peak.off_in_motion,
         "periodic": peak.periodic,
     }
@@ -121,6 +124,24 @@ def torsional_peaks(run_up: RunUp, made: Assembly) -> list[Peak]:
     return result
 
 
+def critical_speeds_at_rest(run_up: RunUp, made: Assembly, gas: Gas | None) -> list[dict[str, Any]]:
+    """Critical speeds within a run-up by the orders that excite the first torsional mode at rest, on ground.
+
+    None of a rigid crank, and none with the damper, whose ring changes the mode.
+    """
+    if not crank_level(made.settings.crank).elastic or made.settings.damper != "none":
+        return []
+    found = critical_speeds(fitted_engine(made.engine, made.settings), made.body, gas)
+    return [entry for entry in found if run_up.speeds_rpm[0] <= entry["rpm"] <= run_up.speeds_rpm[-1]]
+
+
+def critical_speeds_text(found: Sequence[Mapping[str, Any]]) -> str:
+    """The same in a sentence, the strongest excitation first."""
+    ranked = sorted(found, key=lambda entry: -entry["excitation"])
+    said = ", ".join(f"{entry['order']:g} at {entry['rpm']:.0f}" for entry in ranked)
+    return f"Orders that excite torsion and their critical speeds at rest on ground, strongest first: {said} rev/min"
+
+
 def torsional_at_rest(engine: Engine, body: ReducedBody, block: ReducedBody | None) -> Array:
     """Torsional modes (k,) Hz of the cranktrain at rest on its stand-in springs, on ground or in its block."""
     if block is None:
@@ -143,6 +164,7 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
             _text(peak["damping_ratio"], ".2%"), f"{peak['mode']} {_text(peak['mode_hz'], '.1f')}".strip(),
             _text(peak["critical_rpm"], ".0f"), _text(0.01 * peak["off_percent"], "+.1%"),
             _text(peak["mode_in_motion_hz"], ".1f"), _text(0.01 * peak["off_in_motion_percent"], "+.1%"),
+            _text(peak["mode_in_motion_torsion_percent"], ".0f"),
             *_measured_texts(peak),
             "" if peak["periodic"] else "no period there",
         )
@@ -150,7 +172,7 @@ def run_up_tables(said: Mapping[str, Any]) -> list[Table]:
     ]  # fmt: skip
     header = (
         "order", "rev/min", "deg", "Hz", "damping", "at rest / Hz", "critical / rev/min", "off",
-        "in motion / Hz", "off", "measured / rev/min", "off", "",
+        "in motion / Hz", "off", "its torsion / %", "measured / rev/min", "off", "",
     )  # fmt: skip
     return [Table("Resonances of the pulley's torsion (amplitudes zero to peak)", header, tuple(rows))]
 

@@ -69,7 +69,7 @@ def frequency_run_up(
     balanced: bool = False,
     failed: list[Failed] | None = None,
 ) -> RunUp:
-    """Run-up of ``pulley.torsion`` and ``flywheel.torsion``, and of the torques of a drive line of discs.
+    """Run-up of ``pulley.torsion`` and ``flywheel.torsion``, and of the torques of shafts that a table states.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def frequency_run_up(
     Returns
     -------
     amplitudes (rad) of increasing speeds: order o is Re[a exp(i o θ)] with θ the mean of the frame's angle; of shafts
-    of a line of discs as ``shaft[NAME to NAME].torque``, N m
+    of a line of discs and of a crank from a table as ``shaft[NAME to NAME].torque``, N m
 
     Raises
     ------
@@ -119,8 +119,10 @@ def frequency_run_up(
         raise SolverError(lost[0].reason)
     motion = structure.signal(found, 1)
     extremes = np.stack((motion.min(axis=1), found[:, 0].real, motion.max(axis=1)), axis=1)
-    shafts = structure.link.names if engine.drive_line_chain is not None else ()
-    ends = {name: k for k, name in enumerate((TORSION, FLYWHEEL, *map(shaft_output, shafts)))}
+    # The torque of a connecting shaft is the load's.
+    first = 0 if engine.drive_line_chain is not None else len(structure.link.names)
+    ends = {TORSION: 0, FLYWHEEL: 1}
+    ends |= {shaft_output(name): 2 + k for k, name in enumerate(structure.shafts) if k >= first}
     return RunUp(
         speeds=speeds,
         orders=np.asarray(orders, dtype=float),
@@ -228,7 +230,7 @@ def frame_wobble(speed: float | Array, omega: Array) -> ComplexArray:
 
 
 def _ends(structure: ShaftOrders, speeds: Array, motion: ComplexArray, friction: Array) -> ComplexArray:
-    """Rotation of pulley and flywheel against the frame, then torques of the line's shafts, (s, k, 2 + shafts)."""
+    """Rotation of pulley and flywheel against the frame, then torques of the shafts, (s, k, 2 + shafts)."""
     wobble = frame_wobble(speeds[:, None], speeds[:, None] * structure.orders)
     at = structure.at
     ends = motion[:, :, [at.pulley, at.flywheel]] - (wobble * motion[:, :, at.swing])[:, :, None]
@@ -307,7 +309,7 @@ def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> C
     factors = [coupling.factors(speed, transfer.motion[k, :, pins]) for k, speed in enumerate(speeds.tolist())]
     rest = np.zeros(torques.shape[:2], dtype=complex)
     largest = np.abs(torques).max()
-    result = np.zeros((*torques.shape[:2], 2 + len(structure.link.names)), dtype=complex)
+    result = np.zeros((*torques.shape[:2], 2 + len(structure.shafts)), dtype=complex)
     left = np.arange(speeds.size)
     change = ahead = np.full(speeds.size, np.inf)
     for _ in range(_ROUNDS):

@@ -34,16 +34,19 @@ _Modes = tuple[Array, Array, Array]
 """Frequencies (k,) Hz, shares (k, 3) and shapes (m, 6, k) of elastic modes."""
 
 
-def level_frequencies(engine: Engine, level: str, solid: ReducedBody | None) -> dict[str, Any]:
+def level_frequencies(
+    engine: Engine, level: str, solid: ReducedBody | None, own: ReducedBody | None = None
+) -> dict[str, Any]:
     """Modes of the free complete crankshaft and of the assembled cranktrain, at a level and solid; JSON-able.
 
     Returns ``level``, whether it was ``compared_with_solid`` and, for ``crankshaft_free`` and ``cranktrain``, the
     ``modes`` of the solid to 1000 Hz or its named ones (``solid_hz``, ``shape``, and ``hz``, ``deviation_percent``,
     ``mac`` where the level has it), and ``first_torsional`` and ``second_torsional`` likewise, None where no mode has
     the name. ``solid`` is the bare solid body. Without it the modes are those of the level alone (``hz``, ``shape``).
+    ``own`` is the bare body of the level; without it the level makes its own.
     """
     row = crank_level(level)
-    own = bare_crank(engine, level, solid if row.needs_solid(engine) else None)
+    own = bare_crank(engine, level, solid if row.needs_solid(engine) else None) if own is None else own
     bodies = [complete_crankshaft(engine, body) for body in (solid, own) if body is not None]
     result: dict[str, Any] = {"level": level, "compared_with_solid": solid is not None}
     for name, rods in (("crankshaft_free", False), ("cranktrain", True)):

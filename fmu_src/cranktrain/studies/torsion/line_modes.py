@@ -53,7 +53,7 @@ class LineModes(NamedTuple):
     shapes : (n + r, k) of unit modal mass, in the crankshaft's modes and the rotors' rotations
     shares : (k, 4) kinetic energy of the crank by kind, and of the rotors, over the whole
     strain : (k,) fraction of the strain energy in the line's shafts
-    damping_ratios : (k,) by the line's own dampers
+    damping_ratios : (k,) by shafts and discs of the drive line, and of a crank from a table
     names : (k,)
     rotations : (places, k) of ``places``, over the largest
     places : names of pulley, flywheel and rotors
@@ -97,24 +97,27 @@ def line_modes(engine: Engine, crankshaft: ReducedBody, ring_inertia: float = 0.
     stiffness, mass = cranktrain_matrices(engine, crankshaft)
     hub = crankshaft.shapes[crankshaft.index("pulley"), 5]
     mass = mass + ring_inertia * np.outer(hub, hub)
-    line = torsional_line(engine, float(crankshaft.inertia[2, 2]))
+    line = torsional_line(engine)
     flywheel = crankshaft.shapes[crankshaft.index(FLYWHEEL), 5]
     stiffness, mass, twists = with_line(stiffness, mass, flywheel, line)
     squares, shapes = eigh(stiffness, mass)
     kept = squares > (2.0 * math.pi * FREE_HZ) ** 2
     squares, shapes = squares[kept], shapes[:, kept]
+    omega = np.sqrt(squares)
     strain = line.laws[:, STIFFNESS] @ (twists @ shapes) ** 2 / squares
-    lost = line.laws[:, DAMPING] @ (twists @ shapes) ** 2
+    lost = (line.laws[:, DAMPING, None] + line.hysteresis[:, None] / omega) * (twists @ shapes) ** 2
     n = flywheel.size
+    if crankshaft.shafts:
+        spring, viscous, loss = crankshaft.shaft_laws.T[..., None]
+        lost = np.vstack((lost, (viscous + loss * spring / omega) * (crankshaft.twists @ shapes[:n]) ** 2))
     rotors = line.inertia @ shapes[n:] ** 2 if line.inertia.size else np.zeros(squares.size)
     own = energy_shares(engine, crankshaft, shapes[:n], rods=True)
     shares = np.column_stack(((1.0 - rotors)[:, None] * own, rotors))
-    omega = np.sqrt(squares)
     rotations = np.vstack((hub @ shapes[:n], flywheel @ shapes[:n], shapes[n:]))
     rotations = rotations / rotations[np.abs(rotations).argmax(axis=0), np.arange(omega.size)]
     places = ("pulley", FLYWHEEL, *line.names)
     return LineModes(
-        omega / (2.0 * math.pi), shapes, shares, strain, lost / (2.0 * omega),
+        omega / (2.0 * math.pi), shapes, shares, strain, lost.sum(axis=0) / (2.0 * omega),
         mode_names(engine, crankshaft, line, shapes, strain, rotors), rotations, places,
     )  # fmt: skip
 
@@ -168,13 +171,14 @@ def line_report(engine: Engine, crankshaft: ReducedBody) -> dict[str, Any]:
             "rotations": dict(zip(modes.places, modes.rotations[:, k].tolist(), strict=True)),
             "critical_rpm": {f"{order:g}": 60.0 * hz / order for order in orders},
         })  # fmt: skip
-    line = torsional_line(engine, float(crankshaft.inertia[2, 2]))
+    line = torsional_line(engine)
     end = "free" if line.free else "held at the dynamometer's given speed"
     return {
         "modes": listed,
         "far_end": "free" if line.free else "held",
         "definition": f"cranktrain at rest with its drive line, whose far end is {end}; a mode is the drive line's if "
-        "its shafts hold half of the strain energy or its discs half of the kinetic energy; damping by the line alone",
+        "its shafts hold half of the strain energy or its discs half of the kinetic energy; damping by shafts and "
+        "discs of the line and of a crank from a table alone",
     }
 
 

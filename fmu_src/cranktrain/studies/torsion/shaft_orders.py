@@ -2,14 +2,15 @@
 
 In the modes of what turns (crank, ring, discs of the drive line), about a steady turn at Ω and with ω = oΩ for order o,
 
-    [K + iωC − ω²(I + Sᵀ J̄ S) − Sᵀ ḡ] x = Sᵀ f + t T,   S = rotations of the pins,   t = hub less ring,
+    [K + iH + iωC − ω²(I + Sᵀ J̄ S) − Sᵀ ḡ] x = Sᵀ f + t T,   S = rotations of the pins,   t = hub less ring,
 
-f torques on the pins, T that of the damper; J̄ is the cycle mean of the rods' inertia. The mean ḡ x of the gas torques'
-change vanishes where each pressure goes by the angle of its own pin: a torque that is a periodic function of one angle
-has no mean slope. Where the trace is phased to pulley or flywheel, pins turn against pressures, and ḡ does not vanish.
-Shafts of the drive line whose stiffness depends on frequency or mean torque have their own at each order and speed
-(:mod:`cranktrain.studies.torsion.line_link`). At order 0 the frame turns with the crank's
-mean rotation; the mean torque of the drive line is sought in its place.
+f torques on the pins, T that of the damper, H = Σ ηk r rᵀ of the crank's shafts that have a loss factor, with their
+twists r; J̄ is the cycle mean of the rods' inertia. The mean ḡ x of the gas torques' change vanishes where each pressure
+goes by the angle of its own pin: a torque that is a periodic function of one angle has no mean slope. Where the trace
+is phased to pulley or flywheel, pins turn against pressures, and ḡ does not vanish. Shafts of the drive line have a
+stiffness of their own at each order and speed where it depends on frequency or mean torque, or has a loss factor
+(:mod:`cranktrain.studies.torsion.line_link`). At order 0 the frame turns with the crank's mean rotation; the mean
+torque of the drive line is sought in its place.
 
 Matrices are those of the running model, :func:`cranktrain.dynamics.model.arrays.build_model`.
 """
@@ -29,6 +30,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots
 from cranktrain.dynamics.model.arrays import build_model, dimensions
+from cranktrain.dynamics.model.hysteresis import OF_LOSS, OF_SHAFT
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
@@ -51,7 +53,7 @@ class Observed(NamedTuple):
 
     @property
     def shafts(self) -> int:
-        """First row of the shafts' twists, which are the last rows."""
+        """First row of the shafts' twists, which are the last rows: those of the drive line, then the crank's own."""
         return self.flywheel + 1
 
 
@@ -72,9 +74,10 @@ class ShaftOrders:
     angle : (N,) crank angle of the samples, rad
     throw : (c,) index of each cylinder's pin among the p pins
     at : rows of a transfer behind the pins': twist of hub against ring, rotation of the pulley, of the crank in the
-        mean, of the flywheel; then the twists of the drive line's shafts
+        mean, of the flywheel; then the twists of the shafts
     lead : row of a transfer by whose motion pressures lead; None where they go by the pins' own angles
     link : the drive line's shafts
+    shafts : names of all shafts whose torques are known, first those of ``link``, then those of a crank from a table
     balanced : whether the burn balances the engine's ``[load]``
 
     Raises
@@ -100,7 +103,7 @@ class ShaftOrders:
             )
         # At any speed: no part of the model that only twists depends on it, but for the damper's warmth.
         model = build_model(linear_engine(engine), body, settings, gas.best_speed, gas)
-        line = torsional_line(engine, float(body.inertia[2, 2]))
+        line = torsional_line(engine)
         self.link, self._engine, self._gas, self.balanced = LineLink(line), engine, gas, balanced
         count = round(2.0 * highest)
         self.orders: Array = 0.5 * np.arange(count + 1, dtype=np.float64)
@@ -124,8 +127,12 @@ class ShaftOrders:
         swing[0] = model.scalars[slots.RIGID_ROTATION]
         self._flywheel: Array = model.ends[0, own]
         self._shaft_twists: Array = model.shafts[: len(line.shafts), own]
-        self._rows = np.vstack((rows, twist, model.ends[1, own], swing, self._flywheel, self._shaft_twists))
-        shafts, laws = model.shafts[:, own], model.shaft_laws
+        self._own_shafts(body, model.shafts.shape[1])
+        ends = (twist, model.ends[1, own], swing, self._flywheel)
+        self._rows = np.vstack((rows, *ends, self._shaft_twists, self._own_twists))
+        # Here loss factors are complex stiffness; the last rows stand for them in time.
+        kept = len(model.shafts) - np.count_nonzero(self._own_laws[:, OF_LOSS]) - np.count_nonzero(line.hysteresis)
+        shafts, laws = model.shafts[:kept, own], model.shaft_laws[:kept]
         self._stiffness: Array = np.diag(model.omega2[own]) + shafts.T @ (laws[:, STIFFNESS, None] * shafts)
         self._damping: Array = np.diag(model.damping[own]) + shafts.T @ (laws[:, DAMPING, None] * shafts)
         self._crank: tuple[Array, Array] = model.omega2[own], model.damping[own]
@@ -136,6 +143,16 @@ class ShaftOrders:
         self.inertia: ComplexArray = np.fft.rfft(self.on_pins(still.inertia), axis=0) / self.samples
         self._gas_means(still.arm)
         self.still = self._spectra(still)
+
+    def _own_shafts(self, body: ReducedBody, modes: int) -> None:
+        """Shafts of a crank from a table: names, twists (s, n), laws (s, 3), and H (n, n)."""
+        found = np.flatnonzero(body.shaft_laws[:, OF_SHAFT])
+        twists = body.twists[found].reshape(found.size, body.n_modes)
+        self._own_twists: Array = np.pad(twists, ((0, 0), (0, modes - body.n_modes)))[:, slots.ROTATION :]
+        self._own_laws: Array = body.shaft_laws[found]
+        lost = self._own_laws[:, OF_SHAFT] * self._own_laws[:, OF_LOSS]
+        self._hysteresis: Array = self._own_twists.T @ (lost[:, None] * self._own_twists)
+        self.shafts = (*self.link.names, *(body.shafts[k] for k in found))
 
     def at_load(self, load: float) -> ShaftOrders:
         """The same structure at another fraction of the full-load burn."""
@@ -225,10 +242,12 @@ class ShaftOrders:
 
     def shaft_torques(self, speeds: Array, twists: ComplexArray, friction: Array) -> ComplexArray:
         """Torques (s, k + 1, shafts) of shafts twisted by ``twists`` of that shape, mean torque included, N m."""
-        mean = self.mean_torque(speeds)
-        result = self.link.stiffness(speeds[:, None] * self.orders, mean, friction) * twists
+        mean, omega, line = self.mean_torque(speeds), speeds[:, None] * self.orders, len(self.link.names)
+        result = self.link.stiffness(omega, mean, friction) * twists[..., :line]
         result[:, 0] = mean[:, None] * self.link.shares
-        return result
+        stiffness, damping, loss = self._own_laws.T
+        own = stiffness * (1.0 + 1j * loss * (omega > 0.0)[..., None]) + 1j * omega[..., None] * damping
+        return np.concatenate((result, own * twists[..., line:]), axis=-1)
 
     def mean_feedback(self, speeds: Array, motion: ComplexArray) -> ComplexArray:
         """Part of the pins' torques (s, k + 1, p) that the structure includes: mean inertia and mean gas tangents.
@@ -293,8 +312,8 @@ class ShaftOrders:
         return self._rows[self.pins : self.pins + 4]
 
     def shaft_rows(self) -> Array:
-        """Rows (shafts, n) that give the twists of the drive line's shafts."""
-        return self._shaft_twists
+        """Rows (shafts, n) that give the twists of all ``shafts``."""
+        return np.vstack((self._shaft_twists, self._own_twists))
 
     def matrices(self, ring: bool) -> tuple[Array, Array, Array]:
         """Stiffness, damping and mass (m, m) with mean rods, with or without the damper's ring, its link left out."""
@@ -328,8 +347,8 @@ class ShaftOrders:
         if self.lead is not None:
             motored, rise = (pins.T @ (slope[:, None] * (pins - self._rows[self.lead])) for slope in self._by_turn)
         mass = np.eye(n) + pins.T @ (self.inertia[0].real[:, None] * pins)
-        parts = (self._stiffness - motored, self._damping, mass, rise)
-        weights = np.stack((np.ones_like(w) + 0.0j, 1j * w, -(w**2), -share), axis=-1)
+        parts = (self._stiffness - motored, self._damping, mass, rise, self._hysteresis)
+        weights = np.stack((np.ones_like(w) + 0.0j, 1j * w, -(w**2), -share, 1j * (w > 0.0)), axis=-1)
         dynamic = (weights @ np.stack([part.ravel() for part in parts])).reshape(*w.shape, n, n)
         special = self.link.special
         if special:

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 def analyse_measured(
     files: str | Path | Sequence[str | Path], *, channels: str | Sequence[str] | None = None, output: str | Path = "",
     rotation: str = "", teeth: int | None = None, missing: int | None = None,
-    edge: Literal["rising", "falling"] = "rising", level: float | None = None,
+    edge: Literal["rising", "falling"] | None = None, clock_hz: float | None = None, level: float | None = None,
     learn_teeth: str | Sequence[float] | bool = False, eccentricity: Literal["keep", "remove"] = "keep",
     index: str = "", dead_centre_deg: float = 0.0, firing: str = "", second: str = "", second_teeth: int | None = None,
-    second_missing: int = 0, orders: str | Sequence[float] = (), of: str | Sequence[str] = (), integrate: int = 0,
-    step_rpm: float = 0.0, bandwidth_hz: float = 0.0, cycles: int | None = None, pressure: str | Sequence[str] = (),
-    engine: str | Path | Engine = "", cylinders: str | Sequence[str] = (), unit: str = "", samples_per_cycle: int = 0,
-    first_deg: float = -360.0, speed: float | None = None,
+    second_missing: int | None = None, orders: str | Sequence[float] = (), of: str | Sequence[str] = (),
+    integrate: int = 0, step_rpm: float = 0.0, bandwidth_hz: float = 0.0, cycles: int | None = None,
+    pressure: str | Sequence[str] = (), engine: str | Path | Engine = "", cylinders: str | Sequence[str] = (),
+    unit: str = "", samples_per_cycle: int = 0, first_deg: float = -360.0, speed: float | None = None,
     pegging: Literal["compression", "polytropic", "intake", "keep"] = "compression", exponent: float = 1.34,
     intake_bar: float | None = None, intake_deg_c: float | None = None, low_pass_deg: float = 0.0,
     correct_dead_centre: bool = False,
@@ -41,7 +41,8 @@ def analyse_measured(
     rotation : channel of pulses, or of rising times of pulses
     teeth : teeth a revolution, those missing included
     missing : teeth missing in the gap (2 for 60-2)
-    edge : rising (default) or falling edges
+    edge : rising or falling edges (default: rising, unless those beside the gap are wrong)
+    clock_hz : clock of a counter, where a channel holds times of pulses in ticks
     level : crossing level in the channel's unit (default: found)
     learn_teeth : learn pitch errors between two times, s; or 'all'
     eccentricity : order 1 of constant size: keep (default) or remove

@@ -31,16 +31,17 @@ def campbell(
     ----------
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
     mesh : own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for crank torsional also a table of discs and
-        shafts (.toml); or own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a
-        superelement of another program (.toml)
+        shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn; or own reduced
+        crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a superelement of another program
+        (.toml)
     mesh_unit : unit of own meshes: m, mm, in (default m)
     from_rpm : first speed, rev/min (default: the engine's lowest)
-    to_rpm : last speed, rev/min (default: the engine's highest)
+    to_rpm : last speed, rev/min (default: a quarter above the engine's highest)
     step_rpm : distance between speeds, rev/min (default: 21 speeds)
     crank : rigid; torsional; beam; solid; default solid
     damper : with the engine's torsional damper on the pulley
     highest_hz : modes up to this frequency (default: 1000, or the first torsional one)
-    orders : orders whose crossings are listed and drawn, e.g. 3,6 (default: of firing, half and double)
+    orders : orders whose crossings are listed and drawn, e.g. 3,6 (default: those that excite torsion)
     drive_line : discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft
     output : picture of the diagram, ending in .png or .svg
     """

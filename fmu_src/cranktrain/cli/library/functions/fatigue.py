@@ -37,8 +37,9 @@ def fatigue(
     ----------
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
     mesh : own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for crank torsional also a table of discs and
-        shafts (.toml); or own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a
-        superelement of another program (.toml)
+        shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn; or own reduced
+        crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a superelement of another program
+        (.toml)
     mesh_unit : unit of own meshes: m, mm, in (default m)
     speeds_rpm : speeds, rev/min (default: the engine's best_speed)
     criterion : haigh (default): rainflow and mean stress; findley: shear and normal stress of the critical plane

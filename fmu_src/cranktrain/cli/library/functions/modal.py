@@ -33,8 +33,9 @@ def modal(
     ----------
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
     mesh : own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for crank torsional also a table of discs and
-        shafts (.toml); or own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a
-        superelement of another program (.toml)
+        shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn; or own reduced
+        crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a superelement of another program
+        (.toml)
     mesh_unit : unit of own meshes: m, mm, in (default m)
     damper : also damped modes of the cranktrain with the engine's torsional damper
     crank : rigid; torsional; beam; solid; default solid; frequencies of other levels are compared with solid where that

@@ -33,8 +33,9 @@ def picture(
     ----------
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
     mesh : own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for --crank torsional also a table of discs
-        and shafts (.toml); or own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a
-        superelement of another program (.toml)
+        and shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn; or own
+        reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a superelement of another
+        program (.toml)
     mesh_unit : unit of own meshes: m, mm, in (default m)
     mode : number as 'modal' lists them, or first of a kind: bending, torsional, axial (default torsional)
     free : a mode of the free crankshaft; default the cranktrain at rest

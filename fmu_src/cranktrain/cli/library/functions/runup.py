@@ -47,8 +47,9 @@ def runup(
     from_rpm : first speed, rev/min, at least 20
     to_rpm : last speed, rev/min
     mesh : own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for crank torsional also a table of discs and
-        shafts (.toml); or own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a
-        superelement of another program (.toml)
+        shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn; or own reduced
+        crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a superelement of another program
+        (.toml)
     mesh_unit : unit of own meshes: m, mm, in (default m)
     step_rpm : distance between speeds, rev/min (default 20)
     settle : run until the settling error of every output family is below this (default 0.0001)

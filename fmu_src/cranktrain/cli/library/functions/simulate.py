@@ -44,8 +44,9 @@ def simulate(
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
     speed_rpm : rev/min, at least 20
     mesh : own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for crank torsional also a table of discs and
-        shafts (.toml); or own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a
-        superelement of another program (.toml)
+        shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn; or own reduced
+        crankshaft in place of a mesh: .h5, .npz or folder of reduce output, or a superelement of another program
+        (.toml)
     mesh_unit : unit of own meshes: m, mm, in (default m)
     cycles : exactly this many cycles of 720 degrees (default: until the outputs repeat, at most 48; 6 with
         load_torque_nm); the last one is evaluated
@@ -91,6 +92,6 @@ def simulate(
         or an array over 720 degrees, or a function of the loaded end's angle (rad) and speed (rad/s)
     plots : folder for pictures of journal orbits and least films
     steady : also the steady state in the frequency domain; needs crank torsional, bearings held, no damper
-    output : result file (default: ENGINE_SPEEDrpm.h5)
+    output : result file (default: ENGINE_SPEEDrpm.h5, with the levels that are not the default ones in its name)
     """
     return call("simulate", locals())

@@ -37,7 +37,7 @@ def stress(
     engine : name of a shipped engine (diesel_i6) or path of a .toml file
     speed_rpm : rev/min, at least 20
     mesh : own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for --crank torsional also a table of discs
-        and shafts (.toml)
+        and shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn
     mesh_unit : unit of own meshes: m, mm, in (default m)
     bearings : held (no bearings: journals locked on their axis); linear (springs and dampers); impedance (oil film read
         from an impedance map); table (oil film that feels tilt, read from a film table, with asperities); reynolds (oil

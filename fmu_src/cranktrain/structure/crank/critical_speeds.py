@@ -1,0 +1,97 @@
+"""Orders that excite the first torsional mode, and the critical speeds at which they meet it.
+
+At rest the mode has the shape φ of unit modal mass (:mod:`cranktrain.structure.crank.modal`). The rods put gas and
+inertia forces on the pins of the evenly turning crank; in the turning frame their complex amplitude of order n is f_n,
+with the phases of the firing angles. At resonance the amplitude of the mode is proportional to
+
+    e_n = |φᵀ f_n|,
+
+the phase sum of the torque's harmonic over the cylinders, each weighted by the mode's rotation there. An order counts
+if it meets the mode within reach of the engine's speeds and e_n is :data:`COUNTS` of the largest of these or more. The
+orders at which the torques of all cylinders are in phase, multiples of the firings in a revolution, always count where
+firings are even. Forces are those of full load at the speed of the largest heat, where gas dominates orders above 3.
+
+Sources: E. J. Nestorides, *A Handbook on Torsional Vibration* (1958), phase diagrams and vector sums; W. Ker Wilson,
+*Practical Solution of Torsional Vibration Problems*, vol. 2 (1963).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import eigh
+
+from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.types import Array
+from cranktrain.engine.firing import is_even
+from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import Gas, GasTrace
+from cranktrain.structure.crank.modal import cranktrain_matrices, energy_shares, named_mode
+from cranktrain.structure.in_motion.periodic_forces import rod_forces
+from cranktrain.structure.in_motion.residues import order_forces
+
+HIGHEST_ORDER = 12.0
+"""Highest order that is listed where the mode meets any up to it."""
+COUNTS = 0.05
+"""Excitation over the largest one from which an order counts."""
+REACH = 1.25
+"""Critical speeds up to this multiple of the engine's highest speed are listed: below a resonance its order grows."""
+SAMPLES = 360
+"""Angles of a cycle at which forces are taken."""
+
+
+class Excitation(NamedTuple):
+    """Order of excitation, its critical speed (rad/s), and its excitation over the largest one within reach."""
+
+    order: float
+    speed: float
+    share: float
+
+
+def exciting_orders(engine: Engine, crankshaft: ReducedBody, gas: Gas | None = None) -> list[Excitation]:
+    """Orders that count or have a published critical speed, the lowest first; none without a first torsional mode.
+
+    ``crankshaft`` is the complete one, or a running body with all parts attached; ``gas`` are measured pressures in
+    place of the engine's own.
+    """
+    squares, shapes = eigh(*cranktrain_matrices(engine, crankshaft))
+    hz, shapes = np.sqrt(np.maximum(squares[1:], 0.0)) / (2.0 * math.pi), shapes[:, 1:]
+    shares = energy_shares(engine, crankshaft, shapes, rods=True)
+    first = named_mode(hz, shares, "torsional", highest=engine.reduction.running_cutoff_hz)
+    if first is None:
+        return []
+    orders, sizes = excitations(engine, crankshaft, shapes[:, first], gas)
+    speeds = 2.0 * math.pi * hz[first] / orders
+    low, high = engine.speeds
+    within = (speeds >= low) & (speeds <= REACH * high)
+    if np.any(within & (orders <= HIGHEST_ORDER)):  # a slow engine or a stiff crank meets higher ones only
+        within &= orders <= HIGHEST_ORDER
+    largest = float((sizes[within] if within.any() else sizes).max()) or 1.0
+    firings = engine.firings if is_even(engine.firing_intervals) else math.inf
+    counting = within & ((sizes >= COUNTS * largest) | (orders % firings == 0.0))
+    counting |= np.isin(orders, engine.published.critical_orders)
+    return [
+        Excitation(*values)
+        for values in zip(orders[counting].tolist(), speeds[counting].tolist(), (sizes[counting] / largest).tolist(),
+                          strict=True)
+    ]  # fmt: skip
+
+
+def excitations(engine: Engine, crankshaft: ReducedBody, shape: Array, gas: Gas | None = None) -> tuple[Array, Array]:
+    """Orders 0.5, 1, … (o,) and the excitation |φᵀ f_n| (o,) of a mode φ (n,) of unit modal mass."""
+    speed = engine.best_speed
+    angle: Array = np.arange(SAMPLES, dtype=np.float64) * (4.0 * math.pi / SAMPLES)
+    trace = (gas or GasTrace.from_engine(engine)).at(speed, 1.0)
+    forces = rod_forces(engine, crankshaft, speed, angle, trace, 1.0)
+    sizes = np.abs(order_forces(forces.forces).T @ (forces.rows @ shape))
+    return np.asarray(0.5 * np.arange(1, sizes.size + 1)), np.asarray(sizes)
+
+
+def critical_speeds(engine: Engine, crankshaft: ReducedBody, gas: Gas | None = None) -> list[dict[str, Any]]:
+    """The same for a report: ``order``, critical speed ``rpm`` in rev/min, and ``excitation`` over the largest one."""
+    return [
+        {"order": one.order, "rpm": one.speed * 30.0 / math.pi, "excitation": one.share}
+        for one in exciting_orders(engine, crankshaft, gas)
+    ]

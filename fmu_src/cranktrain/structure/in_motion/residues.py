@@ -1,0 +1,61 @@
+"""Residues of modes in motion: how much each mode turns the pulley under the torques of the cylinders.
+
+Of M q̈ + C q̇ + K q = b exp(st) with eigenvalues λ_k, right vectors x_k and left vectors y_k, (λ²M + λC + K) x = 0 and
+yᴴ (λ²M + λC + K) = 0, the rotation of a place with the row c is
+
+    c q = Σ_k r_k/(s − λ_k),   r_k = (c x_k) (y_kᴴ b)/(y_kᴴ (2λ_k M + C) x_k).
+
+At its own frequency, s = i Im λ_k, a mode contributes |r_k|/|Re λ_k| to the amplitude: its *answer*. Two kinds of load
+are taken. The gas torque is a unit torque of one cylinder, a force on its pin at right angles to the throw; the root of
+the sum of squares over all cylinders depends on no order and no speed. The rods' forces of an order are the
+harmonic of gas and inertia forces on the rigid crank in the turning frame, all cylinders with their phases.
+
+Source: D. J. Ewins, *Modal Testing* (2000), chapter 2, residues of damped systems.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.engine.model import Engine
+
+ComplexArray = NDArray[np.complex128]
+
+HIGHEST_ORDER = 24.0
+"""Highest order whose forces are kept."""
+
+
+def participations(mass: NDArray[Any], left: ComplexArray, right: ComplexArray, loads: NDArray[Any]) -> ComplexArray:
+    """Factors y_kᴴ b/(y_kᴴ (2λ_k M + C) x_k) of k modes for ``loads`` b (n, l), as (k, l).
+
+    ``left`` and ``right`` (2 n, k) are eigenvectors of the first-order form; the right ones are (x, λ x). ``mass`` is
+    (n, n).
+    """
+    n = len(mass)
+    scale = np.sum(left.conj() * right, axis=0)
+    return np.asarray(left[n:].conj().T @ np.linalg.solve(mass, loads) / scale[:, None])
+
+
+def order_forces(forces: Array) -> ComplexArray:
+    """Complex amplitudes (m, o) of forces (N, m) over two revolutions: orders 0.5, 1, … to :data:`HIGHEST_ORDER`."""
+    harmonics = 2.0 / len(forces) * np.fft.rfft(forces, axis=0)
+    return np.asarray(harmonics[1 : round(2.0 * HIGHEST_ORDER) + 1].T, dtype=np.complex128)
+
+
+def unit_torques(engine: Engine, body: ReducedBody) -> Array:
+    """Loads (n, c) of a torque of 1 N m of each cylinder on a body's modes: a force on its pin across the throw."""
+    loads = []
+    for pin, offset in zip(engine.cylinders.pins, engine.rod_offsets, strict=True):
+        at = body.index(f"pin[{pin}]")
+        # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
+        x_row, y_row = (
+            body.shapes[at, 0] + offset * body.shapes[at, 4],
+            body.shapes[at, 1] - offset * body.shapes[at, 3],
+        )
+        x, y = body.positions[at, :2]
+        loads.append((x * y_row - y * x_row) / (x**2 + y**2))
+    return np.array(loads).T

@@ -1,0 +1,124 @@
+"""What messages propose: all missing keys at once, remedies that were not given already, names of the same kind."""
+
+import re
+import warnings
+
+import pytest
+
+from cranktrain.cli.main import main
+from cranktrain.cli.simulate import NAMED_LEVELS, default_name
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.dynamics.outputs.register import nearest_output, output_counts, output_names
+from cranktrain.engine.file import engine_folder, load_engine
+from cranktrain.engine.parts import Damper, MeanLoad
+from cranktrain.studies.constant_speed import Request
+from cranktrain.studies.design.layouts import LAYOUTS
+
+SIX = (engine_folder() / "diesel_i6.toml").read_text(encoding="utf-8")
+RUBBER = 'kind = { value = "rubber", origin = "chosen" }\n'
+RING = 'ring_inertia = { value = 0.1, unit = "kg m^2", origin = "chosen" }\n'
+
+
+def told(tmp_path, tables):
+    """Message for the six with other tables at its end, in place of its own ones of these names."""
+    text = SIX
+    for name in re.findall(r"^\[(\w+)\]", tables, re.MULTILINE):
+        text = re.sub(rf"^\[{name}\]\n(?:(?!^\[).*\n?)*", "", text, flags=re.MULTILINE)
+    path = tmp_path / "six.toml"
+    path.write_text(text + "\n" + tables, encoding="utf-8")
+    with pytest.raises(InputError) as caught, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        load_engine(path)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def keys(message):
+    return set(re.findall(r"'(\w+)'", message.partition(" missing;")[0]))
+
+
+@pytest.mark.parametrize("ring", ["", RING])
+def test_a_rubber_damper_names_all_that_it_lacks_at_once(tmp_path, ring):
+    message = told(tmp_path, f"[damper]\n{RUBBER}{ring}")
+    wanted = {
+        "mass", "frequency", "lowest_temperature", "highest_temperature", "temperature_speeds", "temperatures",
+        "ambient_temperature", "heat_transfer", "cooling_area", "power_limit", "stiffness", "loss_factor",
+    }  # fmt: skip
+    assert keys(message) == wanted | (set() if ring else {"ring_inertia"})
+    assert "are missing" in message and "degC" not in message
+
+
+def test_what_is_needed_are_keys_of_the_table():
+    for part, values in (
+        (Damper, [{"kind": kind, "law": law} for kind in ("viscous", "rubber") for law in ("newtonian", None)]),
+        (MeanLoad, [{"kind": kind} for kind in ("power", "torque", "propeller")]),
+    ):
+        for given in values:
+            assert set(part.needed(given.get).keys) <= set(part.__dataclass_fields__)
+
+
+@pytest.mark.parametrize(
+    ("tables", "wanted"),
+    [
+        ('[load]\nkind = { value = "power", origin = "chosen" }\n', {"speed", "power"}),
+        ("[piston_guidance]\n", None),
+        ("[mounts]\n", None),
+        ("[block]\n", None),
+    ],
+)
+def test_every_table_names_all_its_missing_keys(tmp_path, tables, wanted):
+    from cranktrain.engine.model import Engine, optional_fields, parts
+
+    message = told(tmp_path, tables)
+    if wanted is None:
+        part = {"[piston": parts.PistonGuidance, "[mounts": parts.Mounts, "[block]": parts.Block}[tables[:7]]
+        wanted = set(part.__dataclass_fields__) - optional_fields(part)
+    assert keys(message) == wanted
+    assert {"damper", "block", "mounts"} <= optional_fields(Engine)
+
+
+def test_another_case_is_nearer_than_another_letter():
+    assert nearest("I4", LAYOUTS) == "did you mean 'i4'?"
+    assert nearest("V6_60", LAYOUTS) == "did you mean 'v6_60'?"
+    assert nearest("i14", LAYOUTS) == "did you mean 'i4'?"
+
+
+def test_an_output_is_proposed_of_its_own_family():
+    four = output_names(output_counts(load_engine("single_petrol")))
+    assert nearest_output("mount[1].force.y", four) == "the engine of this run has no mounts"
+    assert nearest_output("bearing[9].force.y", four) == "did you mean 'bearing[2].force.y'?"
+    assert nearest_output("pulley.torson", four) == "did you mean 'pulley.torsion'?"
+
+
+def test_remedies_name_what_was_given_and_nothing_else(capsys):
+    assert main(["modal", "diesel_i6", "--crank", "beam", "--damper"]) == 2
+    assert "--damper cannot go with --crank beam, only with solid; leave out --damper" in (
+        said := capsys.readouterr().err
+    )
+    assert "block" not in said
+    assert main(["couple", "single_petrol", "--speed", "2000", "--no-valvetrain"]) == 2
+    assert "--no-valvetrain" not in (said := capsys.readouterr().err) and "--pressure" in said
+    assert main(["couple", "single_petrol", "--speed", "2000"]) == 2
+    assert "--no-valvetrain" in capsys.readouterr().err or "combustion" in said
+
+
+def test_results_of_other_levels_have_other_names():
+    six = load_engine("diesel_i6")
+    levels = {
+        "crank": "torsional", "bearings": "linear", "big_ends": "impedance", "block": "flexible", "pistons": "guided",
+        "damper": True, "load": 0.5,
+    }  # fmt: skip
+    assert levels.keys() == NAMED_LEVELS.keys()
+    names = [default_name(six, Request(speed_rpm=2000.0, **{key: value})) for key, value in levels.items()]
+    names += [default_name(six, Request(speed_rpm=2000.0)), default_name(six, Request(speed_rpm=2000.0, **levels))]
+    assert len(set(names)) == len(names)
+    assert "diesel_i6_2000rpm.h5" in names and all(re.fullmatch(r"[\w.-]+\.h5", name) for name in names)
+
+
+def test_stated_sizes_stand_in_the_file_as_they_are(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    asked = ["--layout", "i4", "--bore-mm", "101.6254", "--stroke-mm", "91.44321", "--rod-mm", "150.12345"]
+    assert main(["new", "exact", *asked]) == 0
+    made = load_engine(tmp_path / "exact.toml")
+    sizes = made.cylinders.bore, made.crankshaft.throw, made.rod.length
+    assert sizes == pytest.approx((0.1016254, 0.045721605, 0.15012345), rel=1e-12)

@@ -1,0 +1,296 @@
+"""Damping of the assembled cranktrain: loss factors of tables, stated ratios, attached and joined bodies.
+
+A chain of discs is written out in numpy: inertias J, stiffnesses k (1 + iη). Its complex eigenvalues μ of (K*, M) give
+s = i√μ, so a mode's damping ratio is Im √μ/|√μ|; its response at ω solves (K* − ω² M) x = T. In a system of which all
+shafts have one η every mode has the ratio η/2, whatever is attached.
+"""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+import cranktrain as ct
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import rigid_body
+from cranktrain.dynamics.model.arrays import build_model, structural_damping
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.topology.relations import groups
+from cranktrain.engine.drive_line_chain import DriveLineChain
+from cranktrain.engine.file import load_engine
+from cranktrain.engine.torsional_chain import Chain, Disc, Shaft
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.structure.crank.chain import chain_body
+from cranktrain.structure.crank.level import running_crank
+from cranktrain.structure.crank.modal import cranktrain_matrices
+from cranktrain.structure.crank.reduction import attached_parts, complete_crankshaft
+from cranktrain.structure.in_motion.inherited_damping import Decay, with_damping, with_stated_damping
+from cranktrain.studies.torsion.damped_modes import damped_modes
+from cranktrain.studies.torsion.shaft_orders import ShaftOrders
+
+ETA = 0.035
+ENGINES = ["diesel_i6", "five_petrol", "single_petrol", "v12_petrol"]
+SPEED = 200.0
+SETTINGS = Settings(crank="torsional", bearings="held")
+
+
+def engine_of(name):
+    """A shipped engine, its connecting shaft undamped, without a cut-off."""
+    engine = load_engine(name)
+    line, reduction = replace(engine.drive_line, damping=0.0), replace(engine.reduction, running_cutoff_hz=2e4)
+    return replace(engine, drive_line=line, reduction=reduction, drive_line_chain=None, damper=None)
+
+
+def pins_of(engine):
+    return [f"pin[{k}]" for k in range(1, max(engine.cylinders.pins) + 1)]
+
+
+def chain_of(engine, eta=ETA, stiffness=6e5):
+    """Pulley, a disc at each pin, flywheel; alternate shafts are stiffer."""
+    names = ["pulley", *pins_of(engine), "flywheel"]
+    shafts = [Shaft((a, b), stiffness * (1.0 + 0.5 * (k % 2)), loss_factor=eta)
+              for k, (a, b) in enumerate(pairwise(names))]  # fmt: skip
+    discs = [Disc(name, 0.02 if name.startswith("pin") else 0.004) for name in names]
+    return Chain(tuple(discs), tuple(shafts))
+
+
+def assembled(engine, chain, rods=None):
+    """Complex stiffness and mass (n, n) of the chain with pulley, flywheel, mean rods, and the dynamometer's shaft."""
+    inertia = {disc.name: disc.inertia for disc in chain.discs}
+    for name, part in attached_parts(engine):
+        inertia[name] += part.polar_inertia
+    for k, pin in enumerate(engine.cylinders.pins):
+        rod = engine.rods[k]
+        mass = rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass)
+        inertia[f"pin[{pin}]"] += mass * engine.throws[k] ** 2 if rods is None else 0.0
+    if rods is not None:
+        for pin, own in zip(pins_of(engine), rods, strict=True):
+            inertia[pin] += own
+    stiffness = np.zeros((len(chain.discs), len(chain.discs)), dtype=complex)
+    for shaft in chain.shafts:
+        twist = np.zeros(len(chain.discs))
+        twist[[chain.names.index(end) for end in shaft.between]] = 1.0, -1.0
+        stiffness += shaft.stiffness * (1.0 + 1j * shaft.loss_factor) * np.outer(twist, twist)
+    held = chain.names.index("flywheel")
+    stiffness[held, held] += engine.drive_line.stiffness
+    return stiffness, np.diag([inertia[name] for name in chain.names])
+
+
+def hysteretic(stiffness, mass):
+    """Frequencies (rad/s) and damping ratios of a complex stiffness, rising."""
+    root = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)))
+    root = root[np.argsort(root.real)]
+    return root.real, root.imag / np.abs(root)
+
+
+def in_time(engine, body):
+    """Frequencies and damping ratios of the running model, its rods replaced by their mean."""
+    model = build_model(engine, body, SETTINGS, SPEED, GasTrace.from_engine(engine))
+    own = slice(5, None)
+    rows, laws = model.shafts[:, own], model.shaft_laws
+    stiffness = np.diag(model.omega2[own]) + rows.T @ (laws[:, 0, None] * rows)
+    damping = np.diag(model.damping[own]) + rows.T @ (laws[:, 1, None] * rows)
+    mass = np.eye(len(stiffness))
+    for k, pin in enumerate(engine.cylinders.pins):
+        rod = engine.rods[k]
+        turn = np.zeros(len(mass))
+        turn[: body.n_modes - 5] = body.shapes[body.index(f"pin[{pin}]"), 5, own]
+        share = rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass)
+        mass += share * engine.throws[k] ** 2 * np.outer(turn, turn)
+    found = damped_modes(stiffness, damping, mass)
+    return found.hz * 2.0 * math.pi, found.damping_ratios
+
+
+@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize("mixed", [False, True])
+def test_modes_in_time_have_the_loss_of_the_assembled_chain(name, mixed):
+    """All shafts with one loss factor, or every second one with none; the crank alone has far higher frequencies."""
+    engine = engine_of(name)
+    chain = chain_of(engine)
+    if mixed:
+        chain = replace(chain, shafts=tuple(replace(s, loss_factor=ETA * (k % 2)) for k, s in enumerate(chain.shafts)))
+    omega, ratios = hysteretic(*assembled(engine, chain))
+    body = running_crank(engine, "torsional", chain_body(engine, chain))
+    found, damping = in_time(engine, body)
+    torsional = [1, 2]
+    for k in torsional:
+        own = int(np.argmin(np.abs(found - omega[k])))
+        assert found[own] == pytest.approx(omega[k], rel=3e-3)
+        assert damping[own] == pytest.approx(ratios[k], rel=0.02)
+    # The soft shaft of the dynamometer loses nothing.
+    assert np.all(ratios[torsional] < 0.5 * ETA)
+    assert mixed or np.all(ratios[torsional] > 0.45 * ETA)
+
+
+def constant_gas(engine):
+    pressure = np.full(720, engine.combustion.exhaust_pressure if engine.combustion is not None else 1e5)
+    return GasTrace(pressure, pressure, 0.0, 200.0, 0.0, "constant")
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_orders_and_shaft_torques_are_those_of_the_complex_stiffness(name):
+    """Unit torque on the first pin, at speeds at which orders meet the first mode: every disc, and every shaft."""
+    engine = engine_of(name)
+    chain = chain_of(engine)
+    body = running_crank(engine, "torsional", chain_body(engine, chain))
+    structure = ShaftOrders(engine, body, SETTINGS, constant_gas(engine), 12.0)
+    # Gas at a constant pressure has a stiffness of its own, which is none of the chain's.
+    structure._by_turn = structure._by_lead = (np.zeros(structure.pins), np.zeros(structure.pins))
+    stiffness, mass = assembled(engine, chain, structure.inertia[0].real)
+    omega, _ = hysteretic(stiffness, mass)
+    speeds, orders = np.array([0.97, 1.0, 1.03]) * omega[1] / 6.0, np.array([2, 9, 12, 16])
+    moved = structure.transfer(speeds, orders)[..., 0]
+    at, first = structure.at, chain.names.index("pin[1]")
+    # A free crank with one throw moves sideways as it twists: its frequency is 0.1 % higher, a phase of 0.1 % over η/2.
+    near = 0.06 if name == "single_petrol" else 0.01
+    names = [*pins_of(engine), "pulley", "flywheel"]
+    rows = [*range(structure.pins), at.pulley, at.flywheel]
+    twists = moved[..., at.shafts :]
+    torques = structure.shaft_torques(speeds, np.pad(twists, ((0, 0), (0, 25 - len(orders)), (0, 0))), np.zeros((3, 1)))
+    assert structure.shafts[1:] == tuple(" to ".join(shaft.between) for shaft in chain.shafts)
+    for i, speed in enumerate(speeds):
+        for j, order in enumerate(0.5 * orders):
+            load = np.zeros(len(mass))
+            load[first] = 1.0
+            own = np.linalg.solve(stiffness - (order * speed) ** 2 * mass, load)
+            expected = np.array([own[chain.names.index(one)] for one in names])
+            assert moved[i, j, rows] == pytest.approx(expected, abs=near * np.abs(expected).max())
+            for k, shaft in enumerate(chain.shafts):
+                twist = own[chain.names.index(shaft.between[0])] - own[chain.names.index(shaft.between[1])]
+                assert twists[i, j, 1 + k] == pytest.approx(twist, abs=near * np.abs(own).max())
+    # The torque of a shaft is k (1 + iη) times its twist.
+    law = np.array([shaft.stiffness * (1.0 + 1j * ETA) for shaft in chain.shafts])
+    assert torques[:, 1 : len(orders), 1:] == pytest.approx(law * twists[:, 1:, 1:])
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_stated_and_inherited_ratios_are_those_of_the_assembled_cranktrain(name):
+    engine = engine_of(name)
+    stated = replace(engine, damping=replace(engine.damping, torsional_ratios=(0.03, 0.02)))
+    body = running_crank(engine, "torsional", chain_body(engine, chain_of(engine, 0.0)))
+    hz = body.frequencies_hz[6:8]
+    count = hz.size
+    above = Decay(hz, np.array([0.03, 0.02])[:count], SPEED)
+    for damped in (with_stated_damping(stated, body), with_damping(engine, body, "beam", above)):
+        stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(engine, damped))
+        found = damped_modes(stiffness, np.diag(structural_damping(engine, damped)[5:]), mass)
+        assert found.damping_ratios[:count] == pytest.approx([0.03, 0.02][:count], rel=0.02)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_body_with_damping_ratios_keeps_them_whatever_is_attached(name):
+    """An own superelement with 2ζω: flywheel and pulley lower its frequencies, not its ratios."""
+    engine = engine_of(name)
+    bare = chain_body(engine, chain_of(engine, 0.0))
+    bare = replace(bare, damping=2.0 * 0.013 * bare.omega)
+    whole = complete_crankshaft(engine, bare)
+    assert whole.omega[6] < 0.9 * bare.omega[6]
+    for body in (whole, running_crank(engine, "torsional", bare)):
+        assert body.damping[6:] == pytest.approx(2.0 * 0.013 * body.omega[6:], rel=1e-9)
+
+
+def test_joined_bodies_keep_their_damping_ratios():
+    """A heavy rotor behind gears of ratio 1 lowers the frequencies of a shaft, not its damping ratios."""
+    engine = engine_of("diesel_i6")
+    shaft = chain_body(engine, chain_of(engine, 0.0))
+    shaft = replace(shaft, damping=2.0 * 0.02 * shaft.omega)
+    rotor = rigid_body("rotor", 50.0, np.diag([2.0, 2.0, 3.0]), (0.0, 0.0, 0.0), {"hub": (0.0, 0.0, 0.0)})
+    frames = ct.Frame("f", 1.0), ct.Frame("g", -1.0, axis=(0.5, 0.0))
+    topology = ct.Topology(
+        frames,
+        (ct.Body("shaft", shaft, "f"), ct.Body("rotor", rotor, "g")),
+        (ct.Connection("gears", "rigid_gear", (ct.End("shaft", "flywheel"), ct.End("rotor", "hub"))),),
+    )
+    [group] = groups(topology)
+    elastic = group.omega > 1e-6 * group.omega.max()
+    assert group.damping[elastic] == pytest.approx(2.0 * 0.02 * group.omega[elastic], rel=1e-6)
+    assert group.omega[elastic].min() < 0.9 * shaft.omega[6]
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_shafts_of_a_drive_line_lose_as_much_in_every_mode(name):
+    """A stiff line with a loss factor and a crank with another: one system, in time as k (1 + iη) has it."""
+    engine = engine_of(name)
+    line = Chain((Disc("gear", 0.3),), (Shaft(("flywheel", "gear"), 4e5, loss_factor=0.08),
+                                         Shaft(("gear", "dynamometer"), 3e3, loss_factor=0.1)))  # fmt: skip
+    driven = replace(engine, drive_line_chain=DriveLineChain.of(line))
+    chain = chain_of(engine)
+    stiffness, mass = assembled(replace(engine, drive_line=replace(engine.drive_line, stiffness=0.0)), chain)
+    n = len(mass)
+    whole, weights = np.zeros((n + 1, n + 1), dtype=complex), np.zeros((n + 1, n + 1))
+    whole[:n, :n], weights[:n, :n], weights[n, n] = stiffness, mass, 0.3
+    joined = np.zeros(n + 1)
+    joined[[chain.names.index("flywheel"), n]] = 1.0, -1.0
+    whole += 4e5 * (1.0 + 0.08j) * np.outer(joined, joined)
+    whole[n, n] += 3e3 * (1.0 + 0.1j)
+    omega, ratios = hysteretic(whole, weights)
+    body = running_crank(driven, "torsional", chain_body(driven, chain))
+    found, damping = in_time(driven, body)
+    for k in range(3):
+        own = int(np.argmin(np.abs(found - omega[k])))
+        assert found[own] == pytest.approx(omega[k], rel=5e-3)
+        assert damping[own] == pytest.approx(ratios[k], rel=0.02)
+
+
+def test_discs_that_damp_are_viscous_dampers():
+    """Absolute damping of a pin's disc and relative damping of a shaft: c exactly, in modes of the assembled chain."""
+    engine = engine_of("diesel_i6")
+    chain = chain_of(engine, 0.0)
+    discs = tuple(replace(disc, damping=3.0 if disc.name == "pin[2]" else 0.0) for disc in chain.discs)
+    shafts = tuple(replace(shaft, damping=50.0 if k == 1 else 0.0) for k, shaft in enumerate(chain.shafts))
+    body = running_crank(engine, "torsional", chain_body(engine, Chain(discs, shafts)))
+    stiffness, mass = assembled(engine, chain)
+    damping = np.zeros_like(mass)
+    damping[2, 2] += 3.0
+    twist = np.zeros(len(mass))
+    twist[1:3] = 1.0, -1.0
+    damping += 50.0 * np.outer(twist, twist)
+    expected = damped_modes(stiffness.real, damping, mass)
+    found, ratios = in_time(engine, body)
+    own = [int(np.argmin(np.abs(found - 2.0 * math.pi * hz))) for hz in expected.hz[1:3]]
+    assert ratios[own] == pytest.approx(expected.damping_ratios[1:3], rel=0.02)
+
+
+def test_mains_that_no_pin_needs_may_be_left_out():
+    """A pin between its two mains turns by their mean; with a disc of its own it needs none of them."""
+    engine = engine_of("diesel_i6")
+    body = chain_body(engine, chain_of(engine))
+    chain = chain_of(engine)
+    squares = eigh(shaft_matrix(chain), np.diag([disc.inertia for disc in chain.discs]), eigvals_only=True)
+    assert body.omega[6:] == pytest.approx(np.sqrt(squares[1:]), rel=1e-6)
+    between = body.shapes[body.index("main[3]"), 5], body.shapes[[body.index("pin[2]"), body.index("pin[3]")], 5]
+    assert between[0] == pytest.approx(between[1].mean(axis=0), abs=1e-6 * np.abs(between[1]).max())
+
+
+def shaft_matrix(chain):
+    found = np.zeros((len(chain.discs), len(chain.discs)))
+    for shaft in chain.shafts:
+        twist = np.zeros(len(chain.discs))
+        twist[[chain.names.index(end) for end in shaft.between]] = 1.0, -1.0
+        found += shaft.stiffness * np.outer(twist, twist)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("pin[6]", "pin[7]", r"engine has no 'pin\[7\]'; did you mean"),
+        ("pin[3]", "third", r"has no disc 'pin\[3\]' for cylinder 3; add it, or the discs 'main\[3\]' and 'main\[4\]'"),
+        ("pulley", "nose", "has no disc 'pulley'"),
+    ],
+)
+def test_a_table_whose_places_do_not_fit_is_refused(old, new, message):
+    engine, chain = engine_of("diesel_i6"), chain_of(engine_of("diesel_i6"))
+
+    def renamed(name):
+        return new if name == old else name
+
+    wrong = Chain(
+        tuple(replace(disc, name=renamed(disc.name)) for disc in chain.discs),
+        tuple(replace(shaft, between=tuple(map(renamed, shaft.between))) for shaft in chain.shafts),
+    )
+    with pytest.raises(InputError, match=message):
+        chain_body(engine, wrong)
