@@ -62,6 +62,10 @@ def test_schemes_agree_and_the_power_closes(couple):
         swept = 6 * 2.0 * engine.crankshaft.throw * math.pi / 4.0 * engine.cylinders.bore**2
         assert run["indicated_torque_nm"] == pytest.approx(run["imep_pa"] * swept / (4.0 * math.pi), rel=2e-3)
         assert run["coupling_residual_w"] < 0.02 * 209.4 * max(abs(run["indicated_torque_nm"]), 3000.0)
+        assert abs(run["coupling_residual_fraction"]) < 1e-4
+        assert run["coupling_residual_mean_w"] == pytest.approx(
+            209.44 * run["indicated_torque_nm"] * run["coupling_residual_fraction"], rel=1e-3
+        )
         assert run["steps"] == run["sweeps"] == 1440
         assert (
             run["valvetrain"]["torque_nm"] == pytest.approx(8.6, abs=0.5) and run["valvetrain"]["contact_loss"] == 0.0
@@ -156,6 +160,13 @@ def test_a_foreign_partner_that_dies_fails_or_lacks_a_variable(couple, tmp_path,
     if step:
         data, attributes = read_result(path)
         assert data["time"][0][-1] == pytest.approx(0.01, abs=2e-4) and said in attributes["ended"]
+
+
+def test_a_combustion_of_one_angle_goes_on_with_a_sentence(couple, tmp_path):
+    foreign = small_combustion(tmp_path, "OneAngle", 6, ["pass"], "")
+    code, found, stderr, _ = couple("--set", "cranktrain.crank.level=rigid", "--cycles", 1, combustion=foreign)
+    assert code == 0 and "coupling_residual_fraction" in found
+    assert "OneAngle.fmu takes no volume deviations: it computes all volumes at one crank angle" in stderr
 
 
 @pytest.mark.parametrize(

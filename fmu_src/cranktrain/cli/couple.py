@@ -235,7 +235,9 @@ def _mean_residual(result: dict[str, Any]) -> str:
 
 def _loss(combustion: str, fraction: float | None) -> str:
     """What coupling to a combustion that knows one crank angle costs, in a sentence."""
-    cost = "" if fraction is None else f"; {abs(100.0 * fraction):.2g} % of the indicated power differs between the two"
+    cost = ""
+    if fraction is not None:
+        cost = f"; given and taken power differ by {abs(100.0 * fraction):.2g} % of the indicated power"
     return (
         f"{combustion} takes no volume deviations: it computes all volumes at one crank angle, and the cranktrain "
         f"moves each pressure to its own pin{cost}"

@@ -41,11 +41,11 @@ LIMITED = 32
 UNDER_WAY, STEP_BEGIN, STEP_END, SUBSTEP_BEGIN, PARTS_DONE, PARTS_HALVED = range(33, 39)
 EACH_POINT = 39
 """1 where the next communication step shall be stepped to its end, as if an input had changed at its begin; then 0."""
+DEVIATIONS_SET = 40
+"""Whether a partner has said which deviation of a volume its pressures belong to."""
 # The crank's own speed over the cycle under way: the cycle's begin, angle (rad) and time (s), and the least and largest
 # speed since then, rad/s; of the last full cycle (largest − least) / mean.
-ROUND_ANGLE, ROUND_TIME, SPEED_LEAST, SPEED_LARGEST, IRREGULARITY = range(40, 45)
-DEVIATIONS_SET = 45
-"""Whether a partner has said which deviation of a volume its pressures belong to."""
+ROUND_ANGLE, ROUND_TIME, SPEED_LEAST, SPEED_LARGEST, IRREGULARITY = range(41, 46)
 MOST_SAMPLES = 3
 HEADER = 46
 MAX_INPUTS = 65

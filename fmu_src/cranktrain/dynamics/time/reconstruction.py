@@ -13,6 +13,10 @@ than a share JUMP from one sample to the next, it jumped: no line is drawn acros
 held. A pressure that is the very same twice is held too: nobody drives it. Speed and torques are extrapolated linearly
 beside it.
 
+V is that of the cylinder's own crank pin, and θ its angle. A partner that takes deviations of the volumes says with
+which one a pressure was computed: G is then sampled in the volume of rigid parts with that deviation, goes by the
+crank's angle, and is divided by the volume that the piston leaves. It is so at given stages too.
+
 Where a rate of an input is given with its sample, the input goes on from the sample at that rate, whatever the rule.
 
 Samples that lie much closer than the step to come tell nothing about it: the newer of two replaces the other, and what

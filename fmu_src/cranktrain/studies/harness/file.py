@@ -151,7 +151,8 @@ def _bonds(tables: Mapping[str, PowerTable], units: Mapping[str, UnitEntry]) -> 
             if not pairs:
                 raise InputError(f"power.{name}.{side} is empty; give a list of products")
             sides.append(pairs)
-        found.append(Bond(name, *sides))
+        given, taken = sides
+        found.append(Bond(name, given, taken))
     return tuple(found)
 
 
