@@ -76,7 +76,7 @@ def _document(name: str, s: Sizes, fitted: Fitted) -> Document:
     firing = f"fires {'-'.join(map(str, layout.order))}"
     intervals = ", ".join(f"{gap:.4g}" for gap in layout.intervals_deg)
     firing += f" every {720.0 / layout.cylinders:.4g} deg" if layout.even else f" at intervals of {intervals} deg"
-    head = (
+    head: tuple[str, ...] = (
         f"{title}: a first design, made by cranktrain new; {firing}.",
         "Every value states its unit and where it comes from: chosen (by the user, or a figure of practice) or derived",
         "(from others, by the rule in the note). Put in what you know. B is the bore, r the throw.",
