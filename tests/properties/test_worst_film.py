@@ -2,18 +2,22 @@
 
 import functools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from elastic_bearing import CLEARANCE, DIAMETER, grooved
 
+import cranktrain as ct
+from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.film.contact.asperity import contact_constants
 from cranktrain.film.elastic.grid import FILM_MIN, PRESSURE_MAX, ElasticGrid
-from cranktrain.film.laws.ehd import FINE
+from cranktrain.film.laws.ehd import FINE, pressure_peaks
 from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP, PEAKS, keep_peak, pressure_drop
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.results.summary import NOT_RESOLVED, films_not_resolved, grid_errors
 from cranktrain.results.tables import grid_text, resolution_text
+from cranktrain.structure.assembly import assemble
 
 SPEED, STEP, STEPS = 249.0, np.radians(2.5), 30
 LINING = contact_constants(0.4e-6, 0.05, 0.01, 58.6e9, 0.1, 0.0, 300e6)
@@ -23,9 +27,9 @@ EDGE_CLOSED = {0.25: (19e-6, 12e3), 0.353: (24e-6, 17e3), 0.7: (32e-6, 35e3)}
 
 
 @functools.cache
-def pressed(n_phi, n_z, ratio, tilted=True, lands=()):
+def pressed(n_phi, n_z, ratio, tilted=True):
     """Least film, largest pressure and its drop while a load swells and fades on a journal whose tilt is given."""
-    grid = ElasticGrid(n_phi, n_z, 0.5, 0.133, lands)
+    grid = ElasticGrid(n_phi, n_z, 0.5, 0.133)
     bearing = grooved(grid, 7, softness=0.15, width=ratio * DIAMETER, contact=LINING, profile=RELIEF)
     tilt, load = EDGE_CLOSED[ratio]
     h, velocity, rows = STEP / SPEED, np.zeros(4), []
@@ -52,15 +56,35 @@ def pressed(n_phi, n_z, ratio, tilted=True, lands=()):
 
 
 @pytest.mark.parametrize("ratio", EDGE_CLOSED)
-def test_fine_level_at_a_closed_edge(ratio):
-    """Least film within 5 % and largest pressure within 8 % of a grid almost twice and three times as fine."""
-    (least, highest, _), (finer, peak, _) = (
-        pressed(FINE.n_phi, FINE.n_z, ratio, lands=FINE.lands),
-        pressed(96, 24, ratio),
-    )
+def test_lines_gathered_at_the_ends_at_a_closed_edge(ratio):
+    """Least film and largest pressure within about a tenth of a grid twice as fine around and three times across."""
+    (least, highest, _), (finer, peak, _) = pressed(48, 8, ratio), pressed(96, 24, ratio)
     print(ratio, least, finer, highest, peak)
-    assert least == pytest.approx(finer, rel=0.05)
-    assert highest == pytest.approx(peak, rel=0.08)
+    assert least == pytest.approx(finer, rel=0.12)
+    assert highest == pytest.approx(peak, rel=0.12)
+
+
+@pytest.mark.slow
+def test_fine_level_in_a_four(tmp_path, monkeypatch):
+    """Of every main, least film within 5 % and largest pressure within 8 % of a grid three times as fine across."""
+    monkeypatch.chdir(tmp_path)
+    engine = ct.new_engine("four", layout="i4", bore_mm=86, stroke_mm=86)
+    made = assemble(engine, Settings(bearings="ehd"))
+    found = []
+    for grid in (FINE, ElasticGrid(96, 24, 0.3)):
+        parts = made.parts._replace(bore=replace(made.parts.bore, grid=grid))
+        run = Simulation(made.engine, made.body, made.settings, None, parts)
+        run.inputs[0] = 4500.0 * math.pi / 30.0
+        run.initialize()
+        at = [run.output_names.index(f"bearing[{i + 1}].film_thickness_min") for i in range(5)]
+        films = np.empty((720, 5))
+        for k in range(720):
+            run.step((k + 1) * math.radians(2.0) / run.inputs[0])
+            films[k] = run.outputs[at]
+        found.append((films[360:].min(axis=0), pressure_peaks(run.model.films)[:, PEAK]))
+    print(found)
+    assert found[0][0] == pytest.approx(found[1][0], rel=0.05)
+    assert found[0][1] == pytest.approx(found[1][1], rel=0.08)
 
 
 def test_grids_converge_at_a_closed_edge():
