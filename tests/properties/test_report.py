@@ -22,6 +22,7 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.engine.limits import Limits
 from cranktrain.engine.parts import MeanLoad
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.cylinder_volume import mean_effective_pressure
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.orders.resonances import peaks
@@ -238,6 +239,18 @@ def test_what_is_missing_says_which_command_makes_it(found):
         "Axial vibration of the pulley", "Stress of the crankshaft", "With the torsional damper",
         "Torsional vibration with films",
     }  # fmt: skip
+
+
+def test_the_error_of_the_grid_stands_with_elastic_films_alone(found, tmp_path):
+    section = next(one for one in SECTIONS if one.title == "Bearings over the speed")
+    shown = tmp_path / "bearings_over_speed.png"
+    shown.write_bytes(b"PNG")
+    for level in ("impedance", "ehd", "ehd:fine"):
+        run_up = replace(found.run_up, attributes={**found.run_up.attributes, "bearings": level})
+        said = " ".join(section.make(replace(found, run_up=run_up, pictures={shown.name: shown})))
+        errors = bearing_law(level).film_errors
+        assert (f"Grid of level {level}" in said) == any(errors)
+        assert all(f"within {100.0 * error:.0f} %" in said for error in errors if error)
 
 
 def test_numbers_along_axes_are_round_and_within():

@@ -8,6 +8,7 @@ from fnmatch import fnmatch
 from typing import NamedTuple
 
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import LAWS
 from cranktrain.results.tables import (
     Table,
     cranktrain_table,
@@ -168,6 +169,25 @@ def pictures(*shown: tuple[str, str]) -> Callable[[Findings], list[str]]:
     return make
 
 
+def films_over_speed(found: Findings) -> list[str]:
+    """Bearings over the speed, and how far the grid of elastic films may be off there."""
+    parts = _BEARING_PICTURES(found)
+    law = LAWS.get("" if found.run_up is None else str(found.run_up.attributes.get("bearings")))
+    if parts and law is not None and any(law.film_errors):
+        film, pressure = (f"{100.0 * error:.0f} %" for error in law.film_errors)
+        parts.append(paragraph(
+            f"Grid of level {law.name}: in every engine that was measured, the least film of each main bearing is "
+            f"within {film} and its largest pressure within {pressure} of a converged grid on rigid ground "
+            "(docs/limits.md)."
+        ))  # fmt: skip
+    return parts
+
+
+_BEARING_PICTURES = pictures(
+    ("bearings_over_speed.png", "Worst bearing over the speed, limits of the engine file, friction"),
+    ("shell_loads_*.png", "Loads on the shells over a cycle, where one is largest"),
+    ("journal_loads_*.png", "Loads on the journals over the same cycle"),
+)
 RUN_UP = (
     "cranktrain runup {engine} {range}{ends}{given} "
     "--outputs flywheel.torsion,axial.engine,axial.bearing,axial.crank,bearings --output {stem}_runup.h5"
@@ -229,11 +249,7 @@ SECTIONS = (
     ),
     Section(
         "Bearings over the speed",
-        pictures(
-            ("bearings_over_speed.png", "Worst bearing over the speed, limits of the engine file, friction"),
-            ("shell_loads_*.png", "Loads on the shells over a cycle, where one is largest"),
-            ("journal_loads_*.png", "Loads on the journals over the same cycle"),
-        ),
+        films_over_speed,
         (RUN_UP, "cranktrain bearing-loads {engine} --run-up {stem}_runup.h5 --plots {folder}"),
     ),
     Section(
