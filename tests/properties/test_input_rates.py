@@ -31,7 +31,7 @@ def values(t):
     pressures, slopes = 1e5 * (4.0 + 3.0 * np.sin(turn)), 1e5 * 1.5 * SPEED * np.cos(turn)
     speed, acceleration = SPEED + 5.0 * math.sin(SWING * t), 5.0 * SWING * math.cos(SWING * t)
     torque, change = 30.0 * math.sin(70.0 * t), 2100.0 * math.cos(70.0 * t)
-    behind, slopes_behind = (0.0, torque, 0.0, 0.0), (0.0, change, 0.0, 0.0)
+    behind, slopes_behind = (0.0, torque, 0.0, 0.0, *np.zeros(6)), (0.0, change, 0.0, 0.0, *np.zeros(6))
     return np.array([speed, *pressures, *behind]), np.array([acceleration, *slopes, *slopes_behind])
 
 

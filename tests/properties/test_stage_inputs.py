@@ -25,7 +25,7 @@ STAGED = {"crank": "rigid", "bearings": "held", "gas_source": "input", "reconstr
 def values(t):
     """All inputs at a time: the speed stays, pressures and the torque of the valve train swing."""
     pressures = 1e5 * (4.0 + 3.0 * np.sin(0.5 * SPEED * t + np.arange(6)))
-    return np.array([SPEED, *pressures, 0.0, 30.0 * math.sin(70.0 * t), 0.0, 0.0])
+    return np.array([SPEED, *pressures, 0.0, 30.0 * math.sin(70.0 * t), 0.0, 0.0, *np.zeros(6)])
 
 
 def begun(method, **chosen):
