@@ -65,7 +65,7 @@ WRONG = [
     ({"body[99].mass": 1.0}, r"so there is no body\[99\]"),
     ({"body.mass": 1.0}, r"name the table and its value, as in 'body\[1\]"),
     ({"flywheel": 3, "flywheel.mass": 4.0}, r"flywheel is 3, no table"),
-    ({"flywheel": None, "flywheel.mass": 4.0}, r"key 'polar_inertia' is missing"),
+    ({"flywheel": None, "flywheel.mass": 4.0}, r"keys 'polar_inertia', 'diametral_inertia', 'offset' are missing"),
     ({"cylinders.firing_order": [1, 2]}, r"never fires"),
     ({"pulley.polar_inertia": "9 kg m^2"}, r"more than twice diametral_inertia"),
 ]

@@ -112,7 +112,7 @@ def edited(text, new):
     ("change", "says"),
     [
         (edited("$TITLE", "$TITLE"), None),
-        (lambda path: path.write_text("hello\n"), "no DMIG; it holds hello: write it by EXTSEOUT"),
+        (lambda path: path.write_text("hello\n"), "no DMIG; it holds no cards: write it by EXTSEOUT"),
         (lambda path: path.write_bytes(b""), "no DMIG; it holds no cards"),
         (edited("DMIG    MAAX           0", "DMIG    XAAX           0"), r"not readable|it holds none, but"),
         (edited("D+0", "Q+0"), r"line \d+: .*; a DMIG's line has node, component and value"),

@@ -1,5 +1,6 @@
 """Runs in a process of their own: equal to those in this one; what dies or hangs costs its run, not its results."""
 
+import argparse
 import ctypes
 import faulthandler
 import gc
@@ -17,12 +18,14 @@ import numpy as np
 import pytest
 from two_mass_units import Mass, units
 
+from cranktrain.cli.couple import _run_into
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.run import Bond, Steps, run
 from cranktrain.coupling.supervised import Limits, run_supervised
-from cranktrain.coupling.unit import UnitError
+from cranktrain.coupling.unit import EndingError, UnitError
 from cranktrain.coupling.watch import Watched
+from cranktrain.store.hdf5 import read_result
 from cranktrain.studies.stability.two_mass import TwoMass
 
 STOP, STEP, BREAKS = 1.0, 0.1, 0.5 - 1e-9
@@ -54,6 +57,10 @@ class Odd(Mass):
     def close(self):
         if self.call == "close":
             self.odd()
+
+
+def ends_badly(kind):
+    raise kind("second: termination: out of order")
 
 
 def crash():
@@ -204,9 +211,29 @@ def test_nothing_is_left_of_a_process_that_died(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_unit_that_cannot_end_costs_a_warning():
-    with pytest.warns(UserWarning, match="second, its end at 1 s: died with SIGSEGV; the run itself is complete"):
-        assert run_supervised(partial(system, crash, "close"), STOP, Steps(STEP)).steps == 10
+ENDS = "second, its end at 1 s: died with SIGSEGV; the run itself is complete"
+
+
+def test_a_unit_that_cannot_end_is_told_beside_its_complete_run():
+    with pytest.raises(EndingError, match=ENDS) as caught:
+        run_supervised(partial(system, crash, "close"), STOP, Steps(STEP))
+    assert caught.value.found.steps == 10 and caught.value.found.ended == ""
+
+
+@pytest.mark.parametrize("fatal", [False, True])
+def test_coupling_warns_of_a_unit_that_ends_badly_and_fails_where_its_error_is_fatal(tmp_path, fatal):
+    """Either way the file has all of the run."""
+    end = partial(ends_badly, UnitError if fatal else EndingError)
+    speed = 4.0 * math.pi / STOP
+    options = argparse.Namespace(
+        engine="e", speed_rpm=speed * 30.0 / math.pi, cycles=1.0, step_deg=math.degrees(STEP * speed), error=None,
+        scheme="serial", reconstruction="combustion",
+    )  # fmt: skip
+    says = "second: termination: out of order; the run itself is complete"
+    told = pytest.raises(UnitError, match=says) if fatal else pytest.warns(UserWarning, match=says)
+    with told:
+        assert _run_into(tmp_path / "run.h5", partial(system, end, "close"), speed, options).steps == 10
+    assert read_result(tmp_path / "run.h5")[0]["time"][0][-1] == pytest.approx(STOP)
 
 
 def test_what_units_print_is_kept_from_standard_output(capfd):

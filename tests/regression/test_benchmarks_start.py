@@ -94,8 +94,8 @@ STARTS = {
         },
     ),
     "film_lanes": Start(constants={"CYCLES": 1}),
-    "film_methods": Start(constants={"CYCLES": 1, "PER_CYCLE": 4, "STEPS_DEG": [2.0]}),
     "film_levels": Start(constants={"CYCLES": 0.01}),
+    "film_methods": Start(constants={"CYCLES": 1, "PER_CYCLE": 4, "STEPS_DEG": [2.0]}),
     "film_modes": Start("1660"),
     "film_table": Start(
         constants={

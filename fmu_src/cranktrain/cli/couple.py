@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import tempfile
+import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -185,6 +186,7 @@ def _run_into(output: Path, make: Callable[[], System], speed: float, options: a
     """Run in a process of its own; the result file keeps what there is however the run ends."""
     from cranktrain.coupling.run import keep_run
     from cranktrain.coupling.supervised import run_supervised
+    from cranktrain.coupling.unit import EndingError
 
     stop = options.cycles * 4.0 * math.pi / speed
     steps = steps_of(options, speed)
@@ -196,6 +198,9 @@ def _run_into(output: Path, make: Callable[[], System], speed: float, options: a
         if not hasattr(error, "found"):
             raise
         found, ended = error.found, error
+        if isinstance(error, EndingError):  # the results are complete
+            warnings.warn(str(error), stacklevel=2)
+            ended = None
     keep_run(output, found, {
         "engine": Path(options.engine).stem, "speed_rpm": options.speed_rpm, "scheme": options.scheme,
         "reconstruction": _reconstruction(options), "step_deg": options.step_deg, "ended": found.ended,

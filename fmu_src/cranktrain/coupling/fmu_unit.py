@@ -32,7 +32,7 @@ from cranktrain.coupling.fmu3_description import flattened
 from cranktrain.coupling.fmu_archive import check_archive, check_room
 from cranktrain.coupling.kernels.exchange import FMI_2, OUTPUTS, STEPPING
 from cranktrain.coupling.turns import Calls, Direct, Failed
-from cranktrain.coupling.unit import DIMENSIONS, Port, UnitError
+from cranktrain.coupling.unit import DIMENSIONS, EndingError, Port, UnitError
 
 STATUS = {fmi2.fmi2Warning: "warning", fmi2.fmi2Discard: "discard", fmi2.fmi2Error: "error", fmi2.fmi2Fatal: "fatal"}
 _TYPES = {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool, "String": str}
@@ -192,7 +192,7 @@ class FmuUnit:
                     self._free_state(fmu)
                 self._try("termination", fmu.terminate)
             except UnitError as error:
-                failed = error
+                failed = error if self._lost else EndingError(*error.args)
             except Exception:  # it has failed before, and said why
                 self._lost = True
             with suppress(Exception):

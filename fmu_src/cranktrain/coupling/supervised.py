@@ -26,7 +26,7 @@ from cranktrain.coupling.connections import Connection
 from cranktrain.coupling.master import Exchange, Master
 from cranktrain.coupling.points import PointsFile, read_points
 from cranktrain.coupling.run import Bond, Coupled, Record, Steps, run
-from cranktrain.coupling.unit import Unit, UnitError
+from cranktrain.coupling.unit import EndingError, Unit, UnitError
 from cranktrain.coupling.watch import INITIALIZATION, WORDS, Notes, Watched
 from cranktrain.store.side_by_side import leave_to_parent, process_context
 
@@ -99,7 +99,8 @@ def run_supervised(
             return watcher.follow(progress)
         except (CranktrainError, KeyboardInterrupt) as error:
             watcher.end()
-            if (found := watcher.found(str(error) or "interrupted")) is not None:
+            early = "" if isinstance(error, EndingError) else str(error) or "interrupted"
+            if (found := watcher.found(early)) is not None:
                 error.found = found  # type: ignore[union-attr]
             raise
         finally:
@@ -215,17 +216,17 @@ class _Watcher:
         )  # fmt: skip
 
     def _closed(self) -> None:
-        """Let the units close; ``UnitError`` where one cannot, or says that it did not end well."""
+        """Let the units close; ``EndingError`` where one cannot or says so, ``UnitError`` where its error is fatal."""
         self._wait(GRACE)
         heard: Any = None
         with suppress(Exception):  # the pipe is closed
             if self._ear.poll():
                 heard = self._ear.recv()
         if isinstance(heard, UnitError):
-            raise UnitError(f"{heard}; the run itself is complete, correct the unit")
+            raise type(heard)(f"{heard}; the run itself is complete, correct the unit")
         if self._process.exitcode != 0:
             how = "did not return" if self._process.exitcode is None else self._died()
-            raise UnitError(f"{self._place()}: {how}; the run itself is complete, correct the unit")
+            raise EndingError(f"{self._place()}: {how}; the run itself is complete, correct the unit")
 
     def end(self) -> None:
         """End the process, by itself where it can."""
@@ -267,7 +268,7 @@ def _work(
             try:
                 master.close()
             except UnitError as error:  # of a run that has failed before it is not heard
-                told.send(UnitError(*error.args))
+                told.send(type(error)(*error.args))
     os._exit(0)
 
 

@@ -39,6 +39,10 @@ class UnitError(CranktrainError):
     """A unit refused a value or a step: its name, the time and its message."""
 
 
+class EndingError(UnitError):
+    """A unit did not end well, after a run that is complete and that the end leaves as it was."""
+
+
 class Unit(Protocol):
     """A unit under a master.
 
@@ -76,7 +80,7 @@ class Unit(Protocol):
         """Set a state of ``keep``."""
 
     def close(self) -> None:
-        """End it; harmless where it has ended. ``UnitError``: it says that it did not end well."""
+        """End it; harmless where it has ended. ``EndingError``: it did not end well; ``UnitError``: fatally."""
 
 
 class Around:

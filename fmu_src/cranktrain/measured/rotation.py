@@ -171,6 +171,7 @@ class Rotation:
         }
 
 
+# In one piece: how a wheel is read, whose callers name the few choices that they make.
 def rotation(
     channel: Channel,
     wheel: Wheel | None,

@@ -75,13 +75,7 @@ def modal(
     if block not in BLOCKS:
         raise InputError(f"block level '{block}' does not exist; {nearest(block, BLOCKS)}")
     flexible = block != "ground"
-    if not solid and (damper or flexible):
-        told = " and ".join(["--damper"] * damper + ["--block flexible"] * flexible)
-        raise InputError(f"{told} cannot go with --crank {crank}, only with solid; leave out {told} or --crank {crank}")
-    if damper:
-        required_damper(found)
-    if flexible:
-        block_plan(found)
+    _check_extras(found, crank, solid, damper, flexible)
     mesh, block_mesh = (None if path is None else MeshFile(path, mesh_unit) for path in (mesh, block_mesh))
     check_mesh(mesh, "journal surfaces")
     check_mesh(block_mesh, "surfaces of the block")
@@ -118,6 +112,17 @@ def modal(
             report["with_additions"] = additions_report(given, own)
     report["drive_line"] = line
     return {**report, "seconds": {**report.get("seconds", {}), **seconds}}
+
+
+def _check_extras(engine: Engine, crank: str, solid: bool, damper: bool, flexible: bool) -> None:
+    """``InputError`` where a damper or a flexible block is asked for of another crank, or is not in the file."""
+    if not solid and (damper or flexible):
+        told = " and ".join(["--damper"] * damper + ["--block flexible"] * flexible)
+        raise InputError(f"{told} cannot go with --crank {crank}, only with solid; leave out {told} or --crank {crank}")
+    if damper:
+        required_damper(engine)
+    if flexible:
+        block_plan(engine)
 
 
 def _solid_crank(

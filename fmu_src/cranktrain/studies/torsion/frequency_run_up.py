@@ -123,6 +123,7 @@ def frequency_run_up(
     first = 0 if engine.drive_line_chain is not None else len(structure.link.names)
     ends = {TORSION: 0, FLYWHEEL: 1}
     ends |= {shaft_output(name): 2 + k for k, name in enumerate(structure.shafts) if k >= first}
+    attributes = {"engine": engine.name, "crank": settings.crank, "damper": settings.damper}
     return RunUp(
         speeds=speeds,
         orders=np.asarray(orders, dtype=float),
@@ -131,13 +132,7 @@ def frequency_run_up(
         cycles=np.zeros(speeds.size, dtype=int),
         repeats=np.ones(speeds.size, dtype=int),
         left=np.zeros(speeds.size),
-        attributes={
-            "engine": engine.name,
-            "crank": settings.crank,
-            "damper": settings.damper,
-            "body_digest": body.digest,
-            "steady": rule,
-        },
+        attributes={**attributes, "body_digest": body.digest, "steady": rule},
     )
 
 
