@@ -124,7 +124,8 @@ def test_free_forces_and_moments_are_those_of_the_closed_form(name):
 def chain_twist(engine, speed, shaft, inertia):
     """Twist of pulley against flywheel (orders 0.5 to 12), rad, of discs on a shaft at uniform mean speed, rad/s.
 
-    Torques of gas and pistons are those of undisturbed rotation; rods count by their mean inertia.
+    Torques of gas and pistons are those of undisturbed rotation; rods count by their mean inertia. Gas at each pin's own
+    angle is no spring on average: its torque is periodic in that angle.
     """
     trace = GasTrace.from_engine(engine)
     count = trace.fired.size
@@ -145,8 +146,6 @@ def chain_twist(engine, speed, shaft, inertia):
     places[0] -= 0.5 * engine.crankshaft.main_widths[0] + 0.5 * engine.crankshaft.fillet
     n = len(shaft)
     mass_matrix, torque = inertia.copy(), np.zeros((n, count), dtype=complex)
-    # Each pin turns in gas whose trace follows the crank as a whole.
-    gas, whole = np.zeros((n, n)), inertia.sum(axis=0) / inertia.sum()
     for k, pin in enumerate(engine.cylinders.pins):
         radius, z = engine.throws[k], engine.crankshaft.pin_positions[pin - 1]
         carried = np.array([np.interp(z, np.append(places, 1e9), unit) for unit in np.eye(n)])
@@ -155,7 +154,6 @@ def chain_twist(engine, speed, shaft, inertia):
         arm = slope(height)
         push = -pressure * area * arm - speed**2 * (oscillating * slope(height, 2) * arm)
         push -= speed**2 * remainder * slope(lean, 2) * slope(lean)
-        gas += np.mean(pressure * area * slope(arm)) * np.outer(carried, carried - whole)
         later = np.exp(-1j * np.arange(count // 2) * 0.5 * engine.firing_angles[k])
         spectrum = np.fft.fft(push)[: count // 2] * (2.0 / count) * later
         torque[:, : count // 2] += carried[:, None] * spectrum
@@ -165,7 +163,7 @@ def chain_twist(engine, speed, shaft, inertia):
     damping = (
         inertia @ modes @ np.diag(2.0 * engine.damping.ratio * np.sqrt(np.maximum(squares, 0.0))) @ modes.T @ inertia
     )
-    shaft = shaft + gas
+    shaft = shaft.copy()
     shaft[-1, -1] += engine.drive_line.stiffness
     damping[-1, -1] += engine.drive_line.damping
     found = []
