@@ -41,6 +41,9 @@ BOTH = 1.45
 """Largest usual mean of their exponents; air has 1.4, and walls cool it."""
 APART, LATE = 0.03, 3.5
 """Usual difference of the two exponents, and the shift of dead centre (deg) to this difference that is told."""
+AIR = 1.4
+"""Largest exponent of a compression, whose walls cool it. A late burn flattens the expansion as an early trace does: only
+a compression steeper than this tells the two apart."""
 SHIFTS = np.arange(-20.0, 20.1, 0.5)
 AVERAGED, DIP = np.arange(25.0, 60.1, 0.5), 0.12
 """Widths of moving averages that are looked for, deg, and the largest amplitude in a zero over that beside it."""
@@ -90,7 +93,7 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
             f"compression follows p V^{squeezed:.3g} and expansion p V^{expanded:.3g}, usual at most {BOTH:g} in the "
             "mean, so the pressure is too low throughout; check its zero (absolute or gauge) and compression_ratio"
         )
-    elif burns and abs(shift := _shift(engine, pressure, flanks)) > LATE:
+    elif burns and abs(shift := _shift(engine, pressure, flanks)) > LATE and (shift > 0.0 or squeezed > AIR):
         yield (
             f"compression follows p V^{squeezed:.3g} and expansion p V^{expanded:.3g}, as if dead centre lay at "
             f"{shift:+.2g} deg of the trace, where both are alike; check dead centre (--pressure-tdc-deg)"
