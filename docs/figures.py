@@ -503,8 +503,8 @@ def combustion_coupling() -> str:
     note = (
         "Each cylinder has the volume that its own piston leaves:\n"
         f"the shaft's mean torque is {torque['mean_torque_nm']:.2f} N m where combustion indicates "
-        f"{torque['indicated_nm']:.2f}. Both together took\n{factor:.2f} s of processor time for a second at 1°, on a "
-        "machine busy with other work."
+        f"{torque['indicated_nm']:.2f};\ncrank and shaft damp the rest. "
+        f"Both together took {factor:.2f} s of processor time for a second at 1°, on a machine busy with other work."
     )
     return table(("scheme", *(f"{step}°" for step in steps)), rows) + "\n\n" + note
 

@@ -73,7 +73,7 @@ def test_every_real_has_a_unit_and_every_output_its_dependencies(whole, whole_fm
     unknowns = root.find("ModelStructure/Outputs")
     assert all(unknown.get("dependencies") == "" for unknown in unknowns)
     cylinders, mains = whole.engine.n_cylinders, len(whole.engine.crankshaft.main_widths)
-    counted = 8 + mains * 21 + 2 + 3 + 2 + cylinders * (6 + 9 + 4) + 4 * 6 + 11 + 3 + 5 + 1
+    counted = 12 + mains * 21 + 2 + 3 + 2 + cylinders * (6 + 9 + 4) + 4 * 6 + 11 + 3 + 5 + 1
     assert len(root.find("ModelStructure/InitialUnknowns")) == len(unknowns) == counted
     variables = list(root.iter("ScalarVariable"))  # an index counts from 1
     assert all(variables[int(unknown.get("index")) - 1].get("causality") == "output" for unknown in unknowns)

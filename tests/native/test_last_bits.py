@@ -47,4 +47,5 @@ def test_last_bits_move_outputs_by_rounding(combustion, name):
     largest = np.array([np.abs(usual[units == unit]).max() for unit in units])
     for bits in (4, 18):
         found = ended(combustion, {combustion.references[name]: start * (1.0 + bits * np.finfo(float).eps)})
-        assert np.max(np.abs(found - usual) / largest) < 1e-9, bits
+        # Of a unit that only zeros have (deviations of volumes, which nothing gives here) they stay zeros.
+        assert np.all(np.abs(found - usual) <= 1e-9 * largest), bits

@@ -60,7 +60,10 @@ def typical_calls(run: Run) -> None:
 
 
 def stand_in(engine: Engine) -> ReducedBody:
-    """Six rigid modes of unit mass and inertia, all interfaces of a crankshaft at the origin."""
+    """Six rigid modes of unit mass and inertia; pins are at their throw from the axis, all else at the origin.
+
+    A pin on the axis has no angle about it, by which its cylinder's gas goes.
+    """
     throws, mains = len(engine.crankshaft.throw_angles), len(engine.crankshaft.main_widths)
     names = (
         *(f"main[{i + 1}]" for i in range(mains)),
@@ -68,11 +71,13 @@ def stand_in(engine: Engine) -> ReducedBody:
         "thrust", "flywheel", "pulley",
     )  # fmt: skip
     z = np.zeros
+    positions = z((len(names), 3))
+    positions[mains : mains + throws, 0] = engine.throws[0]
     return ReducedBody(
         name="stand-in",
         omega=z(6),
         interfaces=names,
-        positions=z((len(names), 3)),
+        positions=positions,
         shapes=np.tile(np.eye(6), (len(names), 1, 1)),
         gyroscopic=z((6, 6)),
         centrifugal=z((6, 6)),
