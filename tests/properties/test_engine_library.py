@@ -124,8 +124,8 @@ def test_free_forces_and_moments_are_those_of_the_closed_form(name):
 def chain_twist(engine, speed, shaft, inertia):
     """Twist of pulley against flywheel (orders 0.5 to 12), rad, of discs on a shaft at uniform mean speed, rad/s.
 
-    Torques of gas and pistons are those of undisturbed rotation; rods count by their mean inertia. Gas at each pin's own
-    angle is no spring on average: its torque is periodic in that angle.
+    Torques of gas and pistons are those of undisturbed rotation; rods count by their mean inertia. Gas at each pin's
+    own angle is no spring on average: its torque is periodic in that angle.
     """
     trace = GasTrace.from_engine(engine)
     count = trace.fired.size

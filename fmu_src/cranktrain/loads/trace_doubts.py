@@ -42,8 +42,8 @@ BOTH = 1.45
 APART, LATE = 0.03, 3.5
 """Usual difference of the two exponents, and the shift of dead centre (deg) to this difference that is told."""
 AIR = 1.4
-"""Largest exponent of a compression, whose walls cool it. A late burn flattens the expansion as an early trace does: only
-a compression steeper than this tells the two apart."""
+"""Largest exponent of a compression, whose walls cool it. A late burn flattens the expansion as an early trace does:
+only a compression steeper than this tells the two apart."""
 SHIFTS = np.arange(-20.0, 20.1, 0.5)
 AVERAGED, DIP = np.arange(25.0, 60.1, 0.5), 0.12
 """Widths of moving averages that are looked for, deg, and the largest amplitude in a zero over that beside it."""

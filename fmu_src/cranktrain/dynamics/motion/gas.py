@@ -177,15 +177,15 @@ def articulated_height(model, row, theta, cylinder):
     sin = math.sin(theta - master[at.BANK])
     pin_x = cos * model.pins[cylinder, 0] - sin * model.pins[cylinder, 1]
     pin_y = sin * model.pins[cylinder, 0] + cos * model.pins[cylinder, 1]
-    moved = knuckle_motion(
+    x, y, x_rate, y_rate, _, _, _, _, _, _, _ = knuckle_motion(
         pin_x, pin_y, -pin_y, pin_x, 0.0, 0.0, joint[MASTER_LENGTH], joint[MASTER_OFFSET], joint[KNUCKLE_X],
         joint[KNUCKLE_Y],
     )  # fmt: skip
-    x = joint[COS_TURN] * moved[0] + joint[SIN_TURN] * moved[1] - row[at.OFFSET]
-    reach = math.sqrt(row[at.ROD] * row[at.ROD] - x * x)
-    rise = joint[COS_TURN] * moved[3] - joint[SIN_TURN] * moved[2]
-    rise -= x * (joint[COS_TURN] * moved[2] + joint[SIN_TURN] * moved[3]) / reach
-    return joint[COS_TURN] * moved[1] - joint[SIN_TURN] * moved[0] + reach, rise
+    side = joint[COS_TURN] * x + joint[SIN_TURN] * y - row[at.OFFSET]
+    reach = math.sqrt(row[at.ROD] * row[at.ROD] - side * side)
+    rise = joint[COS_TURN] * y_rate - joint[SIN_TURN] * x_rate
+    rise -= side * (joint[COS_TURN] * x_rate + joint[SIN_TURN] * y_rate) / reach
+    return joint[COS_TURN] * y - joint[SIN_TURN] * x + reach, rise
 
 
 @inlined_kernel

@@ -113,7 +113,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
         else:
             pin_block(out, frame, cos, sin, c_q, c_v, block)
         if slope != 0.0:
-            gas_block(model, work, c, slope, end_x, end_y, cos, sin, block)
+            gas_block(rod, work, slope, end_x, end_y, cos, sin, block)
         fx = cos * out[0] + sin * out[1]
         fy = cos * out[1] - sin * out[0]
         rotation = int(rod[at.PIN_TURN])
@@ -220,9 +220,8 @@ def pin_block(out, frame, cos, sin, c_q, c_v, block):
 
 
 @kernel
-def gas_block(model, work, c, slope, x, y, cos, sin, block):
+def gas_block(rod, work, slope, x, y, cos, sin, block):
     """Add to a rod's tangent the change of its gas: by ``slope`` (Pa/rad) along the circle of its end at x and y."""
-    rod = model.cylinders[c]
     side = work.scratch[CROSS + X] - rod[at.OFFSET]
     if rod[at.PISTON_PORT] >= 0.0:
         side -= work.port[at.U, int(rod[at.PISTON_PORT])]
