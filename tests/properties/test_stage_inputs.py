@@ -82,11 +82,11 @@ def test_a_stage_has_just_the_inputs_that_were_given_for_it(method):
     staged[1 : 1 + places.size, 1:] = rng.normal(size=staged[1 : 1 + places.size, 1:].shape)
     staged[0, at.STAGES_GIVEN] = places.size
     for row, share in enumerate(places, 1):
-        take_stage(simulation.model, simulation.work, share)
+        take_stage(simulation.work, share)
         np.testing.assert_array_equal(simulation.work.inputs[at.VALUE, 1:], staged[row, 2:])
         assert not simulation.work.inputs[at.RATE, 1:].any()
     staged[1 : 1 + places.size, 1:] = 7.0
-    take_stage(simulation.model, simulation.work, 0.37)
+    take_stage(simulation.work, 0.37)
     np.testing.assert_allclose(simulation.work.inputs[at.VALUE, 1:], 7.0, rtol=1e-12)
 
 

@@ -147,9 +147,7 @@ def virtual_engine(
         )
     connections, exchange = gas_connections(cylinders, own, staged), gas_exchange(scheme, reconstruction)
     if takes_deviations(combustion.inputs) and takes_deviations(cranktrain.outputs):
-        connections += volume_connections(cylinders, own or staged)
-        if staged:
-            connections.append(PRESSURE_ANGLE)
+        connections += volume_connections(cylinders, own)
     units: dict[str, FmuUnit | TraceUnit] = {COMBUSTION: combustion, CRANKTRAIN: cranktrain}
     gas = GAS_WORK if WORK in combustion.outputs and WORK in cranktrain.outputs else GAS
     bonds = [gas]
@@ -196,7 +194,7 @@ def takes_deviations(names: Iterable[str]) -> bool:
 def volume_connections(cylinders: int, given_back: bool) -> list[Connection]:
     """Deviations of the cylinders' volumes to the combustion; ``given_back``: with the pressures to the cranktrain.
 
-    A cranktrain that holds pressures does not ask which volumes they belong to.
+    A cranktrain that holds pressures, or takes those of each stage, does not ask which volumes they belong to.
     """
     of_each = [f"cylinder[{c + 1}]." for c in range(cylinders)]
     found = [

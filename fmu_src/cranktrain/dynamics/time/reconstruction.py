@@ -52,7 +52,7 @@ from cranktrain.dynamics.model.state import (
     TIME,
     offset,
 )
-from cranktrain.dynamics.motion.gas import built_in, crank_rotation, gas_volume, knows_volumes
+from cranktrain.dynamics.motion.gas import built_in, crank_rotation, gas_volume
 from cranktrain.loads.gas_pressure import CYCLE
 
 POLYTROPIC = 1.33
@@ -218,14 +218,13 @@ def polytropic_series(model, work, state, cylinder, least):
 
 
 @kernel
-def take_stage(model, work, share):
+def take_stage(work, share):
     """Make the inputs in ``work.inputs``, apart from the speed, those at a share of the communication step.
 
-    They are on the polynomial through all stages that are given: at a stage just what was given for it. Of pressures
-    whose volumes are known it is p Vⁿ.
+    They are on the polynomial through all stages that are given: at a stage just what was given for it. A pressure that
+    was given for a stage is not moved to another volume, because it was computed for the motion at that very time.
     """
     staged = work.staged
-    cylinders = model.cylinders.shape[0] if knows_volumes(work) else 0
     end = 1 + int(staged[0, at.STAGES_GIVEN])
     for i in range(1, end):
         weight = 1.0
@@ -234,13 +233,6 @@ def take_stage(model, work, share):
                 weight *= (share - staged[j, 0]) / (staged[i, 0] - staged[j, 0])
         for k in range(1, work.inputs.shape[1]):
             before = work.inputs[at.VALUE, k] if i > 1 else 0.0
-            value = staged[i, 1 + k]
+            work.inputs[at.VALUE, k] = before + weight * staged[i, 1 + k]
             work.inputs[at.RATE, k] = 0.0
             work.inputs[at.EXPONENT, k] = 0.0
-            if k <= cylinders:
-                volume = gas_volume(model, k - 1, staged[i, 1 + cylinders + at.ANGLE_INPUT])
-                volume += staged[i, cylinders + at.DEVIATION_INPUT + k]
-                value *= volume**POLYTROPIC
-                work.inputs[at.BEND, k] = 0.0
-                work.inputs[at.EXPONENT, k] = POLYTROPIC
-            work.inputs[at.VALUE, k] = before + weight * value

@@ -223,7 +223,7 @@ def sub_step(model, work, state, begin, h, level):
     stages = int(table[HEAD, STAGES])
     for s in range(stages):
         if work.staged[0, at.STAGES_GIVEN] > 0.0:
-            take_stage(model, work, (begin + table[FIRST_STAGE + s, NODE] * h) / state[LAST_INTERVAL])
+            take_stage(work, (begin + table[FIRST_STAGE + s, NODE] * h) / state[LAST_INTERVAL])
         frame_at(model, work, state, begin, table[FIRST_STAGE + s, NODE] * h, work.frames[s], work.pressures[s])
     end = work.frames[stages - 1]
     omega = end[at.OMEGA] - end[at.LEAD_RATE]
