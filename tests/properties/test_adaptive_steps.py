@@ -42,13 +42,19 @@ def error(tolerance, integrator="esdirk4", name="pulley.torsion"):
     return np.sqrt(np.mean((found - exact[::24]) ** 2)) / np.std(exact)
 
 
-@pytest.mark.parametrize("integrator", ["esdirk4", "sdirk4", "generalised-alpha"])
-def test_error_follows_the_tolerance(integrator):
-    """A hundredth of the tolerance: the local error of a method of order p (embedded p − 1) falls by it."""
-    errors = [error(tolerance, integrator) for tolerance in (1e-2, 1e-4)]
+@pytest.mark.parametrize(
+    ("integrator", "tolerances"),
+    [("esdirk4", (1e-4, 1e-6)), ("sdirk4", (1e-2, 1e-4)), ("generalised-alpha", (1e-2, 1e-4))],
+)
+def test_error_follows_the_tolerance(integrator, tolerances):
+    """A hundredth of the tolerance: the local error of a method of order p (embedded p − 1) falls by it.
+
+    At 1e-2 nearly all steps of esdirk4 are the longest ones, 379 where 360 are the fewest: that error is the step's.
+    """
+    errors = [error(tolerance, integrator) for tolerance in tolerances]
     assert errors[1] < 0.1 * errors[0]
     # The error of a run stays near that of a step: what damps the crank forgets the rest.
-    assert errors[1] < 10 * 1e-4 * (30 if integrator == "generalised-alpha" else 1)
+    assert errors[1] < 10 * tolerances[1] * (30 if integrator == "generalised-alpha" else 1)
 
 
 def test_steps_are_as_many_as_the_tolerance_asks():

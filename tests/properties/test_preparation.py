@@ -65,7 +65,7 @@ OTHER = {
     "crankcase_pressure": 1.1e5,
     "gravity": 3.7,
     "step": math.radians(1.5),
-    "integrator": "esdirk5",
+    "integrator": "esdirk4",
     "control": "adaptive",
     "tolerance": 2e-3,
     "gas_delay": 1.0,

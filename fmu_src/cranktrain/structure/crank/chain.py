@@ -81,9 +81,10 @@ def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     """Bare crankshaft of level ``torsional`` from a table in place of the engine's dimensions.
 
     Discs ``pulley``, ``flywheel``, ``pin[1]`` … and ``main[1]`` … are places of the crank; others are branches. Rods
-    and gas act at the pins. A pin without a disc turns by interpolation between the mains beside it, and a main without
-    a disc between its neighbours. Inertias are those of the crankshaft alone: flywheel, pulley, rods and pistons come
-    from the engine file. Mass and moments of inertia across the axis follow from the dimensions.
+    and gas act at the pins. A pin without a disc of its name turns with the one disc that shafts join to both mains
+    beside it, where there is one, else by interpolation between these mains; a main without a disc turns between its
+    neighbours. Inertias are those of the crankshaft alone: flywheel, pulley, rods and pistons come from the engine
+    file. Mass and moments of inertia across the axis follow from the dimensions.
 
     The body keeps the table's shafts and damped discs as ``twists`` with their laws, because their damping depends on
     the whole system that the crank becomes a part of (:mod:`cranktrain.dynamics.model.hysteresis`).
@@ -94,7 +95,7 @@ def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     base = rigid_crank(engine)
     nodes = _places(engine, chain, base)
     modes = chain_modes(chain)
-    at = [chain.names.index(name) for name in nodes]
+    at = [chain.names.index(disc) for disc in nodes.values()]
     rigid = modes.shapes[at, 0]
     if np.count_nonzero(modes.omega == 0.0) != 1 or np.ptp(rigid) > ALIKE * np.abs(rigid).max():
         raise InputError(
@@ -115,8 +116,8 @@ def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     return body
 
 
-def _places(engine: Engine, chain: Chain, base: ReducedBody) -> list[str]:
-    """Discs that are interfaces of the crank ``base``, along z; ``InputError`` where one is missing or unknown."""
+def _places(engine: Engine, chain: Chain, base: ReducedBody) -> dict[str, str]:
+    """Disc of each interface of the crank ``base`` that has one, along z; ``InputError``: one is missing or unknown."""
     where = f"chain of engine '{engine.name}'"
     known = [name for name in base.interfaces if name != "thrust"]
     for name in chain.names:
@@ -125,11 +126,15 @@ def _places(engine: Engine, chain: Chain, base: ReducedBody) -> list[str]:
     for name in ("pulley", "flywheel"):
         if name not in chain.names:
             raise InputError(f"{where} has no disc '{name}'; {nearest(name, chain.names)}")
+    found = {name: name for name in known if name in chain.names}
     for cylinder, pin in enumerate(engine.cylinders.pins, 1):
         before = engine.crankshaft.main_before[pin - 1]
         beside = [f"main[{main}]" for main in (before, before + 1)]
         lacking = [name for name in beside if name not in chain.names]
-        if f"pin[{pin}]" in chain.names or not lacking:
+        if f"pin[{pin}]" in found:
+            continue
+        if not lacking:
+            found |= {f"pin[{pin}]": throw for throw in _throw(chain, beside)}
             continue
         if len(lacking) == 1:
             raise InputError(
@@ -140,8 +145,14 @@ def _places(engine: Engine, chain: Chain, base: ReducedBody) -> list[str]:
             f"{where} has no disc 'pin[{pin}]' for cylinder {cylinder}; add it, or the discs '{beside[0]}' and "
             f"'{beside[1]}' between which this pin turns"
         )
-    found = [name for name in known if name in chain.names]
-    return sorted(found, key=lambda name: float(base.positions[base.index(name), 2]))
+    return dict(sorted(found.items(), key=lambda pair: float(base.positions[base.index(pair[0]), 2])))
+
+
+def _throw(chain: Chain, mains: list[str]) -> list[str]:
+    """The disc between two mains, which stands for the throw; empty where there is none, or several."""
+    beside = [{end for shaft in chain.shafts if main in shaft.between for end in shaft.between} for main in mains]
+    found = sorted((beside[0] & beside[1]) - {*mains, GROUND})
+    return found if len(found) == 1 else []
 
 
 def _shafts(chain: Chain, modes: ChainModes, body: ReducedBody) -> dict[str, Any]:
