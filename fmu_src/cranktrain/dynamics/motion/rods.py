@@ -112,7 +112,8 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             knuckle_to_pin(rod[at.JOINT :], frame, cos, sin, c_q, c_v, out, block)
         else:
             pin_block(out, frame, cos, sin, c_q, c_v, block)
-        if slope != 0.0:
+        # A block on its mounts must feel what the pin feels: head and liner have no tangent by which they would follow.
+        if slope != 0.0 and rod[at.LINER_PORT] < 0.0:
             gas_block(model, work, c, slope, end_x, end_y, cos, sin, block)
         fx = cos * out[0] + sin * out[1]
         fy = cos * out[1] - sin * out[0]
