@@ -577,7 +577,7 @@ def test_energy_of_balancers_on_the_engines_laws_closes(tables, block, left):
     engine = on_other_bearings(load_engine(FOUR), BALANCERS[tables])
     settings = ct.Settings(crank="beam", bearings="impedance", block=block, step=math.radians(1.25))
     if block == "flexible" and "tilting" in tables:
-        # With gas at each pin's own angle this case is apart by 1e-5 from cycle to cycle after 32 cycles; cause unknown.
+        # With gas at each pin's own angle cycles still differ by 1e-5 after 32 cycles, for an unknown reason.
         settings = replace(settings, encoder="flywheel")
     closed(engine, settings, left)
 
