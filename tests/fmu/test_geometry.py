@@ -46,7 +46,7 @@ def test_a_family_that_is_expanded_again_keeps_its_starts(engine):
 
 
 def test_bore_and_compression_ratio_act(engine, fmu, script):
-    """Volume is that over the piston's place; and the torque its rate times the pressure, over the speed."""
+    """Volume is that over the piston's place; and the torque its rate times the pressure, over the frame's speed."""
     done = script(
         """
 import json
@@ -54,7 +54,7 @@ levels = {"crank.level": "rigid", "bearing.level": "linear", "gas.source": "inpu
 read = [f"cylinder[2].{name}" for name in ("volume", "volume_rate", "piston_position")] + ["torque.indicated"]
 found = []
 for values in ({}, {"geometry.bore": 0.11}, {"geometry.compression_ratio": 15.0}):
-    found.append(Unit(sys.argv[1]).start({**levels, **values, "cylinder[2].pressure": 5e6}).get(*read, "crank.speed"))
+    found.append(Unit(sys.argv[1]).start({**levels, **values, "cylinder[2].pressure": 5e6}).get(*read, "frame.speed"))
 print(json.dumps(found))
 unit = Unit(sys.argv[1])
 unit.set_named("geometry.stroke", 0.13)
