@@ -111,7 +111,7 @@ def test_it_lists_what_its_level_answers(scene, scene_fmu):
     variables = {v.name: v for v in description.modelVariables}
     outputs = [v.name for v in description.modelVariables if v.causality == "output"]
     solver = ["solver.residual", "solver.substeps", "solver.iterations", "solver.limited"]
-    assert sorted(outputs) == sorted({"crank.angle", "crank.speed", *scene.outputs, *solver})
+    assert sorted(outputs) == sorted({"crank.angle", "crank.speed", "frame.speed", *scene.outputs, *solver})
     assert not any(name.endswith(".level") for name in variables)
     assert ("damper.oil_temperature" in variables) == (scene.damper == "fitted")
     assert variables["solver.integrator"].start == "esdirk4"
