@@ -15,6 +15,9 @@ from fmpy.fmi2 import (
 )
 from fmpy.logging import addLoggerProxy
 
+_LOGGERS = []
+"""FMPy's proxy calls the logger given last, also after its unit is gone: none is freed."""
+
 
 class Unit:
     """One instance of an FMU with its variables by name and its log kept."""
@@ -28,6 +31,7 @@ class Unit:
         self.log = []
         self.callbacks = fmi2CallbackFunctions()
         self.callbacks.logger = fmi2CallbackLoggerTYPE(lambda *a: self.log.append(a[4].decode()))
+        _LOGGERS.append(self.callbacks.logger)
         self.callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
         self.callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
         addLoggerProxy(ctypes.byref(self.callbacks))

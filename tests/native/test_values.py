@@ -1,6 +1,8 @@
 """Values through the native interface: what is set arrives at the kernels, what they compute is read."""
 
 import math
+import subprocess
+import sys
 from ctypes import byref, c_double, c_int, c_size_t, c_uint
 
 import mock_unit
@@ -308,3 +310,32 @@ def test_a_step_that_the_kernels_refuse_is_an_error(unit):
     one.set("Real", {V["force"]: 10.0})
     assert moved(one.run(1, first=3)) == trajectory(4)
     assert one.call("CancelStep") == ERROR
+
+
+AFTERWARDS = """
+import gc
+from pathlib import Path
+from fmpy import simulate_fmu
+from cranktrain.coupling.fmu_unit import FmuUnit
+unit = FmuUnit(Path({path!r}), "one", {{"spring.level": "stiff", "mount.level": "free"}})
+try:
+    unit.link(["force"], ["position"])
+    unit.initialize(0.0)
+except Exception as error:
+    print(error)
+del unit
+gc.collect()
+try:
+    simulate_fmu({path!r}, stop_time=0.01, start_values={{"spring.level": "stiff", "mount.level": "free"}})
+except Exception as error:
+    print(error)
+"""
+
+
+def test_fmpy_logs_after_a_coupled_unit_is_gone(mock):
+    """FMPy's proxy goes on calling the logger of the unit that was coupled last."""
+    done = subprocess.run([sys.executable, "-c", AFTERWARDS.format(path=str(mock))], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    coupled, driven = done.stdout.splitlines()
+    assert "a stiff spring needs mount.level ground; choose it" in coupled
+    assert "status 3" in driven

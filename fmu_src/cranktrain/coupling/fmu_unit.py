@@ -234,7 +234,7 @@ class FmuUnit:
     def _instantiate(self) -> None:
         """Make the instance, and find the functions that are called once per step."""
         self._callbacks = fmi2.fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._note)
+        self._callbacks.logger = _LOGGER
         self._callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         self._callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
         addLoggerProxy(ctypes.byref(self._callbacks))
@@ -245,11 +245,9 @@ class FmuUnit:
         if self.restorable:
             self._get_state, self._set_state = library.fmi2GetFMUstate, library.fmi2SetFMUstate
 
-    def _note(self, environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes) -> None:
-        # FMPy's proxy knows one logger in a process, that of the FMU loaded last: messages go by the instance's name.
-        own = _LOADED.get((instance or b"").decode("utf-8", "replace"), self)
-        if is_bad(status):
-            own._log = [*own._log[-_MESSAGES:], (message or b"")[:_LONGEST].decode("utf-8", "replace")]
+    def note(self, message: bytes) -> None:
+        """Keep a message of the unit's log, of the last few."""
+        self._log = [*self._log[-_MESSAGES:], message[:_LONGEST].decode("utf-8", "replace")]
 
     def _refused_input(self, status: int) -> str:
         """The input that a unit refuses, if the unit still responds."""
@@ -296,6 +294,19 @@ class FmuUnit:
     def _whole_numbers(self, name: str) -> tuple[int, int]:
         """Least and largest value that a variable of whole numbers can hold."""
         return -(1 << 31), (1 << 31) - 1
+
+
+def _note(environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes | None) -> None:
+    """Give a message to the unit of that name, or to the one loaded last."""
+    last = next(reversed(list(_LOADED.values())), None)
+    own = _LOADED.get((instance or b"").decode("utf-8", "replace"), last)
+    if own is not None and is_bad(status):
+        own.note(message or b"")
+
+
+# FMPy's proxy knows one logger in a process, the one given last, and calls it for whatever unit FMPy loads afterwards:
+# it must outlive every unit.
+_LOGGER = fmi2.fmi2CallbackLoggerTYPE(_note)
 
 
 def is_bad(status: int) -> bool:
