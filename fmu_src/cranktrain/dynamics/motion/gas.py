@@ -4,8 +4,9 @@ A pressure belongs to the volume of its own cylinder, and that follows from the 
 pins turn by different angles: a trace p(φ) that all cylinders take at the crank's mean angle θ does the work
 ∮ p(θ) dV(φ), which is 0.2 to 1.2 % more than the indicated work ∮ p dV of the trace. With φ of the own pin it is the
 indicated work, whatever the twist. φ is the angle of the point about which the rod turns (the pin, or the centre of a
-big end that floats on it) about the axis of the bores, against the block where that leans on its mounts. Motion of
-that point towards or from the axis leaves the pressure as it is: a trace was measured over an angle.
+big end that floats on it) about the crank's axis; where a block moves on its mounts, against the axis of the own
+cylinder, which heaves, pitches and rolls with it. Motion of that point towards or from the axis leaves the pressure as
+it is: a trace was measured over an angle.
 
 A trace may be phased to the pulley or the flywheel instead (``Settings.encoder``): then the angle of that place serves
 all cylinders.
@@ -21,6 +22,7 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.state import ACCELERATION, POSITION, PRESSURES_SET, VELOCITY, offset
+from cranktrain.dynamics.motion.rod_motion import cylinder_axes
 from cranktrain.engine.articulated_rod import knuckle_motion
 from cranktrain.loads.articulated_rod import COS_TURN, KNUCKLE_X, KNUCKLE_Y, MASTER_LENGTH, MASTER_OFFSET, SIN_TURN
 from cranktrain.loads.gas_pressure import gas_pressures, gas_slopes
@@ -42,13 +44,25 @@ def gas_force(rod, scalars, pressure):
 
 
 @inlined_kernel
-def own_angle(model, frame, x, y, cylinder):
-    """Crank angle (rad) of the point at x and y (m, axes of the frame) that the rod of a cylinder turns about."""
-    # The axis of the bores, which a block on its mounts carries along.
-    x -= frame[at.COS] * frame[at.BLOCK_X] + frame[at.SIN] * frame[at.BLOCK_Y]
-    y -= frame[at.COS] * frame[at.BLOCK_Y] - frame[at.SIN] * frame[at.BLOCK_X]
+def own_angle(model, frame, u, x, y, cylinder):
+    """Crank angle (rad) of the point at x and y (m, axes of the frame) that the rod of a cylinder turns about.
+
+    Where a block on its mounts carries the cylinder along, it is the angle against the axis of that cylinder, which
+    moves across and along itself and leans with the liner's ports in ``u``.
+    """
+    rod = model.cylinders[cylinder]
+    liner = int(rod[at.LINER_PORT])
+    lean = 0.0
+    if liner >= 0:
+        upper = model.block.liners[cylinder, 0]
+        lower = model.block.liners[cylinder, 1]
+        lean = (u[liner] - u[liner + 1]) / (upper - lower)
+        across = u[liner + 1] - lean * lower
+        cos, sin = cylinder_axes(rod, frame)
+        x -= cos * across + sin * u[liner + 2]
+        y -= cos * u[liner + 2] - sin * across
     pin = model.pins[cylinder]
-    return frame[at.FIRING] + polar_angle(pin[0] * x + pin[1] * y, pin[0] * y - pin[1] * x)
+    return frame[at.FIRING] + polar_angle(pin[0] * x + pin[1] * y, pin[0] * y - pin[1] * x) + lean
 
 
 @inlined_kernel

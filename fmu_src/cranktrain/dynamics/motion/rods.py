@@ -97,7 +97,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
         if given:
             _, _, height, rising = piston_rise(model, c, u, ud, work.scratch[CROSS:])
             volume = volume_over(rod, height - work.rises[c, 0])
-        angle = own_angle(model, frame, end_x, end_y, c)
+        angle = own_angle(model, frame, u, end_x, end_y, c)
         pressures[c], slope = cylinder_pressure(model, work, frame, c, angle, volume, pressures[c])
         load = rod_load(rod, model.scalars, c, pressures[c], torque)
         if given:

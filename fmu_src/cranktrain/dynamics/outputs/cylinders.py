@@ -34,7 +34,7 @@ def observe_cylinders(model, work, state, members, out):
     for c in range(members):
         rod = model.cylinders[c]
         rod_end_across(model, frame, c, u, ud, work.port[at.STATE_UDD], work.scratch)
-        angle = trace_angle(model, c, own_angle(model, frame, work.scratch[X], work.scratch[Y], c))
+        angle = trace_angle(model, c, own_angle(model, frame, u, work.scratch[X], work.scratch[Y], c))
         position, moving, height, rising = piston_rise(model, c, u, ud, work.scratch[CROSS:])
         rising -= work.rises[c, 1]
         rigid, slope = rigid_volume(model, c, frame[at.CRANK])

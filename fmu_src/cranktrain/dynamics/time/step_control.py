@@ -194,7 +194,7 @@ def pressures_at_state(model, work, state):
     for c in range(model.cylinders.shape[0]):
         rod_end_across(model, frame, c, u, ud, udd, work.scratch)
         _, _, height, _ = piston_rise(model, c, u, ud, work.scratch[CROSS:])
-        angle = own_angle(model, frame, work.scratch[X], work.scratch[Y], c)
+        angle = own_angle(model, frame, u, work.scratch[X], work.scratch[Y], c)
         volume = volume_over(model.cylinders[c], height - work.rises[c, 0])
         work.pressures[0, c], _ = cylinder_pressure(model, work, frame, c, angle, volume, work.pressures[0, c])
 
