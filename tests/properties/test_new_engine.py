@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cranktrain.cli import shipped
 from cranktrain.cli.main import main
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
@@ -204,6 +205,7 @@ def test_bad_options_give_one_line(change, message, tmp_path, monkeypatch, capsy
 def test_the_engines_that_ship_are_listed(capsys):
     assert main(["engines", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)["engines"]
+    assert listed == json.loads(json.dumps(shipped.made()))
     assert [one["name"] for one in listed] == engine_names()
     layouts = {one["name"]: one["layout"] for one in listed}
     assert layouts["diesel_i6"] == "in line" and layouts["diesel_v8"] == layouts["v_twin"] == "V of 90 deg"

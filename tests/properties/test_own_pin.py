@@ -3,15 +3,17 @@
 import math
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from standing import rigid_block
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace
 from cranktrain.structure.assembly import running_crank
@@ -21,6 +23,7 @@ from cranktrain.studies.design.rules import document
 from cranktrain.studies.design.sizes import sizes
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 SPEED = 2000.0 * math.pi / 30.0
 TWISTS = Settings(crank="torsional", bearings="held", step=math.radians(2.5))
 """Nothing rubs on journals that are locked on their axis."""
@@ -101,6 +104,28 @@ def test_each_cylinder_tells_the_angle_of_its_own_pin():
         assert shown[f"cylinder[{c + 1}].volume"] == pytest.approx(volume, rel=1e-9)
         turns.append((angle + made.firing_angles[c] - shown["crank.angle"] + math.pi) % CYCLE - math.pi)
     assert np.ptp(turns) > math.radians(0.02)
+
+
+@pytest.mark.parametrize("name", ["diesel_i6", "four_with_balancers"])
+def test_angles_are_against_cylinders_that_pitch_and_roll_with_the_engine(name):
+    """By the volumes at half stroke, off by what an angle misses of roll, pitch and yaw."""
+    made = load_engine(name if name == "diesel_i6" else EXAMPLES / f"{name}.toml")
+    made = replace(made, connection=())
+    body = running_crank(made, "beam")
+    settings = replace(TWISTS, crank="beam", bearings="impedance", block="flexible")
+    run = simulate(made, body, settings, 700.0 * math.pi / 30.0, 8, parts=Parts(block=rigid_block(made, body)))
+    shown = {output: run.last_cycle(output)[1] for output in run.outputs}
+    area, step = 0.25 * math.pi * made.cylinders.bore**2, 1e-5
+    clearance = area * 2.0 * made.crankshaft.throw / (made.cylinders.compression_ratio - 1.0)
+    for c in range(made.n_cylinders):
+        angle = shown[f"cylinder[{c + 1}].angle"]
+        top = math.sqrt((made.crankshaft.throw + made.rods[c].length) ** 2 - made.offsets[c] ** 2)
+        off = shown[f"cylinder[{c + 1}].volume"] - clearance - area * (top - reach(made, angle, c))
+        off /= area * (reach(made, angle - step, c) - reach(made, angle + step, c)) / (2.0 * step)
+        half = np.abs(np.sin(angle)) > 0.9
+        roll = shown["engine.rotation.z"][half]
+        assert np.std(roll) > 1e-3
+        assert np.std(off[half]) < 0.1 * np.std(roll)
 
 
 @pytest.mark.parametrize("encoder", ["pin", "pulley", "flywheel"])

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cranktrain.cli.main import ENGINE_VERBS, VERBS, main
+from cranktrain.cli.main import main, verb_module
+from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.outputs.register import Counts, output_names
 from cranktrain.engine.file import engine_path, load_engine
@@ -199,6 +200,20 @@ def test_help_lists_every_verb(capsys):
     assert end.value.code == 0
     listed = re.findall(r"^    (\S+)", capsys.readouterr().out, re.MULTILINE)
     assert {*ENGINE_VERBS, *VERBS} <= {*listed}
+
+
+@pytest.mark.parametrize("verb", [*ENGINE_VERBS, *VERBS])
+def test_the_list_has_the_first_line_of_each_verb(verb):
+    assert (ENGINE_VERBS | VERBS)[verb] == verb_module(verb).DESCRIPTION.partition("\n")[0]
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["engines"], ["engines", "--json"], ["simulat"]])
+def test_what_is_asked_first_loads_no_mathematics(arguments):
+    """Nor what numba, SciPy and tables on terminals need: it answers in a tenth of a second."""
+    code = "import sys; from cranktrain.cli.main import main\ntry: main(sys.argv[1:])\nexcept SystemExit: pass\n"
+    code += "print({*sys.modules} & {'numpy', 'scipy', 'numba', 'rich', 'h5py', 'matplotlib'}, file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
+    assert done.stderr.splitlines()[-1] == "set()"
 
 
 def test_a_result_never_replaces_what_is_no_result(tmp_path):

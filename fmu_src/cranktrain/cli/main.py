@@ -23,21 +23,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
-from cranktrain import __version__
 from cranktrain.cli import streams
 from cranktrain.cli.ending import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
+from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.user_file import user_path
 from cranktrain.core.visible_text import visible_streams
 
-ENGINE_VERBS = ("modal", "campbell", "reduce", "simulate", "runup", "stress", "fatigue", "bearing-loads", "picture")
-"""Verbs that ask one thing of one engine; each is a module beside this: ``DESCRIPTION``, ``add_options``, ``run``."""
-VERBS = (
-    "bearing", "film-table", "damper-optimum", "roller", "stability", "calibrate", "identify", "run-in", "tradeoff",
-    "plan", "vary", "optimize", "explore", "plot-runup", "measured", "watch", "run", "export", "report", "couple",
-    "harness", "schema", "new", "engines",
-)  # fmt: skip
-"""Likewise of all others."""
 MODULES = {"damper-optimum": "damper"}
 """Modules that are not called as their verbs are."""
 
@@ -106,10 +98,17 @@ def _interrupted_by(stopped: Sequence[signal.Signals]) -> int:
 
 def _run(arguments: Sequence[str], stopped: Sequence[signal.Signals]) -> int:
     """Run the verb, and print what it found where JSON is wanted; an exit code."""
+    options = with_homes(_parser(*arguments[:1]).parse_args(arguments))
+    if options.plain:
+        result = options.verb(options)
+        if options.json:
+            print(json.dumps(result, indent=2))
+        sys.stdout.flush()
+        return 0
+
     from cranktrain.cli.console import jsonable, say
     from cranktrain.store.waits import told_compiling
 
-    options = with_homes(_parser(*arguments[:1]).parse_args(arguments))
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {one_line(str(message))}")
         with told_compiling():
@@ -133,63 +132,63 @@ def with_homes(options: argparse.Namespace) -> argparse.Namespace:
     return options
 
 
+class _Version(argparse.Action):
+    """Print the version, which is read when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        from cranktrain import __version__
+
+        print(f"cranktrain {__version__}")
+        parser.exit()
+
+
 def _parser(asked: str = "") -> _Parser:
-    """Parser of all verbs, or of the verb that was asked for: others, whose modules take time to load, are names."""
-    from cranktrain.cli.console import of_words
-    from cranktrain.structure.fem.own_mesh import UNITS
-
-    alone = asked in (*ENGINE_VERBS, *VERBS)
+    """Parser of all verbs; of those that were not asked for, whose modules take time to load, it knows the lines."""
     whole = _Parser(prog="cranktrain", description="Crankshaft dynamics of an engine.")
-    whole.add_argument("--version", action="version", version=f"cranktrain {__version__}")
+    whole.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     verbs = whole.add_subparsers(metavar="VERB", required=True, parser_class=_Parser)
-
-    for name in ENGINE_VERBS:
-        if alone and name != asked:
-            verbs.add_parser(name)
+    for name, line in (ENGINE_VERBS | VERBS).items():
+        line = line.replace("%", "%%")  # argparse takes a bare % for a format
+        if name != asked:
+            verbs.add_parser(name, help=line)
             continue
         module = verb_module(name)
-        sub = verbs.add_parser(name, help=_line_of(module), description=module.DESCRIPTION)
-        add = sub.add_argument
-        add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
-        own = sub.add_mutually_exclusive_group()
-        own.add_argument(
-            "--mesh",
-            metavar="FILE",
-            help="own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for --crank torsional also a table of "
-            "discs and shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn",
-        )
-        own.add_argument(
-            "--body",
-            dest="mesh",
-            metavar="FILE",
-            help="refused: stresses need finite elements; give their mesh by --mesh"
-            if name == "stress"
-            else "own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
-            "superelement of another program (.toml)",
-        )
-        unit = add(
-            "--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)"
-        )  # fmt: skip
-        of_words(unit, UNITS)
+        kind = argparse.HelpFormatter if name in ENGINE_VERBS else argparse.RawDescriptionHelpFormatter
+        sub = verbs.add_parser(name, help=line, description=module.DESCRIPTION, formatter_class=kind)
+        if name in ENGINE_VERBS:
+            _add_engine(sub, name)
         module.add_options(sub)
-        add("--json", action="store_true", help="print one JSON object; keys carry their unit (_hz, _um, …)")
-        sub.set_defaults(verb=module.run)
-    for name in VERBS:
-        if alone and name != asked:
-            verbs.add_parser(name)
-            continue
-        module = verb_module(name)
-        raw = argparse.RawDescriptionHelpFormatter
-        sub = verbs.add_parser(name, help=_line_of(module), description=module.DESCRIPTION, formatter_class=raw)
-        module.add_options(sub)
-        sub.add_argument("--json", action="store_true", help="print one JSON object")
-        sub.set_defaults(verb=module.run)
+        keys = "; keys carry their unit (_hz, _um, …)" if name in ENGINE_VERBS else ""
+        sub.add_argument("--json", action="store_true", help=f"print one JSON object{keys}")
+        sub.set_defaults(verb=module.run, plain=getattr(module, "PLAIN", False))
     return whole
 
 
-def _line_of(verb: ModuleType) -> str:
-    """What a verb does, in the list of all: argparse takes a bare % there for a format."""
-    return str(verb.DESCRIPTION).partition("\n")[0].replace("%", "%%")
+def _add_engine(sub: _Parser, name: str) -> None:
+    """Add the engine, and its own mesh or body."""
+    from cranktrain.cli.console import of_words
+    from cranktrain.structure.fem.own_mesh import UNITS
+
+    add = sub.add_argument
+    add("engine", metavar="ENGINE", help="name of a shipped engine (diesel_i6) or path of a .toml file")
+    own = sub.add_mutually_exclusive_group()
+    own.add_argument(
+        "--mesh",
+        metavar="FILE",
+        help="own mesh (.msh, .inp, .unv, .bdf) with named journal surfaces; for --crank torsional also a table of "
+        "discs and shafts (.csv, .toml): pulley, flywheel and pin[1] …, or main[1] … between which the pins turn",
+    )
+    own.add_argument(
+        "--body",
+        dest="mesh",
+        metavar="FILE",
+        help="refused: stresses need finite elements; give their mesh by --mesh"
+        if name == "stress"
+        else "own reduced crankshaft in place of a mesh: .h5, .npz or folder of reduce --output, or a "
+        "superelement of another program (.toml)",
+    )
+    unit = add("--mesh-unit", default="m", metavar="UNIT", help=f"unit of own meshes: {', '.join(UNITS)} (default m)")
+    of_words(unit, UNITS)
 
 
 def module_name(verb: str) -> str:

@@ -62,7 +62,7 @@ def own_angle(model, frame, u, x, y, cylinder):
         x -= cos * across + sin * u[liner + 2]
         y -= cos * u[liner + 2] - sin * across
     pin = model.pins[cylinder]
-    return frame[at.FIRING] + polar_angle(pin[0] * x + pin[1] * y, pin[0] * y - pin[1] * x) + lean
+    return frame[at.THETA] + lean + polar_angle(pin[0] * x + pin[1] * y, pin[0] * y - pin[1] * x)
 
 
 @inlined_kernel

@@ -131,7 +131,7 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
     frame[at.AXIAL_FORCE] = work.inputs[at.VALUE, axial] + work.inputs[at.RATE, axial] * (begin + tau)
     frame[at.FIRING] = frame[at.THETA]
     if model.block_ports.shape[0] > 0:
-        # Dead centre is where the cylinders point: the trace turns with the block that leans on its mounts.
+        # Dead centre is where the cylinders point: an encoder turns with the block that leans on its mounts.
         t = model.ports.shape[1]
         for i in range(6):
             frame[at.FIRING] -= model.block.motion[at.ROTATION, i] * (
