@@ -23,7 +23,7 @@ export PYTHONUNBUFFERED := 1
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test test-all mutants lint docs figures bench bench-peers bench-cost install native wheel
+.PHONY: demo test test-all test-slow durations mutants lint docs figures bench bench-peers bench-cost install native wheel
 
 # The demo makes the machine code itself, beside its finite elements.
 demo: $(VENV)/.installed-bare
@@ -31,12 +31,24 @@ demo: $(VENV)/.installed-bare
 
 # A skip of an unknown kind fails (tests/skips.py). A test that hangs is named and ended after half an hour, whatever
 # else the machine does; the rest goes on.
-test: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "not slow" --known-skips \
-		--timeout 1800 --timeout-method $(TIMEOUT) --durations 20 --durations-min 10 $(TESTS)
+PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --known-skips \
+	--timeout 1800 --timeout-method $(TIMEOUT) --durations 20 --durations-min 10
 
-test-all: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --known-skips
+# The core, which tests/core.py chose by what each test took.
+test: $(VENV)/.installed-test
+	$(PYTEST) -m "not slow" --part core --durations-to out/durations/core.json $(TESTS)
+
+# The core, then the rest.
+test-all: test
+	$(PYTEST) -m "not slow" --part rest --durations-to out/durations/rest.json $(TESTS)
+
+# What takes more than 20 s a test, hours in all.
+test-slow: $(VENV)/.installed-test
+	$(PYTEST) -m slow $(TESTS)
+
+# The core anew, from what make test-all measured.
+durations:
+	$(BIN)/python tests/core.py out/durations/core.json out/durations/rest.json
 
 mutants: $(VENV)/.installed-test
 	$(BIN)/python tests/mutants.py

@@ -5,6 +5,8 @@ A run ends with one line for each kind of skip, see :mod:`skips`.
 
 import gc
 
+import pytest
+from core import Recording, function_of, left_out, seconds_of_file
 from hypothesis import HealthCheck, settings
 from skips import KNOWN, kinds
 
@@ -15,13 +17,20 @@ FIRST = "fmu/test_slave.py", "regression/test_docs.py"
 """Files that compile the running model from empty caches: the FMU's own copy of it, and the package's."""
 
 
-def pytest_collection_modifyitems(items):
-    """Let two workers begin with these, one each: neither then compiles what the other is compiling too."""
+def pytest_collection_modifyitems(config, items):
+    """Leave out what is not of the part; two workers begin with those files, one each, then with the longest ones."""
+    part = config.getoption("--part")
+    if part != "all":
+        chosen, others = [], []
+        for item in items:
+            own = "rest" if function_of(item.nodeid) in left_out() else "core"
+            (chosen if own == part else others).append(item)
+        config.hook.pytest_deselected(items=others)
+        items[:] = chosen
 
     def place(item):
-        path = item.path.as_posix()
-        first = next((k for k, end in enumerate(FIRST) if path.endswith(end)), len(FIRST))
-        return first, "/fmu/" in path
+        path = item.nodeid.partition("::")[0].removeprefix("tests/")
+        return next((k for k, end in enumerate(FIRST) if path == end), len(FIRST)), -seconds_of_file(path), path
 
     items.sort(key=place)
 
@@ -35,6 +44,19 @@ def pytest_addoption(parser):
     parser.addoption(
         "--known-skips", action="store_true", help="fail on a skip whose reason tests/skips.py does not list"
     )
+    parser.addoption(
+        "--part",
+        choices=("core", "rest", "all"),
+        default="all",
+        help="the core that tests/core.py chose, all else, or both",
+    )
+    parser.addoption("--durations-to", metavar="FILE", help="write what each function took, for tests/core.py")
+
+
+def pytest_configure(config):
+    path = config.getoption("--durations-to")
+    if path and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Recording(path))
 
 
 def _skips(config):
@@ -48,6 +70,8 @@ def _skips(config):
 def pytest_sessionfinish(session, exitstatus):
     if session.config.getoption("--known-skips") and exitstatus == 0 and _skips(session.config)[1]:
         session.exitstatus = 1
+    if session.config.getoption("--part") == "rest" and exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+        session.exitstatus = 0  # of files all of which are core
 
 
 def pytest_terminal_summary(terminalreporter, config):

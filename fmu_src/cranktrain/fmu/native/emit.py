@@ -49,29 +49,6 @@ class _Called(NamedTuple):
     loaded: Loaded
 
 
-SMALLEST = (
-    "8dynamics5start", "8dynamics5model11preparation", "5model8trimming", "5model10reattached",
-    "5model10ritz_modes", "5model12turned_modes",
-)  # fmt: skip
-"""In the names of functions that run once a start: they are made as small as they can be."""
-SMALL = (
-    *SMALLEST, "8dynamics7outputs", "8dynamics3run7observe",
-    "8dynamics6motion4rods11observe_rod", "8dynamics8topology6frames", "8dynamics6motion12added_bodies12factor_added",
-    "8dynamics6motion17added_connections4lean", "8dynamics6motion12added_memory", "8dynamics6motion11added_hooks",
-    "8dynamics4time14reconstruction", "8dynamics4time9work_limit", "8dynamics4time14error_estimate",
-    "8dynamics4time4bdf2", "8dynamics4time7newmark", "8dynamics4time12step_control", "8dynamics4time13communication",
-    "8dynamics6motion11turned_pins", "5loads15articulated_rod", "6engine15articulated_rod", "7elastic7balance",
-    "7elastic11band_blocks", "7elastic6border", "7elastic4film", "7elastic3oil", "7elastic6result", "7elastic7sources",
-    "7elastic7weights", "6motion13big_end_films", "5lanes6result", "5lanes4gaps8oil_state",
-    "5lanes7balance10take_sides", "5lanes6border9eliminate", "5lanes6border16border_equations",
-    "5lanes6border12past_sources", "6motion9equations11factor_part", "12step_control9take_part",
-    "4film7journal", "time5stage7recover", "time5stage11move_freely", "built_in_trace10fill_trace", "3gap9least_gap",
-    "rigid_bore15_solved_figures", "5begin13turn_geometry", "film_solution11solve_alone",
-)  # fmt: skip
-"""In the names of functions that run once a start, a change of the step or an output, or for few engines: they are made
-small, not fast."""
-
-
 class Emission(Compiling):
     """Kernels on their way into one object file, compiled in its context.
 
@@ -169,24 +146,12 @@ class Emission(Compiling):
         self._stand_ins[known] = loaded.address(name), loaded
         return self._stand_ins[known][0]
 
-    def program(self, compact: bool = False) -> bytes:
-        """LLVM's bitcode of all exports, optimised for the faster processors of this machine's kind.
-
-        The ``compact`` program does the same, to the bit, and is smaller and slower: for old processors.
-        """
+    def program(self) -> bytes:
+        """LLVM's bitcode of all exports, optimised for the faster processors of this machine's kind."""
         whole = linked(*self._libraries, more=self._entries, exports=self.symbols)
-        for function in whole.functions:
-            if function.is_declaration:
-                continue
-            function.add_function_attribute("nounwind")  # nothing raises, so that tables for unwinding are of no use
-            if any(part in function.name for part in SMALL):
-                function.add_function_attribute("optsize")
-                function.add_function_attribute("noinline")  # into a fast one, where it would not be small
-            elif compact:
-                function.add_function_attribute("optsize")
-            if compact or any(part in function.name for part in SMALLEST):
-                function.add_function_attribute("minsize")
         for function in list(whole.functions):
+            if not function.is_declaration:
+                function.add_function_attribute("nounwind")  # nothing raises: tables for unwinding are of no use
             if function.name in self.symbols:
                 function.name = self.symbols[function.name]
                 function.visibility = "hidden"

@@ -147,16 +147,15 @@ def _objects(kind: str, programs: Path, platform: Platform) -> list[Path]:
 
 
 def _object(program: Path, kind: str, platform: Platform, fast: bool) -> Path:
-    from cranktrain.fmu.native.objects import COMPACT, FAST, object_code
+    from cranktrain.fmu.native.objects import FAST, object_code
 
-    source = program.with_suffix(COMPACT) if platform.fast and not fast else program
     path = program.with_name(f"{program.stem}-{platform.folder}{FAST if fast else ''}.o")
     if path.is_file():
         return path
     with tempfile.TemporaryDirectory(dir=program.parent) as folder:
         temporary = Path(folder) / path.name
         try:
-            temporary.write_bytes(object_code(source.read_bytes(), platform, fast))
+            temporary.write_bytes(object_code(program.read_bytes(), platform, fast))
         except RuntimeError as error:  # cut short, or of another LLVM
             program.with_name(f"{kind}.c").unlink(missing_ok=True)
             raise InputError(f"{program} cannot be read, so it is made again at the next attempt ({error})") from error

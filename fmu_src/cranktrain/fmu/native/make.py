@@ -27,7 +27,7 @@ from cranktrain.core.records import layout
 from cranktrain.core.visible_text import unfiltered
 from cranktrain.fmu.native.emit import Emission
 from cranktrain.fmu.native.exports import exports, functions
-from cranktrain.fmu.native.objects import COMPACT, FAST
+from cranktrain.fmu.native.objects import FAST
 
 _ENTRY = "ct_"
 
@@ -65,7 +65,7 @@ const struct ct_kernels {table} = {{
 
 
 def make(kind: str, folder: Path) -> None:
-    """Write the programs of a kind, ``kind-*.bc`` and ``.compact``, and last ``kind.c``, the table of exports."""
+    """Write the programs of a kind, ``kind-*.bc``, and last ``kind.c``, the table of exports."""
     with _laws_beside(kind, folder) as wait_for_laws, Emission() as emission:
         made = exports(kind)
         rows = made.entries.items()
@@ -75,7 +75,7 @@ def make(kind: str, folder: Path) -> None:
         shown = console.is_terminal and kind == next(iter(RESTS_ON))  # the others are made beside it
         for step in track(steps, f"{kind}: machine code", console=console, disable=not shown):
             step()
-        _write_programs(folder, f"{kind}-run", emission)
+        _write(folder / f"{kind}-run.bc", emission.program())
         wait_for_laws()
     given = {name: layout(row.arguments(made.run)) for name, row in made.functions.items()}
     names = {_symbol(k): f"{name}|{arguments}" for k, (name, arguments) in enumerate(given.items())}
@@ -109,13 +109,7 @@ def make_laws(kind: str, folder: Path) -> None:
     with Emission(exports_calls=False) as emission:
         for step in _functions(emission, kind, None, laws=True):
             step()
-        _write_programs(folder, f"{kind}-laws", emission)
-
-
-def _write_programs(folder: Path, name: str, emission: Emission) -> None:
-    """Write a program, and first its compact form, :data:`cranktrain.fmu.native.objects.COMPACT`."""
-    _write(folder / f"{name}{COMPACT}", emission.program(compact=True))
-    _write(folder / f"{name}.bc", emission.program())
+        _write(folder / f"{kind}-laws.bc", emission.program())
 
 
 def _functions(emission: Emission, kind: str, run: Any, laws: bool) -> Iterable[Callable[[], None]]:

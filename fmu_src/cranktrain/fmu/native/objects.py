@@ -6,8 +6,6 @@ import llvmlite.binding as llvm
 
 from cranktrain.fmu.native.platforms import Platform
 
-COMPACT = ".compact"
-"""Suffix of programs for old processors of a platform that has faster ones."""
 FAST = "_fast"
 """Suffix of the names of exports for a platform's faster processors."""
 
