@@ -27,12 +27,17 @@ from test_loss_factors import (
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.arrays import build_model, dimensions
+from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.torsional_chain import Chain
 from cranktrain.loads.damper import DAMPING, STIFFNESS, with_damper_housing
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.strength.cut_loads import crank_loads
+from cranktrain.results.strength.recorded_cycle import recorded_cycle
 from cranktrain.store.bodies import export_body, import_body
 from cranktrain.structure.crank.chain import chain_body
 from cranktrain.structure.crank.level import running_crank
+from cranktrain.structure.crank.reduction import attached_parts
 from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.damper_link import DamperLink
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
@@ -181,3 +186,41 @@ def test_a_wrong_table_is_told_in_one_line(tmp_path, capsys, old, new, message):
     assert main(["modal", str(MWM / "mwm.toml"), "--crank", "torsional", "--mesh", str(table)]) == 2
     [line] = capsys.readouterr().err.strip().splitlines()
     assert message in line
+
+
+def test_torque_of_a_cut_is_what_turns_the_flywheel_behind_it():
+    """Newton at the flywheel, J (θ̈ + Ω̇) = T − T_shaft, and at the pulley; the engine's own pieces are lighter."""
+    engine = engine_of("diesel_i6")
+    chain = chain_of(engine, 0.0)
+    chain = replace(chain, shafts=tuple(replace(shaft, damping=30.0) for shaft in chain.shafts))
+    run = Simulation(
+        engine, running_crank(engine, "torsional", chain_body(engine, chain)), SETTINGS, GasTrace.from_engine(engine)
+    )
+    run.inputs[0] = 150.0
+    cycle = recorded_cycle(run, engine)
+    loads = crank_loads(cycle)
+    parts = dict(attached_parts(engine))
+    inertia = {disc.name: disc.inertia + (parts[disc.name].polar_inertia if disc.name in parts else 0.0)
+               for disc in chain.discs}  # fmt: skip
+    turned = {name: cycle.motion(name, 2)[:, 5] + cycle.acceleration for name in ("pulley", "flywheel")}
+    mains = (cycle.body.positions[cycle.body.index(f"main[{k}]"), 2] for k in (1, 7))
+    front, behind = (loads.cut(z, np.zeros(3))[1][:, 2] for z in mains)
+    size = np.ptp(behind)
+    expected = inertia["flywheel"] * turned["flywheel"] + cycle.outputs["shaft.torque"]
+    assert behind == pytest.approx(expected, abs=1e-3 * size)
+    assert front == pytest.approx(-inertia["pulley"] * turned["pulley"], abs=1e-3 * size)
+
+
+def factors(capsys, table):
+    capsys.readouterr()
+    given = ["--crank", "torsional", "--mesh", str(MWM / table), "--speed", "1500"]
+    assert main(["fatigue", str(MWM / "mwm.toml"), *given, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    return {one["name"]: one["safety_factor"] for one in found["fillets"]}, found["speeds"][0]
+
+
+def test_fatigue_of_a_crank_from_a_table(capsys):
+    """The published six with discs at its pins, or between massless mains: one crank; discs that damp are loads too."""
+    (pins, first), (mains, second) = (factors(capsys, table) for table in ("pins.csv", "chain.csv"))
+    assert np.array([pins[name] for name in mains]) == pytest.approx(np.array(list(mains.values())), rel=0.01)
+    assert max(first["unbalanced_relative"], second["unbalanced_relative"]) < 1e-3
