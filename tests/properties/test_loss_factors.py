@@ -32,7 +32,7 @@ from cranktrain.studies.torsion.damped_modes import damped_modes
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 
 ETA = 0.035
-ENGINES = ["diesel_i6", "five_petrol", "single_petrol", "v12_petrol"]
+ENGINES = ["diesel_i6", "five_petrol", "single_petrol", "v_twin", "v12_petrol"]
 SPEED = 200.0
 SETTINGS = Settings(crank="torsional", bearings="held")
 
@@ -118,7 +118,8 @@ def test_modes_in_time_have_the_loss_of_the_assembled_chain(name, mixed):
     torsional = [1, 2]
     for k in torsional:
         own = int(np.argmin(np.abs(found - omega[k])))
-        assert found[own] == pytest.approx(omega[k], rel=3e-3)
+        # Cranks that are not balanced move nothing across either: their bearings hold the axis.
+        assert found[own] == pytest.approx(omega[k], rel=5e-4)
         assert damping[own] == pytest.approx(ratios[k], rel=0.02)
     # The soft shaft of the dynamometer loses nothing.
     assert np.all(ratios[torsional] < 0.5 * ETA)
@@ -144,8 +145,6 @@ def test_orders_and_shaft_torques_are_those_of_the_complex_stiffness(name):
     speeds, orders = np.array([0.97, 1.0, 1.03]) * omega[1] / 6.0, np.array([2, 9, 12, 16])
     moved = structure.transfer(speeds, orders)[..., 0]
     at, first = structure.at, chain.names.index("pin[1]")
-    # A free crank with one throw moves sideways as it twists: its frequency is 0.1 % higher, a phase of 0.1 % over η/2.
-    near = 0.06 if name == "single_petrol" else 0.01
     names = [*pins_of(engine), "pulley", "flywheel"]
     rows = [*range(structure.pins), at.pulley, at.flywheel]
     twists = moved[..., at.shafts :]
@@ -157,10 +156,10 @@ def test_orders_and_shaft_torques_are_those_of_the_complex_stiffness(name):
             load[first] = 1.0
             own = np.linalg.solve(stiffness - (order * speed) ** 2 * mass, load)
             expected = np.array([own[chain.names.index(one)] for one in names])
-            assert moved[i, j, rows] == pytest.approx(expected, abs=near * np.abs(expected).max())
+            assert moved[i, j, rows] == pytest.approx(expected, abs=0.01 * np.abs(expected).max())
             for k, shaft in enumerate(chain.shafts):
                 twist = own[chain.names.index(shaft.between[0])] - own[chain.names.index(shaft.between[1])]
-                assert twists[i, j, 1 + k] == pytest.approx(twist, abs=near * np.abs(own).max())
+                assert twists[i, j, 1 + k] == pytest.approx(twist, abs=0.01 * np.abs(own).max())
     # The torque of a shaft is k (1 + iη) times its twist.
     law = np.array([shaft.stiffness * (1.0 + 1j * ETA) for shaft in chain.shafts])
     assert torques[:, 1 : len(orders), 1:] == pytest.approx(law * twists[:, 1:, 1:])
@@ -182,15 +181,16 @@ def test_stated_and_inherited_ratios_are_those_of_the_assembled_cranktrain(name)
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_a_body_with_damping_ratios_keeps_them_whatever_is_attached(name):
-    """An own superelement with 2ζω: flywheel and pulley lower its frequencies, not its ratios."""
+    """An own superelement with 2ζω: flywheel, pulley and mean rods lower its frequencies, not its ratios."""
     engine = engine_of(name)
     bare = chain_body(engine, chain_of(engine, 0.0))
     bare = replace(bare, damping=2.0 * 0.013 * bare.omega)
     whole = complete_crankshaft(engine, bare)
     assert whole.omega[6] < 0.9 * bare.omega[6]
-    assert whole.damping[6:] == pytest.approx(2.0 * 0.013 * whole.omega[6:], rel=1e-9)
     running = running_crank(engine, "torsional", bare)
-    assert running.damping[6:8] == pytest.approx(2.0 * 0.013 * running.omega[6:8], rel=1e-9)
+    stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(engine, running))
+    found = damped_modes(stiffness, np.diag(structural_damping(engine, running)[5:]), mass)
+    assert found.damping_ratios[:2] == pytest.approx([0.013, 0.013], rel=0.015)
 
 
 def test_joined_bodies_keep_their_damping_ratios():

@@ -27,6 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Make the reduced crankshaft, and block, where they are not stored yet, and report their quality."""
     from cranktrain.store.bodies import check_body_place, export_body
+    from cranktrain.structure.assembly import table_crank
     from cranktrain.structure.crank.reduction import stored_path
     from cranktrain.structure.fem.own_body import is_body
 
@@ -39,9 +40,11 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if not flexible:
             raise InputError("--block-output needs --block flexible; on ground there is no block")
         check_body_place(options.block_output)
-    body, seconds = bare_crankshaft(engine, options, options.rebuild)
+    table = table_crank(engine, options.mesh)
+    body, seconds = bare_crankshaft(engine, options, options.rebuild) if table is None else (table, 0.0)
+    own = table is not None or (options.mesh and is_body(options.mesh))
     result = {
-        "path": str(options.mesh if options.mesh and is_body(options.mesh) else stored_path(engine, options.mesh)),
+        "path": str(options.mesh if own else stored_path(engine, options.mesh)),
         "modes": body.n_modes,
         "mass_kg": body.mass,
         "elastic_hz": body.frequencies_hz[6:16].tolist(),

@@ -559,7 +559,9 @@ class Damper:
 
 @dataclass(frozen=True)
 class StructuralDamping:
-    """Damping of the elastic modes: one ratio for all (``modal``) or D = α M + β K (``rayleigh``; 1/s, s).
+    """Damping of the crank's elastic modes: one ratio for all (``modal``) or D = α M + β K (``rayleigh``; 1/s, s).
+
+    The modes are those of the crank with flywheel, pulley and the mean mass of the rods on its pins.
 
     ``torsional_ratios`` are the damping ratios of the cranktrain's first one or two torsional modes, without a damper,
     as measured. Crank level ``torsional`` takes them in place of those that it inherits; other levels compute theirs.

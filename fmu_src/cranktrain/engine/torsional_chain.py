@@ -27,9 +27,9 @@ slashes, as in ``2e4/3e4/6e4``. The table may be written in any dialect (:mod:`c
 units, as ``inertia [kg cm^2]``.
 
 In place of a crank a chain is taken by :mod:`cranktrain.structure.crank.chain`: discs ``pulley``, ``flywheel``, and
-``pin[1]`` … or ``main[1]`` …, between which the throws lie. As drive line behind the flywheel, see
-:mod:`cranktrain.loads.torsional_line`, it begins at ``flywheel`` and ends at ``dynamometer``, which are no discs of the
-table; without a shaft to ``dynamometer`` its far end is free.
+``pin[1]`` … or ``main[1]`` …, between which the throws lie; its shafts are linear. As drive line behind the flywheel,
+see :mod:`cranktrain.loads.torsional_line`, it begins at ``flywheel`` and ends at ``dynamometer``, which are no discs of
+the table; without a shaft to ``dynamometer`` its far end is free.
 """
 
 from __future__ import annotations

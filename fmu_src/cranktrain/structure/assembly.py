@@ -129,17 +129,24 @@ def check_crank_mesh(level: str, mesh: str | Path | None) -> None:
 
 
 def check_crank_table(level: str, mesh: str | Path | None) -> None:
-    """Refuse a table of discs and shafts at a crank level that is not made of it; ``InputError``."""
-    if mesh is not None and _is_table(mesh) and not crank_level(level).inherits:
+    """Refuse a crank of discs and shafts, a table or stored, at a level that is not made of them; ``InputError``."""
+    if mesh is None or crank_level(level).inherits:
+        return
+    if _is_table(mesh) or _stored_table(mesh) is not None:
         raise InputError(f"{mesh}: a table of discs and shafts serves crank level torsional, not '{level}'")
 
 
 def table_crank(engine: Engine, mesh: str | Path | None) -> ReducedBody | None:
-    """Bare crankshaft from a table of discs and shafts; None where ``mesh`` is no such table. ``InputError``."""
+    """Bare crankshaft of discs and shafts, from a table or stored; None where ``mesh`` is neither. ``InputError``."""
     from cranktrain.engine.torsional_chain import is_chain, read_chain
     from cranktrain.structure.crank.chain import chain_body
+    from cranktrain.structure.crank.reduction import own_crankshaft
 
-    return chain_body(engine, read_chain(mesh)) if mesh is not None and is_chain(mesh) else None
+    if mesh is None:
+        return None
+    if is_chain(mesh):
+        return chain_body(engine, read_chain(mesh))
+    return None if _stored_table(mesh) is None else own_crankshaft(engine, mesh)
 
 
 def _is_table(mesh: str | Path) -> bool:
@@ -147,6 +154,14 @@ def _is_table(mesh: str | Path) -> bool:
     from cranktrain.structure.fem.own_body import is_body
 
     return ending(mesh) in (".toml", *TABLES) and not is_body(mesh)
+
+
+def _stored_table(mesh: str | Path) -> ReducedBody | None:
+    """The stored body that was made from a table of discs and shafts; None where ``mesh`` is another."""
+    from cranktrain.store.bodies import import_body, is_stored_body
+
+    body = import_body(mesh) if is_stored_body(mesh) else None
+    return body if body is not None and body.shafts else None
 
 
 def check_mesh(mesh: str | Path | None, surfaces: str) -> None:

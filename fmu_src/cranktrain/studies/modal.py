@@ -21,9 +21,9 @@ from cranktrain.structure.block.modal import block_report
 from cranktrain.structure.block.reduction import reduced_block
 from cranktrain.structure.block.shape import block_plan
 from cranktrain.structure.crank.critical_speeds import critical_speeds
-from cranktrain.structure.crank.level import bare_crank
+from cranktrain.structure.crank.level import bare_crank, complete_crank
 from cranktrain.structure.crank.modal import modal_report
-from cranktrain.structure.crank.reduction import complete_crankshaft, kept_crankshaft, reduced_crankshaft
+from cranktrain.structure.crank.reduction import kept_crankshaft, reduced_crankshaft
 from cranktrain.structure.fem.own_mesh import MeshFile
 from cranktrain.studies.added_modes import additions_report
 from cranktrain.studies.in_motion.report import SPRING_LEVELS, motion_report, springs_report
@@ -87,12 +87,12 @@ def modal(
     needed, body = _solid_crank(found, crank, mesh, say) if table is None else (False, None)
     made = time.perf_counter()
     own = bare_crank(found, crank, body if needed else None) if table is None else table
-    line = line_report(found, complete_crankshaft(found, own))
+    line = line_report(found, complete_crank(found, crank, own))
     if not solid:
         report: dict[str, Any] = level_frequencies(found, crank, body, own)
     else:
         report = dict(modal_report(found, own))
-        report["critical_speeds"] = critical_speeds(found, complete_crankshaft(found, own), gas)
+        report["critical_speeds"] = critical_speeds(found, complete_crank(found, crank, own), gas)
         if damper:
             report["damper"] = damper_report(found, own)
         if flexible:

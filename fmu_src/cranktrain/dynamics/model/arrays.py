@@ -61,6 +61,7 @@ from cranktrain.loads.articulated_rod import JOINT, joint_values
 from cranktrain.loads.built_in_trace import KINKS, fill_kinks
 from cranktrain.loads.damper import PARAMETERS, check_temperature, damper_temperature, required_damper
 from cranktrain.loads.gas_pressure import GasTrace, gas_tables
+from cranktrain.loads.rod_masses import rod_masses
 from cranktrain.loads.slider_crank import remainder_inertia
 from cranktrain.loads.torsional_line import (
     LEADING,
@@ -170,17 +171,19 @@ def dimensions(model: ModelArrays) -> Dimensions:
 
 
 def structural_damping(engine: Engine, body: ReducedBody) -> Array:
-    """Damping of each mode, (n,) 1/s: the body's own, else 2ζω or α + βω² on the elastic modes only.
+    """Damping of each mode, (n,) 1/s: the body's own, else that of the engine file on the elastic modes.
 
-    A rigid body has none inside. Shafts of a table damp by rows of their own (:mod:`.hysteresis`).
+    The engine file means the crank with its rods: with the mean rods' mass on its pins a mode of unit mass and
+    stiffness ω² has the mass m. Its damping is c = 2ζ √(ω² m), so that ζ is the damping ratio at the frequency that
+    rods lower, or c = α m + β ω². Shafts of a table damp by rows of their own (:mod:`.hysteresis`).
     """
     if body.brings_damping:
         return body.damping if body.damping.size else np.zeros(body.n_modes)
-    d = engine.damping
-    elastic = body.omega > 0.0
+    d, squares = engine.damping, body.omega**2
+    mass = 1.0 + np.diag(rod_masses(engine, body))
     if d.kind == "modal":
-        return np.asarray(2.0 * d.ratio * body.omega)
-    return np.asarray(np.where(elastic, d.alpha + d.beta * body.omega**2, 0.0))
+        return np.asarray(2.0 * d.ratio * np.sqrt(squares * mass))
+    return np.asarray(np.where(squares > 0.0, d.alpha * mass + d.beta * squares, 0.0))
 
 
 class Parts(NamedTuple):

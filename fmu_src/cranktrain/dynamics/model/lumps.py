@@ -20,6 +20,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import bearing_law
+from cranktrain.loads.rod_masses import mean_rod_masses
 
 
 class Lumps(NamedTuple):
@@ -34,6 +35,7 @@ class Lumps(NamedTuple):
     plain: Array  # (b,) 1 where a main has a film
     omega2: Array  # (t,)
     damping: Array  # (t,)
+    rod_masses: Array  # (c,) mean mass of each rod on its pin
     gyroscopic: Array  # (t, t) G transposed, as the model's
     centrifugal: Array  # (r, r)
     stress: Array  # (r, r)
@@ -101,6 +103,7 @@ def lumps(
         plain=plain,
         omega2=turning.omega**2,
         damping=arrays["damping"][:t].copy(),
+        rod_masses=np.array(mean_rod_masses(engine)),
         gyroscopic=arrays["gyroscopic"].copy(),
         centrifugal=np.ascontiguousarray(turning.centrifugal[:r, :r]),
         stress=np.ascontiguousarray(turning.stress_stiffness[:r, :r]),

@@ -155,18 +155,25 @@ def diagonalise(a, v, first, end):
 
 @kernel
 def keep_twists(lumps):
-    """Fold what moves a twist as a rigid body across into its rotation about the axis, and lock what is locked.
+    """Make MASS that of a crank that only twists, whose new elastic modes are sums of the rotation and its twists.
 
-    A crank that only twists keeps its place across (:func:`cranktrain.structure.crank.torsional.twist_only`).
+    Such a crank keeps its place across (:func:`cranktrain.structure.crank.torsional.twist_only`). A rigid motion that
+    is made orthogonal to the rotation then has nothing in common with a twist.
     """
+    mass = lumps.room[at.MASS]
+    if lumps.traits[at.TWISTS] == 0.0:
+        return
+    for i in range(5):
+        for j in range(6, lumps.fixed.shape[2]):
+            mass[i, j] = mass[i, ROTATION] * mass[ROTATION, j] / mass[ROTATION, ROTATION]
+            mass[j, i] = mass[i, j]
+
+
+@kernel
+def lock_journals(lumps):
+    """Lock in TURN the rigid motions that journals on their axis lock."""
     turn = lumps.room[at.TURN]
-    r = lumps.fixed.shape[2]
-    if lumps.traits[at.TWISTS] > 0.0:
-        for j in range(6, r):
-            for i in range(5):
-                turn[ROTATION, j] += turn[i, j] * lumps.rigid[ROTATION, i] / lumps.rigid[ROTATION, ROTATION]
-                turn[i, j] = 0.0
     if lumps.traits[at.LOCKED] > 0.0:
         for j in range(5):
-            for i in range(r):
+            for i in range(lumps.fixed.shape[2]):
                 turn[i, j] = 0.0

@@ -19,8 +19,16 @@ from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.reattached import TURN_X, TURN_Z, add_changes, moment_changes
-from cranktrain.dynamics.model.ritz_modes import keep_twists, new_modes
-from cranktrain.dynamics.model.turned_modes import ALONG_AXIS, TOTAL, turn_loads, turn_matrices, turn_shapes, weigh_axis
+from cranktrain.dynamics.model.ritz_modes import keep_twists, lock_journals, new_modes
+from cranktrain.dynamics.model.turned_modes import (
+    ALONG_AXIS,
+    TOTAL,
+    damp_modes,
+    turn_loads,
+    turn_matrices,
+    turn_shapes,
+    weigh_axis,
+)
 from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 from cranktrain.dynamics.time.status import CLEARANCE_FIXED, NO_RIGID_PART, OK
 from cranktrain.film.laws.parameters import CLEARANCE
@@ -71,9 +79,10 @@ def trim_model(model, numbers):
     changed = moment_changes(lumps, numbers, changes)
     if changed != 0:
         add_changes(lumps, changes, lumps.scratch[FIELDS:])
+        keep_twists(lumps)
         if new_modes(lumps) != 0:
             return NO_RIGID_PART
-        keep_twists(lumps)
+        lock_journals(lumps)
     for i in range(lumps.vectors.shape[1]):
         slot = int(lumps.grown[i])
         lumps.vectors[of.SCALE, i] = 1.0
@@ -83,6 +92,7 @@ def trim_model(model, numbers):
     turn_loads(model, changed)
     turn_matrices(model, changed)
     weigh_axis(model, changed)
+    damp_modes(model, numbers, changed)
     trim_rods(model, numbers)
     trim_line(model, numbers)
     trim_pistons(model, numbers)

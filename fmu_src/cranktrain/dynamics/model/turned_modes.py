@@ -10,6 +10,7 @@ import math
 
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import lump_slots as of
+from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import couples_modes
 from cranktrain.dynamics.model.reattached import FIRST, MASS, MOMENTS, TURN_X, TURN_Y
@@ -63,7 +64,7 @@ def turn_shapes(model, changed):
 
 @kernel
 def turn_loads(model, changed):
-    """Loads by turning and by gravity, frequencies and damping."""
+    """Loads by turning and by gravity, and frequencies."""
     lumps = model.lumps
     vectors = lumps.vectors
     r = lumps.fixed.shape[2]
@@ -91,18 +92,51 @@ def turn_loads(model, changed):
                 model.gravity[k, j] = 0.0
     for i in range(r):
         model.omega2[i] = vectors[of.OMEGA2, i] if changed != 0 else lumps.omega2[i]
-        model.damping[i] = damping_of(lumps, i, model.omega2[i]) if changed != 0 else lumps.damping[i]
 
 
 @kernel
-def damping_of(lumps, mode, square):
-    """Structural damping of a new mode of the crank, 1/s; of a body that brings its own, that in the new mode."""
-    traits = lumps.traits
+def damp_modes(model, numbers, changed):
+    """Structural damping of the crank's modes, 1/s, for its masses and those of the rods."""
+    lumps = model.lumps
+    own = lumps.traits[of.DAMPING_KIND] == of.OWN_DAMPING
+    other_rods = False
+    for slot in (to.SET_BIG_END, to.SET_SMALL_END, to.SET_PISTON):
+        other_rods = other_rods or numbers[slot] != lumps.values[slot]
+    for i in range(lumps.fixed.shape[2]):
+        if changed == 0 and (own or not other_rods):
+            model.damping[i] = lumps.damping[i]
+        elif own:
+            model.damping[i] = own_damping(lumps, i, model.omega2[i])
+        else:
+            model.damping[i] = stated_damping(model, numbers, i)
+
+
+@kernel
+def stated_damping(model, numbers, mode):
+    """Damping of a mode by the engine file, 1/s, see :func:`cranktrain.dynamics.model.arrays.structural_damping`."""
+    lumps, ports = model.lumps, model.ports
+    traits, square = lumps.traits, model.omega2[mode]
+    if mode < 6:
+        return 0.0
+    mass = 1.0
+    for c in range(model.cylinders.shape[0]):
+        rod = lumps.rod_masses[c]
+        if traits[of.ROD_ALIKE] > 0.0:
+            rod = numbers[to.SET_BIG_END] + 0.5 * (numbers[to.SET_SMALL_END] + numbers[to.SET_PISTON])
+        pin = int(model.cylinders[c, at.PIN_PORT])
+        if pin >= 0:
+            mass += rod * (ports[pin, mode] ** 2 + ports[pin + 1, mode] ** 2)
+        else:
+            turn = ports[int(model.cylinders[c, at.PIN_TURN]), mode]
+            mass += rod * (model.pins[c, 0] ** 2 + model.pins[c, 1] ** 2) * turn**2
     if traits[of.DAMPING_KIND] == of.MODAL:
-        return 2.0 * traits[of.DAMPING_A] * math.sqrt(square)
-    if traits[of.DAMPING_KIND] == of.RAYLEIGH:
-        return traits[of.DAMPING_A] + traits[of.DAMPING_B] * square if mode >= 6 else 0.0
-    # As cranktrain.core.reduced_body.damping_in_modes.
+        return 2.0 * traits[of.DAMPING_A] * math.sqrt(square * mass)
+    return traits[of.DAMPING_A] * mass + traits[of.DAMPING_B] * square
+
+
+@kernel
+def own_damping(lumps, mode, square):
+    """Damping of a new mode of a body that brings its own, 1/s; see core.reduced_body.damping_in_modes."""
     total = 0.0
     for i in range(lumps.fixed.shape[2]):
         lost = lumps.room[of.TURN, i, mode] ** 2 * lumps.damping[i]

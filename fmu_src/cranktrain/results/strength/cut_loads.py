@@ -7,12 +7,15 @@ exactly balanced, because the pieces are not the elastic body and a run solves i
 residual is spread over the pieces as one rigid acceleration at each instant. :func:`imbalance` gives the part of the
 residual that is due to the run: the reduced body's six rigid motions give its inertia exactly.
 
+The torque in a crank from a table of discs and shafts is that of its shafts, see
+:mod:`cranktrain.results.strength.table_torques`.
+
 Left out: the elastic motion within a piece, and moments on a tilting collar.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +26,7 @@ from cranktrain.core.rigid_slices import second_moments, skew
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.results.strength.recorded_cycle import RecordedCycle
+from cranktrain.results.strength.table_torques import disc_couples, shaft_couples
 from cranktrain.structure.crank.reduction import attached_parts
 from cranktrain.structure.crank.sections import Piece, crank_pieces, interface_places, piece_moments
 from cranktrain.structure.crank.shape import stations
@@ -119,7 +123,11 @@ def crank_loads(cycle: RecordedCycle) -> PointLoads:
     """All loads on the crank over a cycle, balanced; see this module."""
     masses = crank_masses(cycle.engine)
     found = interface_loads(cycle).joined(mass_loads(cycle, masses))
-    return found.joined(_spread(masses, -_wrench(found), cycle.carried))
+    found = found.joined(_spread(masses, -_wrench(found), cycle.carried))
+    if not cycle.body.shafts:
+        return found
+    own = np.cross(found.places, found.forces)[..., 2:] + found.moments[..., 2:]
+    return replace(found, moments=found.moments - own * AXIS).joined(_couples(*shaft_couples(cycle)))
 
 
 def imbalance(cycle: RecordedCycle) -> Array:
@@ -141,7 +149,15 @@ def unbalanced_share(cycle: RecordedCycle) -> float:
 def interface_loads(cycle: RecordedCycle) -> PointLoads:
     """Loads at the crank's interfaces: bearings, rods, thrust, drive line, axial path and damper."""
     found = [load for _, load in named_loads(cycle)]
+    if cycle.body.shafts:
+        found.append(_couples(*disc_couples(cycle)))
     return found[0].joined(*found[1:])
+
+
+def _couples(z: Array, couples: Array) -> PointLoads:
+    """Couples (n, k) about the axis at places (k,) on it."""
+    places = np.broadcast_to(z[:, None] * AXIS, (*couples.shape, 3))
+    return PointLoads(z, places, np.zeros(places.shape), couples[..., None] * AXIS)
 
 
 def named_loads(cycle: RecordedCycle) -> list[tuple[str, PointLoads]]:

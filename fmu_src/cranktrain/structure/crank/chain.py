@@ -90,8 +90,9 @@ def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     the whole system that the crank becomes a part of (:mod:`cranktrain.dynamics.model.hysteresis`).
 
     Raises ``InputError``: a place that is missing or that the engine has not, a crank that ground holds, or that does
-    not turn as one.
+    not turn as one, or a shaft that is not linear.
     """
+    _check_linear(engine, chain)
     base = rigid_crank(engine)
     nodes = _places(engine, chain, base)
     modes = chain_modes(chain)
@@ -114,6 +115,18 @@ def chain_body(engine: Engine, chain: Chain) -> ReducedBody:
     body = replace(body, name=f"{engine.name} crankshaft, from a table", digest=digest, **_shafts(chain, modes, body))
     check(body)
     return body
+
+
+def _check_linear(engine: Engine, chain: Chain) -> None:
+    """Refuse a shaft that a crank's modes cannot hold: they have one stiffness. ``InputError``."""
+    for shaft in chain.shafts:
+        has = {"stiffness over torque": shaft.torques, "stiffness over frequency": shaft.frequencies,
+               "friction": shaft.friction}  # fmt: skip
+        for what in (what for what, given in has.items() if given):
+            raise InputError(
+                f"chain of engine '{engine.name}': shaft {' to '.join(shaft.between)} has {what}, but the shafts of a "
+                "crank are linear; give it one stiffness, or put such a shaft into the drive line"
+            )
 
 
 def _places(engine: Engine, chain: Chain, base: ReducedBody) -> dict[str, str]:

@@ -57,6 +57,15 @@ def running_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody:
     return MAKERS[crank_level(level).name].running(engine, bare)
 
 
+def complete_crank(engine: Engine, level: str, bare: ReducedBody) -> ReducedBody:
+    """Crankshaft at a level with all parts attached, in all its modes; ``bare`` is the bare one.
+
+    A crank that only twists keeps its axis in place, as in the running model.
+    """
+    row, complete = crank_level(level), complete_crankshaft(engine, bare)
+    return twist_only(complete) if row.elastic and not row.bends else complete
+
+
 def bare_rigid(engine: Engine, solid: ReducedBody | None, progress: Progress | None) -> ReducedBody:
     """Rigid crankshaft from dimensions, or with the mass of the solid one where that is given."""
     return rigid_crank(engine) if solid is None else rigid(solid)
@@ -86,7 +95,7 @@ def running_rigid(engine: Engine, bare: ReducedBody) -> ReducedBody:
 
 def running_torsional(engine: Engine, bare: ReducedBody) -> ReducedBody:
     """Twists of the crankshaft with its parts, cut at the engine's cut-off."""
-    complete = twist_only(complete_crankshaft(engine, bare))
+    complete = complete_crank(engine, "torsional", bare)
     cut = engine.reduction.running_cutoff_hz
     above = complete.frequencies_hz > cut
     # A twist moves pins along their circles only: other forces lose nothing with the modes above the cut.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,7 @@ from cranktrain.core.reduced_body import ReducedBody, attach, truncate
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft, LumpedInertia
+from cranktrain.loads.rod_masses import rod_masses
 from cranktrain.store.hdf5 import load_body, load_extras
 from cranktrain.structure.crank.shape import crank_interfaces, pin_centre, shaping, stations
 from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, eigenmodes, rigid_motions
@@ -133,7 +134,11 @@ def input_digest(engine: Engine, mesh_file: str | Path | None = None) -> str:
 
 
 def complete_crankshaft(engine: Engine, body: ReducedBody) -> ReducedBody:
-    """Bare crankshaft with all rigid parts of the engine that move with it attached."""
+    """Bare crankshaft with all rigid parts of the engine that move with it attached.
+
+    Damping that the body brings is structural: its ratios hold with the mean rods on the pins, which are attached to
+    other equations, see :func:`cranktrain.dynamics.model.arrays.structural_damping`.
+    """
     with one_thread():
         for interface, part in attached_parts(engine):
             inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
@@ -142,7 +147,10 @@ def complete_crankshaft(engine: Engine, body: ReducedBody) -> ReducedBody:
         if w is not None:
             for main, mass, r, angle, z in zip(w.mains, w.masses, w.radii, w.angles, w.offsets, strict=True):
                 body = attach(body, f"main[{main}]", mass, np.zeros((3, 3)), (-r * np.sin(angle), r * np.cos(angle), z))
-    return body
+    if not body.damping.size:
+        return body
+    heavier = np.sqrt(1.0 + np.diag(rod_masses(engine, body)))
+    return replace(body, damping=np.where(body.omega > 0.0, heavier, 1.0) * body.damping)
 
 
 def attached_parts(engine: Engine) -> list[tuple[str, LumpedInertia]]:

@@ -41,10 +41,10 @@ from dataclasses import replace
 from hashlib import sha256
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import eigh, null_space
 
 from cranktrain.core.errors import InputError, nearest
-from cranktrain.core.reduced_body import ReducedBody, check, rigid, signed, sliced_body
+from cranktrain.core.reduced_body import ReducedBody, check, damping_in_modes, rigid, signed, sliced_body
 from cranktrain.core.rigid_slices import Slices, rigid_basis, rigid_motion
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
@@ -246,11 +246,21 @@ def _solid_twists(engine: Engine, solid: ReducedBody, supported: bool) -> tuple[
 def twist_only(body: ReducedBody) -> ReducedBody:
     """Complete torsional crankshaft whose twists move nothing across, as its own bearings hold it.
 
-    A weight attached off the axis would carry the free crank sideways as it twists; it keeps its place in the rigid
-    motions and its inertia in the twists.
+    A free crank that is not balanced would move sideways as it twists. So its modes are those of the motions that leave
+    the axis in place: five components of the pulley, which lies on it, stay zero. All masses keep their place in the
+    rigid motions and their inertia about the axis in the twists.
     """
-    alone = with_twists(rigid(body), body.omega[6:], body.shapes[:, 5, 6:])
-    return replace(alone, damping=body.damping, twists=body.twists)
+    held = null_space(body.shapes[body.index("pulley"), :5])
+    squares, modes = np.linalg.eigh(held.T @ (body.omega[:, None] ** 2 * held))
+    basis, omega = held @ modes[:, 1:], np.sqrt(squares[1:])
+    basis *= signed(body.shapes @ basis)
+    alone = with_twists(rigid(body), omega, body.shapes[:, 5] @ basis)
+    twists, damping = body.twists, body.damping
+    if body.shafts:
+        twists = np.hstack((twists[:, :6], twists @ basis))
+    if damping.size:
+        damping = np.concatenate((damping[:6], damping_in_modes(damping, body.omega, basis, omega)))
+    return replace(alone, damping=damping, twists=twists)
 
 
 def with_twists(base: ReducedBody, omega: Array, turns: Array) -> ReducedBody:

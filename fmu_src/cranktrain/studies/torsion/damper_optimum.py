@@ -23,7 +23,6 @@ Vibration Problems, vol. 4 (1968).
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -163,8 +162,7 @@ def crank_optimum(engine: Engine, body: ReducedBody, number: int = 1) -> CrankOp
     damper, crank = required_damper(engine), housed_crank(engine, body)
     if not 1 <= number <= len(crank.torsional):
         raise InputError(f"torsional mode {number} cannot be told from other modes; give 1 or 2")
-    # The cranktrain's modes damp like the crankshaft's own.
-    rates = structural_damping(engine, replace(crank.crankshaft, omega=crank.omega))
+    rates = structural_damping(engine, crank.crankshaft) @ crank.shapes**2
     ratios = 0.5 * rates / np.where(crank.omega > 0.0, crank.omega, 1.0)
     modes, mode = HubModes(crank.omega, crank.hub @ crank.shapes, ratios), crank.torsional[number - 1]
     optimum, damping = optimal_damping(modes, mode, damper.ring_inertia)

@@ -19,7 +19,7 @@ from cranktrain.core.types import Array
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
 from cranktrain.results.tables import NOTHING, SAME_SHAPE, Table
-from cranktrain.structure.crank.level import bare_crank
+from cranktrain.structure.crank.level import bare_crank, complete_crank
 from cranktrain.structure.crank.modal import (
     KINDS,
     cranktrain_matrices,
@@ -48,7 +48,8 @@ def level_frequencies(
     """
     row = crank_level(level)
     own = bare_crank(engine, level, solid if row.needs_solid(engine) else None) if own is None else own
-    bodies = [complete_crankshaft(engine, body) for body in (solid, own) if body is not None]
+    bodies = [] if solid is None else [complete_crankshaft(engine, solid)]
+    bodies.append(complete_crank(engine, level, own))
     result: dict[str, Any] = {"level": level, "compared_with_solid": solid is not None}
     for name, rods in (("crankshaft_free", False), ("cranktrain", True)):
         found = [_modes(engine, body, rods) for body in bodies]

@@ -1,0 +1,160 @@
+"""Damping ratio of an engine file: that of the crank's modes with flywheel, pulley and the mean rods on its pins.
+
+The half-power width of a resonance of a linear system with the damping ratio ζ is 2ζ of its frequency; free
+oscillations fall as exp(−ζωt). A rod puts its big end and half its oscillating mass on its pin.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from cranktrain.dynamics.model.arrays import build_model, structural_damping
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.model.state import POSITION, VELOCITY, offset
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain.engine.file import load_engine
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.structure.crank.level import crank_body
+from cranktrain.studies.torsion.shaft_orders import ShaftOrders
+
+ZETA = 0.02
+SETTINGS = Settings(crank="torsional", bearings="held")
+ENGINES = ["four_petrol", "diesel_i6", "diesel_v8", "single_petrol", "v12_petrol"]
+
+
+def engine_of(name, **damping):
+    """A shipped engine with a damping ratio, its connecting shaft undamped and as soft as none."""
+    engine = load_engine(name).without_additions
+    reduction = replace(engine.reduction, torsional_source="ker-wilson")
+    line = replace(engine.drive_line, stiffness=100.0, damping=0.0)
+    own = replace(engine.damping, **({"kind": "modal", "ratio": ZETA} | damping))
+    return replace(engine, damping=own, reduction=reduction, drive_line=line, drive_line_chain=None, damper=None)
+
+
+def mean_rods(engine, body):
+    """Mass of the rods (n, n) in the modes of a crank that twists: at each pin m r² of its rotation."""
+    mass = np.zeros((body.n_modes, body.n_modes))
+    for k, pin in enumerate(engine.cylinders.pins):
+        turn, rod = body.shapes[body.index(f"pin[{pin}]"), 5], engine.rods[k]
+        share = rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass)
+        mass += share * engine.throws[k] ** 2 * np.outer(turn, turn)
+    return mass[5:, 5:]
+
+
+def modes_of(engine, body):
+    """Frequencies (n − 5,) rad/s and shapes of the crank with its mean rods, free to turn: that is the first mode."""
+    squares, shapes = eigh(np.diag(body.omega[5:] ** 2), np.eye(body.n_modes - 5) + mean_rods(engine, body))
+    return np.sqrt(np.maximum(squares, 0.0)), shapes
+
+
+def first_torsional(engine, body):
+    """Frequency (rad/s) and shape (n − 5,) of the first torsional mode."""
+    omega, shapes = modes_of(engine, body)
+    return float(omega[1]), shapes[:, 1]
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_half_power_width_of_the_first_torsional_resonance_has_the_stated_ratio(name):
+    engine = engine_of(name)
+    body = crank_body(engine, "torsional")
+    pressure = np.full(720, 1e5)
+    structure = ShaftOrders(engine, body, SETTINGS, GasTrace(pressure, pressure, 0.0, 200.0, 0.0, "constant"), 12.0)
+    structure._by_turn = structure._by_lead = (np.zeros(structure.pins), np.zeros(structure.pins))
+    omega, shapes = modes_of(engine, body)
+    order, pins = 12.0, structure.pins
+    speeds = np.linspace(0.9, 1.1, 801) * omega[1] / order
+    # Torques on the pins that excite the first torsional mode, and as many others as there are pins not at all: these
+    # would change the width.
+    turns = np.array([body.shapes[body.index(f"pin[{pin + 1}]"), 5, 5:] @ shapes for pin in range(pins)])
+    first = [1, 0, *range(2, pins)][:pins]
+    load = np.linalg.solve(turns[:, first].T, np.eye(pins)[0])
+    moved = np.abs(structure.transfer(speeds, np.array([round(2.0 * order)]))[:, 0, :pins, :pins] @ load @ load)
+    top = int(moved.argmax())
+    low, high = (np.interp(moved[top] / math.sqrt(2.0), *side) for side in (
+        (moved[: top + 1], speeds[: top + 1]), (moved[top:][::-1], speeds[top:][::-1]),
+    ))  # fmt: skip
+    assert (high - low) / (high + low) == pytest.approx(ZETA, rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["four_petrol", "diesel_i6", "diesel_v8"])
+def test_free_oscillations_of_the_running_crank_fall_with_the_stated_ratio(name):
+    """Two runs without gas, one kicked in the first torsional mode; rods have their mass at every crank angle.
+
+    Energies a revolution apart are compared, because the mass of the rods at the pins changes with the angle.
+    """
+    engine = engine_of(name)
+    body = crank_body(engine, "torsional")
+    omega, shape = first_torsional(engine, body)
+    pressure = np.zeros(720)
+    settings = replace(SETTINGS, integrator="esdirk4", step=math.radians(0.5))
+    speed, revolution, more = 150.0, 720, 240
+    h = 2.0 * math.pi / speed / revolution
+    seen, motions = (np.eye(body.n_modes - 5) + mean_rods(engine, body)) @ shape, []
+    for kick in (0.0, 1e-4):
+        run = Simulation(engine, body, settings, GasTrace(pressure, pressure, 0.0, 200.0, 0.0, "none"))
+        run.inputs[0] = speed
+        run.initialize()
+        state = run.state.copy()
+        place, rate = (offset(part, run.model.omega2.size) + 5 for part in (POSITION, VELOCITY))
+        state[rate : rate + shape.size] += kick * omega * shape
+        run.state = state
+        rows = []
+        for k in range(revolution + more):
+            run.step((k + 1) * h)
+            now = run.state
+            rows.append((now[place : place + shape.size] @ seen, now[rate : rate + shape.size] @ seen))
+        motions.append(np.array(rows))
+    eta, velocity = (motions[1] - motions[0]).T
+    energy = np.log(velocity**2 + (omega * eta) ** 2)
+    fall = (energy[:more] - energy[revolution:]).mean() * speed / (2.0 * math.pi)
+    assert fall / (2.0 * omega) == pytest.approx(ZETA, rel=0.01)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_rayleigh_damping_is_that_of_the_masses_with_rods(name):
+    """D = α M + β K of the assembled crank: its first torsional mode has the ratio α/2ω + βω/2."""
+    alpha, beta = 20.0, 1e-5
+    engine = engine_of(name, kind="rayleigh", alpha=alpha, beta=beta)
+    body = crank_body(engine, "torsional")
+    omega, shape = first_torsional(engine, body)
+    found = shape**2 @ structural_damping(engine, body)[5:] / (2.0 * omega)
+    assert found == pytest.approx(0.5 * (alpha / omega + beta * omega), rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["four_petrol", "diesel_i6", "diesel_v8"])
+def test_torsion_of_a_crank_that_bends_has_the_stated_ratio(name):
+    """The free crank of beams with the mean rods' mass across: its first torsional mode, and ten modes within 3 %."""
+    engine = engine_of(name)
+    body = crank_body(engine, "beam")
+    rods = np.zeros((body.n_modes, body.n_modes))
+    for k, pin in enumerate(engine.cylinders.pins):
+        shape, rod = body.shapes[body.index(f"pin[{pin}]")], engine.rods[k]
+        share = rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass)
+        for across in (shape[0] + engine.rod_offsets[k] * shape[4], shape[1] - engine.rod_offsets[k] * shape[3]):
+            rods += share * np.outer(across, across)
+    squares, shapes = eigh(np.diag(body.omega**2), np.eye(body.n_modes) + rods)
+    omega, shapes = np.sqrt(squares[6:]), shapes[:, 6:]
+    ratios = structural_damping(engine, body) @ shapes**2 / (2.0 * omega)
+    twist = np.abs((body.shapes[body.index("pulley"), 5] - body.shapes[body.index("flywheel"), 5]) @ shapes) / omega
+    assert ratios[np.argmax(twist)] == pytest.approx(ZETA, rel=0.01)
+    assert ratios[:10] == pytest.approx(np.full(10, ZETA), rel=0.03)
+
+
+def test_heavier_pistons_chosen_for_a_run_keep_the_ratio():
+    """A parameter of the FMU: the prepared model has the damping of an engine file with these pistons."""
+    engine = engine_of("diesel_i6")
+    heavier = replace(engine, cylinders=replace(engine.cylinders, piston_mass=1.5 * engine.cylinders.piston_mass))
+    gas = GasTrace.from_engine(engine)
+    from cranktrain.dynamics.model.arrays import Parts
+
+    data = {"cylinders.piston_mass": heavier.cylinders.piston_mass}
+    body = crank_body(engine, "torsional")
+    found, own, wanted = (
+        build_model(one, body, SETTINGS, 200.0, gas, Parts(data=values)).damping
+        for one, values in ((engine, data), (engine, None), (heavier, None))
+    )
+    assert found == pytest.approx(wanted, rel=1e-12)
+    assert found[6] > 1.01 * own[6]
