@@ -27,7 +27,8 @@ def make(path, how):
     """Write a crank.
 
     ``engine``: its own geometry, or ``other``: arguments of :func:`other_crank`; ``turn`` and ``move`` it; ``inch`` as
-    unit, or only ``tagged`` so; ``cut`` keeps what lies below z; ``half`` what lies at x > 0; ``twice`` adds a box; ``shells`` leaves faces.
+    unit, or only ``tagged`` so; ``cut`` keeps what lies below z; ``half`` what lies at x > 0; ``twice`` adds a box;
+    ``shells`` leaves faces.
     """
     from netgen import occ
 

@@ -134,7 +134,7 @@ def test_a_wrong_unit_of_the_file_is_the_reason_that_is_named(tmp_path, monkeypa
     """Numbers in mm under a tag of inches: mains of 60 × 25.4 mm; another size stated by the user is right at once."""
     monkeypatch.chdir(tmp_path)
     step("four.step", other={"web": "ellipse"}, tagged=True)
-    assert main("new four --step four.step --bore-mm 82.5".split()) == 2
+    assert main(["new", "four", "--step", "four.step", "--bore-mm", "82.5"]) == 2
     said = capsys.readouterr().err.strip().splitlines()[-1]
     assert "main journals of 1524 mm for a bore of 82.5 mm (60 in the file, which states inches)" in said
     assert said.endswith("--step-unit mm") and not list(Path().glob("four*.toml"))

@@ -131,9 +131,14 @@ def engine_table() -> Any:
         if name == "connection":
             kinds = [
                 table_of(
-                    data.__name__, [*own, *keys_of(data)], data.__doc__, ADDED_LIKE,
-                    tag_field="law", tag=law, needed=needed_keys(data),
-                )  # fmt: skip
+                    data.__name__,
+                    [*own, *keys_of(data)],
+                    data.__doc__,
+                    ADDED_LIKE,
+                    tag_field="law",
+                    tag=law,
+                    needed=needed_keys(data),
+                )
                 for law, data in DATA.items()
             ]
         keys.append((name, list[reduce(or_, kinds)] | None, None))  # type: ignore[misc]
