@@ -16,6 +16,7 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.run_up.twist import half_range, with_twist
 from cranktrain.results.variants.statistics import pareto_front, rank_coefficients
 from cranktrain.store.variant_files import JOURNAL
+from cranktrain.store.whole_file import PREFIX
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 from cranktrain.studies.variants import running
 from cranktrain.studies.variants.design import Design
@@ -244,6 +245,48 @@ def test_a_killed_study_loses_no_finished_variant(tmp_path):
     np.testing.assert_allclose(found["y"], found["x"] ** 2, rtol=1e-12)
     with pytest.raises(ct.InputError, match="holds variants of another study"):
         ct.vary(answer, {"x": ("uniform", 0.0, 2.0)}, outputs=["y"], n=500, output=folder)
+
+
+def counted(calls):
+    def answer(values):
+        calls.append(values["x"])
+        return {"y": values["x"] ** 2}
+
+    return answer
+
+
+def test_a_part_that_is_lost_is_run_again_and_replaces_no_other(tmp_path, monkeypatch):
+    """Parts are numbered on behind the last one, not by their count."""
+    monkeypatch.setattr("cranktrain.store.variant_files.ROWS", 10)
+    calls = []
+    asked = {"outputs": ["y"], "n": 40, "output": tmp_path / "v"}
+    first = ct.vary(counted(calls), {"x": ("uniform", 0.0, 1.0)}, **asked)
+    (tmp_path / "v" / "part-00001.parquet").unlink()
+    del calls[:]
+    again = ct.vary(counted(calls), {"x": ("uniform", 0.0, 1.0)}, **asked)
+    assert len(calls) == 10 and len(again) == 40
+    np.testing.assert_array_equal(again["y"], first["y"])
+
+
+@pytest.mark.parametrize(
+    "line", ["[0, [0.5], {", "[0, [0.5, 1.0], {}, \"\"]\n", "[0, [0.5], {\"z\": [1.0]}, \"\"]\n", "\0\0\0\n", "7\n",
+             "[0, [0.5], {\"y\": [1.0, 2.0]}, \"\"]\n", "[0, [0.5], {\"y\": [\"a\"]}, \"\"]\n"]
+)  # fmt: skip
+def test_what_a_kill_or_a_power_cut_leaves_is_not_taken_for_a_variant(tmp_path, line):
+    """Killed as the folder was begun, as a line was added, as its journal was replaced."""
+    folder, calls = tmp_path / "v", []
+    folder.mkdir()
+    (folder / f"{PREFIX}killed00.json").write_text("{")
+    asked = {"outputs": ["y"], "n": 20, "output": folder}
+    ct.vary(counted([]), {"x": ("uniform", 0.0, 1.0)}, **asked)
+    (folder / "part-00000.parquet").unlink()
+    (folder / JOURNAL).write_text(line)
+    (folder / f"{JOURNAL}.new").write_text("[0,")
+    found = ct.vary(counted(calls), {"x": ("uniform", 0.0, 1.0)}, **asked)
+    assert len(calls) == len(found) == 20
+    np.testing.assert_allclose(found["y"], found["x"] ** 2, rtol=1e-12)
+    again = ct.vary(counted(calls), {"x": ("uniform", 0.0, 1.0)}, anew=True, **asked)
+    assert len(again) == 20
 
 
 def test_values_that_shape_the_crank():
