@@ -15,7 +15,7 @@ from cranktrain.core.typed_file import record
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.run_up.twist import half_range, with_twist
 from cranktrain.results.variants.statistics import pareto_front, rank_coefficients
-from cranktrain.store.variant_files import JOURNAL
+from cranktrain.store.variant_files import JOURNAL, VariantFiles
 from cranktrain.store.whole_file import PREFIX
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 from cranktrain.studies.variants import running
@@ -313,6 +313,22 @@ def test_an_optimum_lies_at_its_limit():
     assert found["twist"] >= next(one["value"] for one in free["outputs"] if one["output"] == "twist")
     none = ct.optimize(engine, varied, minimize="twist", limits={"damper.heat": {"at_most": 1.0}}, **given)
     assert none["passed"] is False and not none["outputs"][1]["met"]
+
+
+@pytest.mark.parametrize("evaluations", [10, 11, 25])
+def test_a_search_of_few_evaluations_has_an_optimum(tmp_path, evaluations):
+    """Fewer than a first generation: the least amplification of those that were made, which resuming does not lose."""
+    path = tmp_path / "two.toml"
+    path.write_text(
+        'model = "two-mass"\noutputs = ["amplification"]\n[vary]\n"damping_ratio" = { low = 0.05, high = 0.5 }\n'
+        '"frequency_ratio" = { low = 0.7, high = 1.1 }\n'
+        f'[optimize]\nminimize = "amplification"\nevaluations = {evaluations}\n'
+    )
+    first = ct.optimize(path, output=tmp_path / "o", workers=1)
+    every = VariantFiles.open(tmp_path / "o").column("amplification")
+    assert first["outputs"][0]["value"] == pytest.approx(every.min(), rel=1e-12)
+    assert 5 <= first["evaluations"] <= evaluations
+    assert ct.optimize(path, output=tmp_path / "o", workers=1)["values"] == first["values"]
 
 
 def test_an_optimum_goes_on_where_it_ended(tmp_path):
