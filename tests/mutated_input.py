@@ -335,15 +335,27 @@ def schedule(rng, folder):
     block_at(blocks, rng.choice((0.0, 1.0, 3600.0, 1e5, 1e9)))
 
 
+INDEX = "speed_rpm,load,file\n1000,1,1000.csv\n2000,0.5,2000_50%.csv\n2000,1,2000_full.csv\n"
+
+
+def write_map(place):
+    """A map of pressures with its index file, in place of what was there; the traces' texts by their names."""
+    shutil.rmtree(place, ignore_errors=True)
+    place.mkdir()
+    angle, texts = np.arange(0.0, 720.0, 10.0), {}
+    for name, peak in (("1000.csv", 60.0), ("2000_50%.csv", 90.0), ("2000_full.csv", 130.0)):
+        bar = 3.0 + peak * np.exp(-(((angle - 370.0) / 25.0) ** 2))
+        texts[name] = "\n".join(["deg;bar", *(f"{a:g};{p:.4f}" for a, p in zip(angle, bar, strict=True))])
+        written(place / name, texts[name])
+    written(place / "index.csv", INDEX)
+    return texts
+
+
 def load_map(rng, folder):
     """A map of pressures, by its index file or the names of its files: accepted, its traces are an engine's."""
     place = folder / "map"
-    shutil.rmtree(place, ignore_errors=True)
-    place.mkdir()
-    angle = np.arange(0.0, 720.0, 10.0)
-    for name, peak in (("1000.csv", 60.0), ("2000_50%.csv", 90.0), ("2000_full.csv", 130.0)):
-        bar = 3.0 + peak * np.exp(-(((angle - 370.0) / 25.0) ** 2))
-        table = "\n".join(["deg;bar", *(f"{a:g};{p:.4f}" for a, p in zip(angle, bar, strict=True))])
+    for name, table in write_map(place).items():
+        (place / name).unlink()
         wrong = rng.random() < 0.3
         name = (
             name
@@ -351,8 +363,7 @@ def load_map(rng, folder):
             else rng.choice(("1e9.csv", "-5.csv", "nan.csv", "1000_0%.csv", "0.csv", "a.csv"))
         )
         written(place / name, spoilt(rng, table, (*NUMBERS, "", ";", "x")) if wrong else table)
-    index = "speed_rpm,load,file\n1000,1,1000.csv\n2000,0.5,2000_50%.csv\n2000,1,2000_full.csv\n"
-    written(place / "index.csv", spoilt(rng, index, (*NUMBERS, "", "..", "index.csv", "1000.csv")))
+    written(place / "index.csv", spoilt(rng, INDEX, (*NUMBERS, "", "..", "index.csv", "1000.csv")))
     if rng.random() < 0.5:
         (place / "index.csv").rename(folder / "index.csv")
         found = read_gas(place, SIX)
@@ -365,14 +376,17 @@ def load_map(rng, folder):
     holds(np.isfinite(trace.fired).all(), "trace between")
 
 
+RECORDING = "speed_rpm,order,amplitude,unit,phase_deg,band,output,signal,wheel\n" + "\n".join(
+    f"{rpm},{order},0.0{k + 3},deg,{10 * k},0.001,pulley.torsion,a,60-2"
+    for k, rpm in enumerate((1000, 1500, 2000)) for order in (3, 6)
+)  # fmt: skip
+
+
 def recordings(rng, folder):
     """Recordings to watch: accepted, all orders of all recordings are finite."""
-    lines = ["speed_rpm,order,amplitude,unit,phase_deg,band,output,signal,wheel"]
-    lines += [f"{rpm},{order},0.0{k + 3},deg,{10 * k},0.001,pulley.torsion,a,60-2"
-              for k, rpm in enumerate((1000, 1500, 2000)) for order in (3, 6)]  # fmt: skip
     files = []
     for k in range(3):
-        text = "\n".join(lines).replace("0.03", f"0.03{k}")
+        text = RECORDING.replace("0.03", f"0.03{k}")
         if rng.random() < 0.6:
             text = spoilt(rng, text, (*NUMBERS, "", ",", "deg", "mm", "twist"))
         files.append(written(folder / f"{k}.csv", text))
@@ -569,6 +583,16 @@ CALLS = (
     "export up.h5 --to new.csv",
     "reduce diesel_i6 --body super.toml --output new.npz",
     "modal diesel_i6 --body super.toml",
+    "vary study.toml --workers 1 --output varied",
+    "vary study.toml --workers 1 --anew --output varied",
+    "optimize optimum.toml --workers 1 --output best",
+    "optimize optimum.toml --workers 1 --output best --engine-file best.toml",
+    "watch diesel_i6 0.csv --healthy 1.csv 2.csv 3.csv --level linear --orders 3,6 --false-alarms 0.05 --seed 3",
+    "watch diesel_i6 0.csv 1.csv --healthy 1.csv 2.csv 3.csv --no-damper --no-inherit --load 0.5 --output twist",
+    "run-in diesel_i6 --schedule hours.csv --hours 5 --crank beam --output wear.h5 --table wear.csv --increment 0.5",
+    "run-in diesel_i6 --hours 3 --speed 1000 --start engine --alike --wear-coefficient 1e-6 --end-gap inf --plots new",
+    "simulate diesel_i6 --speed 1500 --cycles 1 --crank rigid --bearings linear --pressure map --load 0.5",
+    "simulate diesel_i6 --speed 1500 --cycles 1 --crank rigid --bearings linear --pressure map/index.csv",
 )
 """Calls that are right; those that would take long are cut short."""
 
@@ -580,6 +604,7 @@ LONG_WORK = (
     "cranktrain.studies.stability.kept_maps.maps", "cranktrain.studies.calibration.calibrate._fitted",
     "cranktrain.structure.assembly.running_crank", "cranktrain.studies.tradeoff.study.study",
     "cranktrain.studies.planning.scene_model.SceneModel", "cranktrain.structure.block.roller_ring.ring_compliance",
+    "cranktrain.studies.watch.watch.TorsionalAnswers",
 )  # fmt: skip
 
 
@@ -590,6 +615,13 @@ def command(rng, folder):
     written(folder / "own.csv", MEASURED)
     write_run_up(folder / "up.h5")
     write_superelement(folder, shaft(2), {"a": 1, "b": 3})
+    written(folder / "study.toml", STUDIES[2])
+    aim = '[optimize]\nminimize = "amplification"\nevaluations = 20\n'
+    written(folder / "optimum.toml", STUDIES[2].partition("[design]")[0] + aim)
+    written(folder / "hours.csv", SCHEDULE)
+    for k in range(4):
+        written(folder / f"{k}.csv", RECORDING.replace("0.03", f"0.03{k}"))
+    write_map(folder / "map")
     arguments = rng.choice(CALLS).split()
     for _ in range(rng.choice((1, 1, 2, 3))):
         k, new = rng.randrange(len(arguments)), rng.choice((*NUMBERS, *WORDS))
@@ -659,6 +691,15 @@ def tried(number, seed, folder):
             return case.__name__, "refused"
 
 
+def peak_memory():
+    """Most memory that this process has had, MB; 0 where the system does not say."""
+    try:
+        import resource
+    except ImportError:
+        return 0.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
 def main():
     """Try the cases of a seed."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -668,7 +709,7 @@ def main():
     parser.add_argument("--only", type=int)
     options = parser.parse_args()
     numbers = range(options.first, options.first + options.count) if options.only is None else (options.only,)
-    failed = 0
+    failed, begin, largest = 0, peak_memory(), (0.0, -1)
     with tempfile.TemporaryDirectory(prefix="cranktrain-mutated-") as folder:
         os.chdir(folder)
         for number in numbers:
@@ -680,7 +721,10 @@ def main():
                 if options.only is not None:
                     traceback.print_exc()
             print(number, line, flush=True)
+            if (peak := peak_memory()) > largest[0]:
+                largest = (peak, number)
         os.chdir(ROOT)
+    print(f"most memory: {largest[0] - begin:.0f} MB over the start, in case {largest[1]}", file=sys.stderr)
     return int(failed > 0)
 
 

@@ -27,7 +27,8 @@ def make(path, how):
     """Write a crank.
 
     ``engine``: its own geometry, or ``other``: arguments of :func:`other_crank`; ``turn`` and ``move`` it; ``inch`` as
-    unit; ``cut`` keeps what lies below z; ``half`` what lies at x > 0; ``twice`` adds a box; ``shells`` leaves faces.
+    unit, or only ``tagged`` so; ``cut`` keeps what lies below z; ``half`` what lies at x > 0; ``twice`` adds a box;
+    ``shells`` leaves faces.
     """
     from netgen import occ
 
@@ -56,16 +57,22 @@ def make(path, how):
         shape = occ.Compound(list(shape.faces)[:12])
     scale = 1.0 / 25.4 if how.get("inch") else how.get("scale", 1.0)
     shape.Scale(occ.Pnt(0, 0, 0), scale).WriteStep(path)
-    if how.get("inch"):
+    if how.get("inch") or how.get("tagged"):
         text = Path(path).read_text()
         found = re.search(MILLI, text)
         Path(path).write_text(text.replace(found[0], INCH.format(n=found[1])))
 
 
 # In one piece: a crank is drawn along its axis.
-def other_crank(occ, angles=(0, 180, 180, 0), web="rectangle", nose=True, flange=True, split=False, holes=False):
-    """A crank in mm that is drawn otherwise: webs of plain outline, no fillets, cylinders in halves, bores."""
-    throw, main, pin, main_width, pin_width, thickness = 40.0, 30.0, 25.0, 28.0, 26.0, 18.0
+def other_crank(
+    occ, angles=(0, 180, 180, 0), web="rectangle", nose=True, flange=True, split=False, holes=False, pins=()
+):
+    """A crank in mm that is drawn otherwise: webs of plain outline, no fillets, cylinders in halves, bores.
+
+    ``pins``: diameters, else 50 mm of all.
+    """
+    throw, main, main_width, pin_width, thickness = 40.0, 30.0, 28.0, 26.0, 18.0
+    pins = pins or len(angles) * (50.0,)
 
     def cylinder(x, y, z, height, radius):
         return occ.Cylinder(occ.Pnt(x, y, z), occ.Z, r=radius, h=height)
@@ -83,10 +90,10 @@ def other_crank(occ, angles=(0, 180, 180, 0), web="rectangle", nose=True, flange
     pieces = [cylinder(0, 0, -50, 50, 20)] if nose else []
     pieces.append(cylinder(0, 0, 0, main_width, main))
     z = main_width
-    for angle in angles:
+    for angle, pin in zip(angles, pins, strict=True):
         turn = math.radians(angle)
         pieces.append(cheek(z, angle))
-        pieces.append(cylinder(-throw * math.sin(turn), throw * math.cos(turn), z + thickness, pin_width, pin))
+        pieces.append(cylinder(-throw * math.sin(turn), throw * math.cos(turn), z + thickness, pin_width, 0.5 * pin))
         z += thickness + pin_width
         pieces.append(cheek(z, angle))
         pieces.append(cylinder(0, 0, z + thickness, main_width, main))

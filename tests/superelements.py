@@ -52,7 +52,8 @@ def rows_and_columns(path, matrix):
 def describe(path, places, interfaces, files, units="m-kg-s"):
     lines = [f'{key} = "{name}"' for key, name in {**files, "units": units}.items()]
     lines += ["[interfaces]", *(f'"{name}" = {node}' for name, node in interfaces.items())]
-    lines += ["[nodes]", *(f"{node} = {np.asarray(place).tolist()}" for node, place in places.items())]
+    if places:
+        lines += ["[nodes]", *(f"{node} = {np.asarray(place).tolist()}" for node, place in places.items())]
     path.write_text("\n".join(lines) + "\n")
     return path
 

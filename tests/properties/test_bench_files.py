@@ -261,8 +261,11 @@ def test_a_header_of_quantities_is_none_of_units():
     assert header_unit(["Fi", "Pc"], "f") is None and header_unit(["deg", "Pc"], "f") is None
     with pytest.raises(InputError, match="'pc' is not known"):
         header_unit(["deg", "p [pC]"], "f")
-    rows, told = read_pressure(f"{path}:1,2", "bar", None, 720, load_engine("diesel_i6"))
+    six = load_engine("diesel_i6")
+    rows, told = read_pressure(f"{path}:1,2", "bar", None, 720, six)
     assert rows[0].max() == pytest.approx(110.4e5, rel=5e-3) and "in bar" in told
+    with pytest.raises(InputError, match=r"own\.ind, column Pc: .* --pressure-unit: .*bar \(110\.4 bar\)"):
+        read_pressure(f"{path}:1,2", None, None, 720, six)
 
 
 def test_a_channel_keeps_its_place_when_it_is_shifted():

@@ -70,6 +70,18 @@ def test_a_punch_file_with_both_matrices(tmp_path, wanted):
     assert frequencies(described(tmp_path, matrices="s.pch")) == pytest.approx(wanted, rel=1e-6)
 
 
+def test_a_punch_file_with_its_own_grids_in_wide_fields(tmp_path, wanted):
+    """Each GRID* goes on in a line that begins with *, as columns of a DMIG* do."""
+    punch(tmp_path / "s.pch", {"KAAX": STIFFNESS, "MAAX": MASS})
+    cards = [
+        f"GRID*   {node:16d}{'':16s}{x:16.6f}{y:16.6f}{'':8s}\n*       {z:16.6f}" for node, (x, y, z) in PLACES.items()
+    ]
+    matrices = (tmp_path / "s.pch").read_text()
+    (tmp_path / "s.pch").write_text("\n".join(["$TITLE = SHAFT", "BEGIN SUPER=101", *cards, matrices]))
+    path = describe(tmp_path / "super.toml", {}, ENDS, {"matrices": "s.pch", "nodes": "s.pch"})
+    assert frequencies(path) == pytest.approx(wanted, rel=1e-6)
+
+
 def test_nodes_are_grids_of_bulk_data(tmp_path, wanted):
     punch(tmp_path / "s.PCH", {"KAAX": STIFFNESS, "MAAX": MASS})
     grids(tmp_path / "s.bdf")

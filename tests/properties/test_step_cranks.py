@@ -115,6 +115,33 @@ def test_cranks_drawn_otherwise_are_found(tmp_path, other):
         assert crank.counterweight_radius == pytest.approx(np.hypot(38.0, 55.0) * 1e-3, abs=HUNDREDTH)
 
 
+@pytest.mark.parametrize(
+    "diameters", [(45.0, 50.0, 50.0, 50.0), (50.0, 45.0, 50.0, 42.0), (50.0, 50.0, 50.0, 45.0)], ids=str
+)
+def test_pins_of_unequal_diameter_are_all_found(tmp_path, diameters):
+    """The engine file has one diameter; that the crank has several is told, with all of them."""
+    found = found_in(step(tmp_path / "c.step", other={"pins": diameters}))
+    assert [2.0 * one.cylinder.radius for one in found.pins] == pytest.approx(list(diameters), abs=0.01)
+    assert len(found.mains) == 5
+    made = step_engine(found, Stated(bore=0.0825))
+    assert made.sizes.layout.name == "i4"
+    each = ", ".join(f"{one:.2f}" for one in diameters)
+    assert any(f"({each}); the engine file has their median" in told for told in made.told)
+    assert made.dimensions.crankshaft.pin_diameter == pytest.approx(1e-3 * np.median(diameters), abs=HUNDREDTH)
+
+
+def test_a_wrong_unit_of_the_file_is_the_reason_that_is_named(tmp_path, monkeypatch, capsys):
+    """Numbers in mm under a tag of inches: mains of 60 × 25.4 mm; another size stated by the user is right at once."""
+    monkeypatch.chdir(tmp_path)
+    step("four.step", other={"web": "ellipse"}, tagged=True)
+    assert main(["new", "four", "--step", "four.step", "--bore-mm", "82.5"]) == 2
+    said = capsys.readouterr().err.strip().splitlines()[-1]
+    assert "main journals of 1524 mm for a bore of 82.5 mm (60 in the file, which states inches)" in said
+    assert said.endswith("--step-unit mm") and not list(Path().glob("four*.toml"))
+    made = step_engine(find_crank(read_step("four.step", "mm"), Given()), Stated(bore=0.0825))
+    assert made.dimensions.crankshaft.main_diameter == pytest.approx(0.06, abs=HUNDREDTH)
+
+
 ODD = [
     ({"box": True}, "no crankshaft: 6 faces, none of which is a cylinder"),
     ({"other": {"angles": ()}}, "no crankshaft: cylinders of .* mm on one axis and no pin off it"),

@@ -15,7 +15,8 @@ from cranktrain.core.typed_file import record
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.run_up.twist import half_range, with_twist
 from cranktrain.results.variants.statistics import pareto_front, rank_coefficients
-from cranktrain.store.variant_files import JOURNAL
+from cranktrain.store.variant_files import JOURNAL, VariantFiles
+from cranktrain.store.whole_file import PREFIX
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 from cranktrain.studies.variants import running
 from cranktrain.studies.variants.design import Design
@@ -246,6 +247,48 @@ def test_a_killed_study_loses_no_finished_variant(tmp_path):
         ct.vary(answer, {"x": ("uniform", 0.0, 2.0)}, outputs=["y"], n=500, output=folder)
 
 
+def counted(calls):
+    def answer(values):
+        calls.append(values["x"])
+        return {"y": values["x"] ** 2}
+
+    return answer
+
+
+def test_a_part_that_is_lost_is_run_again_and_replaces_no_other(tmp_path, monkeypatch):
+    """Parts are numbered on behind the last one, not by their count."""
+    monkeypatch.setattr("cranktrain.store.variant_files.ROWS", 10)
+    calls = []
+    asked = {"outputs": ["y"], "n": 40, "output": tmp_path / "v"}
+    first = ct.vary(counted(calls), {"x": ("uniform", 0.0, 1.0)}, **asked)
+    (tmp_path / "v" / "part-00001.parquet").unlink()
+    del calls[:]
+    again = ct.vary(counted(calls), {"x": ("uniform", 0.0, 1.0)}, **asked)
+    assert len(calls) == 10 and len(again) == 40
+    np.testing.assert_array_equal(again["y"], first["y"])
+
+
+@pytest.mark.parametrize(
+    "line", ["[0, [0.5], {", "[0, [0.5, 1.0], {}, \"\"]\n", "[0, [0.5], {\"z\": [1.0]}, \"\"]\n", "\0\0\0\n", "7\n",
+             "[0, [0.5], {\"y\": [1.0, 2.0]}, \"\"]\n", "[0, [0.5], {\"y\": [\"a\"]}, \"\"]\n"]
+)  # fmt: skip
+def test_what_a_kill_or_a_power_cut_leaves_is_not_taken_for_a_variant(tmp_path, line):
+    """Killed as the folder was begun, as a line was added, as its journal was replaced."""
+    folder, calls = tmp_path / "v", []
+    folder.mkdir()
+    (folder / f"{PREFIX}killed00.json").write_text("{")
+    asked = {"outputs": ["y"], "n": 20, "output": folder}
+    ct.vary(counted([]), {"x": ("uniform", 0.0, 1.0)}, **asked)
+    (folder / "part-00000.parquet").unlink()
+    (folder / JOURNAL).write_text(line)
+    (folder / f"{JOURNAL}.new").write_text("[0,")
+    found = ct.vary(counted(calls), {"x": ("uniform", 0.0, 1.0)}, **asked)
+    assert len(calls) == len(found) == 20
+    np.testing.assert_allclose(found["y"], found["x"] ** 2, rtol=1e-12)
+    again = ct.vary(counted(calls), {"x": ("uniform", 0.0, 1.0)}, anew=True, **asked)
+    assert len(again) == 20
+
+
 def test_values_that_shape_the_crank():
     """Allowed where no finite elements are, told of where they are."""
     varied = {"crankshaft.pin_diameter": ("values", ["-5 %", "+0 %", "+5 %"])}
@@ -270,6 +313,22 @@ def test_an_optimum_lies_at_its_limit():
     assert found["twist"] >= next(one["value"] for one in free["outputs"] if one["output"] == "twist")
     none = ct.optimize(engine, varied, minimize="twist", limits={"damper.heat": {"at_most": 1.0}}, **given)
     assert none["passed"] is False and not none["outputs"][1]["met"]
+
+
+@pytest.mark.parametrize("evaluations", [10, 11, 25])
+def test_a_search_of_few_evaluations_has_an_optimum(tmp_path, evaluations):
+    """Fewer than a first generation: the least amplification of those that were made, which resuming does not lose."""
+    path = tmp_path / "two.toml"
+    path.write_text(
+        'model = "two-mass"\noutputs = ["amplification"]\n[vary]\n"damping_ratio" = { low = 0.05, high = 0.5 }\n'
+        '"frequency_ratio" = { low = 0.7, high = 1.1 }\n'
+        f'[optimize]\nminimize = "amplification"\nevaluations = {evaluations}\n'
+    )
+    first = ct.optimize(path, output=tmp_path / "o", workers=1)
+    every = VariantFiles.open(tmp_path / "o").column("amplification")
+    assert first["outputs"][0]["value"] == pytest.approx(every.min(), rel=1e-12)
+    assert 5 <= first["evaluations"] <= evaluations
+    assert ct.optimize(path, output=tmp_path / "o", workers=1)["values"] == first["values"]
 
 
 def test_an_optimum_goes_on_where_it_ended(tmp_path):

@@ -5,8 +5,10 @@ import signal
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+from cranktrain.store.journal import add_row, drop_journal, journal_place, journal_rows
 from cranktrain.store.side_by_side import side_by_side
 from cranktrain.store.whole_file import DAY, PREFIX, whole_file
 
@@ -55,6 +57,39 @@ def test_a_broken_write_leaves_the_old_file(tmp_path):
         raise ValueError("broken")
     assert path.read_text() == "first"
     assert [file.name for file in path.parent.iterdir()] == ["a.txt"]
+
+
+ROW = """
+import sys
+import numpy as np
+from pathlib import Path
+from cranktrain.store.journal import add_row
+add_row(Path("a.h5"), "tie", np.arange(float(sys.argv[1])))
+"""
+
+
+@pytest.mark.parametrize("cut", [1, 7, 9, 20])
+def test_rows_added_after_a_half_written_one_are_read(tmp_path, cut):
+    """A killed process leaves a row's begin; what the next one adds stands behind the last whole row."""
+
+    def in_a_process(length):
+        subprocess.run([sys.executable, "-c", ROW, str(length)], cwd=tmp_path, check=True)
+
+    path = tmp_path / "a.h5"
+    in_a_process(3)
+    whole = journal_place(path).stat().st_size
+    in_a_process(4)
+    content = journal_place(path).read_bytes()
+    journal_place(path).write_bytes(content[: whole + cut])
+    in_a_process(5)
+    in_a_process(6)
+    assert [row.size for row in journal_rows(path, "tie")] == [3, 5, 6]
+    assert journal_rows(path, "other") == []
+    add_row(path, "other", np.zeros(2))
+    assert [row.size for row in journal_rows(path, "other")] == [2] and journal_rows(path, "tie") == []
+    drop_journal(path)
+    add_row(path, "other", np.zeros(1))
+    assert [row.size for row in journal_rows(path, "other")] == [1]
 
 
 @with_locks

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import Interrupted, bar, number, say, show_rows, word
+from cranktrain.cli.result_names import result_name
 from cranktrain.cli.run_options import add_source_options, engine_of, option_of, pressures_text
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, RECONSTRUCTIONS, STAGES, VALVETRAIN
@@ -71,7 +72,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="start value of a unit, e.g. cranktrain.crank.level=torsional; may be given several times",
     )  # fmt: skip
     add("--export-ssp", metavar="FILE.ssp", help="write the coupled system for other masters, and do not run it")
-    add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_coupled.h5)")
+    add(
+        "--output",
+        metavar="FILE.h5",
+        help="result file (default: ENGINE_SPEEDrpm_coupled.h5, with options other than the default in its name)",
+    )
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -80,7 +85,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.coupling.virtual_engine import Partners, summary, virtual_engine
     from cranktrain.results.files import check_target
 
-    output = Path(options.output or f"{Path(options.engine).stem}_{options.speed_rpm:g}rpm_coupled.h5")
+    output = Path(options.output or result_name(Path(options.engine).stem, options, add_options, "coupled"))
     if options.export_ssp is None:
         check_target(output)
     elif options.scheme == STAGES:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import Interrupted, labelled_bar, show
+from cranktrain.cli.result_names import result_name
 from cranktrain.cli.run_options import (
     add_run_options,
     add_settle_option,
@@ -58,15 +59,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add(
         "--output",
         metavar="FILE.h5",
-        help="result file (default: ENGINE_SPEEDrpm.h5, with the levels that are not the default ones in its name)",
+        help="result file (default: ENGINE_SPEEDrpm.h5, with options other than the default in its name)",
     )
-
-
-NAMED_LEVELS = {
-    "crank": "", "bearings": "", "big_ends": "big-ends-", "block": "block-", "pistons": "pistons-", "damper": "damper",
-    "load": "load",
-}  # fmt: skip
-"""Levels that the default name of a result tells, with what stands before their value."""
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -117,7 +111,7 @@ def _found(options: argparse.Namespace, in_file: bool) -> tuple[Run, Settings, P
 
     asked = engine, request, settings, gas = asked_of(options, options.speed_rpm)
     _check(options, engine, settings)
-    output = Path(options.output or default_name(engine, request))
+    output = Path(options.output or result_name(engine.name, options, add_options))
     if in_file:
         check_target(output)
     made = loaded(options, assembled(asked, options.inherit), gas, request.speed)
@@ -137,17 +131,6 @@ def _found(options: argparse.Namespace, in_file: bool) -> tuple[Run, Settings, P
     settled = found.settling
     note_axial_path(engine, settled.repeats == 1 or not settled.steady or len(settled.left) == 0)
     return found, settings, output, plots
-
-
-def default_name(engine: Engine, request: Request) -> str:
-    """Name of a result: engine, speed, and all levels other than the default ones, so that none replaces another's."""
-    usual = {field.name: field.default for field in fields(request)}
-    words = [f"{engine.name}_{request.speed_rpm:g}rpm"]
-    for name, word in NAMED_LEVELS.items():
-        value = getattr(request, name)
-        if value != usual[name]:
-            words.append(word if value is True else f"{word}{value}")
-    return "_".join(words).replace(":", "-") + ".h5"
 
 
 def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -> Run:

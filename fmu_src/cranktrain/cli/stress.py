@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import show_rows, stages
 from cranktrain.cli.fillets import add_fillet_option, chosen_throws, fillets_of
+from cranktrain.cli.result_names import result_name
 from cranktrain.cli.run_options import (
     add_encoder_option,
     add_level_options,
@@ -52,7 +53,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--no-check", dest="check", action="store_false",
         help="no comparison with direct solutions, which takes half a minute")  # fmt: skip
     add("--plots", metavar="FOLDER", help="folder for pictures: surface at 0, 90 … 630 degrees, envelope")
-    add("--output", metavar="FILE.h5", help="result file (default: ENGINE_SPEEDrpm_stress.h5)")
+    add(
+        "--output",
+        metavar="FILE.h5",
+        help="result file (default: ENGINE_SPEEDrpm_stress.h5, with options other than the default in its name)",
+    )
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -71,7 +76,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     settings = request.settings(engine, option_of)
     check_stressed(request, settings)
     gas = gas_of(request, engine)
-    output = Path(options.output or f"{engine.name}_{request.speed_rpm:g}rpm_stress.h5")
+    output = Path(options.output or result_name(engine.name, options, add_options, "stress"))
     check_target(output)
     if options.plots is not None:
         check_folder(Path(options.plots), pictures=STRESS_PICTURES)

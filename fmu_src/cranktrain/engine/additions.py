@@ -28,6 +28,7 @@ from cranktrain.core.errors import nearest
 from cranktrain.core.given import given_name
 from cranktrain.engine import connections as laws
 from cranktrain.engine import quantities as q
+from cranktrain.engine.parts import Given, Needed
 from cranktrain.engine.quantities import check_values, need
 
 GROUND = "ground"
@@ -47,6 +48,12 @@ class FrameTable:
     pin : place of the crank's pin across at crank angle 0, x and y, m
     length, bank, offset : of the rod; angle of the cylinder from the y axis; of its axis from the crank's, m, rad
     """
+
+    @staticmethod
+    def needed(given: Given) -> Needed:
+        """Of a rod or piston that no cylinder of the engine gives."""
+        alone = given("motion") in ("rod", "piston") and not given("cylinder")
+        return Needed(("pin", "length"), "give the cylinder whose rod it is, or") if alone else Needed()
 
     name: str
     ratio: q.GearRatio = 1.0
@@ -80,6 +87,18 @@ class BodyTable:
     discs, disc_masses, disc_polar, disc_diametral, disc_x, disc_y : interfaces of a shaft that carry a disc, its mass
         and moments of inertia, polar about z, and how far its centre of mass lies from the interface
     """
+
+    @staticmethod
+    def needed(given: Given) -> Needed:
+        """Of a rigid body or a shaft; a file holds all."""
+        if given("file"):
+            return Needed()
+        if not given("stations"):
+            return Needed(("mass", "inertia", "centre", "interfaces", "x", "y", "z"), "a rigid body needs")
+        sections = ("areas", "second_moments") if given("areas") or given("second_moments") else ("diameters",)
+        places = ("y", "z") if given("along") == "y" else ("z",)
+        discs = ("disc_masses", "disc_polar", "disc_diametral") if given("discs") else ()
+        return Needed(("interfaces", *places, *sections, *discs), "a shaft of stations needs")
 
     name: str
     frame: str = "rest"

@@ -63,12 +63,12 @@ def table_of(name: str, keys: Sequence[Any], about: str | None, like: str, **opt
 @cache
 def stated(part: Any, like: str) -> Any:
     """The table of a file that states a dataclass, all of its fields by entries."""
+    return table_of(part.__name__, keys_of(part), part.__doc__, like, needed=needed_keys(part))
 
-    def needed(table: Mapping[str, Any]) -> Sequence[str]:
-        """Optional keys that the values of a table's entries make necessary."""
-        return _needed(part, lambda key: (table.get(key) or {}).get("value")).keys
 
-    return table_of(part.__name__, keys_of(part), part.__doc__, like, needed=staticmethod(needed))
+def needed_keys(part: Any) -> Any:
+    """As the option ``needed`` of :func:`table_of`: optional keys that the values of a table make necessary."""
+    return staticmethod(lambda table: _needed(part, lambda key: _stated(table.get(key))).keys)
 
 
 def _needed(part: type, given: Callable[[str], Any]) -> Needed:
@@ -77,9 +77,14 @@ def _needed(part: type, given: Callable[[str], Any]) -> Needed:
     return Needed() if own is None else own(given)
 
 
+def _stated(entry: Any) -> Any:
+    """Value of an entry as written or as read; plain texts are their own."""
+    return entry.get("value") if isinstance(entry, Mapping) else getattr(entry, "value", entry)
+
+
 def part_of(part: type, read: Any, where: str, plain: Collection[str] = (), **further: Any) -> Any:
     """The dataclass of a table that was read, in SI; ``InputError``: an origin without its note, keys that it needs."""
-    wanted = _needed(part, lambda key: getattr(getattr(read, key), "value", None))
+    wanted = _needed(part, lambda key: _stated(getattr(read, key)))
     if missing := [key for key in wanted.keys if getattr(read, key) is None]:
         are, them = ("is", "it") if len(missing) == 1 else ("are", "them")
         place = f"{where}.{missing[0]}:" if len(missing) == 1 else f"{where}: keys {', '.join(map(repr, missing))}"

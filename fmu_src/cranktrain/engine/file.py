@@ -30,7 +30,7 @@ from cranktrain.engine.additions import TEXTS as TEXTS_OF
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.connections import DATA
 from cranktrain.engine.entries import ORIGINS as ORIGINS
-from cranktrain.engine.entries import keys_of, part_of, said, stated, table_of
+from cranktrain.engine.entries import keys_of, needed_keys, part_of, said, stated, table_of
 from cranktrain.engine.firing import from_first_cylinder
 from cranktrain.engine.model import Engine, optional_fields
 from cranktrain.engine.written import document_of
@@ -127,10 +127,18 @@ def engine_table() -> Any:
         keys.append((name, kind | None, None) if name in optional else (name, kind))
     for name, part in TABLES.items():
         own = keys_of(part, TEXTS_OF[name], without=("law", *DATA))
-        kinds = [table_of(part.__name__, own, part.__doc__, ADDED_LIKE)]
+        kinds = [table_of(part.__name__, own, part.__doc__, ADDED_LIKE, needed=needed_keys(part))]
         if name == "connection":
             kinds = [
-                table_of(data.__name__, [*own, *keys_of(data)], data.__doc__, ADDED_LIKE, tag_field="law", tag=law)
+                table_of(
+                    data.__name__,
+                    [*own, *keys_of(data)],
+                    data.__doc__,
+                    ADDED_LIKE,
+                    tag_field="law",
+                    tag=law,
+                    needed=needed_keys(data),
+                )
                 for law, data in DATA.items()
             ]
         keys.append((name, list[reduce(or_, kinds)] | None, None))  # type: ignore[misc]

@@ -31,6 +31,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine import quantities as q
+from cranktrain.engine.parts import Needed
 
 PARTS = 8
 """Straight pieces by which the curve of torque over twist follows each sloping piece of the stiffness over torque."""
@@ -66,6 +67,18 @@ class Shaft:
     def bends_the_line(self) -> bool:
         """Whether its torque is not linear in twist and rate."""
         return bool(self.torques) or self.friction > 0.0
+
+
+def needed_of_shaft(given: Mapping[str, Any]) -> Needed:
+    """Keys of a file that a shaft needs, those that its other keys make necessary among them."""
+    if "frequencies" in given:
+        why = "runs in time and lists of modes take stiffness and damping at one 'frequency', Hz, so give"
+        return Needed(("between", "stiffness", "frequency"), why)
+    if "twists" in given:
+        return Needed(("between", "torques"), "a curve of torque over twist needs")
+    if "torques" in given:
+        return Needed(("between", "stiffness"), "a table over torque needs")
+    return Needed(("between",))
 
 
 def element_values(where: str, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -186,11 +199,6 @@ def _over_frequency(where: str, given: Mapping[str, Any]) -> dict[str, Any]:
             raise InputError(f"{where}: {len(columns[key])} values of {key} for {len(frequencies)} frequencies")
     if min(columns["stiffness"]) <= 0.0:
         raise InputError(f"{where}: stiffness must be above 0 at every frequency")
-    if not given.get("frequency"):
-        raise InputError(
-            f"{where}: has frequencies; give 'frequency' too, Hz: where runs in time and lists of modes take stiffness "
-            "and damping"
-        )
     nominal = {key: float(np.interp(given["frequency"], frequencies, column)) for key, column in columns.items()}
     return {"frequencies": frequencies, "stiffnesses": columns["stiffness"], "dampings": columns["damping"], **nominal}
 

@@ -53,7 +53,8 @@ from cranktrain.core.text_table import first_words
 from cranktrain.core.units import known_factor
 from cranktrain.core.user_file import TABLES, ending, is_number, read_toml
 from cranktrain.engine import quantities as q
-from cranktrain.engine.line_elements import Shaft, element_values
+from cranktrain.engine.line_elements import Shaft, element_values, needed_of_shaft
+from cranktrain.engine.parts import Needed
 from cranktrain.engine.quantities import kinds
 
 GROUND = "ground"
@@ -203,7 +204,7 @@ def _scale(where: str, column: str, unit: str) -> float:
     """A column's unit in SI; ``InputError`` where it measures something else."""
     if column in (*TEXTS, "") or not unit:
         return 1.0
-    rule = _rule(Disc, column) if column in ("inertia", "damping") else _rule(Shaft, SHAFT_COLUMNS[column])
+    rule = key_rule(Disc, column) if column in ("inertia", "damping") else key_rule(Shaft, SHAFT_COLUMNS[column])
     found = known_factor(unit, rule.dimension)
     if found is None:
         raise InputError(
@@ -229,9 +230,7 @@ def _number(where: str, key: str, text: str, dialect: Dialect) -> float:
 
 def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict[str, Any]:
     """Values of one row, checked one by one."""
-    where, valid = f"{path}: {part} {number}", tuple(field.name for field in fields(kind))
-    if kind is Shaft:
-        valid = ("between", *(key for key in SHAFT_COLUMNS.values() if key != "between"))
+    where, valid = f"{path}: {part} {number}", row_keys(kind)
     values: dict[str, Any] = {}
     if not isinstance(row, Mapping):
         raise InputError(f"{where}: {shown(row)} is not a table; write [[{part}]] before its keys")
@@ -246,24 +245,30 @@ def _row(path: str | Path, part: str, number: int, row: Any, kind: type) -> dict
                 raise InputError(f'{where}: between = {shown(value)} is no pair of discs; write between = ["a", "b"]')
             value = tuple(value)
         elif kind is Shaft and key in LISTS and isinstance(value, list):
-            value = tuple(_value(f"{where}: {key}[{k}]", _rule(kind, key), one) for k, one in enumerate(value, 1))
+            value = tuple(_value(f"{where}: {key}[{k}]", key_rule(kind, key), one) for k, one in enumerate(value, 1))
         elif key in ("torques", "twists", "frequencies"):
-            value = (_value(f"{where}: {key}", _rule(kind, key), value),)
+            value = (_value(f"{where}: {key}", key_rule(kind, key), value),)
         else:
-            value = _value(f"{where}: {key}", _rule(kind, key), value)
+            value = _value(f"{where}: {key}", key_rule(kind, key), value)
             if key == "ratio" and value == 0.0:
                 raise InputError(f"{where}: ratio = 0 turns nothing; give the speed of disc 2 over that of disc 1")
         values[key] = value
-    for key in ("name", "inertia") if kind is Disc else ("between",):
-        if key not in values:
-            raise InputError(f"{where}: '{key}' is missing; add it")
+    needed, why = needed_of_shaft(values) if kind is Shaft else Needed(("name", "inertia"))
+    if missing := [key for key in needed if key not in values]:
+        keys, are, them = ("", "is", "it") if len(missing) == 1 else ("keys ", "are", "them")
+        raise InputError(f"{where}: {keys}{', '.join(map(repr, missing))} {are} missing; {why or 'add'} {them}")
     if kind is Disc:
         return values
     ends = " to ".join(map(str, values["between"]))
     return element_values(f"{where} ({ends})", values)
 
 
-def _rule(kind: type, key: str) -> Any:
+def row_keys(kind: type) -> tuple[str, ...]:
+    """Keys of a row of discs or shafts."""
+    return tuple(SHAFT_COLUMNS.values()) if kind is Shaft else tuple(field.name for field in fields(kind))
+
+
+def key_rule(kind: type, key: str) -> Any:
     """Quantity or names of a key."""
     return TWIST if key == "twists" else kinds(kind)[key][2]
 

@@ -28,9 +28,9 @@ from scipy.interpolate import PchipInterpolator
 from cranktrain.core.errors import InputError
 from cranktrain.core.text_table import split_columns
 from cranktrain.engine.model import Engine
-from cranktrain.loads.pressure_level import refuse_any_unit, unit_of_trace
+from cranktrain.loads.pressure_level import CANDIDATES, meant, refuse_any_unit, unit_of_trace
 from cranktrain.loads.pressure_points import FEWEST, PressurePoints, read_points
-from cranktrain.loads.pressure_units import PressureUnit, header_unit, named_unit, unit_in_text
+from cranktrain.loads.pressure_units import FOREIGN, PressureUnit, header_unit, named_unit, unit_in_text
 from cranktrain.loads.trace_doubts import trace_doubts
 
 Array = NDArray[np.float64]
@@ -162,6 +162,13 @@ def _stated(points: PressurePoints, unit: str | None, name: str) -> PressureUnit
         raise InputError(f"{name}: the header states several pressure units, {names}; give all columns in one")
     if not stated:
         stated = {found for cells in points.head.header[-1:] if (found := unit_in_text(cells[-1])) is not None}
+    doubtful = next((column for column in points.names if column.lower() in FOREIGN), None)
+    if doubtful and not stated:
+        likely = meant(CANDIDATES, float(points.peaks.max()))
+        raise InputError(
+            f"{name}, column {doubtful}: no unit of pressure is stated, and the name may be the unit of an amplifier's "
+            f"signal; state it, --pressure-unit: {likely}"
+        )
     return next((found._replace(how=f"{found.how} by the header") for found in stated), None)
 
 

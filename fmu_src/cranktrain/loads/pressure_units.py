@@ -17,7 +17,7 @@ UNITS = {
 }  # fmt: skip
 """Pa in each unit; followed by g (psig, barg, kPag) it counts from one standard atmosphere, by a it is absolute."""
 _SPELT = {unit.lower().replace("/", ""): unit for unit in UNITS}
-_FOREIGN = {"v", "mv", "pc"}
+FOREIGN = {"v", "mv", "pc"}
 """What charge amplifiers write, which is no pressure."""
 _ANGLES = {"deg", "degree", "degrees", "degca", "ca", "cad", "°", "°ca", "grad"}
 _GAUGE, _ABSOLUTE = {"g", "gauge", "rel", "relative"}, {"a", "abs", "absolute"}
@@ -65,7 +65,7 @@ def header_unit(cells: list[str], name: str) -> PressureUnit | None:
         return found
     alone = bool(words) and len(cells) > 1 and cells[0].strip().lower() in _ANGLES
     named = kind_of(cells[-1], ("pressure",)) == "pressure" or (len(words) == 1 and words[0] == "pc")
-    foreign = [word for word in words if word in _FOREIGN] if len(words) > 1 else []
+    foreign = [word for word in words if word in FOREIGN] if len(words) > 1 else []
     unknown = bracketed or foreign or (words if alone and not named else [])
     unknown = [word for word in unknown if word not in _ENDINGS and word not in ("", "p", "pressure")]
     if unknown:

@@ -1,8 +1,8 @@
 """Journal beside a file that is only rewritten completely: rows of numbers finished since, added one by one.
 
 Adding a row takes a hundredth of the time of rewriting the file, and rows in the journal survive if the process is
-killed. A row that was half-written when the process was killed ends the journal. A mark ties the journal to the content
-of its file; for another file it is ignored.
+killed. A row that was half-written when the process was killed ends the journal, and is cut off before the next row is
+added. A mark ties the journal to the content of its file; for another file it is ignored.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from cranktrain.core.reduced_body import Array
 FORMAT = b"cranktrain journal 1\n"
 HEAD = struct.Struct("<II")
 """Before each row: its bytes, and their CRC-32."""
+_WHOLE: dict[Path, int] = {}
+"""Where the last whole row of journals ends that this process added to."""
 
 
 def journal_place(path: Path) -> Path:
@@ -33,37 +35,48 @@ def add_row(path: Path, tie: str, row: Array) -> None:
     place, begin = journal_place(path), _begin(tie)
     content = np.ascontiguousarray(row, dtype="<f8").tobytes()
     try:
-        known = place.is_file() and _starts(place, begin)
-        with place.open("ab" if known else "wb") as file:
+        end = _WHOLE.get(place) or (_rows(place.read_bytes(), begin)[1] if place.is_file() else 0)
+        known = end > 0 and place.is_file() and _starts(place, begin)
+        with place.open("r+b" if known else "wb") as file:
+            if known:
+                file.truncate(end)
+                file.seek(end)
             file.write((b"" if known else begin) + HEAD.pack(len(content), zlib.crc32(content)) + content)
+            _WHOLE[place] = file.tell()
     except OSError as error:
         raise StoreError(f"{place}: cannot be written ({error.strerror or error}); choose another place") from None
 
 
 def journal_rows(path: Path, tie: str) -> list[Array]:
     """Rows in the journal of a file, (n,) each; none where there is no journal, or it is another content's."""
-    begin = _begin(tie)
     try:
         content = journal_place(path).read_bytes()
     except OSError:
         return []
-    found: list[Array] = []
-    at = len(begin) if content.startswith(begin) else len(content)
-    while at + HEAD.size <= len(content):
-        size, checksum = HEAD.unpack_from(content, at)
-        at += HEAD.size
-        row = content[at : at + size]
-        if len(row) < size or size % 8 or zlib.crc32(row) != checksum:
-            break
-        found.append(np.frombuffer(row, dtype="<f8").astype(np.float64))
-        at += size
-    return found
+    return _rows(content, _begin(tie))[0]
 
 
 def drop_journal(path: Path) -> None:
     """Remove the journal of a file that holds it all."""
+    _WHOLE.pop(journal_place(path), None)
     with suppress(OSError):
         journal_place(path).unlink()
+
+
+def _rows(content: bytes, begin: bytes) -> tuple[list[Array], int]:
+    """Rows of a journal's content, and where the last whole one ends; 0 for another file's journal."""
+    found: list[Array] = []
+    if not content.startswith(begin):
+        return found, 0
+    end = len(begin)
+    while end + HEAD.size <= len(content):
+        size, checksum = HEAD.unpack_from(content, end)
+        row = content[end + HEAD.size : end + HEAD.size + size]
+        if len(row) < size or size % 8 or zlib.crc32(row) != checksum:
+            break
+        found.append(np.frombuffer(row, dtype="<f8").astype(np.float64))
+        end += HEAD.size + size
+    return found, end
 
 
 def _begin(tie: str) -> bytes:

@@ -11,6 +11,7 @@ half-written when the process was killed ends the journal. Everything is in SI; 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.types import Array
 from cranktrain.store.sound_files import DAMAGED, json_of
-from cranktrain.store.whole_file import marked, whole_file
+from cranktrain.store.whole_file import TEMPORARY, marked, whole_file
 
 HEAD, JOURNAL, PART = "_study.json", "_journal.jsonl", "part-{:05d}.parquet"
 FORMAT = "cranktrain variants 1"
@@ -89,7 +90,6 @@ class VariantFiles:
             )
         except DAMAGED as error:
             raise StoreError(f"{folder}: is no folder of variants ({error}); name one that vary wrote") from None
-        found._parts = len(list(folder.glob("part-*.parquet")))
         return found
 
     def begin(self, digest: str, anew: bool) -> set[int]:
@@ -102,7 +102,7 @@ class VariantFiles:
             raise InputError(f"{self.folder}: exists and is no folder; name another --output")
         head = {"format": FORMAT, "digest": digest, "names": self.names, "units": self.units,
                 "columns": self.columns, "speeds": self.speeds.tolist(), "about": self.about}  # fmt: skip
-        if self.folder.is_dir() and any(self.folder.iterdir()):
+        if self.folder.is_dir() and any(not TEMPORARY.fullmatch(place.name) for place in self.folder.iterdir()):
             if not (self.folder / HEAD).is_file():
                 raise InputError(f"{self.folder}: holds other files; name another --output")
             if anew:
@@ -119,7 +119,9 @@ class VariantFiles:
         if not (self.folder / HEAD).is_file():
             with whole_file(self.folder / HEAD, marked("head of a study", FORMAT)) as place:
                 place.write_text(json.dumps(head), "utf-8")
-        self._parts = len(list(self.folder.glob("part-*.parquet")))
+        # One that is lost leaves its number free, so that no later one is replaced.
+        names = [re.fullmatch(r"part-(\d{1,9})\.parquet", place.name) for place in self.folder.iterdir()]
+        self._parts = max((int(found[1]) + 1 for found in names if found), default=0)
         held = {int(n) for table in self._tables([NUMBER]) for n in table.column(NUMBER).to_numpy()}
         self._waiting = [row for row in self._journal_rows() if row.number not in held]
         self._open_journal(rewrite=True)
@@ -214,7 +216,16 @@ class VariantFiles:
                 if not line.endswith("\n"):
                     return
                 number, values, outputs, failed = json_of(line)
-                yield Row(number, np.array(values), {n: np.array(v) for n, v in outputs.items()}, failed)
+                row = Row(int(number), np.array(values), {n: np.array(v) for n, v in outputs.items()}, str(failed))
+                if not self._fits(row):
+                    return
+                yield row
+
+    def _fits(self, row: Row) -> bool:
+        """Whether a row of the journal is one of this study."""
+        sizes = {column.name: self.speeds.size if column.over_speed else 1 for column in self.columns}
+        arrays = [(row.values, len(self.names)), *((value, sizes.get(name)) for name, value in row.outputs.items())]
+        return all(value.shape == (size,) and value.dtype.kind in "fiu" for value, size in arrays)
 
     def _open_journal(self, rewrite: bool) -> None:
         """The journal, holding the waiting variants; replaced as a whole, so that none is lost meanwhile."""
@@ -228,7 +239,8 @@ class VariantFiles:
 
     def _clear(self) -> None:
         """Remove the files of a study that is replaced."""
-        for place in (*self.folder.glob("part-*.parquet"), self.folder / JOURNAL, self.folder / HEAD):
+        journals = (self.folder / JOURNAL, self.folder / f"{JOURNAL}.new")
+        for place in (*self.folder.glob("part-*.parquet"), *journals, self.folder / HEAD):
             place.unlink(missing_ok=True)
 
 

@@ -230,8 +230,9 @@ def _search(study: Study, search: Search) -> None:
     """Differential evolution, then refinement from the best."""
     aim, d = study.aim, len(study.varied)
     assert aim is not None
-    refined = max(int(REFINED * aim.evaluations), 4 * d)
-    members = max(MEMBERS * d, 2 * MEMBERS)
+    # The first generation fits into what is left, however few evaluations there are: ten at least.
+    refined = min(max(int(REFINED * aim.evaluations), 4 * d), aim.evaluations // 2)
+    members = min(max(MEMBERS * d, 2 * MEMBERS), aim.evaluations - refined)
     search.left -= refined
     rng = np.random.default_rng(aim.seed)
     start = rng.random((members, d))
@@ -251,7 +252,7 @@ def _search(study: Study, search: Search) -> None:
 def _refine(search: Search, rule: str, d: int) -> None:
     """Refine the best by one rule, with what it may use of the evaluations that are left."""
     point = np.array([_inverse(search._box, k, value) for k, value in enumerate(search.best[1].tolist())])
-    limit = max(search.left // 2, 1)
+    limit = max(search.left // 2, d + 2)
     try:
         if rule == "COBYLA":
             rules = {"type": "ineq", "fun": lambda x: _within(search, x)}

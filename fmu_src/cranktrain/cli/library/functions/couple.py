@@ -52,6 +52,6 @@ def couple(
     no_valvetrain : no valve train: built-in valve lifts, no torque of cams
     values : start value of a unit, e.g. cranktrain.crank.level=torsional; may be given several times
     export_ssp : write the coupled system for other masters, and do not run it
-    output : result file (default: ENGINE_SPEEDrpm_coupled.h5)
+    output : result file (default: ENGINE_SPEEDrpm_coupled.h5, with options other than the default in its name)
     """
     return call("couple", locals())

@@ -92,6 +92,6 @@ def simulate(
         or an array over 720 degrees, or a function of the loaded end's angle (rad) and speed (rad/s)
     plots : folder for pictures of journal orbits and least films
     steady : also the steady state in the frequency domain; needs crank torsional, bearings held, no damper
-    output : result file (default: ENGINE_SPEEDrpm.h5, with the levels that are not the default ones in its name)
+    output : result file (default: ENGINE_SPEEDrpm.h5, with options other than the default in its name)
     """
     return call("simulate", locals())

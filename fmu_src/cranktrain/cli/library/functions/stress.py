@@ -68,6 +68,6 @@ def stress(
         1,6; minutes and 3 to 4 GB the first time, then kept
     check : no comparison with direct solutions, which takes half a minute
     plots : folder for pictures: surface at 0, 90 … 630 degrees, envelope
-    output : result file (default: ENGINE_SPEEDrpm_stress.h5)
+    output : result file (default: ENGINE_SPEEDrpm_stress.h5, with options other than the default in its name)
     """
     return call("stress", locals())

@@ -1,0 +1,49 @@
+"""Default names of result files: they tell all options that differ from the usual, so that no run replaces another."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import re
+from collections.abc import Callable
+
+LEVELS = ("crank", "bearings")
+"""Options whose values speak for themselves."""
+APART = ("engine", "speed_rpm", "verb", "json", "output", "plots", "steady", "export_ssp")
+"""Options that change nothing in a result's file, and those that its name tells anyway."""
+LONGEST, LONGEST_NAME = 24, 120
+"""Characters of a value, and of a name, beyond which a digest stands for the rest."""
+
+
+def result_name(
+    engine: str, options: argparse.Namespace, add_options: Callable[[argparse.ArgumentParser], None], kind: str = ""
+) -> str:
+    """Name of a verb's result: engine, speed, what kind it is, and all options that are not the default ones.
+
+    ``add_options`` is the verb's, which says what the defaults are.
+    """
+    usual = argparse.ArgumentParser(add_help=False)
+    add_options(usual)
+    usual.set_defaults(mesh_unit="m")
+    words = [f"{engine}_{options.speed_rpm:g}rpm", *([kind] if kind else [])]
+    for name, value in vars(options).items():
+        if name not in APART and value != usual.get_default(name):
+            words.append(_word(name.replace("_", "-"), value))
+    return f"{_short('_'.join(words), LONGEST_NAME)}.h5"
+
+
+def _word(name: str, value: object) -> str:
+    """An option as a part of a file's name."""
+    if isinstance(value, bool):
+        return name if value else f"no-{name}"
+    text = "+".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+    text = _short(re.sub(r"[^\w.+-]+", "-", text).strip("-."), LONGEST, text)
+    return text if name in LEVELS else f"{name}-{text}"
+
+
+def _short(text: str, longest: int, whole: str = "") -> str:
+    """Text whose end is a digest where it is too long."""
+    if len(text) <= longest:
+        return text
+    digest = hashlib.sha256((whole or text).encode("utf-8", "surrogateescape")).hexdigest()[:8]
+    return f"{text[: longest - 9]}-{digest}"
