@@ -11,6 +11,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.ticker import NullFormatter
 
+from cranktrain.film.laws.ehd import IN_LOOP
 from cranktrain.store.whole_file import whole_file
 
 FAMILIES = {
@@ -106,7 +107,8 @@ def plot_shapes(ax: Any, rows: list[dict[str, Any]]) -> None:
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel("bore shapes / 1")
     ax.set_ylabel("processor time per film with tangents / µs")
-    ax.set_title("Elastic film of 48×8 nodes over its local bore shapes", fontsize=10, loc="left")
+    grid = f"{IN_LOOP.n_phi}×{IN_LOOP.n_z}"
+    ax.set_title(f"Elastic film of {grid} nodes over its local bore shapes", fontsize=10, loc="left")
 
 
 def plot_levels(ax: Any, levels: dict[str, Any]) -> None:

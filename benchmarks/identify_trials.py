@@ -12,8 +12,9 @@ true engines are run, and all trials beyond differ in their noise alone. ``--dec
 torsional mode without the damper's ring, measured to 5 %, as the command advises where the orders hardly know the
 damping ratio. ``--signals`` says for the first trial what each further signal would leave of the deviations, and what
 the command advises. ``--teeth-mdeg 10`` adds a constant of 10 mdeg and random phase to each whole order, as a toothed
-wheel does; the fit takes it as unknown, with ``--even-teeth`` it does not. With ``--above next`` intervals contain the
-step to the next crank that bends, as those of the command do by default.
+wheel does; the fit takes it as unknown, with ``--even-teeth`` it does not. ``--encoder flywheel`` lets the
+pressures of the truth follow the angle of the flywheel in place of each pin's own, while the fit takes the pins'. With
+``--above next`` intervals contain the step to the next crank that bends, as those of the command do by default.
 
 ``--record FILE`` keeps truths and trials as lines of JSON and goes on from there. Prints a row for each parameter, and
 a line of JSON for each engine with the machine's load.
@@ -36,6 +37,8 @@ import numpy as np
 from cranktrain.core.errors import CranktrainError
 from cranktrain.core.types import Array
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.levels import ENCODERS
+from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.identification.advice import advised
 from cranktrain.studies.identification.comparison import Comparison
@@ -76,12 +79,15 @@ def main() -> None:
     add("--decay", type=float, help="deviation of a free decay of the first mode, without the damper's ring")
     add("--teeth-mdeg", type=float, default=0.0, help="constant error of whole orders, as a wheel has, mdeg")
     add("--even-teeth", action="store_true", help="fitted as if the wheel had no such error")
+    add("--encoder", choices=ENCODERS, default="pin", help="whose angle the pressures of the truth follow")
     add("--signals", action="store_true", help="deviations of the first trial with each further signal")
     add("--draws", type=int, default=100, help="different true parameters; then noise alone differs")
     add("--sobol", action="store_true", help="with the starts of a Sobol sequence, as the command takes them")
     add("--seed", type=int, default=1)
     add("--record", type=Path, help="lines of JSON to go on from")
     given = options.parse_args()
+    if given.truth == "time" and given.encoder != "pin":
+        options.error("--encoder goes with --truth harmonic-balance or linear; for runs in time leave it pin")
     warnings.simplefilter("ignore")
     for name in given.engines:
         with one_thread():
@@ -94,6 +100,17 @@ class Drawn:
 
     inner: Array
     orders: tuple[Any, ...]
+
+
+class Encoded(TorsionalModel):
+    """A torsional crank whose pressures follow the angle of a place, ``encoder``."""
+
+    encoder = "pin"
+
+    def assembly(self, values: Array) -> Assembly:
+        """That of the values, with the encoder."""
+        made = super().assembly(values)
+        return replace(made, settings=replace(made.settings, encoder=self.encoder))
 
 
 class Trials:
@@ -122,6 +139,8 @@ class Trials:
         seen = [s for s, size in zip(self.model.data.strands, sizes, strict=True) if size > NOISE * max(sizes)]
         decay = () if given.decay is None else (Scalar("decay", RATIO, 1, 0.02, given.decay, False),)
         self.model = TorsionalModel(self.engine, Data(tuple(seen), decay), self.sought, 1.0, damper, True)
+        self.true = Encoded(self.engine, self.model.data, self.sought, 1.0, damper, True)
+        self.true.encoder = given.encoder
         scored = given.truth != "time" or given.crank == "torsional"
         self.counted = [k for k, one in enumerate(self.sought) if scored or one.key not in OWN]
         self.key = f"{name}, {given.truth} {given.crank}, {given.level}, {given.speeds}, {given.flywheel}, {given.seed}"
@@ -129,6 +148,8 @@ class Trials:
             self.key += f", {given.above}"
         if given.teeth_mdeg:
             self.key += f", teeth {given.teeth_mdeg} mdeg, {given.even_teeth}"
+        if given.encoder != "pin":
+            self.key += f", encoder {given.encoder}"
         if given.decay is not None:
             self.key += f", decay {given.decay}"
         self.drawn: dict[int, Drawn | None] = {}
@@ -256,7 +277,7 @@ class Trials:
                 finally:
                     self.model.sought = kept
             else:
-                answer = self.model.balanced if self.given.truth != "linear" else self._linear
+                answer = self.true.balanced if self.given.truth != "linear" else self._linear
                 orders = answer(values)
         except CranktrainError as error:
             print(f"no truth: {error}")
@@ -268,7 +289,7 @@ class Trials:
         return self.drawn[draw]
 
     def _linear(self, values: Array) -> Any:
-        return self.model.answers(values).strands
+        return self.true.answers(values).strands
 
     def _read(self) -> None:
         if self.given.record is None or not self.given.record.is_file():

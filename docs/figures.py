@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import cranktrain as ct
+from cranktrain.film.laws.ehd import FINE
 from cranktrain.structure.crank.reduction import reduced_crankshaft
 from cranktrain.studies.torsion.level_frequencies import level_frequencies
 
@@ -323,7 +324,8 @@ def elastic_grid_table(found: dict[str, Any]) -> str:
         unit = "kN" if name == "force_kn" else "N m"
         texts = [", ".join(f"{value:.3g}" for value in found[grid][name]) for grid in ("loop", "fine")]
         rows.append((f"{label} of each main / {unit}", *texts))
-    return table(("second cycle, 2000 rev/min", "48 × 8", "96 × 16"), rows)
+    grids = [f"{factor * FINE.n_phi} × {factor * FINE.n_z}" for factor in (1, 2)]
+    return table(("second cycle, 2000 rev/min", *grids), rows)
 
 
 def damper() -> str:

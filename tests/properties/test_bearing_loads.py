@@ -14,6 +14,7 @@ from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.bearing_limits import BearingLimits
 from cranktrain.engine.file import load_engine
+from cranktrain.film.laws.register import bearing_law
 from cranktrain.results.bearings.cycle import bearing_report, rod_lean
 from cranktrain.results.bearings.limits import missing_limits, violations
 from cranktrain.results.bearings.run_up_cycles import bearing_outputs, run_up_bearings
@@ -209,11 +210,42 @@ def test_heat_of_all_films_is_what_the_gas_gives_less_what_leaves_through_the_sh
     assert report.total("friction_power") < 0.97 * lost  # squeeze is part of it
 
 
-def saved(path, **changes):
+def saved(path, bearings="impedance", **changes):
     """Result file of a made-up run."""
     run = made_up(**changes)
     data = {name: (values, "") for name, values in {"time": run.time, "angle": run.angle, **run.outputs}.items()}
-    return str(write_result(path, data, {"engine": "diesel_i6"}))
+    return str(write_result(path, data, {"engine": "diesel_i6", "bearings": bearings}))
+
+
+def grid_said(capsys, *asked):
+    """Lines of the verb on the grid of elastic films."""
+    assert main(["bearing-loads", "diesel_i6", *map(str, asked)]) == 0
+    return [line for line in capsys.readouterr().out.splitlines() if line.startswith("Grid of level")]
+
+
+@pytest.mark.parametrize("level", ["ehd", "ehd:fine"])
+def test_the_error_of_the_grid_is_told_with_elastic_films_alone(level, tmp_path, capsys):
+    """Of the main with the thinnest film and of that with the largest pressure; a main without film has neither."""
+    films = {
+        "film_thickness_min": lambda crank, i: [0.0, 5e-6, 1.5e-6, 5e-6, 5e-6, 5e-6, 5e-6][i - 1] + 0.0 * crank,
+        "pressure_max": lambda crank, i: [0.0, 5e7, 5e7, 5e7, 2e8, 5e7, 5e7][i - 1] + 0.0 * crank,
+    }
+    other, own = saved(tmp_path / "a.h5", main=films), saved(tmp_path / "b.h5", level, main=films)
+    assert grid_said(capsys, "--result", other) == []
+    film, pressure = (f"within {100.0 * error:.0f} %" for error in bearing_law(level).film_errors)
+    [line] = grid_said(capsys, "--result", other, own)
+    assert f"level {level}: the least film of main[3], 1.50 um, is {film}" in line
+    assert f"largest pressure of main[5], 200 MPa, {pressure}" in line
+    assert main(["bearing-loads", "diesel_i6", "--result", other, own, "--json"]) == 0
+    told = [speed["grid_errors"] for speed in json.loads(capsys.readouterr().out)["speeds"]]
+    assert sorted(map(bool, told)) == [False, True]
+    faster = made_up(main=films)
+    faster.time /= 1.1
+    run_up = run_up_of(made_up(), faster, outputs=bearing_outputs(ENGINE))
+    for name, lines in (("impedance", []), (level, [line])):
+        path = tmp_path / f"{len(lines)}.h5"
+        replace(run_up, attributes={**run_up.attributes, "bearings": name}).save(path)
+        assert grid_said(capsys, "--run-up", path) == lines
 
 
 def test_the_verb_reads_results_and_warns_of_limits(tmp_path, capsys):

@@ -1,5 +1,8 @@
 """Integrators whose largest pressures of elastic films do not settle are refused wherever they are chosen."""
 
+import tomllib
+from pathlib import Path
+
 import pytest
 
 from cranktrain.core.errors import InputError
@@ -39,6 +42,12 @@ def test_elastic_films_refuse_them_in_one_line(name, levels):
         assert keeps_peaks(method, others, engine) and not keeps_peaks(method, chosen, engine)
     for method in ("auto", "esdirk3", "esdirk4", "esdirk47"):
         check_levels(resolved(Settings(integrator=method, **levels), engine), engine)
+
+
+def test_the_interface_of_the_fmu_names_them():
+    listed = tomllib.loads((Path(__file__).parents[2] / "modelDescription" / "interface.toml").read_text("utf-8"))
+    [told] = [row["description"] for row in listed["variable"] if row["name"] == "solver.integrator"]
+    assert f"{', '.join(LOST[:-1])} and {LOST[-1]} are refused" in told
 
 
 def test_usual_methods_are_those_that_settle():

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
     from cranktrain.results.bearings.cycle import BearingReport
 
-    Named = Iterator[tuple[str, BearingReport]]
-    """Reports, each with the name that its pictures have."""
+    Named = Iterator[tuple[str, str, BearingReport]]
+    """Reports, each with the name that its pictures have and the level of its mains."""
 
 DESCRIPTION = "Bearings over a cycle at one speed or several: loads, films, friction, oil flow, held against limits."
 
@@ -51,6 +51,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     """Report on each speed as it comes; an interrupt keeps the speeds that are finished."""
     from cranktrain.results.bearings.figures import save_over_speed, save_polar_pictures
     from cranktrain.results.bearings.tables import bearing_tables, bearings_dict, speed_table, total_text
+    from cranktrain.results.tables import grid_text
 
     engine = engine_of(options)
     if options.big_ends is None:
@@ -64,12 +65,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     found: list[dict[str, Any]] = []
     interrupted = False
     try:
-        for name, report in _stored(engine, options.result) if options.result else _run(engine, options):
-            found.append(bearings_dict(report))
+        for name, level, report in _stored(engine, options.result) if options.result else _run(engine, options):
+            found.append(bearings_dict(report, level))
             if not options.json:
                 for table in bearing_tables(found[-1]):
                     show(table)
                 print("\n".join((*articulated_text(engine), total_text(found[-1]))), flush=True)
+                if errors := found[-1]["grid_errors"]:
+                    print(grid_text(errors))
             if folder is not None:
                 plots += save_polar_pictures(folder, report, name)
             for violation in found[-1]["violations"]:
@@ -94,8 +97,10 @@ def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None
     """Report on all speeds of a run-up at once, in one table; polar load diagrams where a load is largest."""
     from cranktrain.results.bearings.figures import save_over_speed, save_polar_pictures, speed_name
     from cranktrain.results.bearings.run_up_cycles import run_up_bearings
-    from cranktrain.results.bearings.tables import bearings_dict, speed_table
+    from cranktrain.results.bearings.tables import bearings_dict, main_films, speed_table
     from cranktrain.results.run_up.run_up import RunUp
+    from cranktrain.results.summary import grid_errors
+    from cranktrain.results.tables import grid_text
 
     run_up = RunUp.load(options.run_up)
     _check_engine(engine, options.run_up, run_up.attributes.get("engine"))
@@ -109,9 +114,12 @@ def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None
         if not reports:
             raise InputError(f"{options.run_up}: none of its speeds has a result ({said} rev/min)")
         say(f"no result at {said} rev/min, so no bearing loads there")
-    found = [bearings_dict(report) for report in reports]
+    level = str(run_up.attributes.get("bearings", ""))
+    found = [bearings_dict(report, level) for report in reports]
     if not options.json:
         show(speed_table(found))
+        if errors := grid_errors(level, [film for report in reports for film in main_films(report)]):
+            print(grid_text(errors))
     for text in _gathered(found):
         say(f"warning: {text}")
     if unsteady := int(((run_up.repeats != 1) & (run_up.cycles > 0)).sum()):
@@ -120,7 +128,7 @@ def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None
     plots: list[Path] = []
     if folder is not None:
         worst = max(reports, key=lambda report: max(bearing.load.value for bearing in report.bearings))
-        plots = save_polar_pictures(folder, worst, speed_name(bearings_dict(worst)["speed_rpm"]))
+        plots = save_polar_pictures(folder, worst, speed_name(bearings_dict(worst, level)["speed_rpm"]))
         plots.append(save_over_speed(folder, engine.title, found, engine.bearing_limits, gaps))
         if not options.json:
             print("Pictures: " + ", ".join(map(str, plots)))
@@ -180,10 +188,11 @@ def _stored(engine: Engine, paths: list[str]) -> Named:
         stored = StoredRun.load(Path(path))
         _check_engine(engine, path, stored.attributes.get("engine"))
         try:
-            reports.append(bearing_report(stored, engine))
+            reports.append((str(stored.attributes.get("bearings", "")), bearing_report(stored, engine)))
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
-    yield from zip(_names(paths), reports, strict=True)
+    for name, report in zip(_names(paths), reports, strict=True):
+        yield name, *report
 
 
 def _run(engine: Engine, options: argparse.Namespace) -> Named:
@@ -199,4 +208,4 @@ def _run(engine: Engine, options: argparse.Namespace) -> Named:
             found = request.run(loaded(options, made, asked.gas, request.speed), asked.gas, advance, tell)
         if not found.complete:
             raise KeyboardInterrupt
-        yield speed_name(speed), bearing_report(found, engine)
+        yield speed_name(speed), str(found.attributes["bearings"]), bearing_report(found, engine)

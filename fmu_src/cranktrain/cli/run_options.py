@@ -12,7 +12,7 @@ from cranktrain.cli.bodies import add_block_options
 from cranktrain.cli.console import of_words, say, stages, taking
 from cranktrain.dynamics.model.settings import FILM_TEMPERATURES, TEMPERATURES
 from cranktrain.dynamics.settled.judging import TOLERANCE
-from cranktrain.dynamics.time.integrators import INTEGRATORS
+from cranktrain.dynamics.time.integrators import INTEGRATORS, settles_films
 from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS, ENCODERS, PISTONS, described
@@ -177,7 +177,8 @@ def _integrators() -> str:
 
     usual = Law.integrator
     others = [f"at level {law.name} {law.integrator}" for law in LAWS.values() if law.integrator != usual]
-    return f"{', '.join(INTEGRATORS)}; default {', '.join((usual, *others))}"
+    lost = ", ".join(name for name in INTEGRATORS if not settles_films(name))
+    return f"{', '.join(INTEGRATORS)}; default {', '.join((usual, *others))}; elastic films refuse {lost}"
 
 
 def _steps() -> str:

@@ -208,7 +208,7 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
     if summary.get("closing_edges"):
         print(closing_text(summary["closing_edges"]))
     if "grid_errors" in summary:
-        print(grid_text(settings.bearings, summary["grid_errors"]))
+        print(grid_text(summary["grid_errors"]))
     if summary.get("films_not_resolved"):
         print(resolution_text(summary["films_not_resolved"]))
     if "online_films" in summary:

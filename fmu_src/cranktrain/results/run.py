@@ -12,6 +12,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.cycle_run import Result
 from cranktrain.engine.firing import firing_summary
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.pressure_peak import PEAK
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.files import check_target, save_run
@@ -69,8 +70,11 @@ class Run(TimeSeries, Result):
             found["pulley"]["steady_torsion_deg"] = {"orders": self.steady_orders}
         if self.film_peaks is not None:
             found["films_not_resolved"] = films_not_resolved(self.film_peaks)
-            if any(law.film_errors):
-                found["grid_errors"] = grid_errors(found["bearings"], self.film_peaks, law.film_errors)
+            pressures = self.film_peaks[:, PEAK].tolist()
+            films = zip(found["bearings"], pressures, strict=True)
+            mains = [(row["name"], row["min_film_um"], peak) for row, peak in films if peak > 0.0]
+            if errors := grid_errors(law.name, mains):
+                found["grid_errors"] = errors
         return found
 
     def save(self, path: str | Path) -> Path:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cranktrain.core.types import Array
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP
+from cranktrain.film.laws.register import LAWS
 from cranktrain.results.energy import energy_balance
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 
@@ -90,8 +91,9 @@ def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10
 
 
 def closing_edges(bearings: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Names of the main bearings (rows of :func:`bearing_rows`) whose least film stays below CLOSING."""
-    return [row["name"] for row in bearings if 1e-6 * row["min_film_um"] < CLOSING]
+    """Names of the main bearings (rows of :func:`bearing_rows`) with a film whose least stays below CLOSING."""
+    films = [row for row in bearings if row["max_pressure_pa"] > 0.0]  # rollers have none
+    return [row["name"] for row in films if 1e-6 * row["min_film_um"] < CLOSING]
 
 
 def films_not_resolved(peaks: Array) -> list[dict[str, Any]]:
@@ -112,21 +114,20 @@ def films_not_resolved(peaks: Array) -> list[dict[str, Any]]:
     ]
 
 
-def grid_errors(bearings: Sequence[Mapping[str, Any]], peaks: Array, errors: tuple[float, float]) -> dict[str, Any]:
-    """Worst main bearings of a run on elastic films and how far the grid may be off there.
+def grid_errors(level: str, films: Sequence[tuple[str, float, float]]) -> dict[str, Any]:
+    """Worst main bearings of a cycle on elastic films and how far the grid may be off there; empty on other levels.
 
-    ``bearings`` are rows of :func:`bearing_rows`, ``peaks`` (b, PEAKS) those of the run, ``errors`` those of the level,
-    :attr:`cranktrain.film.laws.register.Law.film_errors`.
+    ``films`` are name, least film (um) and largest pressure (Pa) of each main that has a film. The errors are those of
+    the level, :attr:`cranktrain.film.laws.register.Law.film_errors`.
     """
-    thinnest = min(bearings, key=lambda row: float(row["min_film_um"]))
-    hardest = int(peaks[:, PEAK].argmax())
+    law = LAWS.get(level)
+    if law is None or not films or not any(law.film_errors):
+        return {}
+    thinnest, hardest = min(films, key=lambda film: film[1]), max(films, key=lambda film: film[2])
     return {
-        "least_film": {"name": thinnest["name"], "um": thinnest["min_film_um"], "error": errors[0]},
-        "largest_pressure": {
-            "name": bearings[hardest]["name"],
-            "pa": float(peaks[hardest, PEAK]),
-            "error": errors[1],
-        },
+        "level": level,
+        "least_film": {"name": thinnest[0], "um": thinnest[1], "error": law.film_errors[0]},
+        "largest_pressure": {"name": hardest[0], "pa": hardest[2], "error": law.film_errors[1]},
     }
 
 

@@ -268,11 +268,11 @@ def closing_text(names: Sequence[str]) -> str:
     )
 
 
-def grid_text(level: str, errors: Mapping[str, Any]) -> str:
-    """One line on how far the grid of an elastic level may be off; ``errors`` of a run's summary."""
+def grid_text(errors: Mapping[str, Any]) -> str:
+    """One line on how far the grid of an elastic level may be off; ``errors`` by ``grid_errors`` of the summary."""
     film, pressure = errors["least_film"], errors["largest_pressure"]
     return (
-        f"Grid of level {level}: the least film of {film['name']}, {film['um']:.2f} um, is within "
+        f"Grid of level {errors['level']}: the least film of {film['name']}, {film['um']:.2f} um, is within "
         f"{100.0 * film['error']:.0f} % and the largest pressure of {pressure['name']}, {1e-6 * pressure['pa']:.0f} "
         f"MPa, within {100.0 * pressure['error']:.0f} % of a converged grid in every engine that was measured "
         "(docs/limits.md)"

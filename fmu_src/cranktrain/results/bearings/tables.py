@@ -9,6 +9,7 @@ from typing import Any
 from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN
 from cranktrain.results.bearings.cycle import BearingCycle, BearingReport, Extreme
 from cranktrain.results.bearings.limits import FAMILIES, missing_limits, violations
+from cranktrain.results.summary import grid_errors
 from cranktrain.results.tables import NOTHING, Table
 
 LITRES_PER_MINUTE = 6.0e4
@@ -17,8 +18,11 @@ WORST = {"min_film_um": min, "max_pressure_mpa": max, "specific_load_mpa": max, 
 _KEYS = dict(zip(JUDGED, WORST, strict=True))
 
 
-def bearings_dict(report: BearingReport) -> dict[str, Any]:
-    """A report as JSON-able values; keys carry their unit, None stands for what the level of detail does not have."""
+def bearings_dict(report: BearingReport, level: str) -> dict[str, Any]:
+    """A report as JSON-able values; keys carry their unit, None stands for what the level of detail does not have.
+
+    ``level`` is that of the mains; ``grid_errors`` of elastic films says how far its grid may be off, else it is empty.
+    """
     families = {MAIN: report.mains, BIG_END: report.big_ends}
     entries = {family: [_entry(bearing) for bearing in bearings] for family, bearings in families.items()}
     power, squeeze = report.total("friction_power"), report.total("squeeze_power")
@@ -34,7 +38,13 @@ def bearings_dict(report: BearingReport) -> dict[str, Any]:
         "oil_flow_l_per_min": {f: _scaled(report.total("oil_flow", f), LITRES_PER_MINUTE) for f in families},
         "violations": [{"bearing": v.bearing, "limit": _KEYS[v.what], "text": str(v)} for v in violations(report)],
         "missing_limits": missing_limits(report),
+        "grid_errors": grid_errors(level, main_films(report)),
     }
+
+
+def main_films(report: BearingReport) -> list[tuple[str, float, float]]:
+    """Name, least film (um) and largest pressure (Pa) of each main bearing that has a film."""
+    return [(one.name, 1e6 * one.film.value, one.pressure.value) for one in report.mains if one.film and one.pressure]
 
 
 def _entry(bearing: BearingCycle) -> dict[str, Any]:
