@@ -55,8 +55,9 @@ def command_line() -> Iterator[str]:
     import build_fmu
 
     from cranktrain.cli.main import _parser
+    from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
 
-    whole = _parser()
+    whole = _parser(*ENGINE_VERBS, *VERBS)
     yield from _options("", whole)
     (verbs,) = (one.choices for one in whole._actions if isinstance(one, argparse._SubParsersAction))
     for verb, parser in sorted(verbs.items()):

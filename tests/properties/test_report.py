@@ -362,7 +362,7 @@ def test_remedies_can_be_pasted_with_the_path_as_it_was_given(found):
     assert len(commands) > 10
     for command in commands:
         _, verb, *words = shlex.split(command)
-        options = _parser().parse_args([verb, *words])
+        options = _parser(verb).parse_args([verb, *words])
         assert options.engine == name
         if verb in ("runup", "simulate", "stress", "fatigue", "report"):
             assert (options.pressure, options.load) == ("traces of it.csv", 0.5)
@@ -553,6 +553,6 @@ def test_commands_of_an_engine_with_a_load_of_its_own_name_the_reports_load():
         (generator, [], ("--load", "1")),
         (generator, ["--load", "0.5"], ("--load", "0.5")),
     ):
-        options = _parser().parse_args(["report", "diesel_i6", *given])
+        options = _parser("report").parse_args(["report", "diesel_i6", *given])
         asked = _asked(options, engine)
         assert asked.running == running and asked.load == (0.5 if given else 1.0)

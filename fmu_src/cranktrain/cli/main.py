@@ -142,14 +142,14 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def _parser(asked: str = "") -> _Parser:
-    """Parser of all verbs; of those that were not asked for, whose modules take time to load, it knows the lines."""
+def _parser(*asked: str) -> _Parser:
+    """Parser of all verbs; of those that are not asked for, whose modules take time to load, it knows the lines."""
     whole = _Parser(prog="cranktrain", description="Crankshaft dynamics of an engine.")
     whole.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     verbs = whole.add_subparsers(metavar="VERB", required=True, parser_class=_Parser)
     for name, line in (ENGINE_VERBS | VERBS).items():
         line = line.replace("%", "%%")  # argparse takes a bare % for a format
-        if name != asked:
+        if name not in asked:
             verbs.add_parser(name, help=line)
             continue
         module = verb_module(name)
