@@ -4,8 +4,9 @@ The engine runs some cycles from its start on each grid (``ehd`` and ``ehd:fine`
 with its damper, so that the motion has a period and the last cycles differ by the grid alone. Of each main: least film,
 largest pressure and, at that pressure, its drop from the peak to the axial lines beside it, with the errors against the
 finest grid, which stands last. ``--relief`` gives the shells other depths of relief for a run on the grid of the loop.
-``--levels`` runs the cases of CASES in place of one engine, on the grids of both levels and the finest, and prints the
-largest errors of each case: they are the film errors that the register of levels states. Prints one JSON object.
+Prints one JSON object. ``--levels`` runs the cases of CASES in place of one engine, on the grids of both levels and the
+finest, and prints the largest errors of each case as it ends, a line of JSON each: they are the film errors that the
+register of levels states. ``--levels block`` runs the cases that have this word in their name.
 """
 
 from __future__ import annotations
@@ -44,10 +45,16 @@ CASES = {
     "`diesel_i6`, 2380 rev/min, damper": ("diesel_i6", 2380.0, {"damper": "fitted"}),
     "new four, 86 x 86 mm, 4500 rev/min": ("i4 86 86", 4500.0, {}),
     "new V6 of 60 degrees, 90 x 86 mm, 3000 rev/min": ("v6_60 90 86", 3000.0, {}),
+    "four of 82 x 86 mm, 4500 rev/min, flexible block": (
+        "examples/four_with_balancers.toml",
+        4500.0,
+        {"block": "flexible"},
+    ),
 }
 """Engine, rev/min and levels of the cases by which the errors of the levels are known.
 
-An engine is a name, or layout, bore and stroke (mm) of one that ``cranktrain new`` writes."""
+An engine is a name or a file, without its added bodies, or layout, bore and stroke (mm) of one that ``cranktrain new``
+writes."""
 CASE_CYCLES = 3
 
 
@@ -97,13 +104,18 @@ def figures(run: Simulation) -> dict[str, list[float]]:
 
 
 def errors(found: dict[str, Any], finest: dict[str, Any]) -> dict[str, Any]:
-    """Figures of a grid with their errors; without errors where a run has failed, null where a film is closed."""
+    """Figures of a grid with their errors; without errors where a run has failed.
+
+    A film that is closed on both grids has no error, and one that is closed on the finest alone null.
+    """
     if "failed" in found or "failed" in finest:
         return found
     compared = {}
     for name in ("least_film_um", "largest_pressure_mpa"):
         pairs = zip(found[name], finest[name], strict=True)
-        compared[f"error_of_{name}"] = [round(own / exact - 1.0, 4) if exact else None for own, exact in pairs]
+        compared[f"error_of_{name}"] = [
+            round(own / exact - 1.0, 4) if exact else None if own else 0.0 for own, exact in pairs
+        ]
     return {**found, **compared}
 
 
@@ -123,24 +135,24 @@ def engine_of(text: str) -> Engine:
     layout: Any
     layout, *sizes = text.split()
     if not sizes:
-        return load_engine(layout)
+        return load_engine(layout).without_additions
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         return ct.new_engine("made", layout=layout, bore_mm=float(sizes[0]), stroke_mm=float(sizes[1]))
 
 
-def level_errors() -> dict[str, Any]:
-    """Of each case and level: largest error of any main's least film and of its largest pressure, and those mains."""
+def level_errors(engine: Engine, speed: float, levels: dict[str, str]) -> dict[str, Any]:
+    """Of each level in a case: largest error of any main's least film and of its largest pressure, and those mains."""
+    rows = [measured(engine, speed, grid_of(text), levels, CASE_CYCLES) for text in (*LEVELS, FINEST)]
     found: dict[str, Any] = {}
-    for name, (engine, speed, levels) in CASES.items():
-        print(f"worst_film: {name}", file=sys.stderr, flush=True)
-        rows = [measured(engine_of(engine), speed, grid_of(text), levels, CASE_CYCLES) for text in (*LEVELS, FINEST)]
-        found[name] = {}
-        for level, row in zip(LEVELS, rows, strict=False):
-            compared = errors(row, rows[-1])
-            for what in ("least_film_um", "largest_pressure_mpa"):
-                off = [math.inf if error is None else error for error in compared[f"error_of_{what}"]]
-                worst = max(range(len(off)), key=lambda i: abs(off[i]))
-                found[name].setdefault(level, {})[what] = {"error": off[worst], "main": worst + 1}
+    for level, row in zip(LEVELS, rows, strict=False):
+        compared = errors(row, rows[-1])
+        for what in ("least_film_um", "largest_pressure_mpa"):
+            if f"error_of_{what}" not in compared:
+                found[level] = {"failed": row.get("failed", rows[-1].get("failed"))}
+                continue
+            off = [math.inf if error is None else error for error in compared[f"error_of_{what}"]]
+            worst = max(range(len(off)), key=lambda i: abs(off[i]))
+            found.setdefault(level, {})[what] = {"error": off[worst], "main": worst + 1}
     return found
 
 
@@ -153,10 +165,13 @@ def main() -> int:
     parser.add_argument("--cycles", type=int, default=4, help="of each run")
     parser.add_argument("--grids", nargs="+", default=GRIDS, metavar="48x8", help="the finest one last")
     parser.add_argument("--relief", type=float, nargs="*", default=(), metavar="UM", help="other depths of relief, um")
-    parser.add_argument("--levels", action="store_true", help="largest errors of both levels in all cases")
+    parser.add_argument("--levels", nargs="*", metavar="WORD", help="largest errors of both levels, by cases")
     chosen = parser.parse_args()
-    if chosen.levels:
-        print(json.dumps(level_errors(), indent=1))
+    if chosen.levels is not None:
+        for name, (case, speed, choices) in CASES.items():
+            if all(word in name for word in chosen.levels):
+                print(f"worst_film: {name}", file=sys.stderr, flush=True)
+                print(json.dumps({"case": name, **level_errors(engine_of(case), speed, choices)}), flush=True)
         return 0
     engine, levels = load_engine(chosen.engine), {"damper": chosen.damper}
     found = {}

@@ -214,7 +214,7 @@ def saved(path, bearings="impedance", **changes):
     """Result file of a made-up run."""
     run = made_up(**changes)
     data = {name: (values, "") for name, values in {"time": run.time, "angle": run.angle, **run.outputs}.items()}
-    return str(write_result(path, data, {"engine": "diesel_i6", "bearings": bearings}))
+    return str(write_result(path, data, {"engine": "diesel_i6", "bearings": bearings, "block": "ground"}))
 
 
 def grid_said(capsys, *asked):
@@ -232,7 +232,7 @@ def test_the_error_of_the_grid_is_told_with_elastic_films_alone(level, tmp_path,
     }
     other, own = saved(tmp_path / "a.h5", main=films), saved(tmp_path / "b.h5", level, main=films)
     assert grid_said(capsys, "--result", other) == []
-    film, pressure = (f"within {100.0 * error:.0f} %" for error in bearing_law(level).film_errors)
+    film, pressure = (f"within {100.0 * error:.0f} %" for error in bearing_law(level).film_errors["ground"])
     [line] = grid_said(capsys, "--result", other, own)
     assert f"level {level}: the least film of main[3], 1.50 um, is {film}" in line
     assert f"largest pressure of main[5], 200 MPa, {pressure}" in line
@@ -244,7 +244,7 @@ def test_the_error_of_the_grid_is_told_with_elastic_films_alone(level, tmp_path,
     run_up = run_up_of(made_up(), faster, outputs=bearing_outputs(ENGINE))
     for name, lines in (("impedance", []), (level, [line])):
         path = tmp_path / f"{len(lines)}.h5"
-        replace(run_up, attributes={**run_up.attributes, "bearings": name}).save(path)
+        replace(run_up, attributes={**run_up.attributes, "bearings": name, "block": "ground"}).save(path)
         assert grid_said(capsys, "--run-up", path) == lines
 
 

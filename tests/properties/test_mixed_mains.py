@@ -10,6 +10,7 @@ import pytest
 from bodies import COARSE
 from scipy.linalg import eigh
 
+import cranktrain as ct
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings
@@ -155,6 +156,13 @@ def test_modes_and_stand_ins_belong_to_the_mains_that_have_rollers():
     assert (first[1] > first[0] * (1.0 - 1e-6)).all() and first[1][2] > 1.001 * first[0][2]
     found = running_rollers(mixed(SIX, 2, 6), 1500.0)
     assert [entry["main"] for entry in found["mains"]] == [2, 6]
+
+
+def test_a_summary_names_no_roller_as_an_edge_that_closes():
+    run = ct.simulate(mixed(SIX, 1), speed_rpm=1500, crank="rigid", bearings="reynolds", cycles=1)
+    summary = run.summary()
+    assert summary["bearings"][0]["min_film_um"] == 0.0 < min(row["min_film_um"] for row in summary["bearings"][1:])
+    assert "main[1]" not in summary["closing_edges"]
 
 
 def test_the_heat_balance_warms_films_alone(recwarn):

@@ -1,6 +1,7 @@
 """The report: tables and curves equal their sources, the page is whole, reads anywhere and asks nobody."""
 
 import base64
+import itertools
 import json
 import math
 import re
@@ -245,12 +246,12 @@ def test_the_error_of_the_grid_stands_with_elastic_films_alone(found, tmp_path):
     section = next(one for one in SECTIONS if one.title == "Bearings over the speed")
     shown = tmp_path / "bearings_over_speed.png"
     shown.write_bytes(b"PNG")
-    for level in ("impedance", "ehd", "ehd:fine"):
-        run_up = replace(found.run_up, attributes={**found.run_up.attributes, "bearings": level})
+    for level, block in itertools.product(("impedance", "ehd", "ehd:fine"), ("ground", "flexible")):
+        run_up = replace(found.run_up, attributes={**found.run_up.attributes, "bearings": level, "block": block})
         said = " ".join(section.make(replace(found, run_up=run_up, pictures={shown.name: shown})))
-        errors = bearing_law(level).film_errors
-        assert (f"Grid of level {level}" in said) == any(errors)
-        assert all(f"within {100.0 * error:.0f} %" in said for error in errors if error)
+        errors = bearing_law(level).film_errors.get(block, ())
+        assert (f"Grid of level {level}" in said) == bool(errors) == level.startswith("ehd")
+        assert all(f"within {100.0 * error:.0f} %" in said for error in errors)
 
 
 def test_numbers_along_axes_are_round_and_within():

@@ -10,6 +10,7 @@ from elastic_bearing import CLEARANCE, DIAMETER, grooved
 
 import cranktrain as ct
 from cranktrain.dynamics.simulation import Settings, Simulation
+from cranktrain.engine.levels import BLOCKS
 from cranktrain.film.contact.asperity import contact_constants
 from cranktrain.film.elastic.grid import FILM_MIN, PRESSURE_MAX, ElasticGrid
 from cranktrain.film.laws.ehd import FINE, pressure_peaks
@@ -136,22 +137,20 @@ def test_summary_names_films_that_are_not_resolved():
     assert films_not_resolved(peaks[:2]) == []
 
 
+@pytest.mark.parametrize("block", BLOCKS)
 @pytest.mark.parametrize("level", ["ehd", "ehd:fine"])
-def test_a_run_states_the_error_of_its_grid_at_its_worst_mains(level):
+def test_a_run_states_the_error_of_its_grid_at_its_worst_mains(level, block):
     """The thinnest film and the largest pressure may be those of two mains; the finer level errs less."""
-    errors = bearing_law(level).film_errors
-    peaks = np.zeros((3, PEAKS))
-    peaks[:, PEAK] = [1e8, 3e8, 2e8]
-    rows = [{"name": f"main[{i + 1}]", "min_film_um": film} for i, film in enumerate((1.4, 2.0, 0.9))]
-    found = grid_errors(rows, peaks, errors)
+    errors = bearing_law(level).film_errors[block]
+    films = [("main[1]", 1.4, 1e8), ("main[2]", 2.0, 3e8), ("main[3]", 0.9, 2e8)]
+    found = grid_errors({"bearings": level, "block": block}, films)
     assert found["least_film"] == {"name": "main[3]", "um": 0.9, "error": errors[0]}
     assert found["largest_pressure"] == {"name": "main[2]", "pa": 3e8, "error": errors[1]}
-    text = grid_text(level, found)
+    text = grid_text(found)
     assert f"least film of main[3], 0.90 um, is within {100 * errors[0]:.0f} %" in text
     assert f"largest pressure of main[2], 300 MPa, within {100 * errors[1]:.0f} %" in text
-    assert "\n" not in text
-    assert all(
-        0.0 < fine < coarse
-        for fine, coarse in zip(bearing_law("ehd:fine").film_errors, bearing_law("ehd").film_errors, strict=True)
-    )
-    assert bearing_law("table").film_errors == (0.0, 0.0)
+    assert "\n" not in text and ("block" in text) == (block == "flexible")
+    fine, coarse = (bearing_law(name).film_errors[block] for name in ("ehd:fine", "ehd"))
+    assert 0.0 < fine[0] < coarse[0] and 0.0 < fine[1] < coarse[1]
+    assert grid_errors({"bearings": "table", "block": block}, films) == {}
+    assert grid_errors({"bearings": level, "block": block}, []) == {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from cranktrain.engine.model import Engine
     from cranktrain.results.bearings.cycle import BearingReport
 
-    Named = Iterator[tuple[str, str, BearingReport]]
-    """Reports, each with the name that its pictures have and the level of its mains."""
+    Named = Iterator[tuple[str, Mapping[str, Any], BearingReport]]
+    """Reports, each with the name that its pictures have and the attributes of the run."""
 
 DESCRIPTION = "Bearings over a cycle at one speed or several: loads, films, friction, oil flow, held against limits."
 
@@ -65,8 +65,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     found: list[dict[str, Any]] = []
     interrupted = False
     try:
-        for name, level, report in _stored(engine, options.result) if options.result else _run(engine, options):
-            found.append(bearings_dict(report, level))
+        for name, levels, report in _stored(engine, options.result) if options.result else _run(engine, options):
+            found.append(bearings_dict(report, levels))
             if not options.json:
                 for table in bearing_tables(found[-1]):
                     show(table)
@@ -114,11 +114,10 @@ def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None
         if not reports:
             raise InputError(f"{options.run_up}: none of its speeds has a result ({said} rev/min)")
         say(f"no result at {said} rev/min, so no bearing loads there")
-    level = str(run_up.attributes.get("bearings", ""))
-    found = [bearings_dict(report, level) for report in reports]
+    found = [bearings_dict(report, run_up.attributes) for report in reports]
     if not options.json:
         show(speed_table(found))
-        if errors := grid_errors(level, [film for report in reports for film in main_films(report)]):
+        if errors := grid_errors(run_up.attributes, [film for report in reports for film in main_films(report)]):
             print(grid_text(errors))
     for text in _gathered(found):
         say(f"warning: {text}")
@@ -128,7 +127,7 @@ def _over_speed(engine: Engine, options: argparse.Namespace, folder: Path | None
     plots: list[Path] = []
     if folder is not None:
         worst = max(reports, key=lambda report: max(bearing.load.value for bearing in report.bearings))
-        plots = save_polar_pictures(folder, worst, speed_name(bearings_dict(worst, level)["speed_rpm"]))
+        plots = save_polar_pictures(folder, worst, speed_name(bearings_dict(worst, run_up.attributes)["speed_rpm"]))
         plots.append(save_over_speed(folder, engine.title, found, engine.bearing_limits, gaps))
         if not options.json:
             print("Pictures: " + ", ".join(map(str, plots)))
@@ -188,7 +187,7 @@ def _stored(engine: Engine, paths: list[str]) -> Named:
         stored = StoredRun.load(Path(path))
         _check_engine(engine, path, stored.attributes.get("engine"))
         try:
-            reports.append((str(stored.attributes.get("bearings", "")), bearing_report(stored, engine)))
+            reports.append((stored.attributes, bearing_report(stored, engine)))
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
     for name, report in zip(_names(paths), reports, strict=True):
@@ -208,4 +207,4 @@ def _run(engine: Engine, options: argparse.Namespace) -> Named:
             found = request.run(loaded(options, made, asked.gas, request.speed), asked.gas, advance, tell)
         if not found.complete:
             raise KeyboardInterrupt
-        yield speed_name(speed), str(found.attributes["bearings"]), bearing_report(found, engine)
+        yield speed_name(speed), found.attributes, bearing_report(found, engine)

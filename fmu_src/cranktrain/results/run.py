@@ -63,17 +63,16 @@ class Run(TimeSeries, Result):
         }
         law = bearing_law(str(self.attributes["bearings"]))
         if law.tilt and self.engine.main_bearing is not None:
-            found["closing_edges"] = closing_edges(found["bearings"])
+            found["closing_edges"] = closing_edges([found["bearings"][i] for i in self.engine.plain_numbers])
         if self.attributes["bearings"] == "table":
             found["online_films"] = online_films(self.angle, self.outputs)
         if self.steady_orders is not None:
             found["pulley"]["steady_torsion_deg"] = {"orders": self.steady_orders}
         if self.film_peaks is not None:
             found["films_not_resolved"] = films_not_resolved(self.film_peaks)
-            pressures = self.film_peaks[:, PEAK].tolist()
-            films = zip(found["bearings"], pressures, strict=True)
-            mains = [(row["name"], row["min_film_um"], peak) for row, peak in films if peak > 0.0]
-            if errors := grid_errors(law.name, mains):
+            rows, peaks = found["bearings"], self.film_peaks[:, PEAK].tolist()
+            mains = [(rows[i]["name"], rows[i]["min_film_um"], peaks[i]) for i in self.engine.plain_numbers]
+            if errors := grid_errors(self.attributes, mains):
                 found["grid_errors"] = errors
         return found
 

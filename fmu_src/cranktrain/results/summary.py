@@ -91,9 +91,8 @@ def online_films(angle: Array, outputs: Mapping[str, Array], bin_deg: float = 10
 
 
 def closing_edges(bearings: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Names of the main bearings (rows of :func:`bearing_rows`) with a film whose least stays below CLOSING."""
-    films = [row for row in bearings if row["max_pressure_pa"] > 0.0]  # rollers have none
-    return [row["name"] for row in films if 1e-6 * row["min_film_um"] < CLOSING]
+    """Names of the plain main bearings (rows of :func:`bearing_rows`) whose least film stays below CLOSING."""
+    return [row["name"] for row in bearings if 1e-6 * row["min_film_um"] < CLOSING]
 
 
 def films_not_resolved(peaks: Array) -> list[dict[str, Any]]:
@@ -114,20 +113,22 @@ def films_not_resolved(peaks: Array) -> list[dict[str, Any]]:
     ]
 
 
-def grid_errors(level: str, films: Sequence[tuple[str, float, float]]) -> dict[str, Any]:
+def grid_errors(attributes: Mapping[str, Any], films: Sequence[tuple[str, float, float]]) -> dict[str, Any]:
     """Worst main bearings of a cycle on elastic films and how far the grid may be off there; empty on other levels.
 
-    ``films`` are name, least film (um) and largest pressure (Pa) of each main that has a film. The errors are those of
-    the level, :attr:`cranktrain.film.laws.register.Law.film_errors`.
+    ``attributes`` of the run name its levels; ``films`` are name, least film (um) and largest pressure (Pa) of each
+    main that has a film. The errors are those of :attr:`cranktrain.film.laws.register.Law.film_errors`.
     """
-    law = LAWS.get(level)
-    if law is None or not films or not any(law.film_errors):
+    level, block = str(attributes.get("bearings", "")), str(attributes.get("block", ""))
+    errors = LAWS[level].film_errors.get(block) if level in LAWS else None
+    if errors is None or not films:
         return {}
     thinnest, hardest = min(films, key=lambda film: film[1]), max(films, key=lambda film: film[2])
     return {
         "level": level,
-        "least_film": {"name": thinnest[0], "um": thinnest[1], "error": law.film_errors[0]},
-        "largest_pressure": {"name": hardest[0], "pa": hardest[2], "error": law.film_errors[1]},
+        "block": block,
+        "least_film": {"name": thinnest[0], "um": thinnest[1], "error": errors[0]},
+        "largest_pressure": {"name": hardest[0], "pa": hardest[2], "error": errors[1]},
     }
 
 

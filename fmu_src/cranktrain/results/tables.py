@@ -268,6 +268,10 @@ def closing_text(names: Sequence[str]) -> str:
     )
 
 
+MEASURED = {"ground": "on rigid ground", "flexible": "in its flexible block"}
+"""Where errors of grids were measured, in words, by block level."""
+
+
 def grid_text(errors: Mapping[str, Any]) -> str:
     """One line on how far the grid of an elastic level may be off; ``errors`` by ``grid_errors`` of the summary."""
     film, pressure = errors["least_film"], errors["largest_pressure"]
@@ -275,7 +279,7 @@ def grid_text(errors: Mapping[str, Any]) -> str:
         f"Grid of level {errors['level']}: the least film of {film['name']}, {film['um']:.2f} um, is within "
         f"{100.0 * film['error']:.0f} % and the largest pressure of {pressure['name']}, {1e-6 * pressure['pa']:.0f} "
         f"MPa, within {100.0 * pressure['error']:.0f} % of a converged grid in every engine that was measured "
-        "(docs/limits.md)"
+        f"{MEASURED[errors['block']]} (docs/limits.md)"
     )
 
 

@@ -18,10 +18,11 @@ WORST = {"min_film_um": min, "max_pressure_mpa": max, "specific_load_mpa": max, 
 _KEYS = dict(zip(JUDGED, WORST, strict=True))
 
 
-def bearings_dict(report: BearingReport, level: str) -> dict[str, Any]:
+def bearings_dict(report: BearingReport, attributes: Mapping[str, Any]) -> dict[str, Any]:
     """A report as JSON-able values; keys carry their unit, None stands for what the level of detail does not have.
 
-    ``level`` is that of the mains; ``grid_errors`` of elastic films says how far its grid may be off, else it is empty.
+    ``attributes`` of the run name its levels; ``grid_errors`` says how far the grid of elastic films in the mains may
+    be off, and is empty of other levels.
     """
     families = {MAIN: report.mains, BIG_END: report.big_ends}
     entries = {family: [_entry(bearing) for bearing in bearings] for family, bearings in families.items()}
@@ -38,7 +39,7 @@ def bearings_dict(report: BearingReport, level: str) -> dict[str, Any]:
         "oil_flow_l_per_min": {f: _scaled(report.total("oil_flow", f), LITRES_PER_MINUTE) for f in families},
         "violations": [{"bearing": v.bearing, "limit": _KEYS[v.what], "text": str(v)} for v in violations(report)],
         "missing_limits": missing_limits(report),
-        "grid_errors": grid_errors(level, main_films(report)),
+        "grid_errors": grid_errors(attributes, main_films(report)),
     }
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS
 from cranktrain.results.tables import (
+    MEASURED,
     Table,
     cranktrain_table,
     critical_speed_table,
@@ -172,12 +173,13 @@ def pictures(*shown: tuple[str, str]) -> Callable[[Findings], list[str]]:
 def films_over_speed(found: Findings) -> list[str]:
     """Bearings over the speed, and how far the grid of elastic films may be off there."""
     parts = _BEARING_PICTURES(found)
-    law = LAWS.get("" if found.run_up is None else str(found.run_up.attributes.get("bearings")))
-    if parts and law is not None and any(law.film_errors):
-        film, pressure = (f"{100.0 * error:.0f} %" for error in law.film_errors)
+    levels = {} if found.run_up is None else found.run_up.attributes
+    law, block = LAWS.get(str(levels.get("bearings"))), str(levels.get("block"))
+    if parts and law is not None and block in law.film_errors:
+        film, pressure = (f"{100.0 * error:.0f} %" for error in law.film_errors[block])
         parts.append(paragraph(
-            f"Grid of level {law.name}: in every engine that was measured, the least film of each main bearing is "
-            f"within {film} and its largest pressure within {pressure} of a converged grid on rigid ground "
+            f"Grid of level {law.name}: in every engine that was measured {MEASURED[block]}, the least film of each "
+            f"main bearing is within {film} and its largest pressure within {pressure} of a converged grid "
             "(docs/limits.md)."
         ))  # fmt: skip
     return parts

@@ -84,7 +84,8 @@ def simulate(
         adiabatic, each film warmed by its own friction (the run repeats, at most 6 times; big ends and thrust bearing
         stay at the engine's)
     integrator : backward-euler, trapezoidal, hht, generalised-alpha, bdf2, tr-bdf2, sdirk2, sdirk3, sdirk4, esdirk3,
-        esdirk4, esdirk5, esdirk47, esdirk57; default esdirk47, at level ehd esdirk3, at level ehd:fine esdirk3
+        esdirk4, esdirk5, esdirk47, esdirk57; default esdirk47, at level ehd esdirk3, at level ehd:fine esdirk3; elastic
+        films refuse sdirk4, esdirk5, esdirk57
     step_deg : internal step in degrees of crank angle; default 5, at level held 6, at level ehd 2, at level ehd:fine 2,
         at level roller 3
     tolerance : adaptive steps: step_deg is divided until the error of a step is below this, e.g. 1e-4
