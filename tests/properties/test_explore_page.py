@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from browser import needs_browser
 from live_browser import LivePage
+from strange_requests import attacked
 
 from cranktrain.engine.file import load_engine
 from cranktrain.studies.explore.live import LiveTorsion
@@ -133,6 +134,46 @@ def test_requests_that_no_page_makes_are_refused():
                     assert method == "GET" or answer.code == 405, (method, path, answer.code)
 
     asyncio.run(asked())
+
+
+def test_websockets_of_other_protocols_are_refused():
+    """Bokeh's own protocol with a session that it can read opens one; anything else is none of the page's."""
+
+    async def asked():
+        from bokeh.util.token import generate_jwt_token
+        from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
+        from tornado.websocket import websocket_connect
+
+        async with served() as (_, address):
+            cookie = (await AsyncHTTPClient().fetch(address)).headers["Set-Cookie"].partition(";")[0]
+            socket_address = f"ws{address.partition('?')[0].removeprefix('http')}ws"
+
+            def opened(*protocols):
+                request = HTTPRequest(socket_address, headers={"Cookie": cookie, "Origin": address.partition("/?")[0]})
+                return websocket_connect(request, subprotocols=list(protocols) or None)
+
+            token = generate_jwt_token("a" * 44)
+            for protocols in (
+                (),
+                ("bokeh",),
+                ("other", token),
+                ("bokeh", "abc"),
+                ("bokeh", "e30"),
+                ("bokeh", token, "x"),
+            ):
+                with pytest.raises(HTTPClientError, match="403"):
+                    await opened(*protocols)
+            connection = await opened("bokeh", token)
+            assert connection.selected_subprotocol == "bokeh"
+            connection.close()
+
+    asyncio.run(asked())
+
+
+@pytest.mark.slow
+def test_480_strange_requests_are_no_fault_of_the_server():
+    wrong, statuses, grown = attacked(1, 480)
+    assert not wrong and statuses.total() == 480 and grown <= 300.0
 
 
 def test_half_open_connections_are_closed(monkeypatch):

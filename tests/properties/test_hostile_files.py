@@ -45,6 +45,41 @@ print(json.dumps(found))
 """
 
 
+LONG = "9" * 5000
+"""Digits beyond what ``int`` takes of a text."""
+
+
+@pytest.mark.parametrize("number", [LONG, "²", "１２x", f"-{LONG}"], ids=["long", "superscript", "wide", "negative"])
+def test_whole_numbers_that_are_none_are_refused_wherever_they_stand(tmp_path, number):
+    from cranktrain.coupling.element_names import array_element
+    from cranktrain.engine.file import load_engine
+
+    texts = {
+        "a.inp": f"*NODE\n1, 0, 0, 0\n*ELSET, ELSET=A\n{number}, 2\n*ELEMENT, TYPE=C3D10\n1, 1\n",
+        "b.bdf": f"BEGIN BULK\nGRID,{number},,0.,0.,0.\nENDDATA\n",
+        "c.unv": f"    -1\n{number:>6}\n    -1\n",
+        "d.toml": 'stiffness = "k.mtx"\nmass = "k.mtx"\ndofs = "e.txt"\n[interfaces]\npulley = 1\n[nodes]\n'
+        f'"{number}" = [0, 0, 0]\n',
+        "e.txt": f"{number}.1\n1.2\n",
+        "k.mtx": "1 1 2.0\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    for name in ("a.inp", "b.bdf", "c.unv"):
+        with pytest.raises(InputError) as caught:
+            read_surfaces_and_tetrahedra(tmp_path / name)
+        assert len(str(caught.value)) < 500 and str(caught.value).isprintable()
+    with pytest.raises(InputError):
+        read_superelement(tmp_path / "d.toml")
+    assert array_element(f"x[{number}]") is None
+    with pytest.raises(InputError):
+        load_engine("diesel_i6").with_({f"body[{number}].mass": 1.0})
+    for words in (["simulate", "diesel_i6", "--speed", "2000", "--pressure", f"k.mtx:{number}"],
+                  ["picture", "diesel_i6", "--mode", number, "--crank", "beam"],
+                  ["measured", "k.mtx", "--cylinders", number, "--pressure", "a"]):  # fmt: skip
+        assert main(words) == 2, words
+
+
 def test_memory_of_what_is_refused_is_bounded(tmp_path):
     """Sets of 300 million members, sets of sets that double, devices, a pipe, and files of 8 GB of nothing."""
     import os

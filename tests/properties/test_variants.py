@@ -345,6 +345,9 @@ def test_an_optimum_goes_on_where_it_ended(tmp_path):
 
 
 WRONG = [
+    ({"damper.viscosity": {"low": "-20 %", "high": "+1e400 %"}}, {}, "high inf .* is no number of an engine"),
+    ({"damper.viscosity": {"low": -1e308, "high": 1e308}}, {}, "is no number of an engine"),
+    ({"damper.viscosity": ("values", ["100 Pa s", "1e999 Pa s"])}, {}, "values inf .* is no number of an engine"),
     ({"damper.viscosty": ("uniform", 80, 120)}, {}, "did you mean 'viscosity'"),
     ({"damper.viscosity": ("unifrm", 80, 120)}, {}, "did you mean 'uniform'"),
     ({"damper.viscosity": ("uniform", 120, 80)}, {}, "low 120 is not below high 80"),

@@ -4,10 +4,12 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
 
+from cranktrain.core import sources
 from cranktrain.store.journal import add_row, drop_journal, journal_place, journal_rows
 from cranktrain.store.side_by_side import side_by_side
 from cranktrain.store.whole_file import DAY, PREFIX, whole_file
@@ -110,6 +112,27 @@ def test_what_a_killed_process_left_goes_with_the_next_write(tmp_path):
         living.stdin.close()
         assert living.wait() == 0
     assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"a.txt": "half", "b.txt": "b", "c.txt": "c"}
+
+
+@with_locks
+@pytest.mark.parametrize("jump", [-10 * 365 * DAY, -3600.0, 3600.0, 10 * 365 * DAY])
+def test_a_clock_that_is_set_loses_no_file_and_hides_no_edit(tmp_path, monkeypatch, jump):
+    """Ages of files are told by stamps of their folder; an edited source is seen by the old clock and the new one."""
+    real, before = time.time, tmp_path / "before.py"
+    before.write_text("")
+    os.utime(before, (1.0, sources._BEGAN - abs(jump) - 2.0 * DAY))
+    monkeypatch.setattr(time, "time", lambda: real() + jump)
+    recent = tmp_path / ".cranktrain-00000000-recent00"
+    recent.write_text("half")
+    with whole_file(tmp_path / "a.txt") as temporary:
+        temporary.write_text("a")
+    assert recent.is_file() and (tmp_path / "a.txt").read_text() == "a"
+    assert not sources.edited_meanwhile([before])
+    for stamp in (real(), real() + jump):
+        edited = tmp_path / "edited.py"
+        edited.write_text("")
+        os.utime(edited, (1.0, stamp - 1e-3))
+        assert sources.edited_meanwhile([before, edited])
 
 
 @with_locks

@@ -20,7 +20,7 @@ UNFELT = frozenset(
     (ROOT / "core" / name).resolve() for name in ("cache.py", "machine_code.py", "records.py", "sources.py")
 )
 """Sources that say where compiled kernels are and how Python calls them, not what they are: no kernel feels those."""
-_BEGAN = time.time()
+_BEGAN, _COUNTED = time.time(), time.monotonic()
 _IMPORT = re.compile(rf"(?m)^([ \t]*)(?:from ({PACKAGE}[\w.]*) import (\([^)]*\)|.*)|import ({PACKAGE}[\w.]*))")
 
 
@@ -41,9 +41,13 @@ def source_digest(file: str | Path, deferred: bool = False) -> str:
 
 
 def edited_meanwhile(files: Iterable[Path]) -> bool:
-    """Whether a source was edited since this process began to load the package: what runs may be what it was before."""
-    now = time.time()
-    return any(_BEGAN < file.stat().st_mtime <= now for file in files)
+    """Whether a source was edited since this process began to load the package: what runs may be what it was before.
+
+    A clock that was set meanwhile, back or forward, hides no edit: all stamps that one can have had by either count.
+    """
+    now, elapsed = time.time(), time.monotonic() - _COUNTED
+    first, last = min(_BEGAN, now - elapsed), max(_BEGAN + elapsed, now)
+    return any(first < file.stat().st_mtime <= last for file in files)
 
 
 def rests_on(file: Path, deferred: bool = False) -> set[Path]:

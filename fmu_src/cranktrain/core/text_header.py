@@ -8,6 +8,7 @@ from string import ascii_lowercase
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.text_dialect import MISSING, split, trimmed
+from cranktrain.core.whole_number import whole_number
 
 _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\})\s*$")
 _SLASH = re.compile(r"^(.*\S)\s+(?:/|in)\s+(\S+)$")
@@ -127,6 +128,7 @@ def chosen(wanted: str, names: Sequence[str], units: Sequence[str], where: str) 
             if len(match) > 1:
                 numbers = " or ".join(str(k + 1) for k in match)
                 raise InputError(f"{where}: several columns are named {shown(text)}; give its number, {numbers}")
-    if re.fullmatch(r"#?\d+", text) and 1 <= int(text.lstrip("#")) <= len(own):
-        return int(text.lstrip("#")) - 1
+    number = whole_number(text.removeprefix("#"))
+    if number is not None and 1 <= number <= len(own):
+        return number - 1
     raise InputError(f"{where}: no column {shown(text)}; {nearest(text, own)}")

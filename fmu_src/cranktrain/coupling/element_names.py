@@ -10,7 +10,7 @@ import re
 from collections.abc import Container
 from typing import Any, TypeVar
 
-_NUMBER = re.compile(r"\[(\d+)\]")
+_NUMBER = re.compile(r"\[([0-9]{1,18})\]")
 Value = TypeVar("Value")
 
 

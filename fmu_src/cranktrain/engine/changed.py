@@ -14,7 +14,7 @@ from cranktrain.engine.file import TEXTS, engine_of, engine_parts
 from cranktrain.engine.model import Engine
 from cranktrain.engine.written import document_of, entry_of, plain, table_of_part
 
-_ADDED = re.compile(r"(\w+)\[(\d+)\]")
+_ADDED = re.compile(r"(\w+)\[([0-9]{1,18})\]")
 
 
 def changed_engine(engine: Engine, changes: Mapping[str, Any]) -> Engine:

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from cranktrain.core.errors import InputError
+from cranktrain.core.errors import InputError, shown
 from cranktrain.core.types import Array
+from cranktrain.core.whole_number import whole_number
 from cranktrain.engine.model import Engine
 from cranktrain.measured.aliasing import aliased, check_aliasing
 from cranktrain.measured.channels import Measurement
@@ -211,7 +212,8 @@ def cylinder_numbers(asked: Any, engine: Engine) -> list[int]:
         return list(range(1, len(asked.pressure) + 1))
     if len(asked.cylinders) != len(asked.pressure):
         raise InputError(f"{len(asked.cylinders)} cylinders for {len(asked.pressure)} pressures; give one for each")
-    try:
-        return [int(text) for text in asked.cylinders]
-    except ValueError:
-        raise InputError(f"--cylinders {','.join(asked.cylinders)} are no whole numbers; give e.g. 1,2") from None
+    numbers = [whole_number(text) for text in asked.cylinders]
+    whole = [number for number in numbers if number is not None]
+    if len(whole) < len(numbers):
+        raise InputError(f"--cylinders {shown(','.join(asked.cylinders))} are no whole numbers; give e.g. 1,2")
+    return whole

@@ -12,7 +12,6 @@ import platform
 import re
 import stat
 import tempfile
-import time
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -68,8 +67,8 @@ def whole_file(path: str | Path, kind: Kind | None = None) -> Iterator[Path]:
     check_place(target, kind)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        _remove_left(target.parent)
         with _temporary(target) as temporary:
+            _remove_left(target.parent, temporary)
             yield temporary
             with temporary.open("r+b") as file:
                 os.fsync(file.fileno())
@@ -109,23 +108,27 @@ def _locked(target: Path) -> tuple[int, Path]:
         os.close(handle)  # it was removed before it was locked
 
 
-def _remove_left(folder: Path) -> None:
-    """Remove the temporary files of processes that ended before they could."""
+def _remove_left(folder: Path, own: Path) -> None:
+    """Remove the temporary files of processes that ended before they could, by the age that ``own``, a new one, tells.
+
+    The folder's stamps count, not this machine's clock, which may be another one than the folder's, or have been set.
+    """
     if fcntl is None:
         return
     with suppress(OSError):
+        now = own.stat().st_mtime
         for place in folder.iterdir():
-            if TEMPORARY.fullmatch(place.name):
+            if TEMPORARY.fullmatch(place.name) and place != own:
                 with suppress(OSError):  # somebody else's, in use, or gone meanwhile
-                    _remove_unlocked(place)
+                    _remove_unlocked(place, now)
 
 
-def _remove_unlocked(place: Path) -> None:
+def _remove_unlocked(place: Path, now: float) -> None:
     """Remove a temporary file; ``OSError`` where a process holds its lock."""
     handle = os.open(place, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
     try:
         found = os.fstat(handle)
-        known = place.name.startswith(PREFIX) or time.time() - found.st_mtime > DAY
+        known = place.name.startswith(PREFIX) or now - found.st_mtime > DAY
         if known and stat.S_ISREG(found.st_mode):
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
             place.unlink()

@@ -11,6 +11,7 @@ from scipy.linalg import eigh
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
+from cranktrain.core.whole_number import whole_number
 from cranktrain.engine.model import Engine
 from cranktrain.results.pictures.moving_surface import SHOWN_MOTION, MovingSurface
 from cranktrain.results.pictures.skin import Skin
@@ -78,10 +79,10 @@ def chosen_mode(mode: str, hz: Array, shares: Array, answers: Array | None = Non
     """
     highest = listed_to(named_frequencies(hz, shares, answers, sought_to).values())
     listed = int(np.count_nonzero(hz <= highest))
-    if mode.isdigit():
-        if not 1 <= int(mode) <= listed:
+    if (number := whole_number(mode)) is not None:
+        if not 1 <= number <= listed:
             raise InputError(f"--mode {mode} is not within 1 to {listed}, the elastic modes up to {highest:g} Hz")
-        return int(mode) - 1
+        return number - 1
     if mode not in KINDS:
         raise InputError(f"--mode '{mode}' is neither a number nor a kind of mode; {nearest(mode, KINDS)}")
     if mode == "torsional":

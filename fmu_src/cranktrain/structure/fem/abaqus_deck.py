@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.user_file import LONGEST_LINE, text_lines
+from cranktrain.core.whole_number import whole_number
 from cranktrain.structure.fem.included_file import check_depth, included_file
 from cranktrain.structure.fem.mesh_parts import MeshParts, Place
 
@@ -99,8 +100,8 @@ def add_sets(parts: MeshParts, cards: list[Card], numbers: Callable[[dict[str, l
 def named(sets: dict[str, list[int]], text: str) -> list[int] | None:
     """Numbers that a text stands for: a number, or the name of a set in capitals or not; None if it does not exist."""
     plain = text.strip('"')
-    if plain.isdigit():
-        return [int(plain)]
+    if (number := whole_number(plain)) is not None:
+        return [number]
     return sets.get(plain) or next((own for name, own in sets.items() if name.lower() == plain.lower()), None)
 
 
@@ -190,11 +191,12 @@ def _card(place: Place, line: str) -> Card:
 
 def _numbers(place: Place, texts: list[str]) -> list[int]:
     """Whole numbers of a line; ``InputError``."""
-    try:
-        return [int(text) for text in texts if text]
-    except ValueError:
-        wrong = next(text for text in texts if text and not text.lstrip("+-").isdigit())
-        raise InputError(f"{place}: {shown(wrong)} is no whole number") from None
+    found = []
+    for text in filter(None, texts):
+        if (number := whole_number(text)) is None:
+            raise InputError(f"{place}: {shown(text)} is no whole number")
+        found.append(number)
+    return found
 
 
 def _add_nodes(parts: MeshParts, card: Card) -> None:

@@ -21,10 +21,11 @@ from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.user_file import LONGEST_LINE, text_lines
+from cranktrain.core.whole_number import whole_number
 from cranktrain.structure.fem.included_file import check_depth, included_file
 from cranktrain.structure.fem.mesh_parts import MeshParts, Place
 
-NAMED_PROPERTY = re.compile(r'\$HMNAME\s+(?:PROP|COMP)\S*\s+(\d+)\s*"([^"]+)"')
+NAMED_PROPERTY = re.compile(r'\$HMNAME\s+(?:PROP|COMP)\S*\s+([0-9]{1,18})\s*"([^"]+)"')
 TRIANGLES = {"CTRIA3": 3, "CTRIAR": 3, "CTRIA6": 6}
 OTHERS = ("CHEXA", "CPENTA", "CPYRA", "CPYRAM")
 NARROW, WIDE = 8, 16
@@ -157,10 +158,9 @@ def _fields(line: str) -> tuple[str, list[str], int]:
 
 
 def _number(card: _Card, text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(f"{card.place}: {card.word} with {shown(text)} in place of a whole number") from None
+    if (number := whole_number(text)) is None:
+        raise InputError(f"{card.place}: {card.word} with {shown(text)} in place of a whole number")
+    return number
 
 
 def _add_node(parts: MeshParts, card: _Card) -> None:

@@ -30,6 +30,7 @@ from cranktrain.core.errors import InputError, shown
 from cranktrain.core.typed_file import Table, record
 from cranktrain.core.types import Array
 from cranktrain.core.user_file import beside, check_file, ending, is_number, read_toml, user_path
+from cranktrain.core.whole_number import whole_number
 from cranktrain.structure.fem.mesh_file import interface_name
 from cranktrain.structure.fem.named_matrices import is_named, named_matrix
 from cranktrain.structure.fem.superelement import Superelement
@@ -164,10 +165,11 @@ def _named_entries(
 def _row_names(dofs: Path, path: Path, count: int) -> Rows:
     """Node and component (from 0) of each row that a file of degrees of freedom names."""
     named = [line.strip().partition(".") for line in _text(dofs).split()]
-    rows = [(int(node), int(component) - 1) for node, _, component in named if node.isdigit() and component.isdigit()]
-    if len(rows) != len(named) or len(rows) < count:
+    rows = [(whole_number(node), whole_number(component)) for node, _, component in named]
+    whole = [(node, component - 1) for node, component in rows if node is not None and component is not None]
+    if len(whole) != len(named) or len(whole) < count:
         raise InputError(f"{dofs}: does not name the {count} rows of {path.name} as NODE.COMPONENT")
-    return rows
+    return whole
 
 
 def _text(path: Path) -> str:
@@ -337,9 +339,10 @@ def _places(source: Path, table: Any, file: Path | None, length: float) -> dict[
                 places[int(values[0])] = length * values[1:4]
     elif isinstance(table, dict):
         for node, place in table.items():
-            if not (node.isdigit() and isinstance(place, list) and len(place) == 3 and all(map(is_number, place))):
+            number = whole_number(node)
+            if number is None or not (isinstance(place, list) and len(place) == 3 and all(map(is_number, place))):
                 raise InputError(f"{source}: node {shown(node)} = {shown(place)}; expected is NUMBER = [x, y, z]")
-            places[int(node)] = length * np.array(place, dtype=np.float64)
+            places[number] = length * np.array(place, dtype=np.float64)
     if not places:
         raise InputError(f"{source}: no coordinates; give nodes = with a file of *NODE lines, or a table [nodes]")
     return places

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.user_file import text_lines
+from cranktrain.core.whole_number import whole_number
 from cranktrain.structure.fem.mesh_parts import MeshParts, Place
 
 NODES, ELEMENTS = (2411, 781, 15), (2412, 780)
@@ -87,17 +88,17 @@ def read_universal(path: Path) -> MeshParts:
             continue
         if not lines.more:
             break
-        number = lines.peek().rstrip("b")
-        if not number.isdigit():
+        number = whole_number(lines.peek().rstrip("b"))
+        if number is None:
             continue
-        seen.add(int(number))
+        seen.add(number)
         lines.line()
-        if int(number) in NODES:
-            _nodes(parts, lines, int(number))
-        elif int(number) in ELEMENTS:
-            _elements(parts, lines, int(number))
-        elif int(number) in GROUPS:
-            _groups(parts, lines, int(number))
+        if number in NODES:
+            _nodes(parts, lines, number)
+        elif number in ELEMENTS:
+            _elements(parts, lines, number)
+        elif number in GROUPS:
+            _groups(parts, lines, number)
         else:
             while lines.more and lines.peek() != "-1":
                 lines.line()

@@ -17,6 +17,7 @@ from urllib.parse import unquote
 
 import panel as pn
 from bokeh.server.auth_provider import AuthProvider
+from bokeh.util.token import get_session_id, get_token_payload
 from tornado.httputil import HTTPMessageDelegate, HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.routing import Router
@@ -102,7 +103,7 @@ class Token(AuthProvider):
 class Gate(Router):
     """Passes on the requests that a page makes, and answers all others with an error.
 
-    Bokeh's handlers fail on the rest: tokens of sessions in the address, null bytes, unusual methods.
+    Bokeh's handlers fail on the rest: tokens of sessions in the address, null bytes, unusual methods, other protocols.
     """
 
     def __init__(self, application: Application) -> None:
@@ -117,11 +118,24 @@ class Gate(Router):
             not path.isprintable()
             or any(name.startswith("bokeh-") for name in request.arguments)
             or "Bokeh-Session-Id" in request.headers
+            or ("Upgrade" in request.headers and not _opens_a_session(request))
         ):
             refused = 403
         else:
             return self._application.find_handler(request, **kwargs)
         return self._application.get_handler_delegate(request, ErrorHandler, {"status_code": refused})
+
+
+def _opens_a_session(request: HTTPServerRequest) -> bool:
+    """Whether a websocket's request names Bokeh's protocol and, as a second one, a session that Bokeh can read."""
+    named = [one.strip() for one in request.headers.get("Sec-WebSocket-Protocol", "").split(",")]
+    if len(named) != 2 or named[0] != "bokeh":
+        return False
+    try:
+        get_token_payload(named[1])
+        return isinstance(get_session_id(named[1]), str)
+    except Exception:  # of JSON, Base64 and compressed data
+        return False
 
 
 def _document(explored: Explored) -> Any:

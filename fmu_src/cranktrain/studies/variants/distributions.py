@@ -29,6 +29,8 @@ KINDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "values": (("values",), ()),
 }
 """Numbers that each distribution needs, and those that it may have; what is left out is the engine's own value."""
+LARGEST = 1e100
+"""Size below which numbers of distributions have differences and squares."""
 CENTRES = {"triangular": "mode", "normal": "mean", "lognormal": "median"}
 """Number that is the engine's own value where it is not given."""
 
@@ -95,6 +97,9 @@ def _frozen(kind: str, known: dict[str, float]) -> Any:
 
 def checked(kind: str, numbers: dict[str, float], values: tuple[float, ...], where: str) -> Distribution:
     """The distribution of these numbers in SI; ``InputError`` for what is none, one line that starts with ``where``."""
+    for name, value in (*numbers.items(), *(("values", value) for value in values)):
+        if not abs(value) < LARGEST:
+            raise InputError(f"{where}: {name} {value:g} (SI) is no number of an engine; give one below {LARGEST:g}")
     low, high = numbers.get("low", -math.inf), numbers.get("high", math.inf)
     if not low < high:
         raise InputError(f"{where}: low {low:g} is not below high {high:g} (SI); exchange them")

@@ -26,6 +26,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.types import Array
+from cranktrain.core.whole_number import whole_number
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.orders.harmonics import ComplexArray
@@ -58,7 +59,7 @@ def check_torsional_output(output: str, damper: bool) -> None:
     if name not in UNITS_OF or (by_order and name not in OF_ORDERS) or (not by_order and number and name != FREQUENCY):
         valid = (*(n for n in UNITS_OF if n != FREQUENCY), "twist.order[6]", "pulley.torsion.order[6]", "frequency[1]")
         raise InputError(f"outputs: a torsional crank has no '{output}'; {nearest(output, valid)}")
-    if name == FREQUENCY and not (number and number.isdigit() and int(number) >= 1):
+    if name == FREQUENCY and not (whole_number(number or "") or 0) >= 1:
         raise InputError(f"outputs: '{output}' has no number; write frequency[1] for the first")
     if by_order:
         order = float(number or 0.0)
