@@ -28,9 +28,10 @@ DESCRIPTION = """\
 Report of an engine as one HTML file: verdict against the limits of its file, frequencies, vibration, bearings, origins.
 
 Origins are the sources of the engine's values. The page needs no network, can be printed, and fits the screen of a
-telephone. Results that take only seconds are computed; the others are read from files of other verbs. A section without
-its data says which commands make them; --make FOLDER runs these. The page is written after every step, so an
-interrupted report has what was made.
+telephone. Frequencies and torsion over the speed are computed: without --quick this takes minutes, and gigabytes of
+memory for the finite elements. The other results are read from files of other verbs. A section without its data says
+which commands make them; --make FOLDER runs these. The page is written after every step, so an interrupted report has
+what was made. Its last section lists the time of each stage and the memory.
 """
 FOLDERS = tuple(Path(place) for place in ("out/tradeoff", "out/stability", "docs/tradeoff", "docs/stability"))
 """Where results of ``tradeoff`` and ``stability`` are, which the report links to."""
@@ -77,7 +78,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="fraction of the full-load burn (default 1)",
     )  # fmt: skip
     add_chart_options(parser)
-    add("--quick", action="store_true", help="torsion in seconds: fewer speeds, linear, without inherited damping")
+    add("--quick", action="store_true", help="torsion at fewer speeds, linear, without inherited damping")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

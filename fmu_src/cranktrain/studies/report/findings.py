@@ -1,4 +1,4 @@
-"""Input of a report: results that take seconds are computed here, others are read from files of other verbs."""
+"""Input of a report: frequencies and torsion are computed here, others are read from files of other verbs."""
 
 from __future__ import annotations
 

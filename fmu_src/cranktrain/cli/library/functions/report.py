@@ -53,6 +53,6 @@ def report(
     orders : orders to be drawn, separated by commas, e.g. 4.5,6 (default: the strongest)
     log : amplitudes on a logarithmic scale
     peak_to_peak : amplitudes peak to peak in place of zero to peak
-    quick : torsion in seconds: fewer speeds, linear, without inherited damping
+    quick : torsion at fewer speeds, linear, without inherited damping
     """
     return call("report", locals())
