@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from cranktrain.cli.console import Interrupted, number, say, stages
-from cranktrain.cli.plot_runup import add_chart_options
+from cranktrain.cli.plot_runup import add_chart_options, scale_of
 from cranktrain.cli.run_options import add_source_options, engine_of, option_of
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.store.whole_file import check_place, whole_file
@@ -42,7 +42,19 @@ METHODS = {
 """Titles of links and the files that they lead to, the first that exists."""
 RUNNING = ("drive_line", "pressure", "pressure_unit", "pressure_tdc_deg", "load")
 """Options that commands of sections take over."""
-AGAIN = ("output", "run_up", "pictures", "make", "measured", "speeds", "orders", "log", "peak_to_peak", "quick")
+AGAIN = (
+    "output",
+    "run_up",
+    "pictures",
+    "make",
+    "measured",
+    "speeds",
+    "orders",
+    "log",
+    "linear",
+    "peak_to_peak",
+    "quick",
+)
 """Further options of the report, which its own command repeats."""
 
 
@@ -140,7 +152,7 @@ def _asked(options: argparse.Namespace, engine: Engine) -> Asked:
         None if options.speeds is None else check_speeds(*options.speeds),
         1.0 if options.load is None else options.load,
         (*_words(options, RUNNING), *full), tuple(_words(options, AGAIN)), options.make is not None,
-        tuple(options.orders), options.log, options.peak_to_peak,
+        tuple(options.orders), scale_of(options), options.peak_to_peak,
     )  # fmt: skip
 
 
