@@ -71,7 +71,16 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         summary["plots"] = plots
     if not options.json:
         _show(found, settings, summary)
+        print(_level_error(options, found, settings))
     return summary
+
+
+def _level_error(options: argparse.Namespace, found: Run, settings: Settings) -> str:
+    """One line on the total error of the run's levels."""
+    from cranktrain.studies.planning.level_error import OWN_DATA, level_error_text
+
+    own = options.pressure is not None or options.mesh is not None or options.block_mesh is not None
+    return OWN_DATA if own else level_error_text(found.engine, settings, options.speed_rpm)
 
 
 def answer(options: argparse.Namespace) -> Run:

@@ -98,11 +98,11 @@ def load_figure(run: Result, engine: Engine, title: str) -> Any:
     """Load on each main bearing over the last cycle, the resultant of its two forces."""
     from matplotlib.figure import Figure
 
-    angle = np.arange(SAMPLES) * (720.0 / SAMPLES)
-    loads = {}
+    angle = np.linspace(0.0, 720.0, SAMPLES, endpoint=False)
+    loads: dict[str, Array] = {}
     for name in [f"bearing[{i + 1}]" for i in range(len(engine.crankshaft.main_widths))]:
         x, y = (_cycle(run, f"{name}.force.{axis}") for axis in "xy")
-        loads[_title(name)] = np.sqrt(x * x + y * y)
+        loads[_title(name)] = np.hypot(x, y)
     figure = Figure(figsize=(11.5, 4.8), dpi=120, layout="constrained")
     ax = figure.subplots()
     plots.plot_loads(ax, angle, loads, _firing(engine))
