@@ -116,7 +116,8 @@ def run():
     """A run whose second cycle ends 2° behind the full one; big ends float."""
     engine = load_engine("diesel_i6")
     angle = np.linspace(0.0, 8.0 * np.pi, 577) - math.radians(2.0)
-    outputs = {}
+    outputs = {"pulley.torsion": 0.01 * np.sin(3.0 * angle)}
+    outputs |= {f"bearing[{i}].force.{axis}": np.cos(angle) for i in range(1, 8) for axis in "xy"}
     for family, count, clearance in (("bearing", 7, 4e-5), ("big_end", 6, 3e-5)):
         for i in range(1, count + 1):
             x, y = 0.6 * clearance * np.sin(angle + i), 0.3 * clearance * np.cos(angle / 2)
@@ -149,10 +150,29 @@ def test_rigid_big_ends_have_no_orbit_and_no_film(run, tmp_path):
         data.outputs[f"big_end[{i}].eccentricity"][:] = 0.0
     assert sum(bool(ax.get_title()) for ax in figures.orbit_figure(data, engine, "").axes) == 7
     assert len(figures.film_figure(data, engine, "").axes) == 1
-    written = figures.save_film_pictures(tmp_path, data, engine, "title")
-    assert [path.name for path in written] == ["orbits.png", "least_films.png"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["least_films.png", "orbits.png"]
+    written = figures.save_run_pictures(tmp_path, data, engine, "title", True)
+    pictures = ["pulley_torsion.png", "main_loads.png", "orbits.png", "least_films.png"]
+    assert [path.name for path in written] == pictures
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(pictures)
     assert all(path.read_bytes()[:4] == b"\x89PNG" for path in written)
+
+
+def test_torsion_is_drawn_in_degrees_and_loads_are_resultants(run):
+    """Sizes of one cycle: peak to peak of the curve is that of the output, the top of a load that of both forces."""
+    engine, data = run
+    cycle = 0.01 * np.sin(np.linspace(0.0, 12.0 * np.pi, 720, endpoint=False))  # order 3
+    figure = figures.motion_figure(cycle, "pulley.torsion", "rad", "six, 2000 rev/min")
+    above, below = figure.axes
+    assert np.ptp(above.lines[1].get_ydata()) == pytest.approx(np.degrees(0.02), rel=1e-4)
+    assert above.get_ylabel().endswith("/ deg") and below.get_ylabel().endswith("/ deg")
+    heights = {round(bar.get_x() + 0.5 * bar.get_width(), 3): bar.get_height() for bar in below.patches}
+    assert heights[3.0] == pytest.approx(np.degrees(0.01)) == pytest.approx(sum(heights.values()))
+    assert figure.get_suptitle() == "six, 2000 rev/min"
+    for i in range(1, 8):
+        data.outputs[f"bearing[{i}].force.x"] = np.full(data.angle.size, 3000.0 * i)
+        data.outputs[f"bearing[{i}].force.y"] = np.full(data.angle.size, -4000.0 * i)
+    lines = figures.load_figure(data, engine, "six").axes[0].lines
+    assert [line.get_ydata().max() for line in lines[:7]] == pytest.approx([5.0 * i for i in range(1, 8)])
 
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path):

@@ -11,6 +11,7 @@ import zlib
 from dataclasses import replace
 from hashlib import sha256
 from html.parser import HTMLParser
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -36,8 +37,8 @@ from cranktrain.studies.report.chart import DECADES, MAP_COLOURS, Axis, Switches
 from cranktrain.studies.report.findings import Asked, Findings, Torsion
 from cranktrain.studies.report.front import layout_text
 from cranktrain.studies.report.page import missing, page
-from cranktrain.studies.report.sections import SECTIONS
-from cranktrain.studies.report.verdict import verdict_text, verdicts
+from cranktrain.studies.report.sections import SECTIONS, peak_memory, states_text
+from cranktrain.studies.report.verdict import Verdict, verdict_text, verdicts
 from cranktrain.studies.report.vibration import cycle
 
 EMPTY_TAGS = {"meta", "circle", "img", "line", "polyline", "br", "i"}
@@ -431,6 +432,34 @@ def test_each_limit_is_judged_by_what_was_found(found):
     assert held["damper.power_limit"].said == held["crank_strength"].said == "not computed"
     assert held["bearing_limits.main_film"].said == "not computed"
     assert "not passed: twist from pulley to flywheel" in verdict_text(list(held.values()))
+
+
+def test_limits_without_a_computed_value_are_not_judged_rather_than_not_passed():
+    """Ten stated limits: the counts of passed, broken and open ones add up to ten, and "0 of 10" is never said."""
+    limits = [Verdict(f"quantity {k}", "1", None, 1.0, "section", f"limits.{k}") for k in range(10)]
+    assert verdict_text(limits) == "10 of 10 stated limits are not judged, because their value is not computed."
+    some = [one._replace(value=value) for one, value in zip(limits, (0.5, 0.9, 2.0), strict=False)] + limits[3:]
+    text = verdict_text(some)
+    assert text.startswith("2 of 3 judged limits are passed; not passed: quantity 2; 7 of 10 stated limits are not")
+
+
+def test_one_mode_at_rest_and_in_motion_is_named_with_both_frequencies():
+    motion = {"first_torsional_hz": 412.0, "state": {"rpm": 2000.0}}
+    modes = {"cranktrain": {"first_torsional_hz": 428.0}, "in_motion": motion}
+    said = "428 Hz at rest and 412 Hz in motion at 2000 rev/min are one mode on two supports"
+    assert said in states_text(modes)
+    housed = {**modes, "block": {"first_torsional_hz": 420.4}}
+    assert "420 Hz at rest in the flexible block and 412 Hz" in states_text(housed)
+    assert "listed twice" not in states_text({"cranktrain": {"first_torsional_hz": 428.0}})
+
+
+def test_memory_of_a_report_is_the_largest_resident_set_that_the_system_tells():
+    status = Path("/proc/self/status")
+    if not status.exists():
+        assert peak_memory() is None or peak_memory() > 0.0
+        return
+    words = dict(line.split(":", 1) for line in status.read_text("utf-8").splitlines())
+    assert peak_memory() == pytest.approx(1024 * int(words["VmHWM"].split()[0]), rel=0.05)
 
 
 def test_heat_of_the_damper_and_fatigue_are_judged(found):

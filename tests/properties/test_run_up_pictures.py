@@ -194,6 +194,50 @@ def test_orders_that_are_asked_for_stand_alone_peak_to_peak_and_on_a_logarithmic
     assert ax.get_ylabel() == "torsion of the pulley, peak to peak / deg"
 
 
+@pytest.fixture(scope="module")
+def uneven(run_up):
+    """The same resonances under order 2 of a light crank that turns unevenly as a whole, Ω⁻², and a hump of order 1."""
+    torsion = run_up.torsion.copy()
+    torsion[:, 3] += 40.0 * (run_up.speeds[0] / run_up.speeds) ** 2 * np.abs(torsion).max()
+    middle = 2000.0 * RPM
+    torsion[:, 1] += 0.5 * np.abs(torsion[:, 11]).max() / np.sqrt(1.0 + ((run_up.speeds / middle - 1.0) / 0.3) ** 2)
+    return replace(run_up, amplitudes={TORSION: torsion})
+
+
+def test_the_scale_is_logarithmic_where_resonances_drown_and_as_it_is_asked_for(run_up, uneven):
+    """The resonance is a fortieth of the largest amplitude: 6 points of a linear axis, half of one of three decades."""
+    for data, log, scale in ((run_up, None, "linear"), (uneven, None, "log"), (uneven, False, "linear")):
+        figure = figures.order_figure(data, shown.TORSIONAL, shown.Beside(log=log), "six")
+        assert figure.axes[0].get_yscale() == scale
+    alone = shown.Beside(orders=(6.0, 9.0))
+    assert figures.order_figure(uneven, shown.TORSIONAL, alone, "six").axes[0].get_yscale() == "linear"
+    norm = figures.map_figure(uneven, shown.TORSIONAL, shown.Beside(), "six", 300.0).axes[0].collections[0].norm
+    assert norm.vmax / norm.vmin == pytest.approx(1000.0)
+
+
+def test_a_waterfall_of_decades_is_as_high_as_the_logarithm(uneven):
+    figure = figures.waterfall_figure(uneven, shown.TORSIONAL, shown.Beside(), "six", 300.0)
+    sizes, step = np.abs(uneven.torsion), np.diff(uneven.speeds_rpm)[0] * 3
+    line = figure.axes[0].lines[0]  # of the highest speed that is drawn
+    [at] = np.flatnonzero(np.isclose(line.get_xdata(), 2.0 * uneven.speeds_rpm[-1] / 60.0))
+    decades = math.log10(sizes[-1, 3] / sizes[::3].max()) / 3.0
+    assert (line.get_ydata()[at] - uneven.speeds_rpm[-1]) / step == pytest.approx(3.0 * (1.0 + decades), rel=1e-6)
+    assert np.all(line.get_ydata() >= uneven.speeds_rpm[-1] - 1e-9)
+
+
+def test_humps_have_no_label(uneven):
+    assert 1.0 in {peak.order for peak in peaks(uneven)}
+    assert {peak.order for peak in shown.worthy(uneven, shown.TORSIONAL, [1.0, 2.0, 6.0, 9.0], shown.Beside())} == {
+        6,
+        9,
+    }
+
+
+def test_two_scales_at_once_are_refused(capsys):
+    assert main(["plot-runup", "none.h5", "--log", "--linear"]) == 2
+    assert capsys.readouterr().err.strip() == "cranktrain: --log and --linear ask for two scales; leave one of them out"
+
+
 def test_twist_is_drawn_with_the_range_of_all_its_orders(run_up):
     """A flywheel that follows the pulley but for order 6 leaves this order alone in the twist."""
     flywheel = np.where(run_up.orders == 6.0, 0.0, run_up.torsion)

@@ -65,8 +65,9 @@ def test_simulate_writes_a_result_and_repeats_itself(coarse, capsys, tmp_path):
         runs.append(run_json(capsys, "simulate", coarse, *options))
     summary = runs[0]
     assert set(summary["pulley"]) == {"torsion_deg", "axial_um"}
-    assert sorted(path.name for path in (tmp_path / "p").iterdir()) == ["least_films.png", "orbits.png"]
-    assert summary["plots"] == [str(tmp_path / "p" / name) for name in ("orbits.png", "least_films.png")]
+    pictures = ("pulley_torsion.png", "main_loads.png", "orbits.png", "least_films.png")
+    assert summary["plots"] == [str(tmp_path / "p" / name) for name in pictures]
+    assert sorted(path.name for path in (tmp_path / "p").iterdir()) == sorted(pictures)
     assert [set(row) for row in summary["big_ends"]] == [{"name", "peak_load_n"}] * 6  # rigid: no films
     assert [row["name"] for row in summary["bearings"]] == [f"main[{i}]" for i in range(1, 8)]
     clearance_um = 1e6 * load_engine(coarse).main_bearing.clearance

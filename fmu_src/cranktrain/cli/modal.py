@@ -58,7 +58,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Frequencies of the free crankshaft and the cranktrain, critical speeds, quality of the reduction."""
     from cranktrain.engine.torsional_chain import is_chain
-    from cranktrain.results.tables import Table, block_tables, frequency_tables, named_text
+    from cranktrain.results.tables import block_tables, frequency_tables, named_text
     from cranktrain.studies import modal as study
     from cranktrain.studies.added_modes import additions_table
     from cranktrain.studies.in_motion.report import TORSIONAL, motion_table, springs_text
@@ -115,9 +115,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     _say_quality("Reduction", report["reduction"])
     if block is not None:
         _say_quality("Block", block["reduction"])
-    rows = tuple((key, f"{value} {unit}", note) for key, value, unit, origin, note in _calibrated(options.engine))
-    if rows:
-        show(Table("Calibrated values", ("value", "", "to which number"), rows))
+    if count := sum(origin == "calibrated" for *_, origin, _ in engine_provenance(options.engine)):
+        print(f"{count} values of the engine file are calibrated; cranktrain report lists them with what they fit.")
     return report
 
 
@@ -148,7 +147,3 @@ def _say_quality(what: str, quality: dict[str, Any]) -> None:
         f"{what}: {quality['dofs_full']} degrees of freedom reduced to {quality['modes']} modes, largest error against "
         f"the full model {100.0 * quality['max_relative_error']:.2g} % (to 1000 Hz)"
     )
-
-
-def _calibrated(engine: str) -> list[tuple[str, Any, str, str, str]]:
-    return [row for row in engine_provenance(engine) if row[3] == "calibrated"]

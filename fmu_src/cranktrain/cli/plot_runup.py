@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import say, show, taking
-from cranktrain.core.errors import CranktrainError
+from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.engine.file import load_engine
 
 if TYPE_CHECKING:
@@ -52,8 +52,19 @@ def add_chart_options(parser: argparse.ArgumentParser) -> None:
         "--orders", type=order_list, default=[], metavar="LIST",
         help="orders to be drawn, separated by commas, e.g. 4.5,6 (default: the strongest)",
     )  # fmt: skip
-    add("--log", action="store_true", help="amplitudes on a logarithmic scale")
+    add(
+        "--log", action="store_true",
+        help="amplitudes on a logarithmic scale (default: where resonances are below a twentieth of the largest)",
+    )  # fmt: skip
+    add("--linear", action="store_true", help="amplitudes on a linear scale whatever they are")
     add("--peak-to-peak", action="store_true", help="amplitudes peak to peak in place of zero to peak")
+
+
+def scale_of(options: argparse.Namespace) -> bool | None:
+    """Whether amplitudes are drawn on a logarithmic scale; None: as the data need it. ``InputError`` for both."""
+    if options.log and options.linear:
+        raise InputError("--log and --linear ask for two scales; leave one of them out")
+    return True if options.log else False if options.linear else None
 
 
 @taking("str | Sequence[float]")
@@ -74,6 +85,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.results.orders.measured import read_measured_orders
     from cranktrain.results.run_up.run_up import RunUp
 
+    scale_of(options)
     run_up = RunUp.load(options.file)
     for order in options.orders:
         run_up.order(order)  # refuses one that the file does not have
@@ -138,7 +150,7 @@ def draw(
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses
     from cranktrain.studies.run_up.modes import run_up_modes
 
-    chosen = {} if style is None else {"orders": style.orders, "log": style.log}
+    chosen = {} if style is None else {"orders": style.orders, "log": scale_of(style)}
     beside = Beside(engine, None, measured, motion, **chosen)
     if engine is not None:
         try:

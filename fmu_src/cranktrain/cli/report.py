@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from cranktrain.cli.console import Interrupted, number, say, stages
-from cranktrain.cli.plot_runup import add_chart_options
+from cranktrain.cli.plot_runup import add_chart_options, scale_of
 from cranktrain.cli.run_options import add_source_options, engine_of, option_of
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.store.whole_file import check_place, whole_file
@@ -28,9 +28,10 @@ DESCRIPTION = """\
 Report of an engine as one HTML file: verdict against the limits of its file, frequencies, vibration, bearings, origins.
 
 Origins are the sources of the engine's values. The page needs no network, can be printed, and fits the screen of a
-telephone. Results that take only seconds are computed; the others are read from files of other verbs. A section without
-its data says which commands make them; --make FOLDER runs these. The page is written after every step, so an
-interrupted report has what was made.
+telephone. Frequencies and torsion over the speed are computed: without --quick this takes minutes, and gigabytes of
+memory for the finite elements. The other results are read from files of other verbs. A section without its data says
+which commands make them; --make FOLDER runs these. The page is written after every step, so an interrupted report has
+what was made. Its last section lists the time of each stage and the memory.
 """
 FOLDERS = tuple(Path(place) for place in ("out/tradeoff", "out/stability", "docs/tradeoff", "docs/stability"))
 """Where results of ``tradeoff`` and ``stability`` are, which the report links to."""
@@ -41,7 +42,19 @@ METHODS = {
 """Titles of links and the files that they lead to, the first that exists."""
 RUNNING = ("drive_line", "pressure", "pressure_unit", "pressure_tdc_deg", "load")
 """Options that commands of sections take over."""
-AGAIN = ("output", "run_up", "pictures", "make", "measured", "speeds", "orders", "log", "peak_to_peak", "quick")
+AGAIN = (
+    "output",
+    "run_up",
+    "pictures",
+    "make",
+    "measured",
+    "speeds",
+    "orders",
+    "log",
+    "linear",
+    "peak_to_peak",
+    "quick",
+)
 """Further options of the report, which its own command repeats."""
 
 
@@ -77,7 +90,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="fraction of the full-load burn (default 1)",
     )  # fmt: skip
     add_chart_options(parser)
-    add("--quick", action="store_true", help="torsion in seconds: fewer speeds, linear, without inherited damping")
+    add("--quick", action="store_true", help="torsion at fewer speeds, linear, without inherited damping")
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -139,7 +152,7 @@ def _asked(options: argparse.Namespace, engine: Engine) -> Asked:
         None if options.speeds is None else check_speeds(*options.speeds),
         1.0 if options.load is None else options.load,
         (*_words(options, RUNNING), *full), tuple(_words(options, AGAIN)), options.make is not None,
-        tuple(options.orders), options.log, options.peak_to_peak,
+        tuple(options.orders), scale_of(options), options.peak_to_peak,
     )  # fmt: skip
 
 

@@ -51,7 +51,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--load-torque-nm", type=float, metavar="TORQUE",
         help="load the dynamometer with this torque instead of holding its speed; --speed is the initial speed",
     )  # fmt: skip
-    add("--plots", metavar="FOLDER", help="folder for pictures of journal orbits and least films")
+    add("--plots", metavar="FOLDER", help="folder for pictures: torsion, main loads, orbits, least films")
     add(
         "--steady", action="store_true",
         help="also the steady state in the frequency domain; needs --crank torsional, bearings held, no damper",
@@ -71,7 +71,16 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         summary["plots"] = plots
     if not options.json:
         _show(found, settings, summary)
+        print(_level_error(options, found, settings))
     return summary
+
+
+def _level_error(options: argparse.Namespace, found: Run, settings: Settings) -> str:
+    """One line on the total error of the run's levels."""
+    from cranktrain.studies.planning.level_error import OWN_DATA, level_error_text
+
+    own = options.pressure is not None or options.mesh is not None or options.block_mesh is not None
+    return OWN_DATA if own else level_error_text(found.engine, settings, options.speed_rpm)
 
 
 def answer(options: argparse.Namespace) -> Run:
@@ -164,7 +173,7 @@ def _run_into(output: Path, request: Request, made: Assembly, gas: Gas | None) -
 def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> None:
     """Refuse what is asked for besides the run and cannot be had."""
     from cranktrain.dynamics.simulation import check_far_end
-    from cranktrain.results.figures import FILM_PICTURES, check_folder
+    from cranktrain.results.figures import FILM_PICTURES, MOTION_PICTURES, check_folder
 
     check_far_end(engine)
     locked = not bearing_law(settings.bearings).carries
@@ -177,20 +186,17 @@ def _check(options: argparse.Namespace, engine: Engine, settings: Settings) -> N
     if options.steady and settings.boundary == "torque":
         raise InputError("--steady needs a given speed; leave out --load-torque-nm")
     if options.plots is not None:
-        if locked:
-            raise InputError(
-                f"--plots draws journal orbits, and bearing level '{settings.bearings}' has none; use impedance"
-            )
-        check_folder(Path(options.plots), pictures=FILM_PICTURES)
+        check_folder(Path(options.plots), pictures=MOTION_PICTURES if locked else MOTION_PICTURES + FILM_PICTURES)
 
 
 def _draw(folder: Path, run: Run, settings: Settings, speed_rpm: float) -> list[str]:
     """Write the pictures; returns their paths."""
-    from cranktrain.results.figures import save_film_pictures
+    from cranktrain.results.figures import save_run_pictures
 
     level = settings.bearings + (f", big ends {settings.big_ends}" if settings.big_ends != "rigid" else "")
     title = f"{run.engine.title}, {speed_rpm:g} rev/min, {settings.crank} crank, films by {level}"
-    return [str(path) for path in save_film_pictures(folder, run, run.engine, title)]
+    films = bearing_law(settings.bearings).carries
+    return [str(path) for path in save_run_pictures(folder, run, run.engine, title, films)]
 
 
 def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:

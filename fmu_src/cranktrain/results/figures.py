@@ -1,4 +1,4 @@
-"""Whole pictures of a run: journal orbits in their clearance circles, and the least films over the crank angle.
+"""Whole pictures of a run: torsion and its orders, loads of the mains, journal orbits, least films over the angle.
 
 Orbits are seen from the flywheel: x to the right, y up, the crank turns counter-clockwise.
 """
@@ -18,7 +18,7 @@ from cranktrain.core.types import Array
 from cranktrain.core.user_file import ending, user_path
 from cranktrain.engine.model import Engine
 from cranktrain.results import plots
-from cranktrain.results.orders.harmonics import last_cycle
+from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 if TYPE_CHECKING:
@@ -29,7 +29,11 @@ SAMPLES = 1440
 """Points of a cycle in a picture: half a degree apart."""
 
 
-FILM_PICTURES = ("orbits.png", "least_films.png")
+MOTION_PICTURES = ("pulley_torsion.png",)
+FILM_PICTURES = ("main_loads.png", "orbits.png", "least_films.png")
+"""Pictures of every run, and of one whose journals move in their bearings."""
+HIGHEST = 12.0
+"""Largest order of a picture of orders."""
 PICTURE = marked("picture of cranktrain", "Cranktrain")
 
 
@@ -63,10 +67,48 @@ def save_figure(figure: Any, path: str | Path) -> Path:
     return target
 
 
-def save_film_pictures(folder: Path, run: Result, engine: Engine, title: str) -> list[Path]:
-    """Write ``orbits.png`` and ``least_films.png`` of the run's last cycle into ``folder``; returns their paths."""
-    figures = (orbit_figure(run, engine, title), film_figure(run, engine, title))
-    return [save_figure(figure, folder / name) for name, figure in zip(FILM_PICTURES, figures, strict=True)]
+def save_run_pictures(folder: Path, run: Result, engine: Engine, title: str, films: bool) -> list[Path]:
+    """Write pictures of the run's last cycle into ``folder``; returns their paths.
+
+    ``films``: also those of journals that move in their bearings.
+    """
+    torsion = last_cycle(run.angle, run.outputs["pulley.torsion"])
+    figures = [(MOTION_PICTURES[0], motion_figure(torsion, "pulley.torsion", "rad", title))]
+    if films:
+        made = (load_figure(run, engine, title), orbit_figure(run, engine, title), film_figure(run, engine, title))
+        figures += zip(FILM_PICTURES, made, strict=True)
+    return [save_figure(figure, folder / name) for name, figure in figures]
+
+
+def motion_figure(cycle: Array, name: str, unit: str, title: str) -> Any:
+    """One output, (n,) even samples of a cycle in its ``unit``, over the angle, above its orders; rad in degrees."""
+    from matplotlib.figure import Figure
+
+    if unit == "rad":
+        cycle, unit = np.degrees(cycle), "deg"
+    figure = Figure(figsize=(8.0, 6.4), dpi=120, layout="constrained")
+    above, below = figure.subplots(2, 1)
+    plots.plot_cycle(above, cycle, name, unit)
+    plots.plot_orders(below, *order_spectrum(cycle, HIGHEST), name, unit)
+    figure.suptitle(plots.wrapped(title, 7.6, 11.0), fontsize=11, parse_math=False)
+    return figure
+
+
+def load_figure(run: Result, engine: Engine, title: str) -> Any:
+    """Load on each main bearing over the last cycle, the resultant of its two forces."""
+    from matplotlib.figure import Figure
+
+    angle = np.linspace(0.0, 720.0, SAMPLES, endpoint=False)
+    loads: dict[str, Array] = {}
+    for name in [f"bearing[{i + 1}]" for i in range(len(engine.crankshaft.main_widths))]:
+        x, y = (_cycle(run, f"{name}.force.{axis}") for axis in "xy")
+        loads[_title(name)] = np.hypot(x, y)
+    figure = Figure(figsize=(11.5, 4.8), dpi=120, layout="constrained")
+    ax = figure.subplots()
+    plots.plot_loads(ax, angle, loads, _firing(engine))
+    ax.set_xlabel("crank angle over the last cycle / deg; dotted: firing of the cylinder with the number above")
+    figure.suptitle(f"Loads on the main bearings: {title}", fontsize=12, parse_math=False)
+    return figure
 
 
 _ORBITS = (

@@ -213,18 +213,39 @@ def plot_least_films(
         ax.plot(angle, 1e6 * closed, color=colour, lw=1.4, label=f"{name}: {least:.2f} µm")
         ax.plot(angle_deg[film.argmin()], least, "v", ms=5, color=colour, mec="white", mew=0.6, zorder=4)
     top = 1e6 * max(film.max() for film in films.values())
-    for number, at in enumerate(firing_deg, start=1):
-        ax.axvline(at, color=GREY, lw=0.7, ls=":", zorder=0)
-        ax.annotate(
-            f"{number}", (at, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
-            ha="center", fontsize=8, color="#5c6573",
-        )  # fmt: skip
+    _mark_firing(ax, firing_deg)
     if asperities > 0.0:
         ax.axhspan(0.0, 1e6 * asperities, color=ORANGE, alpha=0.25, lw=0.0, label="asperities touch")
     ax.set(xlim=(0, 720), xticks=np.arange(0, 721, 60), ylim=(0.0, 1.05 * top))
     ax.set_ylabel("least film / µm")
     ax.grid(alpha=0.25)
     ax.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), title="least", title_fontsize=8)
+
+
+def plot_loads(ax: Any, angle_deg: Array, loads: dict[str, Array], firing_deg: Sequence[float]) -> None:
+    """Draw loads of several bearings, (n,) N each, over one cycle of crank angles (n,), the largest in the legend."""
+    from matplotlib import colormaps
+
+    colours = colormaps["viridis"](np.linspace(0.0, 0.92, len(loads)))
+    for (name, load), colour in zip(loads.items(), colours, strict=True):
+        closed = 1e-3 * np.append(load, load[0])
+        ax.plot(np.append(angle_deg, 720.0), closed, color=colour, lw=1.4, label=f"{name}: {1e-3 * load.max():.3g} kN")
+    _mark_firing(ax, firing_deg)
+    ax.set(xlim=(0, 720), xticks=np.arange(0, 721, 60), ylim=(0.0, 1.05e-3 * max(map(largest, loads.values()))))
+    ax.set_ylabel("load / kN")
+    ax.grid(alpha=0.25)
+    title = {"title": "largest", "title_fontsize": 8}
+    ax.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), **title)
+
+
+def _mark_firing(ax: Any, firing_deg: Sequence[float]) -> None:
+    """Mark the cylinders' firing angles (°), in the order of their numbers, by dotted lines with the number above."""
+    for number, at in enumerate(firing_deg, start=1):
+        ax.axvline(at, color=GREY, lw=0.7, ls=":", zorder=0)
+        ax.annotate(
+            f"{number}", (at, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
+            ha="center", fontsize=8, color="#5c6573",
+        )  # fmt: skip
 
 
 def plot_pressure(ax: Any, angles_deg: Array, traces: dict[str, Array]) -> None:

@@ -58,20 +58,13 @@ class TimeSeries:
         return dict(zip(orders.tolist(), amplitudes.tolist(), strict=True))
 
     def plot(self, name: str = "pulley.torsion", path: str | Path | None = None) -> Any:
-        """Figure (matplotlib) of one output over the last cycle and of its orders; also written to ``path``.
+        """Figure (matplotlib) of one output over the last cycle and its orders, rad as deg; written to ``path`` too.
 
         Raises ``InputError`` for an output that does not exist, and for a file that is no picture of ours.
         """
-        from matplotlib.figure import Figure
+        from cranktrain.results.figures import motion_figure, save_figure
 
-        from cranktrain.results.figures import save_figure
-        from cranktrain.results.plots import plot_cycle, plot_orders
-
-        cycle, unit = self._cycle(name), output_unit(name)
-        figure = Figure(figsize=(8.0, 6.0), dpi=120, layout="constrained")
-        above, below = figure.subplots(2, 1)
-        plot_cycle(above, cycle, name, unit)
-        plot_orders(below, *order_spectrum(cycle, HIGHEST), name, unit)
+        figure = motion_figure(self._cycle(name), name, output_unit(name), self.title)
         if path is not None:
             save_figure(figure, path)
         return for_notebook(figure)

@@ -115,9 +115,9 @@ def map_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str, hi
     hz = np.linspace(0.0, highest_hz, MAP_ROWS)
     of_orders = quantity.scale * order_map(run_up, quantity.output, speeds)
     of_hz = quantity.scale * frequency_map(run_up, quantity.output, speeds, hz)
-    marks = beside.measured_marks(quantity, run_up.orders.tolist())
-    plots.plot_map(left, RPM * speeds, run_up.orders, of_orders, "order", beside.log, marks, along_orders=True)
-    colours = plots.plot_map(right, RPM * speeds, hz, of_hz, "frequency / Hz", beside.log, marks)
+    marks, log = beside.measured_marks(quantity, run_up.orders.tolist()), beside.logarithmic(run_up, quantity)
+    plots.plot_map(left, RPM * speeds, run_up.orders, of_orders, "order", log, marks, along_orders=True)
+    colours = plots.plot_map(right, RPM * speeds, hz, of_hz, "frequency / Hz", log, marks)
     bar = figure.colorbar(colours, ax=(left, right), pad=0.01)
     bar.set_label(f"{quantity.name} / {quantity.unit}")
     figure.suptitle(f"Orders and frequencies over the speed: {title}", fontsize=12, parse_math=False)
@@ -142,7 +142,7 @@ def parts_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str) 
             plots.Curve(order, run_up.speeds_rpm, quantity.scale * np.abs(run_up.order(order, output)))
             for order in orders
         ]
-        plots.plot_orders_over_speed(ax, curves, [], size, quantity.unit, log=beside.log)
+        plots.plot_orders_over_speed(ax, curves, [], size, quantity.unit, log=bool(beside.log))
         ax.set_title(f"{name}: {PART_NAMES[name]}", fontsize=10, loc="left")
     for ax in axes[:-1]:
         ax.set_xlabel("")
@@ -174,7 +174,7 @@ def waterfall_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: s
     plots.plot_waterfall(
         figure.subplots(), run_up.speeds_rpm[::every], run_up.orders, sizes, quantity.unit,
         shown_orders(run_up, quantity, Beside(orders=beside.orders)), highest_hz,
-        marks := beside.measured_marks(quantity, run_up.orders.tolist()),
+        marks := beside.measured_marks(quantity, run_up.orders.tolist()), beside.logarithmic(run_up, quantity),
     )  # fmt: skip
     figure.suptitle(f"Waterfall of the {quantity.name}: {title}", fontsize=12, parse_math=False)
     if marks:
@@ -227,7 +227,16 @@ def _draw_orders(
         height = float(np.interp(rpm, speeds[np.isfinite(curve)], curve[np.isfinite(curve)]))
         labels.append(plots.Label(rpm, height, _named(peak, beside, quantity), colours[peak.order]))
     plots.plot_orders_over_speed(
-        ax, curves, others, quantity.name, quantity.unit, labels, beside.published(quantity), top, whole, beside.log
+        ax,
+        curves,
+        others,
+        quantity.name,
+        quantity.unit,
+        labels,
+        beside.published(quantity),
+        top,
+        whole,
+        beside.logarithmic(run_up, quantity),
     )
     plots.shade(ax, speeds, unsteady(run_up))
 

@@ -20,6 +20,8 @@ BAR_COLOURS = {"pulley": INK, "crank": BLUE, "bearing": ORANGE, "engine": GREEN,
 _RPM = 30.0 / math.pi
 DECADES = 3.0
 """Range of a logarithmic scale of amplitudes below the largest."""
+WATERFALL_DECADES = 3.0
+"""Range of the logarithmic heights of a waterfall."""
 Marks = Sequence[tuple[float, Array, Array, Array]]
 """Measured orders: order, speeds (k,) rev/min, amplitudes (k,) and half widths of bands (k,)."""
 
@@ -165,19 +167,28 @@ def plot_waterfall(
     named: Sequence[float],
     highest_hz: float,
     measured: Marks = (),
+    log: bool = False,
 ) -> None:
     """Draw spectra (s, o) over the frequency, one above the other by their speed (s,), rev/min.
 
     ``named`` orders are drawn as rays with their number; ``measured`` ones as circles at the height of their amplitude
-    above their speed, with bands.
+    above their speed, with bands. ``log``: heights are logarithmic over ``WATERFALL_DECADES`` below the largest.
     """
     step = float(np.diff(speeds).mean())
     most = largest(amplitudes) or 1.0
-    scale = 7.0 * step / most
+    height = (3.0 if log else 7.0) * step
+
+    def up(sizes: Array) -> Array:
+        """Heights of amplitudes above the line of their speed, rev/min."""
+        share = sizes / most
+        if log:
+            share = 1.0 + np.log10(np.maximum(share, 10.0**-WATERFALL_DECADES)) / WATERFALL_DECADES
+        return np.asarray(height * share)
+
     for k in range(speeds.size - 1, -1, -1):
         hz = orders * speeds[k] / 60.0
         keep = (hz <= highest_hz) & np.isfinite(amplitudes[k])
-        line = speeds[k] + scale * amplitudes[k, keep]
+        line = speeds[k] + up(amplitudes[k, keep])
         ax.fill_between(hz[keep], speeds[k], line, color="white", lw=0.0, zorder=2.0 - 1e-3 * k)
         ax.plot(hz[keep], line, color=BLUE, lw=0.8, zorder=2.0 - 1e-3 * k)
     ends = speeds[0] - step, speeds[-1] + 1.5 * step
@@ -195,16 +206,16 @@ def plot_waterfall(
     ax.set(xlim=(0.0, highest_hz), ylim=(ends[0], ends[1] + 3.0 * step))
     ax.set_xlabel("frequency / Hz; dashed: orders")
     ax.set_ylabel("engine speed / rev/min")
-    height = scale * most
     for order, rpm, sizes, band in measured:
         hz = order * rpm / 60.0
         keep = (hz <= highest_hz) & (rpm >= speeds[0]) & (rpm <= speeds[-1])
-        lower, upper = (rpm + scale * np.maximum(sizes + side * band, 0.0) for side in (-1.0, 1.0))
+        lower, upper = (rpm + up(np.maximum(sizes + side * band, 0.0)) for side in (-1.0, 1.0))
         ax.vlines(hz[keep], lower[keep], upper[keep], color=RED, lw=1.0, zorder=3.5)
-        ax.plot(hz[keep], (rpm + scale * sizes)[keep], "o", ms=3.0, mfc="white", mec=RED, mew=0.8, zorder=3.6)
+        ax.plot(hz[keep], (rpm + up(sizes))[keep], "o", ms=3.0, mfc="white", mec=RED, mew=0.8, zorder=3.6)
+    least, word = (f"{10.0**-WATERFALL_DECADES * most:.3g} to ", ", logarithmic") if log else ("", "")
     ax.plot([0.985 * highest_hz] * 2, [ends[1] - height, ends[1]], color=INK, lw=1.5, zorder=6)
     ax.annotate(
-        f"{most:.3g} {unit}", (0.985 * highest_hz, ends[1] - 0.5 * height), xytext=(-4, 0),
+        f"{least}{most:.3g} {unit}{word}", (0.985 * highest_hz, ends[1] - 0.5 * height), xytext=(-4, 0),
         textcoords="offset points", ha="right", va="center", fontsize=8, color=INK, zorder=6,
         bbox={"fc": "white", "ec": "none", "pad": 1.0},
     )  # fmt: skip

@@ -15,6 +15,7 @@ from cranktrain.results.orders.measured import Measured, band_of
 from cranktrain.results.orders.measured_points import Point, points_at, reach_of
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.orders.resonances import Peak, peaks
+from cranktrain.results.plots import largest
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.run_up.twist import TWIST
 
@@ -23,6 +24,10 @@ COLOURED, LABELLED = 8, 8
 """Orders with a colour of their own besides the published ones, and peaks with a name."""
 WORTH = 0.05
 """Fractions of the largest amplitude from which a peak has a label: of any order, and of a published order."""
+DROWNED = 0.05
+"""Fraction of the largest amplitude below which the highest resonance is not seen on a linear scale."""
+BROADEST = 0.2
+"""Damping ratio above which a peak is a hump of the excitation and no resonance: it magnifies less than 2.5 times."""
 NEAR = 0.08
 """A peak belongs to a published speed if it lies within this fraction of that speed."""
 SAME = 1.0e-3
@@ -61,7 +66,7 @@ class Beside(NamedTuple):
     ``modes`` are at rest, on the stand-in springs of the bearings. ``motion`` are peaks of the pulley's torsion with
     the torsional mode in motion of the run's own levels, where these are known. ``stresses`` are those of shafts of the
     drive line (:func:`cranktrain.results.strength.iacs_m68.shaft_stresses`). ``orders`` are those to be drawn, the
-    strongest where there are none; ``log``: on a logarithmic scale.
+    strongest where there are none; ``log``: on a logarithmic scale, None: where resonances are :func:`drowned`.
     """
 
     engine: Engine | None = None
@@ -70,7 +75,11 @@ class Beside(NamedTuple):
     motion: Sequence[Peak] = ()
     stresses: Sequence[Mapping[str, Any]] = ()
     orders: Sequence[float] = ()
-    log: bool = False
+    log: bool | None = None
+
+    def logarithmic(self, run_up: RunUp, quantity: Quantity) -> bool:
+        """Whether amplitudes are drawn on a logarithmic scale, as it was asked for or by what the run-up has."""
+        return drowned(run_up, quantity.output, self.orders) if self.log is None else self.log
 
     def published(self, quantity: Quantity) -> dict[float, float]:
         """Published critical speeds, rev/min, by order; they are of the first torsional mode."""
@@ -124,22 +133,38 @@ def shown_orders(run_up: RunUp, quantity: Quantity, beside: Beside) -> list[floa
     if beside.orders:
         return [order for order in beside.orders if order in run_up.orders]
     sizes = np.nan_to_num(np.abs(run_up.amplitudes[quantity.output])).max(axis=0)
-    largest = {float(run_up.orders[k]) for k in np.argsort(-sizes)[:COLOURED]}
+    strongest = {float(run_up.orders[k]) for k in np.argsort(-sizes)[:COLOURED]}
     speeds = run_up.speeds_rpm
     within = {o for o, rpm in beside.published(quantity).items() if speeds[0] <= rpm <= speeds[-1]}
-    return sorted(largest | (within & set(run_up.orders.tolist())))
+    return sorted(strongest | (within & set(run_up.orders.tolist())))
 
 
 def worthy(run_up: RunUp, quantity: Quantity, orders: Sequence[float], beside: Beside) -> list[Peak]:
     """Peaks that get a label: high ones, and those near a published speed of their order."""
-    found = [peak for peak in peaks(run_up, quantity.output) if peak.order in orders]
-    largest = max((peak.amplitude for peak in found), default=0.0)
+    found = [peak for peak in peaks(run_up, quantity.output) if peak.order in orders and _sharp(peak)]
+    top = max((peak.amplitude for peak in found), default=0.0)
     published = beside.published(quantity)
     return [
         peak
         for peak in found
-        if peak.amplitude >= WORTH * largest or abs(peak.speed * RPM / published.get(peak.order, math.inf) - 1.0) < NEAR
+        if peak.amplitude >= WORTH * top or abs(peak.speed * RPM / published.get(peak.order, math.inf) - 1.0) < NEAR
     ][:LABELLED]
+
+
+def drowned(run_up: RunUp, output: str, orders: Sequence[float] = ()) -> bool:
+    """True if the highest resonance of an output is below ``DROWNED`` of its largest amplitude, of ``orders`` or all.
+
+    Uneven rotation of a light crank as a whole is the usual reason: a four turns by degrees where its crank's first
+    mode has hundredths.
+    """
+    own = np.isin(run_up.orders, orders) if len(orders) else np.ones(run_up.orders.size, dtype=bool)
+    found = [peak.amplitude for peak in peaks(run_up, output) if own[run_up.orders == peak.order] and _sharp(peak)]
+    return bool(found) and max(found) < DROWNED * largest(np.abs(run_up.amplitudes[output][:, own]))
+
+
+def _sharp(peak: Peak) -> bool:
+    """Whether a peak is a resonance; one that is too sharp for its speeds to show a damping ratio is."""
+    return not peak.damping > BROADEST
 
 
 def unsteady(run_up: RunUp) -> NDArray[np.bool_]:

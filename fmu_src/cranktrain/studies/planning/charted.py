@@ -52,6 +52,11 @@ class ChartedChoice:
         """Crank and bearing level."""
         return self.crank, self.bearings
 
+    @property
+    def plain(self) -> str:
+        """Its label with the usual integrator of its bearings."""
+        return f"{self.crank}/{self.bearings}/{self.block} {self.label.rpartition(' ')[2]}"
+
     def __str__(self) -> str:
         """The choice with its figures, for people."""
         return f"{self.label}, {percent(self.total)} at {self.cost:.2g} processor seconds per second"
@@ -100,15 +105,15 @@ def charted(scene: Scene, allowed: Callable[[Pair], bool], figures: Shipped | No
     if known is None or not families or not _plain(scene):
         return None
     speeds = around(scene.speeds_rpm, known.speeds_rpm)
-    choices = [] if speeds is None else _choices(known.points, speeds, families)
-    choices = [one for one in choices if allowed(one.pair)]
-    own = [one for one in choices if one.block == scene.block]
+    measured = [] if speeds is None else choices(known.points, speeds, families)
+    measured = [one for one in measured if allowed(one.pair)]
+    own = [one for one in measured if one.block == scene.block]
     if speeds is None or not own:
         return None
     chosen = _cheapest(own, scene.accuracy)
     if chosen is not None and scene.budget is not None and chosen.cost > scene.budget:
         chosen = None
-    elsewhere = None if chosen is not None else _cheapest(choices, scene.accuracy)
+    elsewhere = None if chosen is not None else _cheapest(measured, scene.accuracy)
     best = next(point.scene for point in known.points if point.speed_rpm == speeds[0])
     closest = min(own, key=lambda one: one.total)
     return Charted(chosen, closest, elsewhere, known.best[best].name, speeds, known.current)
@@ -144,7 +149,7 @@ def _plain(scene: Scene) -> bool:
     return usual and free and scene.pressure is None and not scene.stress
 
 
-def _choices(points: Sequence[TotalPoint], speeds: Sequence[float], families: Sequence[str]) -> list[ChartedChoice]:
+def choices(points: Sequence[TotalPoint], speeds: Sequence[float], families: Sequence[str]) -> list[ChartedChoice]:
     """Choices that have all outputs at all speeds."""
     groups: dict[str, list[TotalPoint]] = {}
     for point in points:

@@ -1,4 +1,4 @@
-"""Input of a report: results that take seconds are computed here, others are read from files of other verbs."""
+"""Input of a report: frequencies and torsion are computed here, others are read from files of other verbs."""
 
 from __future__ import annotations
 
@@ -55,7 +55,8 @@ class Asked:
     running : options of the verbs that run the engine: its drive line, its pressures, its load
     again : further options of the report
     orders : that charts show; empty: the strongest
-    log, peak_to_peak : how charts of amplitudes stand first, on a logarithmic scale and peak to peak
+    log, peak_to_peak : how charts of amplitudes stand first, on a logarithmic scale (None: where resonances are small
+        beside the largest amplitude) and peak to peak
     makes : whether the commands of missing sections are run
     """
 
@@ -70,7 +71,7 @@ class Asked:
     again: tuple[str, ...] = ()
     makes: bool = False
     orders: tuple[float, ...] = ()
-    log: bool = False
+    log: bool | None = None
     peak_to_peak: bool = False
 
     @property

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Mapping
 from fnmatch import fnmatch
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS
@@ -98,8 +99,23 @@ def frequencies(found: Findings) -> list[str]:
     if modes.get("in_motion", {}).get("modes"):
         parts.insert(0, motion_table(modes["in_motion"]))
     named = named_text(modes["cranktrain"], engine.reduction.running_cutoff_hz)
-    texts = [named, _STATES, quality] if engine.block is not None else [named, _STATES, quality, _NO_BLOCK]
+    texts = [named, states_text(modes), quality] if engine.block is not None else [
+        named, states_text(modes), quality, _NO_BLOCK]  # fmt: skip
     return [*map(table, parts), *map(paragraph, texts)]
+
+
+def states_text(modes: Mapping[str, Any]) -> str:
+    """Meaning of modes at rest and in motion, with the first torsional frequency of both where they are known."""
+    block = modes.get("block")
+    rest = (modes["cranktrain"] if block is None else block)["first_torsional_hz"]
+    motion = modes.get("in_motion", {}).get("first_torsional_hz")
+    if not rest or not motion:
+        return _STATES
+    return (
+        f"{_STATES} The first torsional mode is therefore listed twice: {rest:.0f} Hz at rest"
+        f"{'' if block is None else ' in the flexible block'} and {motion:.0f} Hz in motion at "
+        f"{modes['in_motion']['state']['rpm']:.0f} rev/min are one mode on two supports."
+    )
 
 
 _STATES = (
@@ -140,11 +156,24 @@ def provenance(found: Findings) -> list[str]:
 
 
 def run_time(found: Findings) -> list[str]:
-    """Time for the report, by stage."""
+    """Time for the report by stage, and the largest memory."""
     rows = [(what, f"{seconds:.1f}") for what, seconds in found.seconds.items()]
     if found.run_up is not None and "seconds" in found.run_up.attributes:
         rows.append(("run-up that was given", f"{float(found.run_up.attributes['seconds']):.1f}"))
-    return [table(Table("Wall time", ("stage", "s"), tuple(rows))), methods(found)]
+    parts = [table(Table("Wall time", ("stage", "s"), tuple(rows)))]
+    if (most := peak_memory()) is not None:
+        parts.append(paragraph(f"Largest memory of the report's own process: {1e-9 * most:.2g} GB."))
+    return [*parts, methods(found)]
+
+
+def peak_memory() -> float | None:
+    """Largest resident memory of this process so far, bytes; None where the system does not tell it (Windows)."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return float(most if sys.platform == "darwin" else 1024 * most)
 
 
 def methods(found: Findings) -> str:

@@ -76,10 +76,10 @@ def verdict_text(all_of: list[Verdict]) -> str:
     stated = sum(one.limit is not None for one in all_of)
     if not stated:
         return "No limit is stated in the engine file, so nothing is judged."
-    texts = [f"{counts[KEPT]} of {stated} stated limits are passed"]
+    judged_limits, open_ = counts[KEPT] + counts[BROKEN], counts[NOT_COMPUTED]
+    texts = [f"{counts[KEPT]} of {judged_limits} judged limits are passed"] if judged_limits else []
     texts += [f"not passed: {', '.join(broken)}"] if broken else []
-    open_ = sum(one.said == NOT_COMPUTED and one.limit is not None for one in all_of)
-    texts += [f"{open_} are not judged, because their value is not computed"] if open_ else []
+    texts += [f"{open_} of {stated} stated limits are not judged, because their value is not computed"] if open_ else []
     texts += [f"{counts[NO_LIMIT]} quantities have no limit"] if counts[NO_LIMIT] else []
     return "; ".join(texts) + "."
 

@@ -15,7 +15,7 @@ from cranktrain.results.orders.measured import band_of
 from cranktrain.results.orders.measured_points import motion_of, points_at, reach_of
 from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
-from cranktrain.results.run_up.shown import PARTS
+from cranktrain.results.run_up.shown import PARTS, drowned
 from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map
 from cranktrain.results.tables import NOTHING, Table
 from cranktrain.studies.report.chart import NAMED, Switches, bar_chart, line_chart, map_chart
@@ -193,8 +193,9 @@ def _orders(
         for order, (speeds, sizes, bands) in measured.items()
     }
     labels = "speed / rev/min", f"zero to peak / {unit}"
+    log = drowned(run, output, chosen) if asked.log is None else asked.log
     return line_chart(
-        title, run.speeds_rpm, curves, labels, colours=colours, switches=Switches(asked.log, asked.peak_to_peak),
+        title, run.speeds_rpm, curves, labels, colours=colours, switches=Switches(log, asked.peak_to_peak),
         points={name: values for name, values in points.items() if name in curves}, named=named,
     )  # fmt: skip
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @of_verb
 def plot_runup(
     file: str | Path, *, plots: str | Path = "plots", measured: str | Path | None = None,
-    with_damper: str | Path | None = None, orders: str | Sequence[float] = (), log: bool = False,
+    with_damper: str | Path | None = None, orders: str | Sequence[float] = (), log: bool = False, linear: bool = False,
     peak_to_peak: bool = False, engine: str | Path | Engine | None = None,
 ) -> Found:  # fmt: skip
     """Pictures of a run-up.
@@ -34,7 +34,8 @@ def plot_runup(
     measured : measured orders, drawn over the computed ones; table or UFF 58
     with_damper : run-up of the same engine with its damper, drawn below it
     orders : orders to be drawn, separated by commas, e.g. 4.5,6 (default: the strongest)
-    log : amplitudes on a logarithmic scale
+    log : amplitudes on a logarithmic scale (default: where resonances are below a twentieth of the largest)
+    linear : amplitudes on a linear scale whatever they are
     peak_to_peak : amplitudes peak to peak in place of zero to peak
     engine : engine file, if the one that the run-up names has moved
     """

@@ -21,8 +21,8 @@ def report(
     pictures: Sequence[str | Path] = (), make: str | Path | None = None, measured: str | Path | None = None,
     drive_line: str | Path | None = None, pressure: str | Path | Pressures | None = None,
     pressure_unit: str | None = None, pressure_tdc_deg: float | None = None, speeds: Sequence[float] | None = None,
-    load: float | None = None, orders: str | Sequence[float] = (), log: bool = False, peak_to_peak: bool = False,
-    quick: bool = False,
+    load: float | None = None, orders: str | Sequence[float] = (), log: bool = False, linear: bool = False,
+    peak_to_peak: bool = False, quick: bool = False,
 ) -> Found:  # fmt: skip
     """Report of an engine as one HTML file.
 
@@ -51,8 +51,9 @@ def report(
     speeds : range of speeds, rev/min (default: that of oil.temperature_speeds, and a sixth beyond)
     load : fraction of the full-load burn (default 1)
     orders : orders to be drawn, separated by commas, e.g. 4.5,6 (default: the strongest)
-    log : amplitudes on a logarithmic scale
+    log : amplitudes on a logarithmic scale (default: where resonances are below a twentieth of the largest)
+    linear : amplitudes on a linear scale whatever they are
     peak_to_peak : amplitudes peak to peak in place of zero to peak
-    quick : torsion in seconds: fewer speeds, linear, without inherited damping
+    quick : torsion at fewer speeds, linear, without inherited damping
     """
     return call("report", locals())

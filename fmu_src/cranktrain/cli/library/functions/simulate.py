@@ -91,7 +91,7 @@ def simulate(
     tolerance : adaptive steps: step_deg is divided until the error of a step is below this, e.g. 1e-4
     load_torque_nm : load the dynamometer with this torque instead of holding its speed; speed_rpm is the initial speed;
         or an array over 720 degrees, or a function of the loaded end's angle (rad) and speed (rad/s)
-    plots : folder for pictures of journal orbits and least films
+    plots : folder for pictures: torsion, main loads, orbits, least films
     steady : also the steady state in the frequency domain; needs crank torsional, bearings held, no damper
     output : result file (default: ENGINE_SPEEDrpm.h5, with options other than the default in its name)
     """
