@@ -155,7 +155,8 @@ class Fmu3Unit(FmuUnit):
             told(time)
 
     def _log_line(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
-        self._note(environment, self.name.encode(), status, category, message)
+        if is_bad(status):
+            self.note(message or b"")
 
     def _checked(self, name: str, value: Any) -> Any:
         """Start value of the right type, the number of an item by its name; ``InputError``."""
