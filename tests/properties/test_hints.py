@@ -166,7 +166,7 @@ def test_an_output_is_proposed_of_its_own_family():
 
 def test_remedies_name_what_was_given_and_nothing_else(capsys):
     assert main(["modal", "diesel_i6", "--crank", "beam", "--damper"]) == 2
-    assert "--damper cannot go with --crank beam, only with solid; leave out --damper" in (
+    assert "--damper cannot go with --crank beam, only with --crank solid; leave out --damper" in (
         said := capsys.readouterr().err
     )
     assert "block" not in said

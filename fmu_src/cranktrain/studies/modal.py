@@ -118,7 +118,9 @@ def _check_extras(engine: Engine, crank: str, solid: bool, damper: bool, flexibl
     """``InputError`` where a damper or a flexible block is asked for of another crank, or is not in the file."""
     if not solid and (damper or flexible):
         told = " and ".join(["--damper"] * damper + ["--block flexible"] * flexible)
-        raise InputError(f"{told} cannot go with --crank {crank}, only with solid; leave out {told} or --crank {crank}")
+        raise InputError(
+            f"{told} cannot go with --crank {crank}, only with --crank solid; leave out {told} or --crank {crank}"
+        )
     if damper:
         required_damper(engine)
     if flexible:
