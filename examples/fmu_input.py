@@ -5,7 +5,7 @@ combustion model would give it, one row per 3 degrees. Pressure belongs to the c
 dynamometer's by the wind-up of the connecting shaft: without that lead of some degrees the torque is a fifth too high.
 
 ``fmu_pressures_fmi3.csv``: the same pressures for an FMU of FMI 3.0, whose input ``cylinder.pressure`` is an array: one
-column, a row's elements with spaces between. FMPy takes no column of one number beside it, so the speed is a start value.
+column, a row's elements with spaces between. FMPy takes no column of one number beside it: the speed is a start value.
 
 ``fmu_run_up.csv``: speed from 1500 to 2400 rev/min; the gas stays built in, since no pressure is given.
 
