@@ -80,6 +80,29 @@ def test_whole_numbers_that_are_none_are_refused_wherever_they_stand(tmp_path, n
         assert main(words) == 2, words
 
 
+def test_names_that_no_file_can_have_are_missing_files(tmp_path, monkeypatch, capsys):
+    """Longer than any file's: of traces in an index, of files, of columns behind a colon, which may be many."""
+    monkeypatch.chdir(tmp_path)
+    long = 300 * "a"
+    (tmp_path / "index.csv").write_text(f"speed_rpm,load,file\n1000,1,{long}.csv\n")
+    run = ["simulate", "diesel_i6", "--speed", "2000", "--crank", "rigid", "--bearings", "linear", "--pressure"]
+    for words in ([*run, "index.csv"], [*run, f"{long}.csv"], [*run, f"{long}/b.csv:1,2"],
+                  ["measured", f"{long}.csv"], ["export", f"{long}.h5", "--to", "a.csv"],
+                  ["modal", "diesel_i6", "--mesh", f"{long}.msh"], ["modal", "diesel_i6", "--body", f"{long}.toml"],
+                  ["run", f"{long}.toml"], ["vary", f"{long}.toml"], ["calibrate", "diesel_i6", f"{long}.toml"],
+                  ["optimize", f"{long}.toml"]):  # fmt: skip
+        assert main(words) == 2, words
+        assert "fault of this program" not in capsys.readouterr().err
+    angle = np.arange(0.0, 720.0, 2.0)
+    names = [f"pressure of cylinder {k} at full load, averaged over the cycles of the day" for k in range(1, 7)]
+    rows = [";".join([f"{a:g}", *6 * [f"{3 + 130 * np.exp(-(((a - 370) / 25) ** 2)):.4f}"]]) for a in angle]
+    (tmp_path / "p.csv").write_text("\n".join([";".join(["deg", *names]), *rows]))
+    from cranktrain.core.text_table import split_columns
+
+    path, columns = split_columns("p.csv:" + ",".join(one.replace(",", " ") for one in names))
+    assert str(path) == "p.csv" and len(columns) == 6
+
+
 def test_memory_of_what_is_refused_is_bounded(tmp_path):
     """Sets of 300 million members, sets of sets that double, devices, a pipe, and files of 8 GB of nothing."""
     import os

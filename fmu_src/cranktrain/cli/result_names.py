@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 LEVELS = ("crank", "bearings")
 """Options whose values speak for themselves."""
-APART = ("engine", "speed_rpm", "verb", "json", "output", "plots", "steady", "export_ssp")
+APART = ("engine", "speed_rpm", "verb", "json", "plain", "output", "plots", "steady", "export_ssp")
 """Options that change nothing in a result's file, and those that its name tells anyway."""
 LONGEST, LONGEST_NAME = 24, 120
 """Characters of a value, and of a name, beyond which a digest stands for the rest."""

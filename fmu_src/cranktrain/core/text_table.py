@@ -24,7 +24,7 @@ from cranktrain.core.text_clock import Clocks
 from cranktrain.core.text_dialect import Dialect, split, trimmed, with_later_mark, without_comment
 from cranktrain.core.text_file import open_text
 from cranktrain.core.text_header import chosen
-from cranktrain.core.user_file import user_path
+from cranktrain.core.user_file import file_exists, folder_exists, user_path
 
 Array = NDArray[np.float64]
 FEW = 200
@@ -154,7 +154,7 @@ def split_columns(path: str | Path) -> tuple[Path, list[str] | None]:
     """A file and the columns that stand behind it, ``bench.csv:PCYL1`` or ``bench.csv:1,3``; None where none do."""
     place = user_path(path)
     head, sign, tail = str(place).rpartition(":")
-    if not sign or not tail or place.exists() or not Path(head).is_file():
+    if not sign or not tail or file_exists(place) or folder_exists(place) or not file_exists(head):
         return place, None
     return Path(head), [column.strip() for column in tail.split(",")]
 

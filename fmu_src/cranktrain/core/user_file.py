@@ -32,6 +32,22 @@ def user_path(path: str | Path) -> Path:
         return Path(path)
 
 
+def file_exists(path: str | Path) -> bool:
+    """Whether a path is one of a file; a name that no file can have, too long say, is none."""
+    try:
+        return Path(path).is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def folder_exists(path: str | Path) -> bool:
+    """Whether a path is one of a folder, as :func:`file_exists`."""
+    try:
+        return Path(path).is_dir()
+    except (OSError, ValueError):
+        return False
+
+
 def special(path: str | Path) -> str:
     """What a path is that has no end or no content of its own, a device or a pipe; else empty."""
     try:

@@ -25,7 +25,7 @@ from fmpy.model_description import ModelDescription, ModelVariable
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.reduced_body import Array
-from cranktrain.core.user_file import ending
+from cranktrain.core.user_file import ending, file_exists
 from cranktrain.coupling.element_names import Elements
 from cranktrain.coupling.exchanged_values import ExchangedValues, Place
 from cranktrain.coupling.fmu3_description import flattened
@@ -316,7 +316,7 @@ def is_bad(status: int) -> bool:
 
 def described(path: Path) -> ModelDescription:
     """Model description of an FMU that can be used here, or of one to be built, .xml; ``InputError``."""
-    if not path.is_file():
+    if not file_exists(path):
         raise InputError(f"{path}: there is no such file; build an FMU with build_fmu.py, or name another")
     version = check_archive(path).get("fmiVersion", "")
     if version != "2.0" and not version.startswith("3."):

@@ -27,7 +27,7 @@ from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.text_header import named
 from cranktrain.core.text_rows import read_rows
 from cranktrain.core.text_table import first_words, split_columns
-from cranktrain.core.user_file import TABLES, beside, ending, user_path
+from cranktrain.core.user_file import TABLES, beside, ending, file_exists, folder_exists, user_path
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas, GasTrace
 from cranktrain.loads.pressure_points import REMEDY, WHAT
@@ -122,7 +122,7 @@ def read_gas(path: Any, engine: Engine, unit: str | None = None, dead_centre_deg
 
         return given_gas(path, engine, unit, dead_centre_deg)
     place = user_path(path)
-    rows = _folder(place) if place.is_dir() else _index(place)
+    rows = _folder(place) if folder_exists(place) else _index(place)
     if rows is None:
         return GasTrace.from_csv(place, engine, unit, dead_centre_deg)
     seen: dict[tuple[float, float], Path] = {}
@@ -206,7 +206,7 @@ def _checked(
             values.append(math.nan)
         if not least <= values[-1] <= most:
             raise InputError(f"{where}: {shown(text)} is not {what}, {least:g} to {most:g}")
-    if not split_columns(file)[0].is_file():
+    if not file_exists(split_columns(file)[0]):
         raise InputError(f"{where}: {shown(str(file))} does not exist; paths start at the index file's folder")
     return values[0], values[1], file
 

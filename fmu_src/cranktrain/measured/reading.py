@@ -17,7 +17,7 @@ import numpy as np
 
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.core.types import Array
-from cranktrain.core.user_file import check_file, user_path
+from cranktrain.core.user_file import check_file, file_exists, user_path
 from cranktrain.measured.channels import TIME, Channel, Measurement, Reader
 
 SOURCE = "cranktrain.measured.formats"
@@ -199,7 +199,7 @@ def file_format(path: Path) -> Format:
     """Format of a file by its first bytes, else by its ending in any case; ``InputError``."""
     try:
         check_file(path, f"{path}", "give a measurement file", most=sys.maxsize)
-        if not path.is_file():
+        if not file_exists(path):
             raise InputError(f"{path}: no such measurement file; check its path")
         with path.open("rb") as file:
             begin = file.read(256)

@@ -22,7 +22,7 @@ from scipy.io import mmwrite
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.types import Array
-from cranktrain.core.user_file import ending, user_path
+from cranktrain.core.user_file import ending, file_exists, user_path
 from cranktrain.store.archive import write_archive
 from cranktrain.store.hdf5 import BODY, BODY_FORMAT, BODY_UNITS, load_body, save_body
 from cranktrain.store.sound_files import DAMAGED, archive_arrays, check_body, json_of, matrix, real
@@ -41,7 +41,7 @@ REMEDY = "write it anew by 'cranktrain reduce ENGINE --output'"
 def is_stored_body(path: str | Path) -> bool:
     """Whether a path looks like a reduced body: ``.h5``, ``.npz``, or a folder with ``body.json``."""
     place = user_path(path)
-    return ending(place) in (".h5", ".npz") or (place / FOLDER_HEADER).is_file()
+    return ending(place) in (".h5", ".npz") or file_exists(place / FOLDER_HEADER)
 
 
 def check_body_place(path: str | Path) -> None:

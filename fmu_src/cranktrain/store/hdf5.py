@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import StoreError
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
-from cranktrain.core.user_file import check_file
+from cranktrain.core.user_file import check_file, file_exists
 from cranktrain.store.axes import Labels, attach_axes, is_label, of_result, of_run_up
 from cranktrain.store.seal import check_seal, seal
 from cranktrain.store.sound_files import DAMAGED, check_body, check_tree, real
@@ -334,7 +334,7 @@ class _FullDiskFile(io.FileIO):
 
 def cut_short(path: str | Path) -> bool:
     """Whether a regular file begins as HDF5 does, and its end is missing."""
-    if not Path(path).is_file():
+    if not file_exists(path):
         return False
     try:
         check_seal(Path(path))
@@ -374,7 +374,7 @@ TABLE, PART = kind_of(TABLE_FORMAT), kind_of(PART_FORMAT)
 def opened(path: str | Path, kind: str, schema: int, remedy: str) -> Iterator[h5py.File]:
     """File of its kind and schema; ``StoreError`` with the remedy otherwise."""
     check_file(path, f"{path}", remedy, most=sys.maxsize)
-    if not Path(path).is_file():
+    if not file_exists(path):
         raise StoreError(f"{path}: no such file; {remedy}")
     try:
         check_seal(Path(path))

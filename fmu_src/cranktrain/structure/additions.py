@@ -7,12 +7,12 @@ import math
 from dataclasses import asdict, replace
 from hashlib import sha256
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import ReducedBody, attach, truncate
+from cranktrain.core.user_file import file_exists, folder_exists
 from cranktrain.dynamics.topology.bearings import film_parts, no_bore
 from cranktrain.dynamics.topology.connection_arrays import at_main
 from cranktrain.dynamics.topology.tables import added_outputs, file_frames
@@ -78,7 +78,7 @@ def read_added(engine: Engine) -> dict[str, ReducedBody]:
 def _from_file(table: BodyTable) -> ReducedBody:
     from cranktrain.structure.fem.own_body import is_body, read_body
 
-    if not (Path(table.file).exists() and is_body(table.file)):
+    if not ((file_exists(table.file) or folder_exists(table.file)) and is_body(table.file)):
         raise InputError(f"body '{table.name}': {table.file} is not a reduced body; write one by 'cranktrain reduce'")
     return read_body(table.file)
 

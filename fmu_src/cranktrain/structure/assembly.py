@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Progress
-from cranktrain.core.user_file import TABLES, ending
+from cranktrain.core.user_file import TABLES, ending, file_exists
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings, check_levels, needed_parts, resolved
 from cranktrain.dynamics.simulation import Simulation, fitted_engine
@@ -166,7 +166,7 @@ def _stored_table(mesh: str | Path) -> ReducedBody | None:
 
 def check_mesh(mesh: str | Path | None, surfaces: str) -> None:
     """Refuse a user's own mesh, or reduced body, that is not there; ``InputError``."""
-    if mesh is None or Path(mesh).is_file() or (Path(mesh) / FOLDER_HEADER).is_file():
+    if mesh is None or file_exists(mesh) or file_exists(Path(mesh) / FOLDER_HEADER):
         return
     if ending(mesh) in ("", ".h5", ".npz"):
         raise InputError(f"{mesh}: no such reduced body; write one by 'cranktrain reduce ENGINE --output'")

@@ -42,7 +42,7 @@ from msgspec import Meta
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.text_table import split_columns
 from cranktrain.core.typed_file import Table, between, measure, record
-from cranktrain.core.user_file import beside, ending, read_toml, user_path
+from cranktrain.core.user_file import beside, ending, file_exists, folder_exists, read_toml, user_path
 from cranktrain.engine.file import check_title, load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, ENCODERS, Levels
 from cranktrain.engine.model import Engine
@@ -243,7 +243,7 @@ def _pressure(path: Path, gas: GasTable | None) -> Pressure | None:
     if gas is None:
         return None
     file = beside(path, gas.pressure_file)
-    if not split_columns(file)[0].exists():
+    if not (file_exists(split_columns(file)[0]) or folder_exists(split_columns(file)[0])):
         raise InputError(f"gas.pressure_file: {file} does not exist; paths start at the scene's folder")
     return Pressure(file, gas.pressure_unit, gas.tdc_deg, gas.encoder)
 

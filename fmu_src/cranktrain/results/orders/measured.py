@@ -26,7 +26,7 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.core.text_header import named
 from cranktrain.core.text_rows import TextRows, read_rows
 from cranktrain.core.units import UNITS, known_factor
-from cranktrain.core.user_file import user_path
+from cranktrain.core.user_file import file_exists, user_path
 from cranktrain.measured.order_table import order_curves
 from cranktrain.measured.reading import file_format, read_measured
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION
@@ -89,7 +89,7 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
     """
     name = Path(path).name
     place = user_path(path)
-    if place.is_file() and file_format(place).module != "text":
+    if file_exists(place) and file_format(place).module != "text":
         return _of_curves(path, kinds)
     table = read_rows(path, "file of measured orders", REMEDY, _is_column)
     columns = _columns(table, name)

@@ -10,7 +10,7 @@ import os
 from pathlib import Path
 
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.user_file import check_file, user_path
+from cranktrain.core.user_file import check_file, file_exists, user_path
 from cranktrain.structure.fem.mesh_parts import Place
 
 VARIABLE = "CRANKTRAIN_INCLUDES"
@@ -32,7 +32,7 @@ def included_file(place: Place, keyword: str, name: str, deck: Path) -> Path:
             f"there, or name its folder in the environment variable {VARIABLE}"
         )
     check_file(found, f"{place}: {keyword} names {shown(name)}, which", "put a file there")
-    if not name or not found.is_file():
+    if not name or not file_exists(found):
         raise InputError(f"{place}: {keyword} names {shown(name)}, which is not in {place.path.parent}; put it there")
     return target
 

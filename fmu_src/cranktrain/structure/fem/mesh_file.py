@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
-from cranktrain.core.user_file import check_file
+from cranktrain.core.user_file import check_file, file_exists
 from cranktrain.structure.fem.abaqus_assembly import read_deck
 from cranktrain.structure.fem.mesh_parts import Assembled, MeshParts, assembled, outer_faces
 from cranktrain.structure.fem.named_matrices import held_in
@@ -82,7 +82,7 @@ def read_surfaces_and_tetrahedra(path: Path) -> tuple[Array, Integers, dict[str,
     """
     form = check_format(path)
     check_file(path, f"{path}", "give a mesh file")
-    if not path.is_file():
+    if not file_exists(path):
         raise InputError(f"{path}: no such mesh file: give the path of a {', '.join(FORMATS)} file")
     try:
         found = assembled(path, OWN[form](path)) if form in OWN else _by_meshio(path)

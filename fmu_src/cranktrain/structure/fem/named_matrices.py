@@ -16,7 +16,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.types import Array
-from cranktrain.core.user_file import LONGEST_LINE, check_file
+from cranktrain.core.user_file import LONGEST_LINE, check_file, file_exists
 
 PUNCH, OUTPUT4 = ".pch", ".op4"
 NASTRAN = (PUNCH, OUTPUT4)
@@ -45,7 +45,7 @@ def is_named(path: Path) -> bool:
 
 def held_in(path: Path) -> str:
     """What a file of matrices holds, in words, as far as its text tells."""
-    if path.suffix.lower() != PUNCH or not path.is_file():
+    if path.suffix.lower() != PUNCH or not file_exists(path):
         return "matrices"
     names = HEADER.findall(path.read_text(encoding="latin-1"))
     return f"DMIG {', '.join(names)}" if names else "no DMIG"
@@ -75,7 +75,7 @@ def named_matrix(path: Path, kind: str, name: str | None) -> NamedMatrix:
 def _read(path: Path) -> dict[str, NamedMatrix]:
     ending = path.suffix.lower()
     check_file(path, f"{path}", "condense the body further")
-    if not path.is_file():
+    if not file_exists(path):
         raise InputError(f"{path}: no such file; put it beside the superelement's .toml")
     if ending == ".sub":
         raise InputError(

@@ -21,6 +21,7 @@ from skfem import Basis, ElementTetP2, MeshTet2
 from cranktrain.core.cache import cache_folder
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
 from cranktrain.core.types import Array, Progress
+from cranktrain.core.user_file import file_exists
 from cranktrain.engine.parts import Material
 from cranktrain.store.hdf5 import load_body, save_body
 from cranktrain.store.whole_file import check_kept
@@ -122,7 +123,7 @@ def kept_path(kind: str, digest: str) -> Path:
 def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str:
     """Digest of a body's input data, and of the user's mesh if there is one."""
     content = {"schema": SCHEMA, **content}
-    if mesh_file is not None and Path(mesh_file).is_file():
+    if mesh_file is not None and file_exists(mesh_file):
         content["mesh"] = sha256(Path(mesh_file).read_bytes()).hexdigest()
         if included := _included(Path(mesh_file)):
             content["mesh_included"] = [sha256(path.read_bytes()).hexdigest() for path in included]

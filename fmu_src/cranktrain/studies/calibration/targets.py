@@ -31,7 +31,7 @@ from msgspec import Meta, field
 
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.core.typed_file import Fault, Table, between, quantities, record
-from cranktrain.core.user_file import ending, read_toml, user_path
+from cranktrain.core.user_file import ending, file_exists, read_toml, user_path
 from cranktrain.engine.file import engine_folder
 from cranktrain.engine.levels import BLOCKS
 from cranktrain.engine.model import Engine
@@ -161,7 +161,7 @@ def targets_path(name_or_path: str | Path) -> Path:
     """Path of a targets file, by path or by the name of a shipped engine that has one."""
     text = str(name_or_path)
     path = user_path(text) if ending(text) == ".toml" else engine_folder() / f"{text}{SUFFIX}"
-    if not path.is_file():
+    if not file_exists(path):
         shipped = ", ".join(sorted(p.name.removesuffix(SUFFIX) for p in engine_folder().glob(f"*{SUFFIX}")))
         raise InputError(f"{text}: no such targets file; shipped ones: {shipped}")
     return path

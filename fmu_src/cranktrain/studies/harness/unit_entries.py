@@ -9,7 +9,7 @@ from typing import Any
 
 from cranktrain.core.errors import InputError, shown
 from cranktrain.core.typed_file import record
-from cranktrain.core.user_file import beside, ending
+from cranktrain.core.user_file import beside, ending, file_exists
 from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain.engine.file import load_engine
 from cranktrain.modules.register import module_of_engine, module_path, shipped_for_engines
@@ -43,7 +43,7 @@ def units_of(path: Path, document: HarnessTable) -> dict[str, UnitEntry]:
         if build is None and table.fmu is None:
             raise InputError(f'{where}: fmu or build is missing; name a file, fmu = "my.fmu", or what to build')
         fmu = None if table.fmu is None else beside(path, table.fmu)
-        if fmu is not None and not fmu.is_file():
+        if fmu is not None and not file_exists(fmu):
             raise InputError(f"{where}.fmu: {fmu} does not exist; paths start at the harness file's folder")
         if table.build is not None:
             build = _built(path, table.build, f"{where}.build")
