@@ -45,9 +45,14 @@ class PlainModel:
         self.collar_turn = self.main_turn[engine.thrust.main - 1]
         self.flywheel = shapes[body.index("flywheel"), 5]
         self.rigid_turn = shapes[body.index("pulley"), 5, 5]
-        d = engine.damping
+        # The file's damping is that of the modes with each rod's big end and half of what oscillates on its pin.
+        d, rod = engine.damping, engine.rod
+        on_pin = rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass)
+        mass = 1.0 + on_pin * np.sum(self.pin_xy**2, axis=(0, 1))
         self.damping = (
-            2 * d.ratio * body.omega if d.kind == "modal" else (d.alpha + d.beta * body.omega**2) * (body.omega > 0)
+            2 * d.ratio * body.omega * np.sqrt(mass)
+            if d.kind == "modal"
+            else (d.alpha * mass + d.beta * body.omega**2) * (body.omega > 0)
         )
         gas = GasTrace.from_engine(engine)
         knots = np.arange(gas.motored.size + 1) * (4 * np.pi / gas.motored.size)

@@ -30,7 +30,7 @@ class Unit:
         self.outputs = [v.name for v in self.description.modelVariables if v.causality == "output"]
         self.log = []
         self.callbacks = fmi2CallbackFunctions()
-        self.callbacks.logger = fmi2CallbackLoggerTYPE(lambda *a: self.log.append(a[4].decode()))
+        self.callbacks.logger = fmi2CallbackLoggerTYPE(lambda *a, log=self.log: log.append(a[4].decode()))
         _LOGGERS.append(self.callbacks.logger)
         self.callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
         self.callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)

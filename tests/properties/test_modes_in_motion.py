@@ -92,12 +92,12 @@ def test_a_crank_that_only_twists_decays_as_its_modes_in_motion_do():
 
 @pytest.mark.parametrize("rpm", [1250.0, 1650.0])
 def test_torsion_on_films_decays_as_the_mode_in_motion_does(rpm):
-    """The free decay of a running crank is that of the eigenproblem: frequency to 0.5 %, damping to a quarter."""
+    """The free decay of a running crank is that of the eigenproblem: frequency to 0.6 %, damping to a quarter."""
     engine, body = six()
     simulation = settled(engine, body, rpm, bearings="impedance", block="ground")
     mode, found = torsional_mode(simulation), modes_in_motion(simulation)
     assert mode is not None
-    assert found.torsional_hz == pytest.approx(mode.decay.imag / (2.0 * math.pi), rel=5e-3)
+    assert found.torsional_hz == pytest.approx(mode.decay.imag / (2.0 * math.pi), rel=6e-3)
     ratio = -mode.decay.real / abs(mode.decay)
     assert found.damping_ratios[found.torsional] == pytest.approx(ratio, rel=0.25)
 

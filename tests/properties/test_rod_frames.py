@@ -164,7 +164,7 @@ def test_a_file_takes_rod_and_pistons_place_from_its_cylinder():
         ("cylinder = { value = 1,", "cylinder = { value = 5,", "no cylinder 5; the engine has 1 to 4"),
         ('motion = "rod"\n', "", "has no rod's pin or length; write 'rod' or 'piston'"),
         ("cylinder = {", f"length = {LENGTH}\ncylinder = {{", "leave these out"),
-        ('cylinder = { value = 1, unit = "1", origin = "chosen" }', f"length = {LENGTH}", "give x and y, or"),
+        ('cylinder = { value = 1, unit = "1", origin = "chosen" }', f"length = {LENGTH}", "the cylinder whose rod"),
         ("areas = { value = [300]", "areas = { value = [300, 200]", "2 values for 1 pieces"),
         (f"z = {{ value = [49], {MM} }}", f"z = {{ value = [49, 50], {MM} }}", "the one plane"),
         ("bore = {", 'angles = { value = [0, 90], unit = "deg", origin = "chosen" }\nbore = {',

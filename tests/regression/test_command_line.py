@@ -133,7 +133,14 @@ def test_a_run_says_how_settled_it_is(coarse, capsys, tmp_path):
 def test_tables_for_people_show_published_values_and_calibration(coarse, capsys):
     assert main(["modal", coarse]) == 0
     text = capsys.readouterr().out
-    for part in ("Free crankshaft", "Cranktrain at rest", "Critical speeds", "published", "Reduction:", "Calibrated"):
+    for part in (
+        "Free crankshaft",
+        "Cranktrain at rest",
+        "Critical speeds",
+        "published",
+        "Reduction:",
+        "calibrated",
+    ):
         assert part in text
     assert main(["reduce", coarse]) == 0
     assert "static stiffness" in capsys.readouterr().out

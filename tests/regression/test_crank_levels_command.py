@@ -69,7 +69,6 @@ def test_modal_puts_a_level_beside_the_solid(level, capsys):
         (["modal", "diesel_i6", "--crank", "beam", "--damper"], "--crank solid"),
         (["simulate", "diesel_i6", "--speed", "2000", "--crank", "torsionel"], "'torsional'"),
         (["simulate", "diesel_i6", "--speed", "2000", "--crank", "beam", "--bearings", "held"], "linear"),
-        (["simulate", "diesel_i6", "--speed", "2000", "--crank", "torsional", "--plots", "x"], "held"),
         (["simulate", "diesel_i6", "--speed", "2000", "--crank", "beam", "--steady"], "--crank torsional"),
         (
             ["simulate", "diesel_i6", "--speed", "2000", "--crank", "torsional", "--film-temperature", "heat-balance"],

@@ -103,8 +103,7 @@ def _run(arguments: Sequence[str], stopped: Sequence[signal.Signals]) -> int:
         result = options.verb(options)
         if options.json:
             print(json.dumps(result, indent=2))
-        sys.stdout.flush()
-        return 0
+        return _ended(result, stopped)
 
     from cranktrain.cli.console import jsonable, say
     from cranktrain.store.waits import told_compiling
@@ -115,6 +114,11 @@ def _run(arguments: Sequence[str], stopped: Sequence[signal.Signals]) -> int:
             result = options.verb(options)
     if options.json:
         print(json.dumps(jsonable(result), indent=2, allow_nan=False))
+    return _ended(result, stopped)
+
+
+def _ended(result: dict[str, Any], stopped: Sequence[signal.Signals]) -> int:
+    """Exit code of a verb that has ended."""
     sys.stdout.flush()
     if result.get("interrupted"):
         return _interrupted_by(stopped)

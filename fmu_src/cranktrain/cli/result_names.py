@@ -6,6 +6,7 @@ import argparse
 import hashlib
 import re
 from collections.abc import Callable
+from pathlib import Path
 
 LEVELS = ("crank", "bearings")
 """Options whose values speak for themselves."""
@@ -13,6 +14,10 @@ APART = ("engine", "speed_rpm", "verb", "json", "plain", "output", "plots", "ste
 """Options that change nothing in a result's file, and those that its name tells anyway."""
 LONGEST, LONGEST_NAME = 24, 120
 """Characters of a value, and of a name, beyond which a digest stands for the rest."""
+
+
+SIMPLE = str, int, float, list, tuple, Path
+"""Kinds of options that a command line gives."""
 
 
 def result_name(
@@ -27,15 +32,22 @@ def result_name(
     usual.set_defaults(mesh_unit="m")
     words = [f"{engine}_{options.speed_rpm:g}rpm", *([kind] if kind else [])]
     for name, value in vars(options).items():
-        if name not in APART and value != usual.get_default(name):
+        if name not in APART and not _is(value, usual.get_default(name)):
             words.append(_word(name.replace("_", "-"), value))
     return f"{_short('_'.join(words), LONGEST_NAME)}.h5"
+
+
+def _is(value: object, default: object) -> bool:
+    """Whether an option has its default; an array or a function, which the library takes, has not."""
+    return value is default or (isinstance(value, SIMPLE) and value == default)
 
 
 def _word(name: str, value: object) -> str:
     """An option as a part of a file's name."""
     if isinstance(value, bool):
         return name if value else f"no-{name}"
+    if not isinstance(value, SIMPLE):
+        return f"{name}-own"
     text = "+".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
     text = _short(re.sub(r"[^\w.+-]+", "-", text).strip("-."), LONGEST, text)
     return text if name in LEVELS else f"{name}-{text}"

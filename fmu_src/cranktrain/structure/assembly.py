@@ -160,8 +160,13 @@ def _stored_table(mesh: str | Path) -> ReducedBody | None:
     """The stored body that was made from a table of discs and shafts; None where ``mesh`` is another."""
     from cranktrain.store.bodies import import_body, is_stored_body
 
-    body = import_body(mesh) if is_stored_body(mesh) else None
-    return body if body is not None and body.shafts else None
+    if not is_stored_body(mesh):
+        return None
+    try:
+        body = import_body(mesh)
+    except InputError:  # whoever needs it says so
+        return None
+    return body if body.shafts else None
 
 
 def check_mesh(mesh: str | Path | None, surfaces: str) -> None:

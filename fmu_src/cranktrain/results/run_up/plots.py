@@ -289,7 +289,8 @@ def plot_campbell(
         )  # fmt: skip
     for order in orders:
         _ray(ax, order, low, high, highest_hz)
-    most = max(largest(*(amplitudes for _, amplitudes in (sizes or {}).values())), 1e-30)
+    most = largest(*(amplitudes for _, amplitudes in (sizes or {}).values()))
+    most = most or largest(*(values for _, _, values, _ in measured)) or 1.0
     for order, (at, amplitudes) in (sizes or {}).items():
         keep = amplitudes > 0.01 * most
         ax.scatter(
