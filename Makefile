@@ -30,8 +30,9 @@ demo: $(VENV)/.installed-bare
 	$(BIN)/python examples/demo.py
 
 # A skip of an unknown kind fails (tests/skips.py). A test that hangs is named and ended after half an hour, whatever
-# else the machine does; the rest goes on.
-PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --known-skips \
+# else the machine does; the rest goes on. A test that ends its worker ends the run, with a list of what failed: with
+# a worker in its place xdist waits for ever for the other tests of that file.
+PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --known-skips \
 	--timeout 1800 --timeout-method $(TIMEOUT) --durations 20 --durations-min 10
 
 # The core, which tests/core.py chose by what each test took.
