@@ -37,11 +37,11 @@ PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-re
 
 # The core, which tests/core.py chose by what each test took.
 test: $(VENV)/.installed-test
-	$(PYTEST) -m "not slow" --part core --durations-to out/durations/core.json $(TESTS)
+	$(PYTEST) -m "not slow" --part=core --durations-to=out/durations/core.json $(TESTS)
 
 # The core, then the rest.
 test-all: test
-	$(PYTEST) -m "not slow" --part rest --durations-to out/durations/rest.json $(TESTS)
+	$(PYTEST) -m "not slow" --part=rest --durations-to=out/durations/rest.json $(TESTS)
 
 # What takes more than 20 s a test, hours in all.
 test-slow: $(VENV)/.installed-test
