@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from cranktrain.cli.main import main
-from cranktrain.engine.file import engine_path
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.store.bodies import export_body
 from cranktrain.store.hdf5 import read_result
+from cranktrain.structure.crank.beam import beam_body
 
 
 @pytest.fixture(scope="module")
@@ -81,8 +83,7 @@ def test_wrong_input_is_one_line(arguments, says, capsys):
 
 @pytest.mark.parametrize("option", ["--body", "--mesh"])
 def test_a_reduced_body_in_place_of_the_elements_is_refused(tmp_path, capsys, option):
-    body = tmp_path / "crank.npz"
-    body.touch()
+    body = export_body(tmp_path / "crank.npz", beam_body(load_engine("diesel_i6")))
     assert main(["stress", "diesel_i6", "--speed", "2200", option, str(body)]) == 2
     error = capsys.readouterr().err.strip()
     assert "crank.npz: a reduced body has no stresses" in error and "\n" not in error
