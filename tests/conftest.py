@@ -6,13 +6,14 @@ A run ends with one line for each kind of skip, see :mod:`skips`.
 import gc
 
 import pytest
-from core import Recording, function_of, left_out, seconds_of_file
+from core import Phase, Recording, function_of, left_out, seconds_of_file
 from hypothesis import HealthCheck, settings
 from skips import KNOWN, kinds
 
 settings.register_profile("any-machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any-machine")
 
+_phase = Phase()
 FIRST = "fmu/test_slave.py", "regression/test_docs.py"
 """Files that compile the running model from empty caches: the FMU's own copy of it, and the package's."""
 
@@ -57,6 +58,17 @@ def pytest_configure(config):
     path = config.getoption("--durations-to")
     if path and not hasattr(config, "workerinput"):
         config.pluginmanager.register(Recording(path))
+
+
+def pytest_runtest_logstart():
+    _phase.begin()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport():
+    report = yield
+    report.processor = _phase.end()  # of setup, call or teardown
+    return report
 
 
 def _skips(config):
