@@ -81,7 +81,7 @@ def seconds_of_file(path: str) -> float:
 
 
 class Phase:
-    """Processor time of one part of a test and of the processes that it started, s; other work on the machine adds none."""
+    """Processor time of one part of a test and of the processes that it started, s, whatever else the machine does."""
 
     def begin(self) -> None:
         """The part begins."""
