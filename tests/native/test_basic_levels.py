@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from raw_unit import Raw
 from real_unit import opened
 
 from cranktrain.core import machine_code
@@ -72,18 +73,38 @@ def bits(unit, levels):
     return np.array([one.run(1, k, 2e-4).get("Real", *outputs) for k in range(20)])
 
 
-def test_a_basic_fmu_gives_the_bits_of_the_usual_one_and_refuses_films(model, tmp_path):
-    try:
-        link.library(WHOLE, this_platform(), emit=False)
-    except InputError as error:
-        pytest.skip(str(error))
+@pytest.fixture(scope="module")
+def units(model, tmp_path_factory):
+    """The usual FMU and the basic one, whose library has no kernels of films."""
+    folder = tmp_path_factory.mktemp("basic")
     whole = starting(engine_interface(model.engine))
-    units = [
-        opened(build(model, tmp_path / name, interface=interface, platforms=(this_platform(),)))
-        for name, interface in (("usual", whole), ("basic", without_films(whole)))
-    ]
+    made = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(link, "LIBRARIES", folder / "none")
+        for name, interface in (("usual", whole), ("basic", without_films(whole))):
+            try:
+                link.library(WHOLE, this_platform(), emit=False)
+            except InputError as error:
+                pytest.skip(str(error))
+            made[name] = opened(build(model, folder / name, interface=interface, platforms=(this_platform(),)))
+    return made
+
+
+def test_a_basic_fmu_gives_the_bits_of_the_usual_one_and_refuses_films(units):
     levels = {"crank.level": "rigid", "bearing.level": "impedance"}
-    usual, basic = (bits(unit, levels) for unit in units)
+    usual, basic = (bits(unit, levels) for unit in units.values())
     assert np.ptp(usual) > 0.0 and np.array_equal(usual, basic)
-    refused = units[1].fresh(start=False).refused_set("String", {units[1].references["bearing.level"]: "reynolds"})
-    assert "'bearing.level' is 'reynolds'; valid: held, linear, impedance" in refused
+    unit = units["basic"]
+    refused = unit.fresh(start=False).refused_set("String", {unit.references["bearing.level"]: "reynolds"})
+    assert refused.endswith("'bearing.level' is 'reynolds'; valid: auto, held, linear, impedance, roller")
+
+
+def test_a_library_without_films_is_less_and_no_other_model_s(units):
+    usual, basic = (unit.binary() for unit in units.values())
+    assert basic.stat().st_size < 0.8 * usual.stat().st_size
+    names = {kind_of(name) for name, _ in machine_code.Library(basic).functions}
+    assert names == {"cranktrain"} and machine_code.is_whole(basic, code_digest("cranktrain"))
+    assert not machine_code.is_whole(basic, code_digest("films"))
+    one = units["usual"]
+    mixed = Raw(basic, one.folder / "resources", one.about.guid)
+    assert mixed.component is None and "is for other machine code than this binary" in mixed.log[-1][2]

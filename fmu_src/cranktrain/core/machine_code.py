@@ -41,8 +41,8 @@ FILMS = (
     *(f"film/laws/{of_both}.py" for of_both in ("film_solution", "foresight", "in_space", "pressure_peak")),
     *(f"film/contact/{name}.py" for name in ("asperity", "journal", "wear")),
 )
-"""Folders and files whose kernels solve oil films or read them from tables: half of all machine code, which a run with
-other bearings does not need. No other kernel rests on them."""
+"""Folders and files whose kernels solve oil films or read them from tables. A run with other bearings needs none of
+them, and no other kernel rests on them."""
 WHOLE = "cranktrain+films"
 """Both kinds in one library, as the package has them."""
 _KIND_OF = {

@@ -5,7 +5,7 @@ bearings and big ends, and the finite elements of block level ``flexible``. They
 carry them, or whose start values need them. A level that an FMU does not carry is refused at initialization.
 
 An FMU of the levels ``basic`` has no bearing level whose films are solved or read from a table: it needs neither their
-kernels, half of all machine code, nor elastic bores.
+kernels nor elastic bores.
 """
 
 from __future__ import annotations
