@@ -94,10 +94,13 @@ $(BIN)/python$(EXE):
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.installed-bare: pyproject.toml | $(BIN)/python$(EXE)
+	@echo "cranktrain: NumPy, SciPy, numba and others go into $(VENV): about a minute"
 	$(INSTALL) -e .
 	touch $@
 
 $(VENV)/.installed: $(VENV)/.installed-bare
+	@echo "cranktrain: readers of files and the page of explore, then machine code of the kernels: some three minutes"
+	$(INSTALL) -e .[all]
 	$(NATIVE)
 	touch $@
 

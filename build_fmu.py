@@ -23,7 +23,7 @@ from cranktrain.core.machine_code import this_platform  # noqa: E402
 from cranktrain.engine.file import load_engine  # noqa: E402
 from cranktrain.fmu.archive import DESCRIPTION, XML, write_reference, write_whole  # noqa: E402
 from cranktrain.fmu.build import build_fmu, checked_version, is_scene  # noqa: E402
-from cranktrain.fmu.carried import ALL, USUAL  # noqa: E402
+from cranktrain.fmu.carried import ALL, BASIC, USUAL  # noqa: E402
 from cranktrain.fmu.engine_fmu import full_interface, model_description  # noqa: E402
 from cranktrain.fmu.module_fmu import module_interface  # noqa: E402
 from cranktrain.modules.register import module_files, module_of, module_path  # noqa: E402
@@ -62,8 +62,9 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--levels", metavar="LIST",
         help=f"levels that the FMU carries. {USUAL} (default): all but bearing.level and big_end.level table and "
-        f"block.level flexible, whose data take minutes at the first build, unless the engine starts at one; {ALL}; or "
-        "table, flexible beside the usual ones, comma between them",
+        f"block.level flexible, whose data take minutes at the first build, unless the engine starts at one; {BASIC}: "
+        f"all without films that are solved or read from a table; {ALL}; or table, flexible beside the usual ones, "
+        "comma between them",
     )  # fmt: skip
     add(
         "--start", metavar="NAME=VALUE", action="append", type=_start, default=[],

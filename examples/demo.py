@@ -11,7 +11,6 @@ import math
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +31,6 @@ from cranktrain.results import plots
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 from cranktrain.results.tables import frequency_tables
-from cranktrain.structure.assembly import elastic_bore
 from cranktrain.structure.crank.critical_speeds import critical_speeds
 from cranktrain.structure.crank.modal import modal_report
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft, surface_shape
@@ -59,8 +57,6 @@ def main(name: str = "diesel_i6", out: Path = Path("out")) -> dict[str, Any]:
         report["critical_speeds"] = critical_speeds(engine, complete_crankshaft(engine, bare))
         draw_frequencies(engine, report, out)
         draw_first_torsional(engine, bare, report, out)
-        # Kept for the FMU, which would make it after the machine code.
-        elastic_bore(replace(engine, block=None), flexible=False, say=say)
         if compiling.poll() is None:
             say("waiting for the kernels' machine code")
             compiling.wait()
@@ -133,7 +129,7 @@ def draw_first_torsional(engine: Engine, bare: ReducedBody, report: dict[str, An
 
 def built_fmu(engine: Engine) -> Path:
     """Path of the engine's FMU, built by the command that users give, without the levels that take minutes to make."""
-    command = [sys.executable, str(ROOT / "build_fmu.py"), engine.name, "-o", "out", "--no-block", "--no-film-table"]
+    command = [sys.executable, str(ROOT / "build_fmu.py"), engine.name, "-o", "out", "--levels", "basic"]
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
     return Path(done.stdout.strip().splitlines()[-1])
 

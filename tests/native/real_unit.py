@@ -21,6 +21,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.engine_fmu import build
 from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.native.exported import exported_text
 from cranktrain.fmu.native.link import SOURCES
 from cranktrain.structure.assembly import running_crank
 
@@ -94,7 +95,9 @@ def watched_library(unit, folder, options):
     kind = {"CombustionI6": "combustion", "ValvetrainI6": "valvetrain"}[unit.about.modelName]
     digest = code_digest(kind)
     programs = private_folder("native", digest, "programs")
-    sources = [*SOURCES.glob("*.c"), programs / f"{kind}.c", *programs.glob(f"{kind}-*-linux64.o")]
+    table = folder / "exported.c"
+    table.write_text(exported_text([programs / f"{kind}.json"]))
+    sources = [*SOURCES.glob("*.c"), table, *programs.glob(f"{kind}-linux64.o")]
     library = folder / "watched.so"
     command = [
         *(str(compiler()), *FLAGS, *options, "-shared", "-fPIC", "-I", str(SOURCES)),

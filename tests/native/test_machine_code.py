@@ -17,7 +17,7 @@ from cranktrain.cli.main import main
 from cranktrain.core import machine_code, run_entries
 from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import Kernel, kernel, kernel_name
-from cranktrain.core.machine_code import OFF, RESTS_ON, code_digest, is_whole, this_platform
+from cranktrain.core.machine_code import OFF, WHOLE, code_digest, is_whole, this_platform
 from cranktrain.core.records import layout
 from cranktrain.core.run_entries import RunEntries
 from cranktrain.dynamics.model.settings import Settings
@@ -154,12 +154,12 @@ def test_threads_that_want_a_library_make_it_once(tmp_path, monkeypatch):
     monkeypatch.setattr(link, "compiler", lambda platform: ["cc"])
     count, made_at_last = [], []
 
-    def linked(command, kind, digest, platform, objects, target):
+    def linked(command, kind, platform, programs, target):
         count.append(kind)
-        content = digest.encode() + link._shim_digest().encode()
+        content = code_digest(kind).encode() + link._shim_digest().encode()
         target.write_bytes(content + machine_code.checksum(content))
 
-    monkeypatch.setattr(link, "_programs", lambda kind, digest, say: threading.Event().wait(0.3) or tmp_path)
+    monkeypatch.setattr(link, "_all_programs", lambda kinds, say, emit: threading.Event().wait(0.3) or [tmp_path])
     monkeypatch.setattr(link, "_link", linked)
     threads = [threading.Thread(target=lambda: made_at_last.append(link.library("valvetrain"))) for _ in range(4)]
     for thread in threads:
@@ -202,9 +202,8 @@ def test_a_compiler_of_another_platform_is_not_taken(monkeypatch):
 
 def test_the_package_s_libraries_appear_whole(tmp_path, monkeypatch):
     made("valvetrain")
-    monkeypatch.setattr(command, "RESTS_ON", {"valvetrain": RESTS_ON["valvetrain"]})
     monkeypatch.setattr(command, "LIBRARIES", tmp_path)
-    assert command.main(["--package"]) == 0
+    assert command.main(["--package", "--kind", "valvetrain"]) == 0
     (path,) = tmp_path.rglob("*.*")
     assert path.parent.name == this_platform() and is_whole(path, code_digest("valvetrain"))
 
@@ -219,7 +218,7 @@ def several(values, factor, count):
 @pytest.fixture(params=["portable", "fast"])
 def of_variant(request, monkeypatch):
     """Runs from one of the two codes of the cranktrain's library."""
-    code = machine_code.Library(made("cranktrain"), portable=request.param == "portable")
+    code = machine_code.Library(made(WHOLE), portable=request.param == "portable")
     for module in (machine_code, run_entries):
         monkeypatch.setattr(module, "library", lambda kind: code)
     return request.param
@@ -312,7 +311,7 @@ def simulated(levels, path, **environment):
 
 @pytest.mark.parametrize("levels", LEVELS.values(), ids=list(LEVELS))
 def test_a_simulation_loads_no_numba(levels, tmp_path):
-    made("cranktrain")
+    made(WHOLE)
     # Makes the bodies, which the run in a process of its own finds in the cache.
     assert main(["simulate", *levels.split(), *ONE_CYCLE, "--output", str(tmp_path / "before.h5")]) == 0
     outputs, numba = simulated(levels, tmp_path / "run.h5", **{OFF: ""})
@@ -328,7 +327,7 @@ print(*table_axes(TableSettings(0.5)).tolist(), "numba" in sys.modules)
 
 def test_what_checks_a_film_table_loads_no_numba():
     """A table that lies in the cache is read by every FMU build and by each run of level ``table``."""
-    made("cranktrain")
+    made(WHOLE)
     *axes, numba = python(ENDS, **{OFF: ""})[0].split()
     *others, compiled = python(ENDS, **{OFF: "1"})[0].split()
     assert (numba, compiled) == ("False", "True") and axes == others
@@ -337,7 +336,7 @@ def test_what_checks_a_film_table_loads_no_numba():
 @pytest.mark.slow
 @pytest.mark.parametrize("levels", LEVELS.values(), ids=list(LEVELS))
 def test_a_simulation_gives_numba_s_bits(levels, tmp_path):
-    made("cranktrain")
+    made(WHOLE)
     outputs, _ = simulated(levels, tmp_path / "one.h5", **{OFF: ""})
     others, numba = simulated(levels, tmp_path / "other.h5", **{OFF: "1"})
     assert numba == "True" and outputs.keys() == others.keys()

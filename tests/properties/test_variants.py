@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 import warnings
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from cranktrain.results.variants.statistics import pareto_front, rank_coefficien
 from cranktrain.store.variant_files import JOURNAL, VariantFiles
 from cranktrain.store.whole_file import PREFIX
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
-from cranktrain.studies.variants import running
+from cranktrain.studies.variants import optimum, running
 from cranktrain.studies.variants.design import Design
 from cranktrain.studies.variants.distributions import checked
 from cranktrain.studies.variants.running import Means, run_variants
@@ -419,3 +420,15 @@ def test_an_engine_that_cannot_be_answered_is_refused_at_once():
         ct.vary("four_petrol", {"load": ("uniform", 0.9, 1.0)}, outputs=["twist"], **given)
     with pytest.raises(ct.SolverError, match=r"torsional frequencies only, no frequency\[50\]"):
         ct.vary("single_petrol", {"load": ("uniform", 0.9, 1.0)}, outputs=["frequency[50]"], **given)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [partial(ct.vary, outputs=["twist"]), partial(ct.optimize, minimize="twist")],
+)
+def test_a_lack_of_parquet_is_told_before_the_model_is_made(asked, monkeypatch):
+    for module in (running, optimum):
+        monkeypatch.setattr(module, "model_of", lambda *given: pytest.fail("the model is made"))
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(ct.InputError, match=r"kept as Parquet; pip install pyarrow"):
+        asked("single_petrol", {"flywheel.mass": ("uniform", 4.0, 6.0)}, speeds_rpm=[3000.0, 4000.0])

@@ -216,11 +216,15 @@ def test_an_fmu_carries_slow_levels_on_demand_or_where_it_starts_at_them():
 @pytest.mark.parametrize(
     ("keywords", "parts"),
     [
-        ({}, {"film_table": False, "flexible": False, "block": True}),
-        ({"levels": "all"}, {"film_table": True, "flexible": True, "block": True}),
-        ({"levels": "flexible"}, {"film_table": False, "flexible": True, "block": True}),
-        ({"film_table": False}, {"film_table": False, "flexible": True, "block": True}),
-        ({"film_table": False, "block": False}, {"film_table": False, "flexible": False, "block": False}),
+        ({}, {"film_table": False, "flexible": False, "block": True, "films": True}),
+        ({"levels": "all"}, {"film_table": True, "flexible": True, "block": True, "films": True}),
+        ({"levels": "flexible"}, {"film_table": False, "flexible": True, "block": True, "films": True}),
+        ({"film_table": False}, {"film_table": False, "flexible": True, "block": True, "films": True}),
+        (
+            {"film_table": False, "block": False},
+            {"film_table": False, "flexible": False, "block": False, "films": True},
+        ),
+        ({"levels": "basic"}, {"film_table": False, "flexible": False, "block": True, "films": False}),
     ],
 )
 def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, parts):

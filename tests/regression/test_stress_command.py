@@ -71,6 +71,7 @@ def test_fillets_of_a_throw_by_sub_models(coarse, capsys):
         (("--speed", "2200", "--bearings", "impedence"), "impedance"),
         (("--speed", "2200", "--bearings", "held"), "held"),
         (("--speed", "2200", "--output", "."), "folder"),
+        (("--speed", "2200", "--output", "out.parquet"), "out.parquet: a result is HDF5; name it out.h5"),
         (("--speed", "2200", "--fillets", "7"), "1 to 6"),
         (("--speed", "2200", "--fillets", "all", "--mesh", "own.msh"), "own.msh"),
     ],

@@ -1,7 +1,8 @@
 """Libraries of machine code of the kernels, as they come with the package or lie in the user's cache.
 
-A library belongs to one state of the sources, which its digest names, and ends in a checksum of itself. Where there is
-none of the present state, kernels are compiled by numba as they are called.
+A library holds the kernels of a kind, or of two: those of a run with the films that are solved or read from a table.
+For each kind it names the digest of the sources that they were made from, and it ends in a checksum of itself. Where no
+library has a kind of the present sources, its kernels are compiled by numba as they are called.
 """
 
 from __future__ import annotations
@@ -29,12 +30,30 @@ SEAL = "sealed.txt"
 """File beside them that gives their digest where the sources cannot: in an FMU, which carries a part of them."""
 RESTS_ON = {
     "cranktrain": ("core", "engine", "film", "loads", "dynamics", "coupling/kernels"),
+    "films": ("core", "engine", "film"),
     "combustion": ("core", "modules"),
     "valvetrain": ("core", "modules"),
 }
-"""Kinds of libraries, and the folders of the package that their kernels rest on."""
-_KIND_OF = {"cranktrain.modules.combustion.": "combustion", "cranktrain.modules.valve_train.": "valvetrain"}
-"""Kinds of the libraries that hold kernels of these modules; all others are the cranktrain's."""
+"""Kinds of kernels, and the folders of the package that they rest on."""
+FILMS = (
+    *(f"film/{folder}" for folder in ("elastic", "journal", "lanes", "reynolds", "steady", "table")),
+    *(f"film/laws/{law}.py" for law in ("ehd", "rigid_bore")),
+    *(f"film/laws/{of_both}.py" for of_both in ("film_solution", "foresight", "in_space", "pressure_peak")),
+    *(f"film/contact/{name}.py" for name in ("asperity", "journal", "wear")),
+)
+"""Folders and files whose kernels solve oil films or read them from tables. A run with other bearings needs none of
+them, and no other kernel rests on them."""
+WHOLE = "cranktrain+films"
+"""Both kinds in one library, as the package has them."""
+_KIND_OF = {
+    "cranktrain.modules.combustion.": "combustion",
+    "cranktrain.modules.valve_train.": "valvetrain",
+    **{
+        "cranktrain." + (path.removesuffix(".py").replace("/", ".") + (":" if path.endswith(".py") else ".")): "films"
+        for path in FILMS
+    },
+}
+"""Kinds of the kernels of these modules; all others are the cranktrain's."""
 EMITTING = (
     "emit.py",
     "exports.py",
@@ -121,7 +140,7 @@ class Library:
 
     Attributes
     ----------
-    digest : of its sources
+    digests : of the sources of each kind
     layout : of the runs that it knows, see :func:`cranktrain.core.records.layout`
     functions : addresses by name, ``package.module:function``, and layout of the arguments
     calls : kernels that Python calls, by name and layout of the arguments
@@ -133,7 +152,7 @@ class Library:
         table_of = self._loaded.ct_kernels_table
         table_of.restype = ctypes.POINTER(_Table)
         table = table_of(int(portable)).contents
-        self.digest, self.layout = table.digest.decode(), table.layout.decode()
+        self.digests, self.layout = table.digest.decode().split(), table.layout.decode()
         self.functions: dict[tuple[str, str], int] = {}
         self.calls: dict[str, dict[str, Call]] = {}
         for k, line in enumerate(table.names.decode().splitlines()):
@@ -143,19 +162,21 @@ class Library:
                 self.calls.setdefault(name, {})[arguments] = Call(address, results[0])
             else:
                 self.functions[name, arguments] = address
-        self.entries: dict[str, Callable[[int, float], int]] = {name: _ENTRY(getattr(table, name)) for name in ENTRIES}
+        # Films alone have no entries.
+        given = {name: address for name in ENTRIES if (address := getattr(table, name))}
+        self.entries: dict[str, Callable[[int, float], int]] = {name: _ENTRY(at) for name, at in given.items()}
 
 
 @cache
 def library(kind: str) -> Library | None:
-    """The library of a kind for this machine and these sources; ``None`` where there is none.
+    """A library with a kind for this machine and these sources; ``None`` where there is none.
 
     Warns of one that is damaged.
     """
     if os.environ.get(OFF) or edited_meanwhile(_sources(kind)):
         return None
     digest = code_digest(kind)
-    for path in _places(kind, digest):
+    for path in _places(kind):
         try:
             if is_whole(path, digest):
                 return Library(path)
@@ -187,7 +208,7 @@ def calls_of(name: str) -> dict[str, Call]:
 
 
 def kind_of(name: str) -> str:
-    """Kind of the library that holds the kernels of a module, by the module's name in full."""
+    """Kind of the kernels of a module, by the module's name in full or by theirs, ``package.module:function``."""
     return next((kind for head, kind in _KIND_OF.items() if name.startswith(head)), "cranktrain")
 
 
@@ -212,18 +233,26 @@ def checksum(content: bytes) -> bytes:
     return CHECKSUM + hashlib.sha256(content).digest()
 
 
-def _places(kind: str, digest: str) -> Iterator[Path]:
+def _places(kind: str) -> Iterator[Path]:
     folder = this_platform()
     suffix = ".dll" if folder == "win64" else ".so"
-    yield LIBRARIES / folder / library_name(kind, suffix)
-    kept = list((cache_folder() / "native" / digest / folder).glob(library_name(kind, suffix, "*")))
-    if kept:
-        try:
-            place = private_folder("native", digest, folder)
-        except OSError:
-            return
-        # Of the same kernels with several states of the C side the newest.
-        yield place / max(kept, key=lambda path: path.stat().st_mtime_ns).name
+    whole = kind in WHOLE.split("+")
+    yield LIBRARIES / folder / library_name(WHOLE if whole else kind, suffix)
+    for made in (WHOLE, kind) if whole else (kind,):
+        parts = "native", folder_of(made), folder
+        kept = list(cache_folder().joinpath(*parts).glob(library_name(made, suffix, "*")))
+        if kept:
+            try:
+                place = private_folder(*parts)
+            except OSError:
+                return
+            # Of the same kernels with several states of the C side the newest.
+            yield place / max(kept, key=lambda path: path.stat().st_mtime_ns).name
+
+
+def folder_of(kind: str) -> str:
+    """Folder of a library's states in the cache: the digests of its kinds."""
+    return "-".join(map(code_digest, kind.split("+")))
 
 
 def this_platform() -> str:
@@ -237,8 +266,9 @@ def this_platform() -> str:
 
 
 def library_name(kind: str, suffix: str, shim: str = "") -> str:
-    """Name of a library's file, in the cache with the digest of its C side."""
-    return f"{kind}-{shim}{suffix}" if shim else f"{kind}{suffix}"
+    """Name of a library's file, that of its first kind, in the cache with the digest of its C side."""
+    first = kind.partition("+")[0]
+    return f"{first}-{shim}{suffix}" if shim else f"{first}{suffix}"
 
 
 @cache
@@ -263,4 +293,7 @@ def _sources(kind: str) -> list[Path]:
     files = [path for name in EMITTING if (path := native / name).is_file()]
     for folder in RESTS_ON[kind]:
         files += (ROOT / folder).rglob("*.py")
+    if kind == "cranktrain":
+        apart = tuple(ROOT / path for path in FILMS)
+        files = [path for path in files if not any(path.is_relative_to(other) for other in apart)]
     return files

@@ -25,7 +25,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.machine_code import LIBRARIES, OFF, SEAL, code_digest, kind_of, library_name
+from cranktrain.core.machine_code import LIBRARIES, OFF, SEAL, WHOLE, code_digest, kind_of, library_name
 from cranktrain.fmu.description import Interface, Variable, complete, expand, plain, variable_table
 from cranktrain.fmu.model_version import model_version
 from cranktrain.fmu.native.link import library
@@ -217,6 +217,7 @@ def _libraries(product: Product, package: str, say: Callable[[str], None]) -> di
     if os.environ.get(OFF):
         return {}
     kind, files = kind_of(product.running), {}
+    kind = WHOLE if kind in WHOLE.split("+") else kind
     for platform in PLATFORMS:
         try:
             made = library(kind, platform, say, emit=False)
@@ -225,7 +226,7 @@ def _libraries(product: Product, package: str, say: Callable[[str], None]) -> di
         else:
             files[f"{platform}/{library_name(kind, made.suffix)}"] = made.read_bytes()
     if files:
-        files[SEAL] = f"{kind} {code_digest(kind)}\n".encode()
+        files[SEAL] = "".join(f"{part} {code_digest(part)}\n" for part in kind.split("+")).encode()
     place = LIBRARIES.relative_to(SOURCES / "cranktrain").as_posix()
     return {f"{package}/{place}/{name}": content for name, content in files.items()}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,7 +18,8 @@ from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS, PLAIN
 from cranktrain.fmu.archive import model_description
 from cranktrain.fmu.beside import made_beside, make_block, make_bores
-from cranktrain.fmu.carried import ALL, USUAL, carried_levels, left_out_text
+from cranktrain.fmu.carried import ALL, BASIC, USUAL, carried_levels, left_out_text, without_films
+from cranktrain.fmu.description import Interface
 from cranktrain.fmu.engine_fmu import build, check_target, engine_interface, family_counts, full_interface
 from cranktrain.fmu.engine_fmu import model_description as engine_description
 from cranktrain.fmu.flat import FlatModel
@@ -57,8 +59,9 @@ def build_fmu(
     ----------
     source : name of a shipped engine or module, path of an engine file, a scene or a module file, an engine, or a scene
     levels : levels of an engine that the FMU carries: ``usual``, all but those whose data take minutes and that its
-        start values do not need; ``all``; or ``table``, ``flexible`` beside the usual ones, see
-        :mod:`cranktrain.fmu.carried`. Not given: usual, or all where ``film_table`` or ``block`` leaves one out
+        start values do not need; ``basic``, all without solved films; ``all``; or ``table``, ``flexible`` beside the
+        usual ones, see :mod:`cranktrain.fmu.carried`. Not given: usual, or all where ``film_table`` or ``block`` leaves
+        one out
     film_table : False: without the film tables of bearing and big-end level ``table``
     block : False: without the block of block level ``flexible``
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
@@ -137,9 +140,20 @@ class _Parts(NamedTuple):
         start = start_settings(engine_interface(engine), engine, self.starts)
         carried = carried_levels(engine, self.levels or (USUAL if whole else ALL), start)
         carried -= {level for level, kept in (("table", self.film_table), ("flexible", self.block)) if not kept}
-        if whole and (text := left_out_text(engine, carried)):
+        if whole and not self.basic and (text := left_out_text(engine, carried)):
             say(f"{engine.name}: {text}")
-        return {"film_table": "table" in carried, "flexible": "flexible" in carried, "block": self.block}
+        carries = {"film_table": "table" in carried, "flexible": "flexible" in carried, "block": self.block}
+        return carries | {"films": not self.basic}
+
+    @property
+    def basic(self) -> bool:
+        """Whether no film is solved or read from a table."""
+        return self.levels is not None and BASIC in self.levels
+
+    def interface(self, interface: Interface) -> Interface:
+        """An engine's interface with the start values and levels that were chosen."""
+        made = with_starts(interface, self.starts)
+        return without_films(made) if self.basic else made
 
 
 def _built(
@@ -172,8 +186,9 @@ def _built(
     engine = load_engine(source)
     check_target(folder, engine)
     check_mesh(parts.body, "journal surfaces")
+    parts.interface(engine_interface(engine, target.clocks))
     model = whole_model(engine, **parts.carried(engine, note), body=parts.body, say=say)
-    interface = with_starts(engine_interface(model.engine, target.clocks), parts.starts)
+    interface = parts.interface(engine_interface(model.engine, target.clocks))
     return build(model, folder, say, interface, platforms=platforms, fmi=target.fmi)
 
 
@@ -210,12 +225,14 @@ def whole_model(
     film_table: bool = True,
     flexible: bool = True,
     block: bool = True,
+    films: bool = True,
     body: str | Path | None = None,
     say: Progress = lambda text: None,
 ) -> FlatModel:
     """An engine with the data of all its levels, from the cache or made now; see :func:`build_fmu`.
 
-    Without ``flexible`` the data of that block level are left out, without ``block`` the engine has none.
+    Without ``flexible`` the data of that block level are left out, without ``block`` the engine has none, without
+    ``films`` there are no elastic bores and eyes.
     """
     if not block:
         engine = replace(engine, block=None)
@@ -224,8 +241,9 @@ def whole_model(
     # Where a file was when the FMU was built is nobody's business.
     engine = replace(engine, body=tuple(replace(one, file=Path(one.file).name) for one in engine.body))
     flexible = flexible and engine.block is not None and engine.mounts is not None
+    bores = films and _bores()
     make, what = (make_block, "block") if flexible else (make_bores, "elastic bores")
-    with made_beside(make, engine, what, say) as wait:
+    with made_beside(make, engine, what, say) if flexible or bores else nullcontext(lambda: None) as wait:
         say(f"{engine.name}: crankshaft")
         data["cranks"] = crank_levels(engine, body, say)
         if engine.damper is not None:
@@ -233,14 +251,14 @@ def whole_model(
         wait()
     if flexible:
         say(f"{engine.name}: block")
-        data["block"] = assembly.running_block(engine, tilting=True, say=say, bore=not engine.rollers_only and _bores())
+        data["block"] = assembly.running_block(engine, tilting=True, say=say, bore=not engine.rollers_only and bores)
     data["film_tables"] = assembly.film_tables_of(engine, say)
-    if engine.big_end_bearing is not None and engine.rods_float:
+    if films and engine.big_end_bearing is not None and engine.rods_float:
         say(f"{engine.name}: elastic eyes of the rods")
         data["big_end_bore"] = assembly.big_end_bore(engine, say)
     if engine.rollers_only:
         return FlatModel(engine, **data)
-    if _bores():
+    if bores:
         say(f"{engine.name}: elastic bores")
         data["bore"] = assembly.elastic_bore(engine, flexible=False, say=say)
         if flexible:

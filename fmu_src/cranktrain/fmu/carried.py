@@ -3,17 +3,26 @@
 Nearly all levels are made in seconds. Two take minutes at the first build: the film tables of level ``table``, of main
 bearings and big ends, and the finite elements of block level ``flexible``. They are made for an FMU that is asked to
 carry them, or whose start values need them. A level that an FMU does not carry is refused at initialization.
+
+An FMU of the levels ``basic`` has no bearing level whose films are solved or read from a table: it needs neither their
+kernels nor elastic bores.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.kernel import kernel_name
+from cranktrain.core.machine_code import kind_of
+from cranktrain.core.named import resolve
 from cranktrain.dynamics.model.settings import Settings, needed_parts, resolved
 from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import LAWS, Law
+from cranktrain.fmu.description import Interface
 
-USUAL, ALL = "usual", "all"
+BASIC, USUAL, ALL = "basic", "usual", "all"
 SLOW = {
     "table": ("table", "big_end_table"),
     "flexible": ("block",),
@@ -21,7 +30,7 @@ SLOW = {
 """Levels whose data take minutes, and the parts of a run that only they need."""
 WHERE = {"table": "bearing.level and big_end.level table", "flexible": "block.level flexible"}
 """What the FMU calls them."""
-WORDS = (USUAL, ALL, *SLOW)
+WORDS = (BASIC, USUAL, ALL, *SLOW)
 
 
 def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL, start: Settings | None = None) -> frozenset[str]:
@@ -29,8 +38,8 @@ def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL, start: Se
 
     Parameters
     ----------
-    asked : ``usual``: those that the start values need; ``all``; or names of :data:`SLOW`, which are added to the usual
-        ones; several are a list, or one text with commas
+    asked : ``basic`` or ``usual``: those that the start values need; ``all``; or names of :data:`SLOW`, which are
+        added to the usual ones; several are a list, or one text with commas
     start : levels at which the FMU starts; not given: the usual ones
     """
     given = [asked] if isinstance(asked, str) else list(asked)
@@ -38,12 +47,34 @@ def carried_levels(engine: Engine, asked: str | Sequence[str] = USUAL, start: Se
     for word in words:
         if word not in WORDS:
             raise InputError(f"levels '{word}' do not exist; {nearest(word, WORDS)}")
+    if BASIC in words and len(set(words)) > 1:
+        raise InputError(f"levels '{BASIC}' have no other level beside them; leave it or the others out")
     possible = {"flexible"} if engine.block is not None and engine.mounts is not None else set()
     possible |= {"table"} if engine.main_bearing is not None or engine.big_end_bearing is not None else set()
     needed = needed_parts(engine, resolved(start or Settings(), engine))
     at_start = {level for level, parts in SLOW.items() if any(part in needed for part in parts)}
     wanted = possible if ALL in words else possible & set(words)
     return frozenset(wanted | (possible & at_start))
+
+
+def film_levels() -> frozenset[str]:
+    """Levels of bearings whose films are solved, or read from a table."""
+
+    def has_films(law: Law) -> bool:
+        kernels = [resolve(form.kernel) for form in law.forms.values() if form.kernel]
+        return any(kind_of(kernel_name(kernel)) == "films" for kernel in kernels)
+
+    return frozenset(name for name, law in LAWS.items() if has_films(law))
+
+
+def without_films(interface: Interface) -> Interface:
+    """An interface without these levels; ``InputError`` if it starts at one."""
+    levels = film_levels()
+    for variable in interface.variables:
+        if variable.choices and variable.start in levels:
+            raise InputError(f"levels '{BASIC}' lack {variable.name} {variable.start}, at which the FMU starts")
+    kept = [replace(v, choices=tuple(name for name in v.choices if name not in levels)) for v in interface.variables]
+    return replace(interface, variables=tuple(kept))
 
 
 def left_out_text(engine: Engine, carried: frozenset[str]) -> str:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cranktrain.core.errors import StoreError
+from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.user_file import ending
 from cranktrain.dynamics.outputs.register import FAMILIES
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.store.hdf5 import RESULT, read_result, write_result
@@ -59,7 +60,9 @@ def _unit(name: str, families: tuple[str, ...]) -> str:
 
 
 def check_target(path: Path) -> None:
-    """Refuse a target that a result must not replace, before the run; ``InputError``."""
+    """Refuse a target that a result must not replace, or of another format by its name; ``InputError``."""
+    if ending(path) in (".csv", ".npz", ".parquet"):
+        raise InputError(f"{path}: a result is HDF5; name it {path.stem}.h5, then cranktrain export it")
     check_place(path, RESULT)
 
 

@@ -97,7 +97,6 @@ class VariantFiles:
 
         Raises ``InputError`` for a folder of another study, unless it is to be replaced, or of something else.
         """
-        parquet()
         if self.folder.exists() and not self.folder.is_dir():
             raise InputError(f"{self.folder}: exists and is no folder; name another --output")
         head = {"format": FORMAT, "digest": digest, "names": self.names, "units": self.units,

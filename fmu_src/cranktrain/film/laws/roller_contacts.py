@@ -230,6 +230,12 @@ def _line_search(
     """Fraction of a step that lowers energy minus work of the load enough (Armijo), or that balances the forces."""
     promised = float((load + force_at(bearing, place, first_angle, slices)[:4]) @ step)
     share = 1.0
+    # What hardly any roller resists, as a tilt across the only one in contact, goes on until others touch.
+    for _ in range(40):
+        ahead = float((load + force_at(bearing, place + 2.0 * share * step, first_angle, slices)[:4]) @ step)
+        if ahead <= 0.9 * promised:
+            break
+        share *= 2.0
     for _ in range(40):
         out = force_at(bearing, place + share * step, first_angle, slices)
         left = float((load + out[:4]) @ step)

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.machine_code import LIBRARIES, RESTS_ON, library_name, this_platform
+from cranktrain.core.machine_code import LIBRARIES, RESTS_ON, WHOLE, library_name, this_platform
 from cranktrain.fmu.native.link import checked_platform, compiler, library
 
 
@@ -23,10 +23,12 @@ def main(given: list[str]) -> int:
     """
     parser = argparse.ArgumentParser("python -m cranktrain.fmu.native", description="Make libraries of machine code.")
     parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help="linux64, win64; this machine's without any")
-    parser.add_argument("--kind", choices=list(RESTS_ON), help="the library of this kind alone")
+    modules = [kind for kind in RESTS_ON if kind not in WHOLE.split("+")]
+    alone = [WHOLE.partition("+")[0], *modules]
+    parser.add_argument("--kind", choices=alone, help="kernels of this kind alone; cranktrain: without solved films")
     parser.add_argument("--package", action="store_true", help="put them into the package, for a checkout or a wheel")
     chosen = parser.parse_args(given)
-    kinds = [chosen.kind] if chosen.kind else list(RESTS_ON)
+    kinds = [chosen.kind] if chosen.kind else [WHOLE, *modules]
     platforms = chosen.platforms or [this_platform()]
     lacking = [platform for platform in platforms if not _made_for(platform, kinds, chosen.package)]
     return 2 if lacking and chosen.platforms else 0

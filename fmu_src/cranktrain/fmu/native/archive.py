@@ -44,17 +44,16 @@ def write_native_fmu(
     The file appears whole or not at all. ``InputError`` where a platform's library cannot be made, or clocks cannot be.
     """
     path = fmu_path(product, folder)
-    files = {}
-    for platform in platforms:
-        row = PLATFORMS[platform]
-        place = FOLDERS3[platform] if fmi == FMI3 else row.folder
-        files[f"binaries/{place}/{product.model}{row.suffix}"] = library(model.kind, platform, say).read_bytes()
     groups = grouped(product.variables) if fmi == FMI3 else ()
     variables = scalars(groups) if groups else product.variables
     data = native_data(product, model, variables, groups)
     guid = _guid(product, variables, data(NO_GUID))
     say(f"{product.title}: {product.model} {guid}")
-    files[DATA] = data(guid)
+    files = {DATA: data(guid)}
+    for platform in platforms:
+        row = PLATFORMS[platform]
+        place = FOLDERS3[platform] if fmi == FMI3 else row.folder
+        files[f"binaries/{place}/{product.model}{row.suffix}"] = library(model.kind(), platform, say).read_bytes()
     if fmi == FMI3:
         root = description3(product, groups, guid)
         files |= accompanying(product, native=True, arrays=[group.variable for group in groups])
@@ -79,10 +78,11 @@ def native_data(
     about = {"model": product.model, "version": model_version(), "speed": product.interface.speed, **model.about}
     about |= {"arrays": array_table(groups)} if groups else {}
     about |= {"clocks": clock_table(product, variables)} if groups and product.interface.clock else {}
+    digest, *films = map(code_digest, model.kind().split("+"))
+    about |= {"films": films[0]} if films else {}
     rows["INFO"] = [{"name": texts.at(name), "text": texts.at(text)} for name, text in about.items()]
     tables = {name: table(name, listed) if isinstance(listed, list) else listed for name, listed in rows.items()}
     tables["TEXT"] = texts.table()
-    digest = code_digest(model.kind)
     return lambda guid: to_bytes(NativeFile(digest, guid, tables))
 
 

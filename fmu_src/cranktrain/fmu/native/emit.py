@@ -57,7 +57,7 @@ class Emission(Compiling):
 
     Parameters
     ----------
-    exports_calls : whether kernels that Python calls become exports by themselves, ``ct_call_0`` and so on
+    kind : begins the names of exports of what Python calls: ``films_call_0``
 
     Attributes
     ----------
@@ -67,9 +67,9 @@ class Emission(Compiling):
     keeps = False
     options = MappingProxyType({**OPTIONS, "no_cpython_wrapper": True})
 
-    def __init__(self, exports_calls: bool = True) -> None:
+    def __init__(self, kind: str = "ct") -> None:
+        self.kind = kind
         self.symbols: dict[str, str] = {}
-        self._exports_calls = exports_calls
         self._libraries: list[Any] = []
         self._entries: list[Any] = []
         self._called: dict[tuple[str, str], _Called] = {}
@@ -90,7 +90,10 @@ class Emission(Compiling):
 
         Kinds are those of :class:`cranktrain.core.machine_code.Call`.
         """
-        return {f"ct_call_{k}": row.name for k, row in enumerate(self._called.values())}
+        return {self._symbol(k): row.name for k, row in enumerate(self._called.values())}
+
+    def _symbol(self, k: int) -> str:
+        return f"{self.kind}_call_{k}"
 
     def entry(self, symbol: str, run: Any, kernel: Kernel) -> None:
         """Export a kernel ``kernel(run)`` or ``kernel(run, x)`` on records like ``run`` as an entry."""
@@ -121,12 +124,11 @@ class Emission(Compiling):
         if named:
             raise TypeError(f"{known[0]}: a kernel that a library is to have is called without named arguments")
         if known not in self._called:
-            symbol = f"ct_call_{len(self._called)}"
+            symbol = self._symbol(len(self._called))
             kinds, single = _kinds(function, arguments)
             _, library, entry = _entry(symbol, _calling(function, arguments, len(kinds), single))
             loaded = Loaded(linked(library, more=[entry], exports=[symbol]))
-            if self._exports_calls:
-                self._export(symbol, library, entry)
+            self._export(symbol, library, entry)
             kinds = kinds if single else f"({kinds})"
             made = _Called("|".join((*known, kinds)), Call(loaded.address(symbol), kinds), loaded)
             self._called[known] = made

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.machine_code import WHOLE
 from cranktrain.dynamics.model.choices import GEOMETRY_SLOTS, NUMBER_SLOTS, option_slots
 from cranktrain.dynamics.model.lumped_data import lumped_values
 from cranktrain.dynamics.model.settings import resolved
@@ -22,7 +23,6 @@ from cranktrain.fmu.native.interface import NativeModel
 from cranktrain.fmu.running import chosen_levels
 from cranktrain.loads.gas_pressure import GasTrace
 
-KIND = "cranktrain"
 LEVELS = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "boundary")
 """Settings on which the structure of a run depends."""
 WARMTH = "film_temperature"
@@ -48,7 +48,7 @@ def engine_model(model: FlatModel, product: Product, say: Callable[[str], None] 
     say(f"{model.engine.name}: levels")
     counts = output_counts(model.engine)
     return NativeModel(
-        kind=KIND,
+        kind=variants.kind,
         inputs=input_names(model.engine),
         outputs=output_names(counts),
         slots=NUMBER_SLOTS | GEOMETRY_SLOTS | {one.name: one.slot for one in lumped_values(model.engine)},
@@ -73,7 +73,7 @@ class _Variants:
     def __init__(self, model: FlatModel, product: Product) -> None:
         self.model, self.fixed = model, dict(product.fixed)
         self.names = {str(v.setting): v.name for v in product.variables if v.setting}
-        self.images = Images({name: k for k, name in enumerate(functions(KIND))}, is_constant)
+        self.images = Images({name: k for k, name in enumerate(functions(WHOLE))}, is_constant)
         self.gas = GasTrace.from_engine(model.engine)
         self.known: dict[tuple[str, ...], int] = {}
         self.films: dict[Any, Any] = {}
@@ -96,6 +96,11 @@ class _Variants:
             self.known[key] = self.images.add(run, dict(enumerate(run.numbers.tolist())))
             self._leaves = self._leaves or leaf_numbers(run, LEAVES)
         return self.known[key]
+
+    def kind(self) -> str:
+        """Kinds of the kernels that the variants made so far call."""
+        own = WHOLE.partition("+")[0]
+        return WHOLE if self.images.called - set(range(len(functions(own)))) else own
 
     def leaves(self) -> dict[str, int]:
         """Leaves that the C side knows, the same in all variants."""

@@ -1,4 +1,4 @@
-"""Exports of each kind of library: entry points of a run, and functions that kernels call by their address."""
+"""Exports of each kind of kernels: entry points of a run, and functions that kernels call by their address."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cranktrain.core.kernel import kernel_name
-from cranktrain.core.machine_code import ENTRIES
+from cranktrain.core.machine_code import ENTRIES, kind_of
 from cranktrain.core.named import resolve
 from cranktrain.dynamics.motion.added_hooks import hooks
 from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
@@ -37,13 +37,16 @@ class Exports(NamedTuple):
 
 
 def exports(kind: str) -> Exports:
-    """What the library of a kind exports, after calls of all kernels that Python calls where it makes and ends runs."""
+    """What a kind exports, after calls of all kernels that Python calls where it makes and ends runs."""
     if kind in MODULES:
         package = MODULES[kind].running.rpartition(".")[0]
         return Exports(_module_run(kind, package), _entries(f"{package}.run_record"), {})
-    from cranktrain.fmu.native.typical_run import typical_calls, typical_run
+    from cranktrain.fmu.native.typical_run import film_calls, typical_calls, typical_run
 
     run = typical_run()
+    if kind == "films":
+        film_calls()
+        return Exports(run, {}, functions(kind))
     typical_calls(run)
     return Exports(run, _entries("cranktrain.dynamics.run_record"), functions(kind))
 
@@ -60,8 +63,9 @@ def _module_run(kind: str, package: str) -> Any:
 
 
 def functions(kind: str) -> dict[str, Function]:
-    """Functions of a kind's library by name, in their order there."""
-    return {kernel_name(row.kernel): row for row in _functions()} if kind == "cranktrain" else {}
+    """Functions of a library's kinds by name, in their order there."""
+    named = {kernel_name(row.kernel): row for row in _functions()}
+    return {name: row for part in kind.split("+") for name, row in named.items() if kind_of(name) == part}
 
 
 def _of_hook(place: int, run: Any) -> tuple[Any, ...]:

@@ -34,6 +34,10 @@ class Images:
     functions : number of each function of the library, by its name
     constant : whether an array, by its path in the run (``model.gas``) or in a record (``RigidBore.table.force``), is
         never written by kernels
+
+    Attributes
+    ----------
+    called : numbers of the functions that the variants so far name
     """
 
     def __init__(self, functions: Mapping[str, int], constant: Callable[[str], bool]) -> None:
@@ -41,6 +45,7 @@ class Images:
         self.tables: dict[str, list[Any]] = {
             name: [] for name in ("VARI", "NUMB", "SLOT", "LEAF", "RECS", "ARRY", "FIXU")
         }
+        self.called: set[int] = set()
         self._rows: dict[tuple[Any, ...], int] = {}
         self._lasting: dict[int, tuple[NDArray[Any], int]] = {}
 
@@ -150,7 +155,8 @@ class _Variant:
         found = []
         for k, value in enumerate(array.ravel().tolist()):
             if value in ADDRESSES:
-                found.append((8 * k, FUNCTION, self.images.functions[ADDRESSES[value]]))
+                found.append((8 * k, FUNCTION, number := self.images.functions[ADDRESSES[value]]))
+                self.images.called.add(number)
             elif value in RECORDS:
                 found.append((8 * k, RECORD, self._record(value)))
         return tuple(found)

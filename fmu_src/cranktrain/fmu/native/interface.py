@@ -24,7 +24,7 @@ class NativeModel:
 
     Attributes
     ----------
-    kind : of the library, see :data:`cranktrain.core.machine_code.RESTS_ON`
+    kind : gives the kinds of kernels that the variants call, see :data:`cranktrain.core.machine_code.RESTS_ON`
     inputs, outputs : names in the run's order
     slots : place in ``run.numbers`` of each setting that a Real parameter fills; those that are not named must stay at
         their start
@@ -39,7 +39,7 @@ class NativeModel:
     tables : gives the sections of the variants, once all of them were asked for
     """
 
-    kind: str
+    kind: Callable[[], str]
     inputs: Sequence[str]
     outputs: Sequence[str]
     slots: Mapping[str, int]

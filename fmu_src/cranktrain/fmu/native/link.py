@@ -1,6 +1,7 @@
 """Shared libraries of machine code: the objects of the kernels and the C shim, compiled once per state of the sources.
 
-A library is valid for every engine, level and module file of its kind; the differences are data (:mod:`.image`).
+A library is valid for every engine, level and module file of its kinds; the differences are data (:mod:`.image`). Kinds
+are emitted each for itself, and kept: an edit of solved films leaves the other kernels as they are.
 Libraries are kept in the user's cache under a digest of their sources, or are part of the package in ``LIBRARIES``.
 """
 
@@ -13,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
@@ -31,11 +33,13 @@ from cranktrain.core.machine_code import (
     DamagedError,
     checksum,
     code_digest,
+    folder_of,
     is_whole,
     library_name,
     this_platform,
 )
 from cranktrain.core.types import Progress
+from cranktrain.fmu.native import exported
 from cranktrain.fmu.native.platforms import PLATFORMS, Platform
 
 SOURCES = Path(__file__).parent / "c"
@@ -52,9 +56,12 @@ SETTINGS = {
 
 
 def library(kind: str, platform: str = "linux64", say: Progress = lambda text: None, emit: bool = True) -> Path:
-    """Path of the library of a kind for a platform; made now where there is none of the present sources.
+    """Path of a library for a platform; made now where there is none of the present sources.
 
-    Without ``emit`` its kernels are not compiled, which takes a minute or two: what is there is linked.
+    Parameters
+    ----------
+    kind : of its kernels; several with ``+`` between them
+    emit : False: kernels are not compiled, which takes a minute or two; what is there is linked
 
     Raises
     ------
@@ -64,26 +71,36 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
         a cache that cannot be written
     """
     row = checked_platform(platform)
-    digest = code_digest(kind)
-    target = private_folder("native", digest, row.folder) / library_name(kind, row.suffix, _shim_digest())
+    target = private_folder("native", folder_of(kind), row.folder) / library_name(kind, row.suffix, _shim_digest())
     for made in (LIBRARIES / row.folder / library_name(kind, row.suffix), target):
-        if _is_made(made, digest):
+        if _is_made(made, kind):
             return made
     command = compiler(row)
-    with _alone(private_folder("native", digest)):
-        if not _is_made(target, digest):
-            if not emit and not (private_folder("native", digest, "programs") / f"{kind}.c").is_file():
-                raise InputError("it does not exist yet; run make native or python -m cranktrain.fmu.native")
-            programs = _programs(kind, digest, say)
+    with _alone(private_folder("native", folder_of(kind))):
+        if not _is_made(target, kind):
+            programs = _all_programs(kind.split("+"), say, emit)
             say(f"{kind}: library for {row.folder}")
-            _link(command, kind, digest, row, programs, target)
+            _link(command, kind, row, programs, target)
     return target
+
+
+def _all_programs(kinds: Sequence[str], say: Progress, emit: bool) -> list[Path]:
+    """Programs of kinds, those that are to be emitted side by side; ``InputError`` where they may not be."""
+    if not emit and not all(_program(kind).with_suffix(".json").is_file() for kind in kinds):
+        raise InputError("it does not exist yet; run make native or python -m cranktrain.fmu.native")
+    with ThreadPoolExecutor(len(kinds)) as side_by_side:
+        return list(side_by_side.map(lambda kind: _emitted(kind, say), kinds))
+
+
+def _program(kind: str) -> Path:
+    """File of a kind's program, LLVM's bitcode; beside it lies what it exports."""
+    return private_folder("native", code_digest(kind), "programs") / f"{kind}.bc"
 
 
 @cache
 def _shim_digest() -> str:
     """Digest of the C side and of how it is linked, which stands behind a library's code."""
-    files = [*sorted(SOURCES.glob("*.[ch]")), Path(__file__)]
+    files = [*sorted(SOURCES.glob("*.[ch]")), Path(__file__), Path(exported.__file__)]
     return "shim" + sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:8]
 
 
@@ -108,30 +125,37 @@ def _alone(folder: Path) -> Iterator[None]:
         yield
 
 
-def _is_made(path: Path, digest: str) -> bool:
+def _is_made(path: Path, kind: str) -> bool:
     try:
-        return is_whole(path, digest) and _shim_digest().encode() in path.read_bytes()
+        sound = all(is_whole(path, code_digest(part)) for part in kind.split("+"))
+        return sound and _shim_digest().encode() in path.read_bytes()
     except DamagedError:
         return False
 
 
-def _programs(kind: str, digest: str, say: Progress) -> Path:
-    """Folder of a kind's programs, LLVM's bitcode, and its table of functions; emitted in a process of its own.
+def _emitted(kind: str, say: Progress) -> Path:
+    """A kind's program; emitted now, where it does not lie there, in a process of its own.
 
     That process compiles for the least processor, whatever this one compiles for.
     """
-    folder = private_folder("native", digest, "programs")
-    if not (folder / f"{kind}.c").is_file():
-        say(f"{kind}: machine code of the kernels is made, once for this state of the sources")
-        run = [sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(folder)]
-        place = str(Path(__file__).parents[3])
-        given = os.environ.get("PYTHONPATH")
-        path = place if not given else os.pathsep.join((place, given))
-        with subprocess.Popen(run, stdin=subprocess.PIPE, env={**os.environ, **emitting(), "PYTHONPATH": path}) as made:
-            made.wait()
-        if not (folder / f"{kind}.c").is_file():
+    program = _program(kind)
+    told = program.with_suffix(".json")
+    with _alone(program.parent):
+        if not told.is_file():
+            say(f"{kind}: machine code of the kernels is made, once for this state of the sources")
+            run = [sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(program.parent)]
+            with subprocess.Popen(run, stdin=subprocess.PIPE, env=_environment() | emitting()) as made:
+                made.wait()
+        if not told.is_file():
             raise InputError(f"{kind}: no machine code was made of its kernels; the lines above say why")
-    return folder
+    return program
+
+
+def _environment() -> dict[str, str]:
+    """That of a process with this package."""
+    given = os.environ.get("PYTHONPATH")
+    place = str(Path(__file__).parents[3])
+    return {**os.environ, "PYTHONPATH": place if not given else os.pathsep.join((place, given))}
 
 
 def emitting() -> dict[str, str]:
@@ -140,25 +164,27 @@ def emitting() -> dict[str, str]:
     return SETTINGS | ({"NUMBA_CPU_NAME": least.cpu, "NUMBA_CPU_FEATURES": ""} if least else {})
 
 
-def _objects(kind: str, programs: Path, platform: Platform) -> list[Path]:
-    """A kind's object files for a platform, and for its faster processors."""
+def _objects(programs: Sequence[Path], platform: Platform) -> list[Path]:
+    """Object files of programs for a platform, and for its faster processors, side by side."""
     variants = (False, True) if platform.fast else (False,)
-    return [_object(path, kind, platform, fast) for path in sorted(programs.glob(f"{kind}-*.bc")) for fast in variants]
+    wanted = [(program, fast) for program in programs for fast in variants]
+    with ThreadPoolExecutor(os.cpu_count()) as side_by_side:
+        return list(side_by_side.map(lambda one: _object(one[0], platform, one[1]), wanted))
 
 
-def _object(program: Path, kind: str, platform: Platform, fast: bool) -> Path:
-    from cranktrain.fmu.native.objects import FAST, object_code
-
-    path = program.with_name(f"{program.stem}-{platform.folder}{FAST if fast else ''}.o")
+def _object(program: Path, platform: Platform, fast: bool) -> Path:
+    """Object file of a program; made in a process of its own, because LLVM serves one thread at a time."""
+    path = program.with_name(f"{program.stem}-{platform.folder}{exported.FAST if fast else ''}.o")
     if path.is_file():
         return path
     with tempfile.TemporaryDirectory(dir=program.parent) as folder:
         temporary = Path(folder) / path.name
-        try:
-            temporary.write_bytes(object_code(program.read_bytes(), platform, fast))
-        except RuntimeError as error:  # cut short, or of another LLVM
-            program.with_name(f"{kind}.c").unlink(missing_ok=True)
-            raise InputError(f"{program} cannot be read, so it is made again at the next attempt ({error})") from error
+        run = [sys.executable, "-m", "cranktrain.fmu.native.objects", str(program), platform.folder, str(temporary)]
+        done = subprocess.run([*run, *["fast"][: int(fast)]], capture_output=True, text=True, env=_environment())
+        if done.returncode:  # cut short, or of another LLVM
+            program.with_suffix(".json").unlink(missing_ok=True)
+            why = done.stderr.strip().splitlines()[-1:]
+            raise InputError(f"{program} cannot be read, so it is made again at the next attempt ({''.join(why)})")
         os.replace(temporary, path)
     return path
 
@@ -184,11 +210,13 @@ def compiler(platform: Platform) -> list[str]:
     )
 
 
-def _link(command: Sequence[str], kind: str, digest: str, platform: Platform, programs: Path, target: Path) -> None:
+def _link(command: Sequence[str], kind: str, platform: Platform, programs: Sequence[Path], target: Path) -> None:
     """Compile the shim and link it with the objects; the library appears whole or not at all."""
-    sources = [*sorted(SOURCES.glob("*.c")), programs / f"{kind}.c", *_objects(kind, programs, platform)]
+    digests = " ".join(map(code_digest, kind.split("+")))
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-        made = Path(folder) / target.name
+        made, table = Path(folder) / target.name, Path(folder) / "exported.c"
+        table.write_text(exported.exported_text([path.with_suffix(".json") for path in programs]), encoding="utf-8")
+        sources = [*sorted(SOURCES.glob("*.c")), table, *_objects(programs, platform)]
         # Windows: the compiler's own C library is 150 kB smaller without what debuggers read, and code counts there.
         own = ["-s", "-Os"]
         if platform.suffix == ".so":
@@ -199,7 +227,7 @@ def _link(command: Sequence[str], kind: str, digest: str, platform: Platform, pr
             *command,
             *FLAGS,
             *(["-DCT_FAST"] if platform.fast else []),
-            f'-DCT_DIGEST="{digest}"',
+            f'-DCT_DIGEST="{digests}"',
             "-I",
             str(SOURCES),
             "-o",

@@ -25,7 +25,7 @@ def module_model(module: Module, product: Product) -> NativeModel:
     images = Images({}, frozenset(made.constant).__contains__)
     images.add(run, dict(enumerate(run.numbers.tolist())))
     return NativeModel(
-        kind=module.name,
+        kind=lambda: module.name,
         inputs=made.inputs,
         outputs=made.outputs,
         slots=places,

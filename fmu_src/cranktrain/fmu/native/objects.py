@@ -1,10 +1,16 @@
-"""Object files of a program of kernels, for any platform that LLVM knows, without numba."""
+"""Object files of a program of kernels, for any platform that LLVM knows, without numba.
+
+``python -m cranktrain.fmu.native.objects PROGRAM PLATFORM OBJECT [fast]`` writes one.
+"""
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import llvmlite.binding as llvm
 
-from cranktrain.fmu.native.platforms import Platform
+from cranktrain.fmu.native.platforms import PLATFORMS, Platform
 
 FAST = "_fast"
 """Suffix of the names of exports for a platform's faster processors."""
@@ -30,3 +36,8 @@ def object_code(program: bytes, platform: Platform, fast: bool = False) -> bytes
             if not function.is_declaration and function.linkage == llvm.Linkage.external:
                 function.name += FAST
     return bytes(machine.emit_object(module))
+
+
+if __name__ == "__main__":
+    program, folder, target, *fast = sys.argv[1:]
+    Path(target).write_bytes(object_code(Path(program).read_bytes(), PLATFORMS[folder], bool(fast)))

@@ -44,9 +44,7 @@ def typical_calls(run: Run) -> None:
         simulation.inputs[0] = 200.0
         simulation.steady_torque()
     gas_pressure(0.1, np.zeros((8, 4)))
-    stretched(0.9)
     least_gap((0.5, 0.0, 0.1, 0.0), 1.0, (0.0, 1.0, 1.0))
-    fill_gaps(np.zeros((2, 6)), np.zeros(CONSTANTS), np.zeros((2, 2)))
     carried(run.model, np.zeros(run.model.block_ports.shape[1]))
     motion_of(run.state, run.model.omega2.size)
     ports_at_state(run.model, run.work, run.state)
@@ -57,6 +55,12 @@ def typical_calls(run: Run) -> None:
     # Starts from other places, of maps of stability.
     settle(run.model, run.work, run.state, run.inputs, 0.0, 0.0, 0.0)
     no_turns()
+
+
+def film_calls() -> None:
+    """Call likewise those that Python calls where it makes the data of solved films and of tables."""
+    stretched(0.9)
+    fill_gaps(np.zeros((2, 6)), np.zeros(CONSTANTS), np.zeros((2, 2)))
 
 
 def stand_in(engine: Engine) -> ReducedBody:

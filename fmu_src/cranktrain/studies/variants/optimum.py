@@ -26,7 +26,7 @@ from threadpoolctl import threadpool_limits
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.types import Array
-from cranktrain.store.variant_files import Column, Row, VariantFiles
+from cranktrain.store.variant_files import Column, Row, VariantFiles, parquet
 from cranktrain.studies.variants.distributions import Distribution
 from cranktrain.studies.variants.models import Model, Output, answered, model_of
 from cranktrain.studies.variants.running import Means, answers, study_digest, variant_workers
@@ -186,6 +186,7 @@ def find_optimum(
     """
     if study.aim is None:
         raise InputError("[optimize] is missing; it has minimize, the output that is to be least, and limits")
+    parquet()  # what is lacking is told before the model is made
     box, began = Box(study), time.perf_counter()
     with threadpool_limits(limits=1, user_api="blas"):
         model = model_of(study, say)

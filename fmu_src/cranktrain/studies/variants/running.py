@@ -26,7 +26,7 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.sources import source_digest
 from cranktrain.core.types import Array
 from cranktrain.store.side_by_side import cluster, processors, worker_pool
-from cranktrain.store.variant_files import Column, Row, VariantFiles
+from cranktrain.store.variant_files import Column, Row, VariantFiles, parquet
 from cranktrain.studies.variants import models
 from cranktrain.studies.variants.models import Model, answered, model_of
 from cranktrain.studies.variants.study import FUNCTION, Study
@@ -96,6 +96,7 @@ def run_variants(
     SolverError
         workers that are lost, or a study all of whose variants failed
     """
+    parquet()  # what is lacking is told before the model is made
     outcome, began = Outcome() if outcome is None else outcome, time.perf_counter()
     with threadpool_limits(limits=1, user_api="blas"):
         model = model_of(study, say)

@@ -117,6 +117,12 @@ static const char *find_sections(struct ct_file *file, const struct header *head
     return NULL;
 }
 
+/* Whether the binary has the solved films that the data may be made for: their digest is the second. */
+static bool has_films(const struct ct_file *file) {
+    const char *films = ct_info_text(file, "films"), *second = strchr(file->kernels->digest, ' ');
+    return films == NULL || (second != NULL && strcmp(second + 1, films) == 0);
+}
+
 bool ct_open_file(const struct ct_host *host, const char *location, const char *guid, struct ct_file *file) {
     memset(file, 0, sizeof *file);
     file->kernels = ct_choose_kernels();
@@ -128,6 +134,7 @@ bool ct_open_file(const struct ct_host *host, const char *location, const char *
         problem = "is for other machine code than this binary";
     }
     if (problem == NULL) problem = ct_check_tables(file);
+    if (problem == NULL && !has_films(file)) problem = "is for other machine code than this binary";
     if (problem != NULL) {
         ct_refuse(host, "resources/%s %s; %s", NAME, problem, REMEDY);
         ct_close_file(file);

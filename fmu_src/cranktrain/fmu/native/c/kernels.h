@@ -8,7 +8,8 @@
 typedef int64_t ct_entry(void *run, double x);
 
 struct ct_kernels {
-    const char *digest;            /* 16 hexadecimal digits: layout of Run and records, must equal the file's */
+    const char *digest;            /* 16 hexadecimal digits of the run's kernels, must equal the file's; behind a space
+                                      those of films, where they are in it */
     ct_entry *prepare;             /* x unused: apply run.numbers to the model; on a refusal the model is as before */
     ct_entry *start;               /* x: start time, s: from run.inputs to the state */
     ct_entry *advance;             /* x: end of the step, s; on failure the state is that of before */

@@ -1,0 +1,73 @@
+"""What a library's kernels are, as text in C: ``struct ct_kernels`` of ``c/kernels.h`` for its kinds.
+
+A kind's emission tells it in ``KIND.json``: the symbols of entries, symbols with ``name|layout of the arguments`` of
+functions, and with ``name|layout|kinds of the results`` of what Python calls, and the layout of its run.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from cranktrain.fmu.native.objects import FAST
+
+_TEXT = """/* Made by cranktrain.fmu.native.exported: what this library's kernels are. */
+#include "kernels.h"
+
+#include <stddef.h>
+
+#ifdef _WIN32
+#define EXPORTED __declspec(dllexport)
+#else
+#define EXPORTED __attribute__((visibility("default")))
+#endif
+
+static const char names[] = {names};
+{tables}
+EXPORTED const struct ct_kernels *ct_kernels_table(int portable);
+
+/* That of this processor, or the one of all. */
+const struct ct_kernels *ct_kernels_table(int portable)
+{{
+    return portable ? &ct_kernels : ct_choose_kernels();
+}}
+"""
+
+_TABLE = """
+{declarations}
+
+static const void *const {functions}[] = {{{addresses}NULL}};
+
+const struct ct_kernels {table} = {{
+    CT_DIGEST, {entries}, {functions}, {count}, names, "{layout}",
+}};
+"""
+_NO_ENTRIES = ["NULL"] * 4
+
+
+def exported_text(kinds: Sequence[Path]) -> str:
+    """C's text for kinds by the files of what they export; entries and layout are those of the first."""
+    about = [json.loads(path.read_text("utf-8")) for path in kinds]
+    entries, layout = about[0]["entries"], about[0]["layout"]
+    # Functions of all kinds before the calls: a file of data names functions by their number.
+    named = {symbol: name for part in ("functions", "calls") for one in about for symbol, name in one[part].items()}
+    tables = _table("ct_kernels", "functions", entries, list(named), layout)
+    fast = [f"{name}{FAST}" for name in (*entries, *named)]
+    second = _table("ct_fast_kernels", "fast_functions", fast[: len(entries)], fast[len(entries) :], layout)
+    names = "".join(f'"{name}\\n" ' for name in named.values())
+    return _TEXT.format(names=names or '""', tables=f"{tables}\n#ifdef CT_FAST{second}#endif\n")
+
+
+def _table(table: str, functions: str, entries: list[str], symbols: list[str], layout: str) -> str:
+    """C's text of one ``struct ct_kernels`` and of what it names."""
+    declared = [f"extern ct_entry {name};" for name in entries] + [f"extern void {name}(void);" for name in symbols]
+    return _TABLE.format(
+        declarations="\n".join(declared),
+        functions=functions,
+        addresses="".join(f"(const void *){symbol}, " for symbol in symbols),
+        table=table,
+        entries=", ".join(entries or _NO_ENTRIES),
+        count=len(symbols),
+        layout=layout,
+    )
