@@ -14,7 +14,8 @@ from cranktrain.dynamics.model.settings import Settings, step_each_row
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.columns import NOTHING
+from cranktrain.results.tables import Table
 from cranktrain.results.whole_run import whole
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.modal import listed_to
@@ -117,16 +118,17 @@ def state_text(state: Mapping[str, Any]) -> str:
 
 
 def motion_table(report: Mapping[str, Any]) -> Table:
-    """Modes in motion as texts, the state in the title."""
+    """Modes in motion as texts, the state in the title; without the block's share where it stands on ground."""
+    parts = [part for part in PARTS if part != "block" or report["state"]["block"] != "ground"]
     rows = tuple(
         (
             f"{mode['hz']:.1f}", mode["shape"], f"{100.0 * mode['damping_ratio']:.1f}",
             *((NOTHING, NOTHING) if mode["order"] is None else (f"{mode['pulley_deg']:.2g}", f"{mode['order']:g}")),
-            *(f"{100.0 * mode['shares'][part]:.0f}" for part in PARTS),
+            *(f"{100.0 * mode['shares'][part]:.0f}" for part in parts),
         )
         for mode in report["modes"]
     )  # fmt: skip
-    header = ("Hz", "shape", "damping / %", "pulley / deg", "by order", *(f"{part} / %" for part in PARTS))
+    header = ("Hz", "shape", "damping / %", "pulley / deg", "by order", *(f"{part} / %" for part in parts))
     return Table(f"Cranktrain in motion: {state_text(report['state'])}", header, rows)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
+from cranktrain.results.columns import NOTHING
 from cranktrain.results.orders.deviations import deviation_table, deviations, of_another_engine
 from cranktrain.results.orders.measured import band_of
 from cranktrain.results.orders.measured_points import motion_of, points_at, reach_of
@@ -17,7 +18,7 @@ from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
 from cranktrain.results.run_up.shown import PARTS, drowned
 from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.tables import Table
 from cranktrain.studies.report.chart import NAMED, Switches, bar_chart, line_chart, map_chart
 from cranktrain.studies.report.elements import paragraph, table
 from cranktrain.studies.report.findings import Asked, Findings, Torsion
