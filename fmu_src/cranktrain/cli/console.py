@@ -125,8 +125,7 @@ def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) 
     width = get_terminal_size((USUAL_WIDTH, 24)).columns
     rows = [tuple(map(visible, row)) for row in rows]
     for part, page in enumerate(pages(header, rows, width - 1, BESIDE, cell_len)):
-        named = visible(f"{title}, continued" if part else title)
-        shown = RichTable(title=named, title_justify="left", title_style="bold")
+        shown = RichTable()
         for k, size, heading in zip(page.columns, page.widths, page.header, strict=True):
             justify: JustifyMethod = "left" if header[k] in _LEFT else "right"
             shown.add_column(heading, justify=justify, width=size, overflow="fold")
@@ -134,7 +133,9 @@ def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) 
             shown.add_row(*row)
         # Texts may be a user's: none of them is mark-up.
         whole = max(width, sum(page.widths) + BESIDE * len(page.widths) + 1)
-        Console(file=unfiltered(sys.stdout), width=whole, markup=False, emoji=False).print(shown)
+        console = Console(file=unfiltered(sys.stdout), width=whole, markup=False, emoji=False, highlight=False)
+        console.print(visible(f"{title}, continued" if part else title), style="bold")
+        console.print(shown)
 
 
 @contextmanager

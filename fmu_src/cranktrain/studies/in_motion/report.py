@@ -171,3 +171,24 @@ def springs_text(report: Mapping[str, Any]) -> str:
 
 
 SPRING_RULE = "medians of the films' stiffness over a cycle and all mains at {:g} rev/min, full load"
+
+
+def states_text(modes: Mapping[str, Any]) -> str:
+    """Meaning of modes at rest and in motion, with the first torsional frequency of both where they are known."""
+    block = modes.get("block")
+    rest = (modes["cranktrain"] if block is None else block)["first_torsional_hz"]
+    motion = modes.get("in_motion", {}).get("first_torsional_hz")
+    if not rest or not motion:
+        return _STATES
+    return (
+        f"{_STATES} The first torsional mode is therefore listed twice: {rest:.0f} Hz at rest"
+        f"{'' if block is None else ' in the flexible block'} and {motion:.0f} Hz in motion at "
+        f"{modes['in_motion']['state']['rpm']:.0f} rev/min are one mode on two supports."
+    )
+
+
+_STATES = (
+    "At rest the crank stands on springs that stand in for its bearings, and its thrust collar is closed. In motion it "
+    "vibrates about the settled cycle of a run, on its films or rollers as they are there: resonances of run-ups are "
+    "those of the modes in motion."
+)
