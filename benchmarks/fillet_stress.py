@@ -19,7 +19,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.structure.crank.reduction import crankshaft_interfaces
 from cranktrain.structure.crank.shape import fillet_ends
 from cranktrain.structure.fem.craig_bampton import Flexibility, rigid_motions
-from cranktrain.structure.fem.elasticity import component_dofs, finite_elements, sample
+from cranktrain.structure.fem.elasticity import component_dofs, finite_elements, sample, scalar_basis
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
 from cranktrain.structure.fem.mesh import crankshaft_mesh
@@ -68,7 +68,8 @@ def solved(model, interfaces, speeds):
 
 def cut_wrenches(model, interfaces, loads, acceleration, speeds, crankshaft):
     """Force and moment (cases, 12) about either cut's middle of all beyond it, loads and inertia."""
-    points, weights = np.asarray(model.basis.global_coordinates()).reshape(3, -1).T, model.basis.dx.ravel()
+    elements = scalar_basis(model.mesh)
+    points, weights = np.asarray(elements.global_coordinates()).reshape(3, -1).T, elements.dx.ravel()
     weights = model.material.density * weights
     found = []
     for z, side in zip(cut_places(crankshaft, 1), (-1.0, 1.0), strict=True):

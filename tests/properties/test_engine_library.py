@@ -15,6 +15,7 @@ from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.engine.firing import firing_summary
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.free_forces import free_forces
 from cranktrain.structure.assembly import running_crank
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.crank.sections import crank_pieces, piece_moments
@@ -119,6 +120,56 @@ def test_free_forces_and_moments_are_those_of_the_closed_form(name):
     length = engine.crankshaft.main_positions[-1]
     np.testing.assert_allclose(found[:, 0], wanted[:, 0], atol=0.01 * one)
     np.testing.assert_allclose(found[:, 1], wanted[:, 1], atol=0.01 * one * length)
+
+
+@pytest.mark.parametrize("name", INTERVALS)
+def test_the_free_forces_that_a_run_tells_are_those_of_the_closed_form(name):
+    """Orders 1 and 2 by component, N and N m; moments about the middle of the mains."""
+    engine = load_engine(name).without_additions
+    told = free_forces(engine, SPEED)
+    wanted = -free_orders(engine)
+    wanted[:, 1] -= told["about_z_m"] * wanted[:, 0]
+    one = (engine.rod.small_end_mass + engine.cylinders.piston_mass) * max(engine.throws) * SPEED**2
+    length = engine.crankshaft.main_positions[-1]
+    rows = {row["order"]: row for row in told["orders"]}
+    none = dict.fromkeys(("force_x_n", "force_y_n", "moment_x_nm", "moment_y_nm", "force_n"), 0.0)
+    for order in (1, 2):
+        row, (force, moment) = rows.get(order, none), np.abs(wanted[order - 1])
+        np.testing.assert_allclose([row["force_x_n"], row["force_y_n"]], force, atol=1e-3 * one)
+        np.testing.assert_allclose([row["moment_y_nm"], row["moment_x_nm"]], moment, atol=1e-3 * one * length)
+        turn = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 3601))
+        path = np.linalg.norm(np.outer(turn, wanted[order - 1, 0]).real, axis=1)
+        assert row["force_n"] == pytest.approx(path.max(), abs=1e-3 * one)
+    assert told["left_out"] == []
+
+
+def test_free_forces_of_the_usual_layouts_are_those_of_the_textbooks():
+    """Four in line: order 2 of all pistons adds up; six in line and twelve: balanced to order 5; all grow with Ω²."""
+    four = load_engine("generator_four")
+    rod, throw = four.rod, four.throws[0]
+    ratio = throw / rod.length
+    of_one = (rod.small_end_mass + four.cylinders.piston_mass) * throw * SPEED**2
+    second = ratio + ratio**3 / 4.0 + 15.0 * ratio**5 / 128.0 + 35.0 * ratio**7 / 512.0
+    [order2] = [row for row in free_forces(four, SPEED)["orders"] if row["order"] == 2]
+    assert order2["force_n"] == pytest.approx(4.0 * of_one * second, rel=1e-4)
+    assert order2["force_x_n"] == 0.0 and order2["moment_nm"] < 1e-9 * order2["force_n"]
+    [twice] = [row for row in free_forces(four, 2.0 * SPEED)["orders"] if row["order"] == 2]
+    assert twice["force_n"] == pytest.approx(4.0 * order2["force_n"])
+    for name in ("diesel_i6", "v12_petrol"):
+        assert min(row["order"] for row in free_forces(load_engine(name), SPEED)["orders"]) == 6
+
+
+def test_balancer_shafts_take_the_second_order_of_a_four_off():
+    """By the second order that their note gives: four cylinders less two shafts of m e (2 Ω)²; both turn oppositely."""
+    engine = load_engine("four_petrol")
+    with_shafts, alone = (
+        {row["order"]: row["force_n"] for row in free_forces(one, SPEED)["orders"]}
+        for one in (engine, engine.without_additions)
+    )
+    arm = math.dist(engine.body[0].centre[:2], engine.frame[0].axis)
+    shafts = 2.0 * engine.body[0].mass * arm * (2.0 * SPEED) ** 2
+    assert with_shafts[2] == pytest.approx(alone[2] - shafts, rel=1e-6)
+    assert with_shafts[2] < 0.03 * alone[2] and with_shafts[4] == pytest.approx(alone[4])
 
 
 def chain_twist(engine, speed, shaft, inertia):

@@ -11,6 +11,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import engine_folder, engine_provenance, load_engine
 from cranktrain.engine.firing import firing_angles, intervals
 from cranktrain.structure.assembly import assemble
+from cranktrain.studies.campbell import campbell
 from cranktrain.studies.explore.engine_file import write_engine
 from cranktrain.studies.explore.history import History
 from cranktrain.studies.explore.knobs import (
@@ -23,8 +24,9 @@ from cranktrain.studies.explore.knobs import (
     knobs_of,
     with_order,
 )
-from cranktrain.studies.explore.live import ORDERS, LiveTorsion
+from cranktrain.studies.explore.live import ORDERS, Curves, LiveTorsion
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
+from cranktrain.studies.variants.torsional import structure_of
 
 RUBBER = {
     "damper.kind": "rubber", "damper.stiffness": "92000 N m/rad", "damper.loss_factor": 0.2,
@@ -104,6 +106,63 @@ def test_more_inertia_lowers_frequencies_and_no_burn_leaves_compression():
     assert np.all(heavy.hz < own.hz)
     idle = live.answer(Chosen({LOAD: 0.0}))
     assert 0.0 < idle.order(0.5).max() < 0.5 * own.order(0.5).max(), "compression alone, once in two revolutions"
+
+
+@pytest.mark.parametrize("name", ["diesel_v8", "v12_petrol"])
+def test_frequencies_of_the_page_are_those_of_the_campbell_diagram_with_the_ring(name):
+    """Over the speed, because the damper's fluid thins; a heavier ring lowers the mode, without a ring it is higher."""
+    live = LiveTorsion(load_engine(name))
+    found = live.answer(Chosen())
+    made = live._model.assembly_of(live.engine, 1.0)
+    modes = campbell(made.engine, made.body, found.hz_speeds, "torsional", damper=made.engine.damper is not None)
+    np.testing.assert_allclose(found.hz[:, :2], modes.hz[:, :2], rtol=2e-3)
+    if made.engine.damper is None:
+        return
+    heavy = live.answer(Chosen({"damper.ring_inertia": 1.5 * made.engine.damper.ring_inertia}))
+    alone = structure_of(made).frequencies_hz()
+    assert np.all(heavy.hz[:, 1] < found.hz[:, 1]) and np.all(found.hz[:, 1] < alone[1])
+    assert np.ptp(found.hz[:, 1]) > 1.0
+
+
+def of_orders(*rows):
+    """Curves of which each row is the amplitude of an order over five speeds."""
+    sizes = np.zeros((len(ORDERS), 5))
+    for order, row in rows:
+        sizes[ORDERS.index(order)] = row
+    none = np.zeros(0)
+    return Curves(np.arange(1.0, 6.0), sizes, none, none, none, 0.0, none, np.zeros((0, 0)), 0.0)
+
+
+def test_orders_of_a_new_page_are_resonances_and_what_is_large():
+    slow = [(0.5 * k, [10.0 - 0.1 * k, 5.0, 2.0, 1.0, 0.5]) for k in range(1, 7)]
+    peaks = [(6.0, [0.0, 0.1, 0.3, 0.1, 0.0]), (9.0, [0.0, 0.2, 0.1, 0.0, 0.0])]
+    curves = of_orders(*slow, *peaks)
+    assert curves.largest_orders(4) == [0.5, 1.0, 6.0, 9.0]
+    assert curves.drowned and not of_orders(*peaks).drowned
+    assert not of_orders(*slow).drowned and of_orders(*slow).largest_orders(4) == [0.5, 1.0, 1.5, 2.0]
+
+
+def test_a_checkbox_changes_the_scale_and_numbers_have_no_arrows():
+    pn = pytest.importorskip("panel")
+    from cranktrain.studies.explore.controls import NO_ARROWS
+    from cranktrain.studies.explore.page import Explored, Page
+
+    explored = Explored("single_petrol", LiveTorsion(load_engine("single_petrol")))
+    page = Page(explored)
+    linear, log = page._orders_chart.plot, page._orders_chart.log_plot
+    assert page._log.value is page._now.drowned and linear.visible is not page._log.value
+    for chosen in (True, False):
+        page._log.value = chosen
+        assert (linear.visible, log.visible) == (not chosen, chosen)
+    scale = log.y_range
+    top = np.degrees(max(page._now.order(order).max() for order in page._orders.value))
+    assert scale.start == pytest.approx(1e-3 * top) and scale.end > top
+    sources = [{id(glyph.data_source) for glyph in plot.renderers} for plot in (linear, log)]
+    assert sources[0] == sources[1], "both show the same data"
+    for slider in page._sliders.values():
+        [number] = slider.select(pn.widgets.FloatInput)
+        assert NO_ARROWS in number.stylesheets
+    explored.close()
 
 
 def test_added_bodies_are_left_out_and_said_to_be():

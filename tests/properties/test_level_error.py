@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from cranktrain.cli.main import main
 from cranktrain.engine.file import load_engine
 from cranktrain.studies.constant_speed import Request
-from cranktrain.studies.planning.level_error import HALF, WORTH, level_error_text
+from cranktrain.studies.planning.level_error import HALF, WORTH, level_error
 from cranktrain.studies.total_error import shipped
 
 SIX = load_engine("diesel_i6")
@@ -17,7 +18,7 @@ POINTS = json.loads((Path(shipped.__file__).parent / "data" / "diesel_i6.json").
 
 def said(engine=SIX, **request):
     asked = Request(**request)
-    return level_error_text(engine, asked.settings(engine), asked.speed_rpm)
+    return level_error(engine, asked.settings(engine), asked.speed_rpm)["text"]
 
 
 def figure(label, rpm=2000.0):
@@ -58,3 +59,43 @@ def test_levels_next_to_the_best_model_name_no_better_ones():
 def test_another_engine_has_no_figure():
     heavier = SIX.with_({"cylinders.piston_mass": "2.1 kg"})
     assert "not measured for this engine" in said(heavier, speed_rpm=2000.0)
+
+
+def of_a_run_up(first, last, **request):
+    asked = Request(speed_rpm=first, **request)
+    return level_error(SIX, asked.settings(SIX), first, last)
+
+
+def test_a_run_up_has_the_largest_error_of_the_measured_speeds_that_it_covers():
+    errors = {rpm: figure("solid/impedance/ground 5°", rpm)[0] for rpm in (1000.0, 2000.0)}
+    both, part = of_a_run_up(800.0, 2600.0), of_a_run_up(1900.0, 2400.0)
+    assert both["total"] == max(errors.values()) and both["measured_rpm"] == [1000.0, 2000.0]
+    assert part["total"] == both["total"] and of_a_run_up(600.0, 1000.0)["total"] == errors[1000.0]
+    assert of_a_run_up(2000.0, 2400.0)["measured_rpm"] == [2000.0]
+    for first, last in ((400.0, 900.0), (2100.0, 2400.0)):
+        assert of_a_run_up(first, last)["total"] is None
+
+
+def test_the_numbers_of_a_level_error_are_those_of_its_line():
+    found = of_a_run_up(1000.0, 2000.0)
+    assert (
+        f"{found['halved_by']}: {100.0 * found['halved_total']:.2g} %, {found['halved_time']:.2g} times"
+        in found["text"]
+    )
+    assert found["halved_total"] <= HALF * found["total"]
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["--crank", "torsional", "--steady", "linear"], "Error of these levels: not measured with --steady; "),
+        (["--crank", "beam", "--bearings", "linear"], "best model here"),
+    ],
+)
+def test_a_run_up_says_in_one_line_and_in_json_how_far_its_levels_are_off(words, line, tmp_path, capsys):
+    run = ["runup", "diesel_i6", "--from", "1980", "--to", "2000", *words, "--no-inherit", "--workers", "1"]
+    run = run[:-2] if "--steady" in words else run
+    assert main([*run, "--output", str(tmp_path / "a.h5")]) == 0
+    [shown] = [one for one in capsys.readouterr().out.splitlines() if line in one]
+    assert main([*run, "--output", str(tmp_path / "b.h5"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["level_error"]["text"] == shown

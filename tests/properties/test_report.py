@@ -32,14 +32,15 @@ from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp
 from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map, with_twist
 from cranktrain.results.tables import NOTHING, housed_table
 from cranktrain.structure.crank.modal import KINDS
+from cranktrain.studies.in_motion.report import states_text
 from cranktrain.studies.report import findings as source
 from cranktrain.studies.report.chart import DECADES, MAP_COLOURS, Axis, Switches, line_chart, map_chart
 from cranktrain.studies.report.findings import Asked, Findings, Torsion
 from cranktrain.studies.report.front import layout_text
 from cranktrain.studies.report.page import missing, page
-from cranktrain.studies.report.sections import SECTIONS, peak_memory, states_text
+from cranktrain.studies.report.sections import SECTIONS, peak_memory
 from cranktrain.studies.report.verdict import Verdict, verdict_text, verdicts
-from cranktrain.studies.report.vibration import cycle
+from cranktrain.studies.report.vibration import cycle, torsion
 
 EMPTY_TAGS = {"meta", "circle", "img", "line", "polyline", "br", "i"}
 ENGINE = load_engine("diesel_i6")
@@ -451,6 +452,17 @@ def test_one_mode_at_rest_and_in_motion_is_named_with_both_frequencies():
     housed = {**modes, "block": {"first_torsional_hz": 420.4}}
     assert "420 Hz at rest in the flexible block and 412 Hz" in states_text(housed)
     assert "listed twice" not in states_text({"cranktrain": {"first_torsional_hz": 428.0}})
+
+
+def test_the_mode_of_the_torsional_crank_is_told_apart_from_that_of_the_solid_crank_at_rest(found):
+    """The section's "at rest" is the torsional crank's, and its table and sentence have the same number."""
+    peaks_of = [replace(peak, kind="torsional", mode_hz=236.6) for peak in found.torsion.peaks]
+    made = replace(found, torsion=Torsion(found.torsion.run_up, peaks_of))
+    told = torsion(made)[0]
+    assert "at 236.6 Hz, that of the solid crank at rest at 238.4 Hz, because this crank is fitted" in told
+    formula = ENGINE.with_({"reduction.torsional_source": "carter"})
+    assert "because its shafts have the stiffness of a formula, carter." in torsion(replace(made, engine=formula))[0]
+    assert "mode of this crank" not in torsion(replace(made, modes=None))[0]
 
 
 def test_memory_of_a_report_is_the_largest_resident_set_that_the_system_tells():

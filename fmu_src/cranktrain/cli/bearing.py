@@ -9,9 +9,11 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from cranktrain.cli.console import number, positive, show_rows
+from cranktrain.cli.console import number, of_words, one_of, positive, show_rows
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
+from cranktrain.engine.oil_grades import COOL, EXPANSION, GRADES, HOT
+from cranktrain.engine.quantities import OIL_GRADES
 
 SURFACES = (
     "roughness_um", "roughness_pattern", "asperity_factor", "asperity_density", "asperity_ratio", "asperity_radius_um",
@@ -26,6 +28,7 @@ HEAT = (
     "heat_share",
     "film_temperature",
     "carry_over",
+    "oil_grade",
 )
 LOADED = (
     "diameter_mm", "width_mm", "clearance_um", "viscosity", "speed", "load", "moment_nm", "grooves", "groove_deg",
@@ -65,10 +68,10 @@ matrices are 4 x 4 for (x, y, dx/dz, dy/dz) against (Fx, Fy, My, -Mx), and the r
 axis at the end z = +B/2 over c.
 
 With --inlet-temperature-c instead of --viscosity the oil is Walther's (ASTM D341) through its kinematic viscosities at
-40 and 100 degC (--oil-viscosity-40, --oil-viscosity-100, mm^2/s) with --oil-density (kg/m^3), and a heat balance gives
-the temperature: --heat-share of the friction power warms the oil that leaves at the ends (2000 J/(kg K)) from inlet to
-outlet, and the viscosity is that at their mean. The result has effective_temperature_c, outlet_temperature_c and
-viscosity (Pa s) too.
+40 and 100 degC (--oil-viscosity-40, --oil-viscosity-100, mm^2/s) with --oil-density (kg/m^3), or the typical oil of
+--oil-grade. A heat balance gives the temperature: --heat-share of the friction power warms the oil that leaves at the
+ends (2000 J/(kg K)) from inlet to outlet, and the viscosity is that at their mean. The result has
+effective_temperature_c, outlet_temperature_c and viscosity (Pa s) too.
 
 With --film-temperature adiabatic (and --cavitation mass-conserving) the oil warms along the circumference by its own
 friction, one temperature over gap and width, and its viscosity follows. --heat-share is 1 unless given: nothing passes
@@ -129,6 +132,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--oil-viscosity-40", type=positive, metavar="NU", help="mm^2/s at 40 degC")
     add("--oil-viscosity-100", type=positive, metavar="NU", help="mm^2/s at 100 degC")
     add("--oil-density", type=positive, metavar="RHO", help=f"kg/m^3 (default {OIL_DENSITY:g})")
+    grade = add("--oil-grade", metavar="GRADE", help=f"typical oil in place of these three: {', '.join(OIL_GRADES)}")
+    of_words(grade, OIL_GRADES)
     add("--heat-share", type=share, metavar="X", help="fraction of friction heat in the oil (0.8; adiabatic: 1)")
     add("--film-temperature", metavar="WAY", help="heat-balance (default) or adiabatic, with --inlet-temperature-c")
     add("--carry-over", type=number(0.0, 1.0, "of the hot oil"), metavar="X", help="of an adiabatic film (default 1)")
@@ -173,6 +178,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if options.viscosity is not None:
             raise InputError("--viscosity does not go with --inlet-temperature-c, which gives it; leave one out")
         needed = tuple(name for name in needed if name != "viscosity") + HEAT[:3]
+        _take_grade(options)
     missing = [f"--{name.replace('_', '-')}" for name in needed if getattr(options, name) is None]
     if missing:
         what = "load" if form == "load" else "eccentricity"
@@ -185,6 +191,20 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         rows = [(key, _text(value), _UNITS.get((norm, key), "")) for key, value in result.items() if key not in _LONG]
         show_rows("Plain bearing", ("value", "", "unit or norm"), rows)
     return result
+
+
+def _take_grade(options: argparse.Namespace) -> None:
+    """Viscosities and density of an oil that is given by its grade; ``InputError`` where they are given besides."""
+    if options.oil_grade is None:
+        return
+    one_of("--oil-grade", options.oil_grade, OIL_GRADES)
+    if given := _given_of(options, HEAT[1:4]):
+        raise InputError(
+            f"--{given[0].replace('_', '-')} does not go with --oil-grade, which has its own; leave one of them out"
+        )
+    grade = GRADES[options.oil_grade]
+    options.oil_viscosity_40, options.oil_viscosity_100 = grade.warm, grade.hot
+    options.oil_density = grade.density * (1.0 - EXPANSION * (HOT - COOL))
 
 
 def _given_of(options: argparse.Namespace, names: tuple[str, ...]) -> list[str]:

@@ -8,19 +8,26 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from shutil import get_terminal_size
 from typing import Any, TypeVar
 
-from rich.console import Console
+from rich.cells import cell_len
+from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table as RichTable
 
 from cranktrain.core.errors import InputError, nearest, within
 from cranktrain.core.visible_text import unfiltered, visible
+from cranktrain.results.columns import pages
 from cranktrain.store.waits import waits
 
 TypeOf = TypeVar("TypeOf", bound=Callable[[str], Any])
 LINES: ContextVar[bool] = ContextVar("LINES", default=True)
 """Whether each stage is a line on stderr where that is no terminal; in calls of the library only long ones are."""
+USUAL_WIDTH = 120
+"""Characters of a line where neither a terminal nor COLUMNS says how many there are."""
+BESIDE = 3
+"""Characters that a column of a table takes beside its text."""
 _LEFT = ("shape", "to which number", "value", "unit or norm", "verdict", "quantity", "expected")
 
 
@@ -114,15 +121,21 @@ def show(table: Any) -> None:
 
 
 def show_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table of texts, given by its parts, on stdout."""
-    shown = RichTable(title=visible(title), title_justify="left", title_style="bold")
-    for column in header:
-        shown.add_column(column, justify="left" if column in _LEFT else "right")
-    for row in rows:
-        shown.add_row(*map(visible, row))
-    # Texts may be a user's: none of them is mark-up.
-    width = None if sys.stdout.isatty() else 120
-    Console(file=unfiltered(sys.stdout), width=width, markup=False, emoji=False).print(shown)
+    """Print a table of texts, given by its parts, on stdout; without empty columns, in parts where it is too wide."""
+    width = get_terminal_size((USUAL_WIDTH, 24)).columns
+    rows = [tuple(map(visible, row)) for row in rows]
+    for part, page in enumerate(pages(header, rows, width - 1, BESIDE, cell_len)):
+        shown = RichTable()
+        for k, size, heading in zip(page.columns, page.widths, page.header, strict=True):
+            justify: JustifyMethod = "left" if header[k] in _LEFT else "right"
+            shown.add_column(heading, justify=justify, width=size, overflow="fold")
+        for row in page.rows:
+            shown.add_row(*row)
+        # Texts may be a user's: none of them is mark-up.
+        whole = max(width, sum(page.widths) + BESIDE * len(page.widths) + 1)
+        console = Console(file=unfiltered(sys.stdout), width=whole, markup=False, emoji=False, highlight=False)
+        console.print(visible(f"{title}, continued" if part else title), style="bold")
+        console.print(shown)
 
 
 @contextmanager

@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from cranktrain.results.tables import block_tables, frequency_tables, named_text
     from cranktrain.studies import modal as study
     from cranktrain.studies.added_modes import additions_table
-    from cranktrain.studies.in_motion.report import TORSIONAL, motion_table, springs_text
+    from cranktrain.studies.in_motion.report import TORSIONAL, motion_table, springs_text, states_text
     from cranktrain.studies.torsion.chain_modes import chain_report, chain_table
     from cranktrain.studies.torsion.damped_modes import damper_table
     from cranktrain.studies.torsion.level_frequencies import level_tables
@@ -106,6 +106,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     show(line_table(report["drive_line"]))
     show(motion_table(motion))
     print(f"No modes in motion: {motion['failed']}" if "failed" in motion else f"{TORSIONAL}.")
+    print(states_text(report))
     if "stand_in_springs" in report:
         print(springs_text(report["stand_in_springs"]))
     if "with_additions" in report:

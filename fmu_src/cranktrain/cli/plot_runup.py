@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cranktrain.cli.console import say, show, taking
 from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.core.user_file import user_path
 from cranktrain.engine.file import load_engine
 
 if TYPE_CHECKING:
@@ -26,6 +27,10 @@ pictures of `cranktrain runup --plots`.
 
 Twist, pulley against flywheel, is drawn where the file has the output flywheel.torsion.
 
+Further files are laid over the first, all results of runup or all of simulate, with a colour a file: cycle and orders
+of runs, or the strongest orders over the speed, a panel each. Other engines are allowed; the legend names the engines
+and the choices that differ. A single result of simulate is drawn likewise.
+
 Measured orders are read from a text file with the columns speed_rpm, order, amplitude, unit (phase_deg, band),
 amplitudes zero to peak, or from curves over speed of a UFF file; `cranktrain measured --orders --output` writes such a
 table. Their deviations from the computed orders are printed.
@@ -37,11 +42,14 @@ HIGHEST = 1000.0
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
-    add("file", metavar="FILE.h5", help="result of cranktrain runup")
+    add("file", metavar="FILE.h5", help="result of cranktrain runup or simulate")
+    add("others", nargs="*", metavar="OTHER.h5", help="results of the same kind, laid over it in one picture")
     add("--plots", default="plots", metavar="DIR", help="folder for the pictures (default plots)")
     add("--measured", metavar="FILE", help="measured orders, drawn over the computed ones; table or UFF 58")
     add("--with-damper", metavar="FILE.h5", help="run-up of the same engine with its damper, drawn below it")
     add_chart_options(parser)
+    add("--outputs", metavar="NAMES", help="of results laid over each other and of results of simulate: outputs, a "
+        "picture each, separated by commas (default pulley.torsion)")  # fmt: skip
     add("--engine", metavar="ENGINE", help="engine file, if the one that the run-up names has moved")
 
 
@@ -84,8 +92,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     """Draw what the file holds; modes over the speed where its engine is at hand."""
     from cranktrain.results.orders.measured import read_measured_orders
     from cranktrain.results.run_up.run_up import RunUp
+    from cranktrain.store.hdf5 import is_run_up
 
-    scale_of(options)
+    log = scale_of(options)
+    if options.others or not is_run_up(user_path(options.file)):
+        return _overlaid(options, log)
+    if options.outputs is not None:
+        raise InputError("--outputs goes with several files, or with a result of simulate; leave it out")
     run_up = RunUp.load(options.file)
     for order in options.orders:
         run_up.order(order)  # refuses one that the file does not have
@@ -105,6 +118,31 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if not options.json:
         print("\n".join(paths))
     return {"plots": paths, "deviations": rows} if measured else {"plots": paths}
+
+
+def _overlaid(options: argparse.Namespace, log: bool | None) -> dict[str, Any]:
+    """Draw results of one kind into one picture an output."""
+    from cranktrain.results.figures import check_folder
+    from cranktrain.results.in_hand.loaded import load_run
+    from cranktrain.results.overlays import file_name, save_overlays
+    from cranktrain.results.run_up.run_up import TORSION, RunUp
+
+    for name in ("measured", "with_damper", "engine"):
+        if getattr(options, name) is not None:
+            raise InputError(f"--{name.replace('_', '-')} goes with one run-up; leave it out, or name that file alone")
+    paths = [str(options.file), *map(str, options.others)]
+    if twice := [path for path in dict.fromkeys(paths) if paths.count(path) > 1]:
+        raise InputError(f"{twice[0]} is named twice; name different files")
+    results: dict[str, Any] = {path: load_run(path) for path in paths}
+    if options.orders and not all(isinstance(one, RunUp) for one in results.values()):
+        raise InputError("--orders goes with run-ups; a run's picture has all its orders")
+    outputs = [name for name in (options.outputs or TORSION).split(",") if name]
+    folder = Path(options.plots)
+    check_folder(folder, pictures=[file_name(name) for name in outputs])
+    made = save_overlays(folder, results, outputs, options.orders, log, options.peak_to_peak)
+    if not options.json:
+        print("\n".join(map(str, made)))
+    return {"plots": [str(path) for path in made]}
 
 
 def told_deviations(run_up: RunUp, measured: Measured, quiet: bool) -> list[dict[str, Any]]:

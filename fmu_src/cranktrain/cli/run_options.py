@@ -92,6 +92,14 @@ def balances(options: argparse.Namespace, engine: Engine) -> bool:
     return options.load == BALANCED or (options.load is None and engine.load is not None and not given)
 
 
+def own_data(options: argparse.Namespace) -> str:
+    """One line where a run has pressures or meshes of its own, for which no level errors are measured; else none."""
+    from cranktrain.studies.planning.level_error import OWN_DATA
+
+    own = options.pressure is not None or options.mesh is not None or options.block_mesh is not None
+    return OWN_DATA if own else ""
+
+
 def loaded(options: argparse.Namespace, made: Assembly, gas: Gas | None, speed: float) -> Assembly:
     """The assembly with the burn that balances the engine's load at a speed (rad/s), if that is asked; InputError."""
     from cranktrain.loads.gas_pressure import GasTrace

@@ -22,6 +22,7 @@ from cranktrain.cli.run_options import (
     assembled,
     balances,
     note_axial_path,
+    own_data,
 )
 from cranktrain.core.errors import CranktrainError, InputError, SolverError
 from cranktrain.engine.firing import firing_summary, firing_text
@@ -137,6 +138,7 @@ def _computed(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
     from cranktrain.results.orders.measured import read_measured_orders
     from cranktrain.results.run_up.run_up import check_run_up_target
     from cranktrain.results.strength.iacs_m68 import has_sections, shaft_stresses, stress_table
+    from cranktrain.studies.planning.level_error import level_error
     from cranktrain.studies.run_up.modes_in_motion import in_motion
     from cranktrain.studies.run_up.plan import job_of, run_up_speeds
     from cranktrain.studies.run_up.report import (
@@ -150,7 +152,7 @@ def _computed(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
     from cranktrain.studies.run_up.workers import runs_here
 
     speeds = run_up_speeds(options.from_rpm, options.to_rpm, options.step_rpm)
-    asked = engine, request, _, gas = asked_of(options, options.from_rpm, options.to_rpm)
+    asked = engine, request, settings, gas = asked_of(options, options.from_rpm, options.to_rpm)
     _check(options)
     if options.steady is None:
         check_far_end(engine)
@@ -177,6 +179,7 @@ def _computed(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
     said |= {
         "firing": firing_summary(engine),
         "critical_speeds": critical_speeds_at_rest(found, made, gas),
+        "level_error": level_error(engine, settings, options.from_rpm, options.to_rpm, _unlike(options)),
         "failed": [{"rpm": failed.speed * PER_RPM, "reason": failed.reason} for failed in outcome.failed],
         "seconds": outcome.seconds, "workers": outcome.workers, "resumed": outcome.resumed, "result": str(path),
     }  # fmt: skip
@@ -194,6 +197,7 @@ def _computed(options: argparse.Namespace) -> tuple[RunUp, dict[str, Any]]:
         if said["critical_speeds"]:
             print(critical_speeds_text(said["critical_speeds"]))
         print(closing_text(found))
+        print(said["level_error"]["text"])
         resumed = f", {outcome.resumed} of its speeds from an earlier run" if outcome.resumed else ""
         workers = "1 worker" if outcome.workers == 1 else f"{outcome.workers} workers"
         print(f"{outcome.seconds:.1f} s on {workers}. Result: {path}{resumed}")
@@ -211,6 +215,16 @@ def _check(options: argparse.Namespace) -> None:
         raise InputError(f"--{only[0]} goes with steady cycles in time, not with --{ways[0]}; leave one of them out")
     if options.steady is not None and options.outputs:
         raise InputError("--steady gives the pulley's torsion only; leave out --outputs")
+
+
+def _unlike(options: argparse.Namespace) -> str:
+    """One line where the run-up is of another kind than the measured runs, whose level errors are known."""
+    from cranktrain.studies.planning.level_error import NOT_MEASURED
+
+    for name, field in WAYS.items():
+        if getattr(options, field) is not None:
+            return f"{NOT_MEASURED} with --{name}; figures are for settled cycles in time (docs/tradeoff.md)."
+    return own_data(options)
 
 
 def _outcome(

@@ -17,6 +17,7 @@ from cranktrain.cli.run_options import (
     assembled,
     loaded,
     note_axial_path,
+    own_data,
     pressures_text,
 )
 from cranktrain.core.errors import CranktrainError, InputError
@@ -65,22 +66,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run cycles at constant speed, write the result, summarise the last cycle."""
+    from cranktrain.studies.planning.level_error import level_error
+
     found, settings, output, plots = _found(options, in_file=True)
     summary = found.summary(output)
     if plots is not None:
         summary["plots"] = plots
+    summary["level_error"] = level_error(found.engine, settings, options.speed_rpm, unlike=own_data(options))
     if not options.json:
         _show(found, settings, summary)
-        print(_level_error(options, found, settings))
     return summary
-
-
-def _level_error(options: argparse.Namespace, found: Run, settings: Settings) -> str:
-    """One line on the total error of the run's levels."""
-    from cranktrain.studies.planning.level_error import OWN_DATA, level_error_text
-
-    own = options.pressure is not None or options.mesh is not None or options.block_mesh is not None
-    return OWN_DATA if own else level_error_text(found.engine, settings, options.speed_rpm)
 
 
 def answer(options: argparse.Namespace) -> Run:
@@ -225,6 +220,7 @@ def _show(run: Run, settings: Settings, summary: dict[str, Any]) -> None:
         f"{math.degrees(settings.step):g} deg)"
     )
     print(run.settling.text)
+    print(summary["level_error"]["text"])
     print(f"Result: {summary['result']}")
     if "plots" in summary:
         print("Pictures: " + ", ".join(summary["plots"]))

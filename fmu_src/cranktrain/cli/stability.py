@@ -9,7 +9,8 @@ from typing import Any
 
 from cranktrain.cli.console import Interrupted, bars, number, one_of, show
 from cranktrain.core.errors import InputError
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.columns import NOTHING
+from cranktrain.results.tables import Table
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 PAGE = marked("page of cranktrain's stability maps", "cranktrain stability")

@@ -33,6 +33,7 @@ from cranktrain.engine.entries import ORIGINS as ORIGINS
 from cranktrain.engine.entries import keys_of, needed_keys, part_of, said, stated, table_of
 from cranktrain.engine.firing import from_first_cylinder
 from cranktrain.engine.model import Engine, optional_fields
+from cranktrain.engine.oil_grades import graded
 from cranktrain.engine.written import document_of
 
 TEXTS = ("name", "title")
@@ -100,6 +101,10 @@ def engine_of(document: dict[str, Any], where: str, folder: Path | None) -> Engi
         name: tuple(_added(name, found, where, folder)) for name in TABLES if (found := getattr(read, name))
     }
     tables = {name: part_of(engine_parts()[name], found, f"{where}: {name}") for name, found in given.items()}
+    try:
+        tables["oil"] = graded(tables["oil"])
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
     turned = from_first_cylinder(tables["crankshaft"], tables["cylinders"], tables["rod"])
     tables["crankshaft"] = replace(tables["crankshaft"], throw_angles=turned)
     engine = Engine(read.name, read.title, **tables, **added)

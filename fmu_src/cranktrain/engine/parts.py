@@ -357,13 +357,21 @@ class Oil:
     ``law`` is ``vogel``, η = a exp(b / (T − c)), or ``walther`` through two points of kinematic viscosity.
     ``pressure_law`` is ``none``, ``barus`` or ``roelands``, with the slope of ln η at ambient pressure
     ``pressure_viscosity``; ``compressibility`` is ``none`` or ``dowson-higginson``. ``heat_share`` is the part of a
-    film's friction that its oil carries away.
+    film's friction that its oil carries away. A ``grade`` such as ``5W-30`` stands for density and law
+    (:mod:`cranktrain.engine.oil_grades`).
     """
 
-    density: q.OilDensity
+    @staticmethod
+    def needed(given: Given) -> Needed:
+        """The density of an oil without a grade."""
+        graded = given("grade") not in (None, q.NO_GRADE)
+        return Needed() if graded else Needed(("density",), "an oil without a grade needs")
+
     temperature_speeds: tuple[q.Speed, ...]
     temperatures: tuple[q.OilTemperature, ...]
     supply_pressure: q.GaugePressure
+    density: q.OilDensity = 0.0
+    grade: q.OilGrade = q.NO_GRADE
     law: q.OilLaw = "vogel"
     vogel_a: q.VogelViscosity = 0.0
     vogel_b: q.TemperatureDifference = 0.0

@@ -183,6 +183,8 @@ SHAFT_SECTIONS = (
     "stern-tube",
 )  # fmt: skip
 LOADS = ("propeller", "power", "torque")
+NO_GRADE = "none"
+OIL_GRADES = ("0W-20", "0W-30", "5W-30", "10W-30", "0W-40", "5W-40", "10W-40", "15W-40")
 ROLLER_CONTACTS = ("palmgren", "iso16281")
 
 ShaftSection = Annotated[str, OneOf("section", SHAFT_SECTIONS)]
@@ -193,6 +195,7 @@ FrameMotion = Annotated[str, OneOf("motion", ("turning", "rod", "piston"))]
 FilmLevel = Annotated[str, OneOf("level", ("linear", "impedance", "table", "reynolds", "ehd", "ehd:fine"))]
 FilmBore = Annotated[str, OneOf("bore", ("elastic", "rigid"))]
 Groove = Annotated[str, OneOf("groove", ("none", "circumferential"))]
+OilGrade = Annotated[str, OneOf("grade", (NO_GRADE, *OIL_GRADES))]
 OilLaw = Annotated[str, OneOf("law", ("vogel", "walther"))]
 Compressibility = Annotated[str, OneOf("law", ("none", "dowson-higginson"))]
 PressureLaw = Annotated[str, OneOf("law", ("none", "barus", "roelands"))]

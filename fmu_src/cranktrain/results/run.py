@@ -16,6 +16,7 @@ from cranktrain.film.laws.pressure_peak import PEAK
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.files import check_target, save_run
+from cranktrain.results.free_forces import free_forces
 from cranktrain.results.in_hand.time_series import TimeSeries
 from cranktrain.results.summary import closing_edges, films_not_resolved, grid_errors, online_films, run_summary
 
@@ -56,6 +57,7 @@ class Run(TimeSeries, Result):
         found = run_summary(self, str(path or ""))
         found["film_temperature"] = {"source": self.attributes["film_temperature"], "passes": self.passes}
         found["firing"] = firing_summary(self.engine)
+        found["free_forces"] = self.free_forces
         found["gas"] = {
             "source": self.gas.source,
             "peak_mpa": 1e-6 * self.gas.peak,
@@ -75,6 +77,11 @@ class Run(TimeSeries, Result):
             if errors := grid_errors(self.attributes, mains):
                 found["grid_errors"] = errors
         return found
+
+    @property
+    def free_forces(self) -> dict[str, Any]:
+        """Free forces (N) and moments (N m) of the moving masses by order at the run's speed, its parts rigid."""
+        return free_forces(self.engine, float(self.attributes["speed"]))
 
     def save(self, path: str | Path) -> Path:
         """Write all outputs to an HDF5 file; ``InputError`` for a place that a result must not take."""

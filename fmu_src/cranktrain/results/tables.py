@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from cranktrain.engine.model import Engine
+from cranktrain.results.columns import NOTHING
 from cranktrain.results.energy import SHARES
 from cranktrain.results.summary import CLOSING
 
@@ -22,7 +23,6 @@ class Table(NamedTuple):
     rows: tuple[tuple[str, ...], ...]
 
 
-NOTHING = "–"
 # Modes whose crank shapes agree less (modal assurance criterion) are not called the same.
 SAME_SHAPE = 0.5
 

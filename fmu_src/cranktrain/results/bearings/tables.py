@@ -9,8 +9,9 @@ from typing import Any
 from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN
 from cranktrain.results.bearings.cycle import BearingCycle, BearingReport, Extreme
 from cranktrain.results.bearings.limits import FAMILIES, missing_limits, violations
+from cranktrain.results.columns import NOTHING
 from cranktrain.results.summary import grid_errors
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.tables import Table
 
 LITRES_PER_MINUTE = 6.0e4
 WORST = {"min_film_um": min, "max_pressure_mpa": max, "specific_load_mpa": max, "pv_mpa_m_s": max}

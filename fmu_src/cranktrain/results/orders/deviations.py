@@ -9,11 +9,12 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.results.columns import NOTHING
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.orders.measured import Measured, band_of, phases_of
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, RunUp
 from cranktrain.results.run_up.twist import TWIST, with_twist
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.tables import Table
 
 RPM = 30.0 / math.pi
 MOTIONS = {AXIAL: "axial", FLYWHEEL: "flywheel's torsion", TWIST: "twist"}

@@ -32,8 +32,9 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import Shaft
+from cranktrain.results.columns import NOTHING
 from cranktrain.results.run_up.run_up import LARGEST, LEAST, RunUp
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.tables import Table
 
 DESIGN_FACTORS = {
     "straight": 1.0,

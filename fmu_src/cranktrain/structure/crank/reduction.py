@@ -25,7 +25,7 @@ from cranktrain.loads.rod_masses import rod_masses
 from cranktrain.store.hdf5 import load_body, load_extras
 from cranktrain.structure.crank.shape import crank_interfaces, pin_centre, shaping, stations
 from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, eigenmodes, rigid_motions
-from cranktrain.structure.fem.elasticity import FEModel
+from cranktrain.structure.fem.elasticity import FEModel, scalar_basis
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces, tied_surfaces
 from cranktrain.structure.fem.mesh import crankshaft_mesh, surface_area
@@ -269,8 +269,9 @@ def sections(model: FEModel, body: ReducedBody) -> dict[str, Array]:
     ]
     rows = np.array(sorted(on_axis, key=lambda row: body.positions[row, 2]))
     z = body.positions[rows, 2]
-    points = np.asarray(model.basis.global_coordinates()).reshape(3, -1)
-    weights = model.material.density * model.basis.dx.ravel()
+    elements = scalar_basis(model.mesh)
+    points = np.asarray(elements.global_coordinates()).reshape(3, -1)
+    weights = model.material.density * elements.dx.ravel()
     slices = np.searchsorted(0.5 * (z[1:] + z[:-1]), points[2])
     radial = points[0] ** 2 + points[1] ** 2
 

@@ -35,6 +35,7 @@ from cranktrain.core.types import Array
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, geometric_stiffness, sample
 from cranktrain.structure.fem.factor import Factor, factorise
 from cranktrain.structure.fem.interfaces import InterfaceSet
+from cranktrain.structure.fem.memory import give_back
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,11 +290,14 @@ def reduced_basis(
     # They only span a space: their own frequencies need no more digits than this.
     _, fixed = eigenmodes(clamped.solve, mass, fixed_modes, tolerance=1e-5)
     say("orthogonal modes and rotation invariants")
-    modes, omega = _ritz_modes(stiffness, mass, free.rigid, np.hstack((clamped.constraint_modes, fixed)))
+    parts, compliance = [clamped.constraint_modes, fixed], clamped.compliance
+    del clamped, fixed
+    modes, omega = _ritz_modes(stiffness, mass, free.rigid, parts)
     shapes = (averaging @ modes).reshape(averaging.shape[0] // 6, 6, -1)
     signs = signed(shapes)
     signs[:6] = 1.0
-    return ReducedBasis(omega, modes * signs, shapes * signs, free, clamped.compliance)
+    modes *= signs
+    return ReducedBasis(omega, modes, shapes * signs, free, compliance)
 
 
 def rigid_motions(model: FEModel) -> Array:
@@ -309,19 +313,26 @@ def rigid_motions(model: FEModel) -> Array:
 
 
 def _ritz_modes(
-    stiffness: sparse.csc_matrix, mass: sparse.csc_matrix, rigid: Array, space: Array
+    stiffness: sparse.csc_matrix, mass: sparse.csc_matrix, rigid: Array, parts: list[Array]
 ) -> tuple[Array, Array]:
-    """Modes of the space, rigid ones first, and their ω: Ritz vectors of the part M-orthogonal to rigid motion."""
-    space = space - rigid @ (rigid.T @ (mass @ space))
-    space = space / np.sqrt(np.einsum("ij,ij->j", space, mass @ space))
+    """Modes of the space, rigid ones first, and their ω: Ritz vectors of the part M-orthogonal to rigid motion.
+
+    ``parts`` (ndof, …) of the space are taken out of their list: a block's are a gigabyte.
+    """
+    space = np.hstack(parts)
+    parts.clear()
+    give_back()
+    space -= rigid @ (rigid.T @ (mass @ space))
+    space /= np.sqrt(np.einsum("ij,ij->j", space, mass @ space))
     # Six of the directions were rigid motion and have been removed; their remainders are rounding.
     squares, turn = eigh(space.T @ (mass @ space))
     space = space @ (turn[:, 6:] / np.sqrt(squares[6:]))
     lower = cholesky(space.T @ (mass @ space), lower=True)
-    space = solve_triangular(lower, space.T, lower=True).T
+    space = solve_triangular(lower, space.T, lower=True, overwrite_b=True).T
     projected = space.T @ (stiffness @ space)
     squares, turn = eigh(0.5 * (projected + projected.T))
-    return np.hstack((rigid, space @ turn)), np.concatenate((np.zeros(6), np.sqrt(squares)))
+    space = space @ turn
+    return np.hstack((rigid, space)), np.concatenate((np.zeros(6), np.sqrt(squares)))
 
 
 def _rotating(
@@ -341,7 +352,8 @@ def _rotating(
     position = sample(model, lambda x: x)
     outward = sample(model, lambda x: x * np.array([[1.0], [1.0], [0.0]]))
     turned_outward = np.stack([_cross(model, axis, outward) for axis in np.eye(3)], axis=1)
-    centrifugal = turned.T @ (mass @ turned)
+    centrifugal, gyroscopic = turned.T @ (mass @ turned), _skew_part(momenta.T @ turned)
+    del turned  # as large as the modes
     stretched = free.solve((mass @ outward)[:, None])[:, 0]
     elastic = modes[:, 6:]
     stress = np.zeros_like(centrifugal)
@@ -357,7 +369,7 @@ def _rotating(
         interfaces=interfaces.names,
         positions=interfaces.positions,
         shapes=shapes,
-        gyroscopic=_skew_part(momenta.T @ turned),
+        gyroscopic=gyroscopic,
         centrifugal=centrifugal,
         stress_stiffness=with_rigid_rows(stress, centrifugal, rigid, turned_outward.T @ momenta),
         centrifugal_load=outward @ momenta,

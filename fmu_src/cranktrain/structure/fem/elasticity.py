@@ -27,6 +27,7 @@ from cranktrain.engine.parts import Material
 
 # Exact for the mass of straight elements and the volume of curved ones; all 14 weights are positive.
 QUADRATURE_ORDER = 5
+_MIDDLE = np.full((3, 1), 0.25), np.full(1, 1.0 / 6.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,8 @@ class FEModel:
     Attributes
     ----------
     mesh : quadratic tetrahedra; ``mesh.boundaries`` holds the facets of each interface surface by name
-    basis : vector-valued quadratic basis, ``basis.N`` = ndof
+    basis : vector-valued quadratic basis, ``basis.N`` = ndof, for numbers and places of unknowns alone: it is evaluated
+        in the middle of each element, because at all points of :func:`scalar_basis` it takes a gigabyte
     stiffness, mass : (ndof, ndof) csc, N/m and kg
     material : density and elastic constants the matrices were made with
     """
@@ -77,8 +79,8 @@ def finite_elements(
     consistent_mass : ∫ρ u·v if true; else lumped by Hinton, Rock and Zienkiewicz (row sums would be negative)
     elements : numbers of those that are of this material, all without; matrices of several materials add up
     """
-    basis = Basis(mesh, ElementVector(ElementTetP2()), intorder=QUADRATURE_ORDER, elements=elements)
-    scalar = Basis(mesh, ElementTetP2(), quadrature=basis.quadrature, elements=elements)
+    basis = Basis(mesh, ElementVector(ElementTetP2()), quadrature=_MIDDLE, elements=elements)
+    scalar = scalar_basis(mesh, elements)
     nodes = _scalar_to_vector(basis, scalar)
     lam, mu = lame(material)
 
@@ -101,6 +103,11 @@ def finite_elements(
         scalar_mass = sparse.diags_array(density * lumped_volume(scalar))
     mass = _vector_matrix(basis.N, nodes, {(a, a): scalar_mass for a in range(3)})
     return FEModel(mesh=mesh, basis=basis, stiffness=stiffness, mass=mass, material=material)
+
+
+def scalar_basis(mesh: MeshTet2, elements: NDArray[np.integer] | None = None) -> Basis:
+    """Quadratic basis of one component, evaluated at the points of the matrices."""
+    return Basis(mesh, ElementTetP2(), intorder=QUADRATURE_ORDER, elements=elements)
 
 
 def lame(material: Material) -> tuple[float, float]:
@@ -137,15 +144,15 @@ def geometric_stiffness(model: FEModel, displacement: Array) -> sparse.csc_matri
     (ndof, ndof) csc, N/m; integrated at the same points as the stiffness, so that the rigid rotations see exactly the
     virtual work of the load.
     """
-    basis = model.basis
-    scalar = Basis(model.mesh, ElementTetP2(), quadrature=basis.quadrature)
+    basis, scalar = model.basis, scalar_basis(model.mesh)
+    nodes = _scalar_to_vector(basis, scalar)
     lam, mu = lame(model.material)
-    gradient = np.asarray(basis.interpolate(displacement).grad)
+    gradient = np.stack([np.asarray(scalar.interpolate(displacement[own]).grad) for own in nodes])
     strain = 0.5 * (gradient + gradient.swapaxes(0, 1))
     stress = 2 * mu * strain + lam * np.trace(strain) * np.eye(3)[:, :, None, None]
     form = BilinearForm(lambda u, v, w: np.einsum("abeq,aeq,beq->eq", w["stress"], u.grad, v.grad))
     block = form.assemble(scalar, stress=stress)
-    return _vector_matrix(basis.N, _scalar_to_vector(basis, scalar), {(a, a): block for a in range(3)})
+    return _vector_matrix(basis.N, nodes, {(a, a): block for a in range(3)})
 
 
 def _scalar_to_vector(basis: Basis, scalar: Basis) -> NDArray[np.intp]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import null_space
-from skfem import Basis, ElementTetP2, MeshTet2
+from skfem import MeshTet2
 
 from cranktrain.core.cache import cache_folder
 from cranktrain.core.reduced_body import SCHEMA, ReducedBody
@@ -26,9 +26,16 @@ from cranktrain.engine.parts import Material
 from cranktrain.store.hdf5 import load_body, save_body
 from cranktrain.store.whole_file import check_kept
 from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, craig_bampton, eigenmodes
-from cranktrain.structure.fem.elasticity import FEModel, component_dofs, finite_elements, lumped_volume
+from cranktrain.structure.fem.elasticity import (
+    FEModel,
+    component_dofs,
+    finite_elements,
+    lumped_volume,
+    scalar_basis,
+)
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet
+from cranktrain.structure.fem.memory import give_back
 from cranktrain.structure.fem.own_mesh import mesh_unit
 
 # The reduction is checked against the full model up to here.
@@ -70,7 +77,9 @@ class ReductionTask:
         say("meshing" if self.mesh_file is None else f"reading {Path(self.mesh_file).name}")
         mesh = self.mesh()
         say(f"finite elements ({3 * mesh.doflocs.shape[1]} degrees of freedom)")
-        return finite_elements(mesh, self.material, self.consistent_mass)
+        made = finite_elements(mesh, self.material, self.consistent_mass)
+        give_back()
+        return made
 
 
 def reduced_structure(task: ReductionTask, progress: Progress | None = None, rebuild: bool = False) -> ReducedBody:
@@ -88,8 +97,11 @@ def reduced_structure(task: ReductionTask, progress: Progress | None = None, reb
             reduced = replace(reduced, body=replace(reduced.body, quality=quality, records=records))
         if task.beside is not None:
             task.beside(model, reduced.flexibility, say)
-    save_body(task.path, reduced.body, _surface(model, reduced.modes[:, :PICTURED_MODES]))
-    return reduced.body
+    body = reduced.body
+    save_body(task.path, body, _surface(model, reduced.modes[:, :PICTURED_MODES]))
+    del model, interfaces, reduced
+    give_back()
+    return body
 
 
 def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, InterfaceSet, Reduced]:
@@ -159,7 +171,7 @@ def _checked(model: FEModel, reduced: Reduced, consistent: bool, say: Progress) 
 
 def lumped_mass(model: FEModel) -> sparse.csc_matrix:
     """Diagonal mass of the model by Hinton, Rock and Zienkiewicz, (ndof, ndof) kg."""
-    scalar = Basis(model.mesh, ElementTetP2(), quadrature=model.basis.quadrature)
+    scalar = scalar_basis(model.mesh)
     share = model.material.density * lumped_volume(scalar)
     diagonal = np.empty(model.basis.N)
     diagonal[component_dofs(model.basis)] = share[np.hstack((scalar.nodal_dofs[0], scalar.edge_dofs[0]))]

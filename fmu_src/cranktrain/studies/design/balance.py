@@ -14,15 +14,14 @@ counterweights then balance it. Source: Köhler and Flierl, *Verbrennungsmotoren
 from __future__ import annotations
 
 import cmath
-import math
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
+from cranktrain.results.free_forces import largest
 from cranktrain.studies.design.layouts import Layout
 
 ROUNDING = 9
@@ -104,9 +103,3 @@ def free_forces(layout: Layout, places: Array | None = None) -> FreeForces:
     couple = abs(sum(z * cmath.exp(1j * angle) for z, angle in zip(pins.tolist(), throws.tolist(), strict=True)))
     values = (found[0], found[2], found[1], found[3], couple, against[0], against[1])
     return FreeForces(*(round(value, ROUNDING) for value in values))
-
-
-def largest(resultant: NDArray[np.complex128]) -> float:
-    """Largest magnitude of Re[a exp(iθ)] over θ: the major half axis of its ellipse."""
-    square: Array = np.abs(resultant) ** 2
-    return math.sqrt(0.5 * (float(square.sum()) + abs(complex((resultant**2).sum()))))

@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 import panel as pn
-from bokeh.models import ColumnDataSource, Legend, LegendItem, Span
-from bokeh.models.renderers import GlyphRenderer
+from bokeh.models import ColumnDataSource, Legend, LegendItem, Range1d, Span
 from bokeh.plotting import figure
 
 from cranktrain.core.types import Array
 from cranktrain.results.orders.measured import Measured, band_of
+from cranktrain.results.run_up.plots import DECADES
 from cranktrain.results.run_up.run_up import TORSION, RunUp
-from cranktrain.studies.explore.live import FREQUENCIES, ORDERS, Curves
+from cranktrain.studies.explore.frequencies import FREQUENCIES
+from cranktrain.studies.explore.live import ORDERS, Curves
 
 RPM, DEG = math.pi / 30.0, 180.0 / math.pi
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#444444", "#8c6bb1")
@@ -26,15 +27,19 @@ _SMALLEST = 0.02
 """Amplitude, over the largest, from which the Campbell diagram shows a circle."""
 
 
-def _plot(title: str, up: str) -> Any:
-    """An empty chart over the speed."""
+def _plot(title: str, up: str, scale: str = "linear") -> Any:
+    """An empty chart over the speed; ``scale`` is that of the values."""
     plot = figure(
         title=title, height=HEIGHT, sizing_mode="stretch_width", tools="pan,box_zoom,wheel_zoom,reset,save",
         x_axis_label="speed, rev/min", y_axis_label=up, toolbar_location="above", min_width=300,
+        y_axis_type=scale,
     )  # fmt: skip
     plot.toolbar.logo, plot.toolbar.autohide = None, True
     plot.title.text_font_size = "13px"
-    plot.y_range.only_visible = True
+    if scale == "log":
+        plot.y_range = Range1d(1e-6, 1.0)
+    else:
+        plot.y_range.only_visible = True
     return plot
 
 
@@ -46,38 +51,46 @@ def side_by_side(plots: list[Any]) -> Any:
 
 
 class OrdersChart:
-    """Amplitudes of orders of the pulley's torsion; lines: linear, dots: harmonic balance, squares: full model."""
+    """Amplitudes of orders of the pulley's torsion; lines: linear, dots: harmonic balance, squares: full model.
+
+    ``plot`` has a linear scale, ``log_plot`` a logarithmic one of the same data.
+    """
 
     def __init__(self, title: str = "Pulley torsion by order") -> None:
-        self.plot = _plot(title, "amplitude, deg")
+        self.plot, self.log_plot = (_plot(title, "amplitude, deg", scale) for scale in ("linear", "log"))
         empty: dict[str, Any] = {"rpm": [], **{f"o{k}": [] for k in range(SHOWN)}}
         self._now, self._before, self._balance, self._full = (ColumnDataSource(dict(empty)) for _ in range(4))
         self._measured = [ColumnDataSource({"rpm": [], "y": [], "low": [], "high": []}) for _ in range(SHOWN)]
-        self._items, self._overlay = [], list[GlyphRenderer]()
+        self._items = [self._glyphs(plot) for plot in (self.plot, self.log_plot)]
+        self._orders: list[float] = []
+
+    def _glyphs(self, plot: Any) -> list[LegendItem]:
+        """Draw all data into a chart; returns the entries of its legend, one an order."""
+        items = []
         for k, colour in enumerate(COLOURS):
-            line = self.plot.line("rpm", f"o{k}", source=self._now, color=colour, line_width=2)
-            before = self.plot.line("rpm", f"o{k}", source=self._before, color=colour, **_BEFORE)
-            dots = self.plot.scatter("rpm", f"o{k}", source=self._balance, color=colour, size=4)
-            full = self.plot.scatter(
+            line = plot.line("rpm", f"o{k}", source=self._now, color=colour, line_width=2)
+            before = plot.line("rpm", f"o{k}", source=self._before, color=colour, **_BEFORE)
+            dots = plot.scatter("rpm", f"o{k}", source=self._balance, color=colour, size=4)
+            full = plot.scatter(
                 "rpm", f"o{k}", source=self._full, marker="square", size=9, line_color=colour, fill_color="white",
                 line_width=2,
             )  # fmt: skip
             own = self._measured[k]
-            bands = self.plot.segment("rpm", "low", "rpm", "high", source=own, color=colour, line_alpha=0.6)
-            cross = self.plot.scatter("rpm", "y", source=own, marker="x", size=7, color=colour, line_width=1.5)
-            self._overlay.append(before)
-            self._items.append(LegendItem(label=f"order {k}", renderers=[line, before, dots, full, bands, cross]))
-        self.plot.add_layout(Legend(items=self._items, orientation="vertical", label_text_font_size="11px"), "right")
-        self._orders: list[float] = []
+            bands = plot.segment("rpm", "low", "rpm", "high", source=own, color=colour, line_alpha=0.6)
+            cross = plot.scatter("rpm", "y", source=own, marker="x", size=7, color=colour, line_width=1.5)
+            items.append(LegendItem(label=f"order {k}", renderers=[line, before, dots, full, bands, cross]))
+        plot.add_layout(Legend(items=items, orientation="vertical", label_text_font_size="11px"), "right")
+        return items
 
     def choose(self, orders: list[float], measured: Measured | None = None) -> None:
         """Show these orders, and what was measured of them."""
         self._orders = orders[:SHOWN]
         points = {} if measured is None else measured.get(TORSION, {})
-        for k, item in enumerate(self._items):
-            item.visible = k < len(self._orders)
-            order = self._orders[k] if item.visible else 0.0
-            item.label = {"value": f"order {order:g}"}
+        for k, pair in enumerate(zip(*self._items, strict=True)):
+            order = self._orders[k] if k < len(self._orders) else 0.0
+            for item in pair:
+                item.visible = k < len(self._orders)
+                item.label = {"value": f"order {order:g}"}
             speeds, sizes = points.get(order, (np.zeros(0), np.zeros(0)))
             half = band_of(measured, TORSION, order) if order in points else None
             band = np.zeros_like(sizes) if half is None else np.nan_to_num(half)
@@ -88,6 +101,9 @@ class OrdersChart:
         """Curves of now, and of before where they are shown."""
         self._now.data = self._columns(now.speeds, now.orders)
         self._before.data = self._none() if before is None else self._columns(before.speeds, before.orders)
+        shown = [now.order(order) for order in self._orders]
+        top = DEG * max((float(np.nan_to_num(one).max()) for one in shown), default=0.0) or 1.0
+        self.log_plot.y_range.update(start=10.0**-DECADES * top, end=2.0 * top)
 
     def show_runs(self, balance: RunUp | None, full: RunUp | None) -> None:
         """Harmonic balance and a full model, where there are any."""
@@ -163,10 +179,11 @@ class CampbellChart:
         """Curves of now, frequencies of before."""
         rpm = now.speeds / RPM
         ends = [float(rpm[0]), float(rpm[-1])]
-        top = 1.15 * float(now.hz[: FREQUENCIES - 1].max(initial=0.0)) or 1000.0
-        for source, hz in ((self._modes, now.hz), (self._old, np.zeros(0) if before is None else before.hz)):
-            shown = [one for one in hz.tolist() if one <= top]
-            source.data = {"xs": [ends] * len(shown), "ys": [[one, one] for one in shown]}
+        top = 1.15 * float(np.nan_to_num(now.hz[:, : FREQUENCIES - 1]).max(initial=0.0)) or 1000.0
+        for source, curves in ((self._modes, now), (self._old, before)):
+            shown = [] if curves is None else [line for line in curves.hz.T if np.nanmin(line) <= top]
+            at = [] if curves is None else (curves.hz_speeds / RPM).tolist()
+            source.data = {"xs": [at] * len(shown), "ys": [line.tolist() for line in shown]}
         self._rays.data = {"xs": [ends] * len(orders), "ys": [[o * x / 60.0 for x in ends] for o in orders]}
         at = [min(ends[1], 57.0 * top / order) for order in orders]
         self._ends.data = {"x": at, "y": [o * x / 60.0 for o, x in zip(orders, at, strict=True)],

@@ -23,7 +23,7 @@ class Beside:
             (other.speeds, orders_of(other)) if isinstance(other, RunUp) else (other.speeds, other.orders)
         )
         none = np.zeros(0)
-        self._other = Curves(speeds, amplitudes, none, none, none, 0.0, none, 0.0)
+        self._other = Curves(speeds, amplitudes, none, none, none, 0.0, none, np.zeros((0, 0)), 0.0)
         self._charts = OrdersChart(title), OrdersChart(other_title)
         self._charts[1].plot.x_range, self._charts[1].plot.y_range = (
             self._charts[0].plot.x_range, self._charts[0].plot.y_range,

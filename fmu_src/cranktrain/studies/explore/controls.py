@@ -11,6 +11,8 @@ import panel as pn
 from cranktrain.studies.explore.knobs import LOAD, Knob
 
 KNOBS_WIDTH = 300
+NO_ARROWS = ".bk-spin-wrapper .bk-spin-btn-up, .bk-spin-wrapper .bk-spin-btn-down { display: none !important; }"
+"""Style of the number beside a slider: its arrows would cover digits, and the slider and the arrow keys step too."""
 
 
 def heading(text: str) -> Any:
@@ -27,7 +29,10 @@ def slider_of(knob: Knob) -> Any:
     start, end = (own + step * np.trunc((edge - own) / step) for edge in (low, high))
     # Panel shows titles as mark-up, and names of shafts are a user's.
     title = html.escape(f"{knob.title}, {knob.unit}" if knob.unit else knob.title)
-    return pn.widgets.EditableFloatSlider(
+    slider = pn.widgets.EditableFloatSlider(
         name=title, value=own, start=start, end=end, step=step, fixed_start=start, fixed_end=end,
         format=f"0.{'0' * digits}" if digits else "0", width=KNOBS_WIDTH - 30, tooltips=False,
     )  # fmt: skip
+    for number in slider.select(pn.widgets.FloatInput):
+        number.stylesheets = [*number.stylesheets, NO_ARROWS]
+    return slider

@@ -14,25 +14,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.loads.damper import required_damper
 from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.results.run_up.shown import DROWNED
+from cranktrain.studies.explore.frequencies import torsional_frequencies
 from cranktrain.studies.explore.knobs import Chosen, Knob, chosen_engine, knobs_of
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
 from cranktrain.studies.variants.design import Design
 from cranktrain.studies.variants.distributions import Distribution
 from cranktrain.studies.variants.models import SHAPING, EngineModel
 from cranktrain.studies.variants.study import ENGINE, Study, Varied
-from cranktrain.studies.variants.torsional import FREQUENCY, HEAT, TORQUE, TORSION, TWIST, torsional_answer
+from cranktrain.studies.variants.torsional import HEAT, TORQUE, TORSION, TWIST, structure_of, torsional_answer
 
 SPEEDS, FEWEST = 91, 21
 MOVING = 0.06
 """Seconds that an answer may take while a knob moves; the rest of 100 ms is for the drawing."""
 ORDERS = tuple(0.5 * k for k in range(1, round(2.0 * HIGHEST_ORDER) + 1))
-FREQUENCIES = 3
-"""Torsional frequencies that a Campbell diagram shows, if the crank has as many."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Curves:
     twist : (s,) pulley against flywheel, rad
     heat, torque : (s,) of the damper, W and N m; empty without one
     heat_limit : W that the damper's surface gives off; 0 where the file has no limit
-    hz : (m,) torsional frequencies, undamped, with mean rods and without the damper's ring, Hz
+    hz_speeds, hz : (p,) rad/s, and (p, m) torsional frequencies there with the damper's ring, Hz
     seconds : that the answer took
     """
 
@@ -56,6 +56,7 @@ class Curves:
     heat: Array
     torque: Array
     heat_limit: float
+    hz_speeds: Array
     hz: Array
     seconds: float
 
@@ -64,9 +65,26 @@ class Curves:
         return np.asarray(self.orders[ORDERS.index(order)])
 
     def largest_orders(self, count: int) -> list[float]:
-        """The orders with the largest amplitudes, rising."""
-        by_size = np.argsort(-np.nan_to_num(self.orders).max(axis=1), kind="stable")[:count]
-        return sorted(ORDERS[k] for k in by_size)
+        """Orders, rising: half of them (or one more) with the largest resonances, the others with largest amplitudes.
+
+        Uneven rotation as a whole makes low orders large at low speeds, so amplitudes alone would not show resonances.
+        """
+        peaks = self._resonances()
+        resonant = [k for k in np.argsort(-peaks, kind="stable").tolist() if peaks[k] > 0.0][: count - count // 2]
+        by_size = np.argsort(-np.nan_to_num(self.orders).max(axis=1), kind="stable").tolist()
+        return sorted(ORDERS[k] for k in [*resonant, *(k for k in by_size if k not in resonant)][:count])
+
+    @property
+    def drowned(self) -> bool:
+        """True if the highest resonance is not seen on a linear scale beside the largest amplitude."""
+        return 0.0 < float(self._resonances().max()) < DROWNED * float(np.nan_to_num(self.orders).max())
+
+    def _resonances(self) -> Array:
+        """Highest peak of each order between the ends of the speeds (o,), rad; 0 where it has none."""
+        sizes = np.nan_to_num(self.orders)
+        inside = sizes[:, 1:-1]
+        peak = (inside >= sizes[:, :-2]) & (inside > sizes[:, 2:])
+        return np.asarray(np.where(peak, inside, 0.0).max(axis=1, initial=0.0))
 
 
 class LiveTorsion:
@@ -115,21 +133,8 @@ class LiveTorsion:
             Study(engine.name, engine.title, ENGINE, varied, ("frequency[1]",), Design(), engine=engine,
                   speeds=tuple(self.speeds[[0, -1]].tolist())), say,
         )  # fmt: skip
-        self._hz = self._frequencies()
         self._count = SPEEDS
         self.answer(Chosen())  # the first answer includes loading; later ones say how long this engine takes
-
-    def _frequencies(self) -> tuple[str, ...]:
-        """Outputs of the crank's torsional frequencies, as many as it has."""
-        made = self._model.assembly_of(self.engine, 1.0)
-        for count in range(FREQUENCIES, 0, -1):
-            names = tuple(f"{FREQUENCY}[{k}]" for k in range(1, count + 1))
-            try:
-                torsional_answer(made, self.speeds[:1], names)
-            except SolverError:
-                continue
-            return names
-        return ()
 
     def engine_of(self, chosen: Chosen) -> Engine:
         """Checked engine of a choice, of those that answer; ``InputError``."""
@@ -142,15 +147,16 @@ class LiveTorsion:
         began = time.perf_counter()
         speeds = self.speeds if not moving else np.linspace(self.speeds[0], self.speeds[-1], self._count)
         made = self._model.assembly_of(self.engine_of(chosen), chosen.load)
-        found = torsional_answer(made, speeds, (*self._outputs, *self._hz))
-        hz = np.array([found[name][0] for name in self._hz])
+        structure = structure_of(made)
+        found = torsional_answer(made, speeds, self._outputs, structure)
+        hz = torsional_frequencies(structure, made.engine, *self.speeds[[0, -1]].tolist())
         seconds = time.perf_counter() - began
         # Half of the time or more goes by the number of speeds.
         self._count = int(np.clip(speeds.size * MOVING / max(seconds, 1e-6), FEWEST, SPEEDS))
         orders = np.stack([found[name] for name in self._outputs[1 : 1 + len(ORDERS)]])
         none = np.zeros(0)
         return Curves(
-            speeds, orders, found[TWIST], found.get(HEAT, none), found.get(TORQUE, none), _heat_limit(made.engine), hz,
+            speeds, orders, found[TWIST], found.get(HEAT, none), found.get(TORQUE, none), _heat_limit(made.engine), *hz,
             seconds,
         )  # fmt: skip
 

@@ -152,6 +152,8 @@ class Page:
             max_items=SHOWN, sizing_mode="stretch_width", min_width=300,
         )  # fmt: skip
         self._orders.param.watch(lambda event: self._choose_orders(), "value")
+        self._log = pn.widgets.Checkbox(name="logarithmic scale", value=self._now.drowned)
+        self._log.param.watch(lambda event: self._scale(), "value")
         speeds = self._live.speeds
         largest = float(speeds[np.nan_to_num(self._now.twist).argmax()])
         self._full = FullControls(
@@ -181,12 +183,15 @@ class Page:
             *self._full.parts, heading("Engine file"), self._changes, self._path, self._write, self._written,
             width=KNOBS_WIDTH, styles={"border-right": "1px solid #ddd"},
         )  # fmt: skip
-        plots = [self._orders_chart.plot, self._twist.plot, self._campbell.plot]
+        plots = [self._orders_chart.plot, self._orders_chart.log_plot, self._twist.plot, self._campbell.plot]
         if engine.damper is not None:
             plots.append(self._heat.plot)
         charts_box = charts.side_by_side(plots)
         self._boxes = list(charts_box.objects)
-        torsion = pn.Column(self._orders, charts_box, *self._compared(), sizing_mode="stretch_width", min_width=350)
+        self._scale()
+        torsion = pn.Column(
+            self._orders, self._log, charts_box, *self._compared(), sizing_mode="stretch_width", min_width=350
+        )
         self._inside_box = pn.Column(sizing_mode="stretch_width", min_width=350)
         self._tabs = pn.Tabs(
             ("Torsion", torsion), ("Look inside", self._inside_box), sizing_mode="stretch_width", min_width=350,
@@ -288,6 +293,11 @@ class Page:
     def _keep_before(self) -> None:
         self._kept, self._kept_of = self._live.answer(self._history.now), self._history.now
         self._draw()
+
+    def _scale(self) -> None:
+        """Show the chart of orders with the scale that is chosen."""
+        chart = self._orders_chart
+        chart.plot.visible, chart.log_plot.visible = not self._log.value, self._log.value
 
     def _choose_orders(self) -> None:
         self._orders_chart.choose(sorted(self._orders.value), self._explored.measured)

@@ -14,7 +14,8 @@ from cranktrain.dynamics.model.settings import Settings, step_each_row
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.columns import NOTHING
+from cranktrain.results.tables import Table
 from cranktrain.results.whole_run import whole
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.modal import listed_to
@@ -117,16 +118,17 @@ def state_text(state: Mapping[str, Any]) -> str:
 
 
 def motion_table(report: Mapping[str, Any]) -> Table:
-    """Modes in motion as texts, the state in the title."""
+    """Modes in motion as texts, the state in the title; without the block's share where it stands on ground."""
+    parts = [part for part in PARTS if part != "block" or report["state"]["block"] != "ground"]
     rows = tuple(
         (
             f"{mode['hz']:.1f}", mode["shape"], f"{100.0 * mode['damping_ratio']:.1f}",
             *((NOTHING, NOTHING) if mode["order"] is None else (f"{mode['pulley_deg']:.2g}", f"{mode['order']:g}")),
-            *(f"{100.0 * mode['shares'][part]:.0f}" for part in PARTS),
+            *(f"{100.0 * mode['shares'][part]:.0f}" for part in parts),
         )
         for mode in report["modes"]
     )  # fmt: skip
-    header = ("Hz", "shape", "damping / %", "pulley / deg", "by order", *(f"{part} / %" for part in PARTS))
+    header = ("Hz", "shape", "damping / %", "pulley / deg", "by order", *(f"{part} / %" for part in parts))
     return Table(f"Cranktrain in motion: {state_text(report['state'])}", header, rows)
 
 
@@ -169,3 +171,24 @@ def springs_text(report: Mapping[str, Any]) -> str:
 
 
 SPRING_RULE = "medians of the films' stiffness over a cycle and all mains at {:g} rev/min, full load"
+
+
+def states_text(modes: Mapping[str, Any]) -> str:
+    """Meaning of modes at rest and in motion, with the first torsional frequency of both where they are known."""
+    block = modes.get("block")
+    rest = (modes["cranktrain"] if block is None else block)["first_torsional_hz"]
+    motion = modes.get("in_motion", {}).get("first_torsional_hz")
+    if not rest or not motion:
+        return _STATES
+    return (
+        f"{_STATES} The first torsional mode is therefore listed twice: {rest:.0f} Hz at rest"
+        f"{'' if block is None else ' in the flexible block'} and {motion:.0f} Hz in motion at "
+        f"{modes['in_motion']['state']['rpm']:.0f} rev/min are one mode on two supports."
+    )
+
+
+_STATES = (
+    "At rest the crank stands on springs that stand in for its bearings, and its thrust collar is closed. In motion it "
+    "vibrates about the settled cycle of a run, on its films or rollers as they are there: resonances of run-ups are "
+    "those of the modes in motion."
+)

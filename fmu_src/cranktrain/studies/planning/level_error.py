@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.model import Engine
@@ -23,41 +25,63 @@ CONDITIONS = {"damper": "none", "big_ends": "rigid", "gas_load": 1.0, "film_temp
               "boundary": "speed", "control": "fixed", "axial_force": None}  # fmt: skip
 """Settings of the runs that the figures were measured with."""
 
-OWN_DATA = "Error of these levels: not measured with pressures or meshes of one's own (docs/tradeoff.md)."
+NOT_MEASURED = "Error of these levels: not measured"
+OWN_DATA = f"{NOT_MEASURED} with pressures or meshes of one's own (docs/tradeoff.md)."
 
 
-def level_error_text(engine: Engine, settings: Settings, speed_rpm: float) -> str:
-    """One line: the total error of the torsion at a run's levels, and options that halve it, with their time.
+def level_error(
+    engine: Engine, settings: Settings, first_rpm: float, last_rpm: float | None = None, unlike: str = ""
+) -> dict[str, Any]:
+    """Total error of the torsion at the levels of a run or run-up, and options that halve it; keys carry units.
 
-    ``settings`` are complete. A line says so where the figures do not cover the run.
+    ``settings`` are complete; a run-up goes from ``first_rpm`` to ``last_rpm``. ``unlike`` says in one line how the
+    run differs from those that were measured. ``total`` is None where the figures do not cover the run; ``halved_by``,
+    ``halved_total`` and ``halved_time`` (its time over the run's) are None where nothing measured halves the error.
+    ``text`` says all of it in one line.
     """
-    figures = shipped(engine)
+    none: dict[str, Any] = {"output": f"pulley.{TORSION}", "total": None, "best": None, "measured_rpm": [],
+                            "halved_by": None, "halved_total": None, "halved_time": None}  # fmt: skip
+    figures = None if unlike else shipped(engine)
     if figures is None:
-        return "Error of these levels: not measured for this engine; docs/tradeoff.md has figures of the shipped ones."
-    speeds = around([speed_rpm], figures.speeds_rpm)
+        other = f"{NOT_MEASURED} for this engine; docs/tradeoff.md has figures of the shipped ones."
+        return none | {"text": unlike or other}
+    low, high = figures.speeds_rpm[0], figures.speeds_rpm[-1]
+    speeds = _measured(figures.speeds_rpm, first_rpm, last_rpm)
     usual = all(getattr(settings, name) == value for name, value in CONDITIONS.items())
-    found = [] if speeds is None or not usual else choices(figures.points, speeds, [TORSION])
+    found = choices(figures.points, speeds, [TORSION]) if usual and speeds else []
     label = _label(settings)
     own = next((one for one in found if one.label == label), None)
-    if speeds is None or own is None:
-        low, high = figures.speeds_rpm[0], figures.speeds_rpm[-1]
-        return (
-            f"Error of these levels: not measured for this run; figures are for {low:g} to {high:g} rev/min at full "
-            "load, without damper, on rigid big ends (docs/tradeoff.md)."
-        )
+    if own is None:
+        return none | {
+            "text": f"{NOT_MEASURED} for this run; figures are for the levels and steps of docs/tradeoff.md at {low:g} "
+            f"to {high:g} rev/min, full load, without damper, on rigid big ends."
+        }
     best = figures.best[next(point.scene for point in figures.points if point.speed_rpm == speeds[-1])].name
-    old = "" if figures.current else ", by earlier sources"
-    at = ", ".join(f"{rpm:g}" for rpm in speeds)
+    title = FAMILIES[TORSION].title
     text = (
-        f"{FAMILIES[TORSION].title[0].upper()}{FAMILIES[TORSION].title[1:]} at these levels: within about "
-        f"{percent(own.total)} of the best model here, {best} (measured at {at} rev/min{old})"
+        f"{title[0].upper()}{title[1:]} at these levels: within about {percent(own.total)} of the best model here, "
+        f"{best} (measured at {', '.join(f'{rpm:g}' for rpm in speeds)} rev/min"
+        f"{'' if figures.current else ', by earlier sources'})"
     )
+    said = none | {"total": own.total, "best": best, "measured_rpm": list(speeds), "text": f"{text}."}
     if own.total <= SMALL:
-        return f"{text}."
+        return said
     better = halving(own, found)
     if better is None:
-        return f"{text}; no measured levels halve this."
-    return f"{text}; {_options(own, better)}: {percent(better.total)}, {better.cost / own.cost:.2g} times the time."
+        return said | {"text": f"{text}; no measured levels halve this."}
+    options, times = _options(own, better), better.cost / own.cost
+    more = f"; {options}: {percent(better.total)}, {times:.2g} times the time."
+    return said | {"halved_by": options, "halved_total": better.total, "halved_time": times, "text": text + more}
+
+
+def _measured(measured: Sequence[float], first: float, last: float | None) -> tuple[float, ...]:
+    """Measured speeds that count for a run, or for the part of a run-up that they cover; none where there is none."""
+    if last is None:
+        return around([first], measured) or ()
+    inside = [min(max(rpm, measured[0]), measured[-1]) for rpm in (first, last)]
+    if last < measured[0] or first > measured[-1]:
+        return ()
+    return around([*inside, *(rpm for rpm in measured if inside[0] <= rpm <= inside[1])], measured) or ()
 
 
 def halving(own: ChartedChoice, found: list[ChartedChoice]) -> ChartedChoice | None:
@@ -77,7 +101,7 @@ def _label(settings: Settings) -> str:
 
 
 def _options(own: ChartedChoice, better: ChartedChoice) -> str:
-    """Options of ``simulate`` that lead from one choice to another, with the step of the second."""
+    """Options of ``simulate`` and ``runup`` that lead from one choice to another, with the step of the second."""
     levels = [
         f"--{name} {getattr(better, name)}"
         for name in ("crank", "bearings", "block")

@@ -6,7 +6,8 @@ import base64
 import html
 from collections.abc import Sequence
 
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.columns import NOTHING, told_columns
+from cranktrain.results.tables import Table
 
 
 def paragraph(text: str) -> str:
@@ -20,17 +21,19 @@ def link(text: str, place: str) -> str:
 
 
 def table(content: Table) -> str:
-    """A table of texts; columns of words stand to the left, of numbers to the right."""
-    words = ["" if all(map(_numeric, column)) else ' class="words"' for column in zip(*content.rows, strict=True)]
-    words = words or [""] * len(content.header)
+    """A table of texts without empty columns; columns of words stand to the left, of numbers to the right."""
+    told = told_columns(content.header, content.rows)
+    header, *rows = ([row[k] for k in told] for row in (content.header, *content.rows))
+    words = ["" if all(map(_numeric, column)) else ' class="words"' for column in zip(*rows, strict=True)]
+    words = words or [""] * len(header)
 
     def cells(kind: str, row: Sequence[str]) -> str:
         pairs = zip(words, row, strict=True)
         return "<tr>" + "".join(f"<{kind}{how}>{html.escape(text)}</{kind}>" for how, text in pairs) + "</tr>"
 
     title = html.escape(content.title)
-    body = "".join(cells("td", row) for row in content.rows)
-    inside = f"<thead>{cells('th', content.header)}</thead><tbody>{body}</tbody>"
+    body = "".join(cells("td", row) for row in rows)
+    inside = f"<thead>{cells('th', header)}</thead><tbody>{body}</tbody>"
     return f'<p class="caption">{title}</p><div class="scroll"><table aria-label="{title}">{inside}</table></div>'
 
 

@@ -14,6 +14,7 @@ from cranktrain.engine.file import engine_path
 from cranktrain.engine.firing import firing_text
 from cranktrain.engine.model import Engine
 from cranktrain.loads.mean_load import mean_torque
+from cranktrain.results.free_forces import free_force_table, free_forces
 from cranktrain.results.tables import Table
 from cranktrain.studies.report.elements import paragraph, table
 from cranktrain.studies.report.findings import RPM, Findings
@@ -27,8 +28,21 @@ def front(found: Findings) -> list[str]:
         table(Table("The engine", ("", "value"), tuple(engine_rows(found)))),
         paragraph(verdict_text(all_of)),
         table(verdict_table(all_of)),
+        *_free(found),
         table(Table("This report", ("", "value"), tuple(_made_rows(found)))),
     ]
+
+
+def _free(found: Findings) -> list[str]:
+    """Free forces and moments of the masses at the highest speed."""
+    free = free_forces(found.engine, found.speeds[1])
+    left = f" Without {', '.join(free['left_out'])}, which are elastic or move with a rod." if free["left_out"] else ""
+    note = (
+        "Free forces and moments are those of crank, rods, pistons and rigid balancers at constant speed; orders that "
+        "are not listed are balanced. Moments are about the middle of the main journals, pitching about the axis "
+        f"across the engine.{left}"
+    )
+    return [*([table(free_force_table(free))] if free["orders"] else []), paragraph(note)]
 
 
 def engine_rows(found: Findings) -> list[tuple[str, str]]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from fnmatch import fnmatch
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS
@@ -19,7 +19,7 @@ from cranktrain.results.tables import (
     housed_table,
     named_text,
 )
-from cranktrain.studies.in_motion.report import motion_table
+from cranktrain.studies.in_motion.report import motion_table, states_text
 from cranktrain.studies.report.elements import link, paragraph, picture, table
 from cranktrain.studies.report.findings import QUICK_STEPS, RPM, Findings, speed_range
 from cranktrain.studies.report.front import front
@@ -104,25 +104,6 @@ def frequencies(found: Findings) -> list[str]:
     return [*map(table, parts), *map(paragraph, texts)]
 
 
-def states_text(modes: Mapping[str, Any]) -> str:
-    """Meaning of modes at rest and in motion, with the first torsional frequency of both where they are known."""
-    block = modes.get("block")
-    rest = (modes["cranktrain"] if block is None else block)["first_torsional_hz"]
-    motion = modes.get("in_motion", {}).get("first_torsional_hz")
-    if not rest or not motion:
-        return _STATES
-    return (
-        f"{_STATES} The first torsional mode is therefore listed twice: {rest:.0f} Hz at rest"
-        f"{'' if block is None else ' in the flexible block'} and {motion:.0f} Hz in motion at "
-        f"{modes['in_motion']['state']['rpm']:.0f} rev/min are one mode on two supports."
-    )
-
-
-_STATES = (
-    "At rest the crank stands on springs that stand in for its bearings, and its thrust collar is closed. In motion it "
-    "vibrates about the settled cycle of a run, on its films or rollers as they are there: resonances of run-ups are "
-    "those of the modes in motion."
-)
 _NO_BLOCK = "The engine file has no [block], so all frequencies are those on rigid ground."
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
+from cranktrain.results.columns import NOTHING
 from cranktrain.results.orders.deviations import deviation_table, deviations, of_another_engine
 from cranktrain.results.orders.measured import band_of
 from cranktrain.results.orders.measured_points import motion_of, points_at, reach_of
@@ -17,7 +18,7 @@ from cranktrain.results.orders.resonances import Peak
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, LARGEST, LEAST, MEAN, TORSION, RunUp
 from cranktrain.results.run_up.shown import PARTS, drowned
 from cranktrain.results.run_up.twist import TWIST, frequency_map, half_range, order_map
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.tables import Table
 from cranktrain.studies.report.chart import NAMED, Switches, bar_chart, line_chart, map_chart
 from cranktrain.studies.report.elements import paragraph, table
 from cranktrain.studies.report.findings import Asked, Findings, Torsion
@@ -46,12 +47,32 @@ def torsion(found: Findings) -> list[str]:
     how = found.torsion.run_up.attributes["steady"]
     note = (
         f"Torsional crank on journals that are locked on their axis, in the frequency domain ({how}). "
-        "Amplitudes are zero to peak."
+        f"Amplitudes are zero to peak.{_own_mode(found, found.torsion)}"
     )
     run = found.torsion.run_up
     parts = [paragraph(note), *_beside(found, run, TORSION, "without damper"), table(_peaks(found.torsion))]
     maps = _maps(found, run, "without damper")
     return [*parts, paragraph(_uneven(found.engine)), *_twist(found, run, "without damper"), *maps]
+
+
+def _own_mode(found: Findings, made: Torsion) -> str:
+    """Why the first torsional mode of this crank is not the one of the solid crank at rest; empty where one lacks."""
+    own = next((peak.mode_hz for peak in made.peaks if peak.kind == "torsional"), None)
+    rest = None if found.modes is None else found.modes["cranktrain"]["first_torsional_hz"]
+    if own is None or rest is None:
+        return ""
+    source = found.engine.reduction.torsional_source
+    why = _SOURCES.get(source, f"because its shafts have the stiffness of a formula, {source}")
+    return (
+        f" The first torsional mode of this crank is at {own:.1f} Hz, that of the solid crank at rest at {rest:.1f} "
+        f"Hz, {why}."
+    )
+
+
+_SOURCES = dict.fromkeys(
+    ("solid", "solid-on-bearings"), "because this crank twists without bending and its journals cannot move"
+) | {"solid-in-motion": "because this crank is fitted to the solid one with its journals locked, as films lock them"}
+"""Why the torsional crank's frequency is not that of the solid crank at rest, by the source of its stiffnesses."""
 
 
 def damper(found: Findings) -> list[str]:

@@ -16,9 +16,10 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Published
 from cranktrain.loads.damper import required_damper
 from cranktrain.loads.gas_pressure import Gas
+from cranktrain.results.columns import NOTHING
 from cranktrain.results.orders.resonances import Peak, labelled, peaks
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.tables import Table
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.block.modal import block_modes
 from cranktrain.structure.crank.critical_speeds import critical_speeds

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from cranktrain.engine.torsional_chain import Chain
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.columns import NOTHING
+from cranktrain.results.tables import Table
 from cranktrain.structure.crank.chain import chain_modes
 
 

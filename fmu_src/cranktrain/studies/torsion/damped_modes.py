@@ -31,7 +31,8 @@ from cranktrain.loads.damper import (
     damping_coefficient,
     required_damper,
 )
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.columns import NOTHING
+from cranktrain.results.tables import Table
 from cranktrain.structure.crank.modal import KINDS, at_largest, energy_shares, listed_to
 from cranktrain.studies.torsion.housed_crank import SLOWEST_HZ, housed_crank
 

@@ -29,7 +29,8 @@ from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import DYNAMOMETER, FLYWHEEL
 from cranktrain.loads.torsional_line import DAMPING, STIFFNESS, TorsionalLine, torsional_line
-from cranktrain.results.tables import NOTHING, Table
+from cranktrain.results.columns import NOTHING
+from cranktrain.results.tables import Table
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, at_largest, cranktrain_matrices, energy_shares
 from cranktrain.studies.torsion.damped_modes import DampedModes
 

@@ -130,13 +130,17 @@ def against_frame(solved: SolvedOrders, speeds: Array, row: Array) -> ComplexArr
     return np.asarray(solved.motion @ row - wobble * (solved.motion @ swing))
 
 
-def torsional_answer(made: Assembly, speeds: Array, outputs: tuple[str, ...]) -> dict[str, Array]:
+def torsional_answer(
+    made: Assembly, speeds: Array, outputs: tuple[str, ...], structure: ShaftOrders | None = None
+) -> dict[str, Array]:
     """Outputs of one variant, (s,) each or (1,) of a frequency; ``made`` carries the damper's housing.
+
+    ``structure`` is that of ``made`` where it is known.
 
     Raises ``InputError``, ``SolverError``.
     """
     engine = made.engine
-    solved = solved_orders(made, speeds)
+    solved = solved_orders(made, speeds, structure)
     structure, motion, twist, stiffness, link = solved
     _, pulley, _, flywheel = structure.ends_rows()
     found: dict[str, Array] = {}

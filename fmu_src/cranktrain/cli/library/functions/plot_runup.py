@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 # In one piece: every option of the verb, by keyword.
 @of_verb
 def plot_runup(
-    file: str | Path, *, plots: str | Path = "plots", measured: str | Path | None = None,
+    file: str | Path, others: str | Path, *, plots: str | Path = "plots", measured: str | Path | None = None,
     with_damper: str | Path | None = None, orders: str | Sequence[float] = (), log: bool = False, linear: bool = False,
-    peak_to_peak: bool = False, engine: str | Path | Engine | None = None,
+    peak_to_peak: bool = False, outputs: str | None = None, engine: str | Path | Engine | None = None,
 ) -> Found:  # fmt: skip
     """Pictures of a run-up.
 
@@ -29,7 +29,8 @@ def plot_runup(
 
     Parameters
     ----------
-    file : result of cranktrain runup
+    file : result of cranktrain runup or simulate
+    others : results of the same kind, laid over it in one picture
     plots : folder for the pictures (default plots)
     measured : measured orders, drawn over the computed ones; table or UFF 58
     with_damper : run-up of the same engine with its damper, drawn below it
@@ -37,6 +38,8 @@ def plot_runup(
     log : amplitudes on a logarithmic scale (default: where resonances are below a twentieth of the largest)
     linear : amplitudes on a linear scale whatever they are
     peak_to_peak : amplitudes peak to peak in place of zero to peak
+    outputs : of results laid over each other and of results of simulate: outputs, a picture each, separated by commas
+        (default pulley.torsion)
     engine : engine file, if the one that the run-up names has moved
     """
     return call("plot-runup", locals())

@@ -1,0 +1,98 @@
+"""Columns of a table of texts: those that say something, and how they fit a line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+NOTHING = "–"
+"""Cell of a table that has no value."""
+LONGEST_WORD = 40
+"""Characters from which on a word, such as a path, may be broken within a cell."""
+
+Rows = Sequence[Sequence[str]]
+
+
+class Page(NamedTuple):
+    """One of the tables that a wide table is shown as: numbers of its columns, their widths, and its wrapped texts."""
+
+    columns: list[int]
+    widths: list[int]
+    header: list[str]
+    rows: list[list[str]]
+
+
+def told_columns(header: Sequence[str], rows: Rows) -> list[int]:
+    """Numbers of the columns in which some row says something; all columns of a table without rows."""
+    return [k for k in range(len(header)) if not rows or any(row[k].strip() not in ("", NOTHING) for row in rows)]
+
+
+def pages(header: Sequence[str], rows: Rows, room: int, beside: int, size: Callable[[str], int] = len) -> list[Page]:
+    """Tables that a table is shown as, without its empty columns: one, if it fits ``room`` characters.
+
+    Each further table begins with the first column, so that its rows can be told apart. A column takes ``beside``
+    characters beside its text; ``size`` is the width of a text as shown. Two columns are a table even if they do not
+    fit.
+    """
+    left, found = told_columns(header, rows), list[Page]()
+    first = left[:1]
+    while left:
+        for count in range(len(left), 0, -1):
+            chosen = [*(first if found else []), *left[:count]]
+            parts = [[header[k], *(row[k] for row in rows)] for k in chosen]
+            widths, fits = _widths(parts, room - beside * len(chosen), size)
+            if fits or len(chosen) <= 2 or count == 1:
+                texts = [
+                    [_wrapped(text, width, size) for text in part] for part, width in zip(parts, widths, strict=True)
+                ]
+                head, *body = ([*row] for row in zip(*texts, strict=True))
+                found.append(Page(chosen, widths, head, body))
+                left = left[count:]
+                break
+    return found
+
+
+def _widths(columns: Rows, room: int, size: Callable[[str], int]) -> tuple[list[int], bool]:
+    """Widths of columns (heading first), and whether they fit: headings wrap first, lists at commas, sentences last.
+
+    Lines break between words only, so neither a heading nor a number is cut.
+    """
+
+    def longest(texts: Sequence[str]) -> int:
+        return max(map(size, texts), default=0)
+
+    heads = [longest(_pieces(column[0])) for column in columns]
+    cells = [column[1:] for column in columns]
+    lists = [longest([piece for text in part for piece in _pieces(text)]) for part in cells]
+    words = [min(longest([word for text in part for word in text.split()]), LONGEST_WORD) for part in cells]
+    widths = [max(size(column[0]), longest(part), 1) for column, part in zip(columns, cells, strict=True)]
+    for floors in (map(longest, cells), lists, words):
+        least = [max(head, floor, 1) for head, floor in zip(heads, floors, strict=True)]
+        while sum(widths) > room:
+            spare = [k for k, width in enumerate(widths) if width > least[k]]
+            if not spare:
+                break
+            widths[max(spare, key=lambda k: widths[k])] -= 1
+    return widths, sum(widths) <= room
+
+
+def _pieces(text: str) -> list[str]:
+    """Parts of a text that stay on one line: entries of a list, a unit with its stroke, words."""
+    if ", " in text:
+        return re.split(r"(?<=,) ", text)
+    return re.split(r"(?<!/) +", text)
+
+
+def _wrapped(text: str, width: int, size: Callable[[str], int]) -> str:
+    """A text with line breaks between its pieces; one with a piece that is wider is left as it is."""
+    pieces = _pieces(text)
+    if size(text) <= width or max(map(size, pieces)) > width:
+        return text
+    lines = [pieces[0]]
+    for piece in pieces[1:]:
+        if size(lines[-1]) + 1 + size(piece) <= width:
+            lines[-1] += f" {piece}"
+        else:
+            lines.append(piece)
+    return "\n".join(lines)

@@ -1,0 +1,192 @@
+"""Several results in one picture: cycles and orders of runs, or orders of run-ups over the speed."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.dynamics.outputs.register import nearest_output
+from cranktrain.results.figures import HIGHEST, save_figure
+from cranktrain.results.files import output_unit
+from cranktrain.results.in_hand.time_series import TimeSeries
+from cranktrain.results.orders.harmonics import order_spectrum
+from cranktrain.results.orders.resonances import peaks
+from cranktrain.results.plots import largest
+from cranktrain.results.run_up.plots import DECADES, ORDER_COLOURS
+from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.results.run_up.shown import ALONG, BROADEST, RPM, TORSIONAL, TWISTING, Quantity, figure_of
+
+Results = Mapping[str, TimeSeries] | Mapping[str, RunUp]
+MOST = 6
+"""Results that a picture can tell apart."""
+FEW = 3
+"""Speeds up to which a run-up has points beside its lines."""
+PANELS = 4
+"""Orders of run-ups that are drawn if none are named."""
+TOLD = (
+    "crank", "bearings", "big_ends", "block", "pistons", "damper", "boundary", "steady", "integrator", "step", "load",
+    "film_temperature", "gas",
+)  # fmt: skip
+"""Attributes that tell results apart, in the order of a legend."""
+STYLES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 2)))
+_QUANTITIES = {one.output: one for one in (TORSIONAL, TWISTING, ALONG)}
+
+
+def legend_names(results: Mapping[str, TimeSeries | RunUp]) -> list[str]:
+    """Name of each result, by its path: engine, and what differs; its file where nothing else does."""
+    found = list(results.values())
+    engines = [str(one.attributes.get("engine", "engine")) for one in found]
+    parts = [[name] for name in engines]
+    if all(isinstance(one, TimeSeries) for one in found):
+        speeds = [float(one.attributes.get("speed", math.nan)) * RPM for one in found]
+        if len({round(rpm, 3) for rpm in speeds}) > 1:
+            _add(parts, [f"{rpm:.5g} rev/min" for rpm in speeds])
+    for key in TOLD:
+        values = [one.attributes.get(key) for one in found]
+        if len(set(values)) > 1:
+            _add(parts, [f"{key.replace('_', ' ')} {_text(key, value)}" for value in values])
+    names = [", ".join(part) for part in parts]
+    if len(set(names)) < len(names):
+        files = [Path(path).name for path in results]
+        files = files if len(set(files)) == len(files) else list(results)
+        names = [f"{name}, {file}" for name, file in zip(names, files, strict=True)]
+    return names
+
+
+def _add(parts: Sequence[list[str]], texts: Sequence[str]) -> None:
+    for part, text in zip(parts, texts, strict=True):
+        part.append(text)
+
+
+def _text(key: str, value: Any) -> str:
+    if value is None:
+        return "none"
+    if key == "step":
+        return f"{math.degrees(value):.4g} deg"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def check_overlaid(results: Mapping[str, TimeSeries | RunUp], outputs: Sequence[str]) -> None:
+    """Refuse results of different kinds, too many of them, and outputs that one of them does not have; InputError."""
+    if len(results) > MOST:
+        raise InputError(f"{len(results)} files: a picture can tell {MOST} apart; name fewer")
+    kinds = {isinstance(one, RunUp): path for path, one in results.items()}
+    if len(kinds) > 1:
+        raise InputError(f"{kinds[True]} is a run-up and {kinds[False]} a run at one speed; name results of one kind")
+    for path, one in results.items():
+        there = one.amplitudes if isinstance(one, RunUp) else one.outputs
+        for name in outputs:
+            if name not in there:
+                raise InputError(f"{path}: output '{name}' is not in this result; {nearest_output(name, there)}")
+
+
+def cycle_overlay(runs: Mapping[str, TimeSeries], output: str) -> Any:
+    """Last cycle of an output of runs over the crank angle, above its orders; rad in degrees."""
+    unit = output_unit(output)
+    scale, unit = (180.0 / math.pi, "deg") if unit == "rad" else (1.0, unit or "1")
+    figure = figure_of(9.5, 7.2)
+    above, below = figure.subplots(2, 1)
+    width = 0.42 / len(runs)
+    for k, (name, run) in enumerate(zip(legend_names(runs), runs.values(), strict=True)):
+        cycle = scale * run._cycle(output)
+        angle = np.linspace(0.0, 720.0, cycle.size + 1)
+        own = {"color": ORDER_COLOURS[k], "label": name}
+        above.plot(angle, np.append(cycle, cycle[0]), lw=1.5, ls=STYLES[k], **own)
+        orders, sizes = order_spectrum(cycle, HIGHEST)
+        below.bar(np.asarray(orders) + (k - 0.5 * (len(runs) - 1)) * width, sizes, width=width, **own)
+    above.set(xlim=(0, 720), xticks=np.arange(0, 721, 120), xlabel="crank angle over the last cycle / deg")
+    above.set_ylabel(f"{output} / {unit}")
+    below.set(xlim=(0, HIGHEST + 0.5), xticks=np.arange(0, HIGHEST + 0.1, 1.5))
+    below.set(xlabel="order / oscillations per revolution", ylabel=f"{output}, zero to peak / {unit}")
+    for ax in (above, below):
+        ax.grid(alpha=0.25)
+    _legend(figure, above)
+    figure.suptitle(f"{output} over the last cycle, and its orders", fontsize=12, parse_math=False)
+    return figure
+
+
+def order_overlay(
+    run_ups: Mapping[str, RunUp], output: str, orders: Sequence[float] = (), log: bool | None = None,
+    peak_to_peak: bool = False,
+) -> Any:  # fmt: skip
+    """Orders of an output over the speed, a panel each: those named, or the strongest of any run-up."""
+    quantity = _QUANTITIES.get(output) or _other(output)
+    quantity = quantity.peak_to_peak if peak_to_peak else quantity
+    shown = sorted(orders) or _strongest(run_ups, output)
+    figure = figure_of(10.5, 1.6 + 2.6 * len(shown))
+    axes = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+    names = legend_names(run_ups)
+    for ax, order in zip(axes, shown, strict=True):
+        top = 0.0
+        for k, (name, run_up) in enumerate(zip(names, run_ups.values(), strict=True)):
+            sizes = quantity.scale * np.abs(run_up.order(order, output))
+            top = max(top, largest(sizes))
+            mark = "o" if run_up.speeds.size < FEW else None
+            style = {"marker": mark, "ms": 4, "lw": 1.6, "ls": STYLES[k], "color": ORDER_COLOURS[k], "label": name}
+            ax.plot(run_up.speeds_rpm, sizes, **style)
+        if log:
+            ax.set_yscale("log")
+            ax.set_ylim(10.0**-DECADES * (top or 1.0), 1.6 * (top or 1.0))
+        else:
+            ax.set_ylim(0.0, 1.06 * (top or 1.0))
+        ax.set_title(f"order {order:g}", fontsize=10, loc="left")
+        ax.set_ylabel(quantity.unit)
+        ax.grid(alpha=0.25)
+    axes[-1].set_xlabel("engine speed / rev/min")
+    _legend(figure, axes[0])
+    title = quantity.name[0].upper() + quantity.name[1:]
+    figure.suptitle(f"{title}, orders over the speed", fontsize=12, parse_math=False)
+    return figure
+
+
+def save_overlays(
+    folder: Path, results: Results, outputs: Sequence[str], orders: Sequence[float] = (), log: bool | None = None,
+    peak_to_peak: bool = False,
+) -> list[Path]:  # fmt: skip
+    """Write a picture an output, of results of one kind that have it, into ``folder``; returns their paths."""
+    check_overlaid(results, outputs)
+    runs = {path: one for path, one in results.items() if isinstance(one, TimeSeries)}
+    run_ups = {path: one for path, one in results.items() if isinstance(one, RunUp)}
+    made = {
+        name: cycle_overlay(runs, name) if runs else order_overlay(run_ups, name, orders, log, peak_to_peak)
+        for name in outputs
+    }
+    return [save_figure(figure, folder / file_name(name)) for name, figure in made.items()]
+
+
+def file_name(output: str) -> str:
+    """Name of the picture of an output."""
+    return f"overlay_{re.sub('[^0-9a-z]+', '_', output.lower()).strip('_')}.png"
+
+
+def _other(output: str) -> Quantity:
+    """Quantity of an output without a name of its own."""
+    unit = output_unit(output)
+    scale, unit = (180.0 / math.pi, "deg") if unit == "rad" else (1.0, unit or "1")
+    return Quantity(output, f"{output}, zero to peak", unit, scale, "")
+
+
+def _strongest(run_ups: Mapping[str, RunUp], output: str) -> list[float]:
+    """Orders of the largest resonances over a run-up's largest; where there are too few, of the largest amplitudes."""
+    ranks: dict[float, tuple[float, float]] = {}
+    for run_up in run_ups.values():
+        sharp = {peak.order: peak.amplitude for peak in reversed(peaks(run_up, output)) if not peak.damping > BROADEST}
+        sizes = {order: largest(np.abs(run_up.order(order, output))) for order in run_up.orders.tolist()}
+        tops = [max(of.values(), default=0.0) or 1.0 for of in (sharp, sizes)]
+        for order in sizes:
+            own = sharp.get(order, 0.0) / tops[0], sizes[order] / tops[1]
+            ranks[order] = max(own, ranks.get(order, own))
+    common = set.intersection(*(set(one.orders.tolist()) for one in run_ups.values()))
+    return sorted(sorted(common, key=lambda order: ranks[order], reverse=True)[:PANELS])
+
+
+def _legend(figure: Any, ax: Any) -> None:
+    """Names of the results above the axes."""
+    handles, names = ax.get_legend_handles_labels()
+    figure.legend(handles, names, frameon=False, fontsize=8.5, loc="outside lower center", ncols=1)
