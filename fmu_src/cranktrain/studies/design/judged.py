@@ -40,7 +40,7 @@ def limits(s: Sizes, engine: Engine) -> Block:
     fastest = max(PISTON_SPEEDS[s.fuel_name], PEAK_MARGIN * s.rated * s.stroke / math.pi if s.speed_given else 0.0)
     return Block("limits", "What a report judges by, over the engine's speeds.", (
         derived("twist", float(f"{math.degrees(twist):.2g}"), "deg", "half of peak to peak, pulley against flywheel: "
-                "4 L tau / (pi G d) of a quarter sine over the mains' length L, alternating shear tau of 50 MPa in pins of d"),
+                "4 L tau / (pi G d), a quarter sine over the mains' length L, shear tau of 50 MPa, pins of d"),
         chosen("piston_speed", fastest, "m/s", "mean; sports petrol engines reach 25 m/s, high-speed diesels 15 m/s"
                if fastest == PISTON_SPEEDS[s.fuel_name] else "mean; 1.15 of that at the rated speed that was given"),
         derived("peak_pressure", 1e-5 * PEAK_MARGIN * peak, "bar", f"{PEAK_MARGIN:g} of the full load's"),
