@@ -5,8 +5,8 @@ and at the pulley the effective inertia I. The ring has μ I. Rubber is tuned by
 
     f_ring = f / (1 + μ),   k = μ I (2π f_ring)²
 
-A viscous ring has the damping that :mod:`cranktrain.studies.torsion.damper_optimum` finds, at a working amplitude and
-the temperature of the rated speed: its oil is chosen for it.
+A viscous ring has Houdaille's damping (:mod:`cranktrain.studies.torsion.damper_optimum`) at a working amplitude and the
+temperature of the rated speed: its oil is chosen for it.
 
 Dual-mass flywheel. Primary and secondary mass share the flywheel's inertia. The springs are so soft that the mode in
 which engine and secondary mass swing against each other lies at half the firing frequency of the lowest speed, well
@@ -24,6 +24,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Damper
 from cranktrain.loads.damper import damper_parameters, equivalent_damping
@@ -32,7 +33,8 @@ from cranktrain.structure.crank.level import bare_crank
 from cranktrain.studies.design.document import Block, Document, Entry, chosen, derived
 from cranktrain.studies.design.fitting import STEEL, crank_inertia
 from cranktrain.studies.design.sizes import RPM, Sizes
-from cranktrain.studies.torsion.damper_optimum import crank_optimum
+from cranktrain.studies.torsion.damper_optimum import houdaille_optimum
+from cranktrain.studies.torsion.housed_crank import housed_crank
 
 SHARES = {"rubber": 0.25, "viscous": 0.7}
 """Ring over the effective inertia of the first torsional mode, by kind; chosen, of 0.2 to 0.4 and 0.5 to 1."""
@@ -51,6 +53,9 @@ HOT, AMBIENT = 363.15, 323.15
 OIL_SLOPE, OIL_STRESS, OIL_EXPONENT = 1757.0, 4.0e4, 0.3
 STIFFEST_OIL = 970.0
 """Viscosity at 25 degC of silicone oil of 1 000 000 mm²/s, Pa s."""
+ROUNDS = 6
+NEAR = 0.12
+"""Modes within this fraction of the first torsional one count with it."""
 COOLING = 80.0
 """Heat transfer of a damper that turns in air, W/(m² K)."""
 SECONDARY = 0.5
@@ -68,26 +73,23 @@ def damper(s: Sizes, engine: Engine, kind: str) -> Block:
     share, (inner, outer) = SHARES[kind], RING_RADIUS[kind]
     housing = HOUSING if kind == "viscous" else 0.0
     body = bare_crank(engine, "beam")
-    ring, found = 0.1 * STEEL * s.bore**5, None
-    # The housing lowers the mode that the ring is a share of.
-    for _ in range(4):
-        trial = replace(
-            engine, damper=Damper(kind="linear", ring_inertia=ring, housing_inertia=housing * ring, damping=1.0)
-        )
-        found = crank_optimum(trial, body)
-        ring = share * found.inertia
-    assert found is not None
     gyration = math.sqrt(0.5 * (inner**2 + outer**2)) * s.bore
-    mass = ring / gyration**2 * (1.0 + housing)
+    ring, hz, inertia = 0.1 * STEEL * s.bore**5, 0.0, 0.0
+    # Housing and mass shift the mode that the ring is a share of.
+    for _ in range(ROUNDS):
+        mass = ring / gyration**2 * (1.0 + housing)
+        trial = Damper(kind="linear", ring_inertia=ring, housing_inertia=housing * ring, mass=mass, damping=1.0)
+        hz, inertia = _torsion(replace(engine, damper=trial), body)
+        ring = share * inertia
     area = 2.0 * math.pi * outer * (outer + 0.3) * s.bore**2
-    mode = f"effective inertia at the pulley, {found.inertia:.3g} kg m^2, of the first torsional mode"
-    own = _rubber(ring, found.hz, share) if kind == "rubber" else _viscous(s, ring, found.hz, found.damping)
+    mode = f"effective inertia at the pulley, {inertia:.3g} kg m^2, of the first torsional mode"
+    own = _rubber(ring, hz, share) if kind == "rubber" else _viscous(s, ring, hz, share)
     return Block("damper", "A run uses the damper only when asked to (--damper); the pulley above is without it.", (
         chosen("kind", kind, "", "viscous or rubber"),
         derived("ring_inertia", ring, "kg m^2", f"{share:g} of the {mode}"),
         *((derived("housing_inertia", housing * ring, "kg m^2", f"{housing:g} of the ring's"),) if housing else ()),
         derived("mass", mass, "kg", f"ring from {inner:g} to {outer:g} B{', and its housing' if housing else ''}"),
-        derived("frequency", found.hz, "Hz", "first torsional mode without the ring (beams, at rest)"),
+        derived("frequency", hz, "Hz", "first torsional mode without the ring (beams, at rest)"),
         *own,
         chosen("lowest_temperature", -25.0, "degC", "from here the law is taken to hold"),
         chosen("highest_temperature", 150.0 if kind == "viscous" else 110.0, "degC", "what oil or rubber lasts at"),
@@ -98,6 +100,20 @@ def damper(s: Sizes, engine: Engine, kind: str) -> Block:
         derived("cooling_area", area, "m^2", f"outside of a disc {outer:g} B in radius and 0.3 B wide"),
         chosen("power_limit", 5.0, "kW/m^2", "dissipated power per cooling area, warned of above"),
     ))  # fmt: skip
+
+
+def _torsion(engine: Engine, body: ReducedBody) -> tuple[float, float]:
+    """Frequency, Hz, and effective inertia at the pulley, kg m², of the first torsional mode and bending modes near it.
+
+    Modes that lie close share the rotation of the pulley, Σ h², in parts that a small change moves to and fro; their
+    sum does not change.
+    """
+    crank = housed_crank(engine, body)
+    turn = (crank.hub @ crank.shapes) ** 2
+    mode = float(crank.omega[crank.torsional[0]])
+    near = np.abs(crank.omega / mode - 1.0) < NEAR
+    whole = float(turn[near].sum())
+    return math.sqrt(float(turn[near] @ crank.omega[near] ** 2) / whole) / (2.0 * math.pi), 1.0 / whole
 
 
 def _rubber(ring: float, hz: float, share: float) -> tuple[Entry, ...]:
@@ -111,9 +127,10 @@ def _rubber(ring: float, hz: float, share: float) -> tuple[Entry, ...]:
     )  # fmt: skip
 
 
-def _viscous(s: Sizes, ring: float, hz: float, damping: float) -> tuple[Entry, ...]:
-    """Ring, gaps and silicone oil of a viscous damper whose damping at its working amplitude is ``damping``."""
-    inner, outer = (share * s.bore for share in RING_RADIUS["viscous"])
+def _viscous(s: Sizes, ring: float, hz: float, share: float) -> tuple[Entry, ...]:
+    """Ring, gaps and silicone oil of a viscous damper that has Houdaille's damping at its working amplitude."""
+    damping = 4.0 * math.pi * hz * ring / share * houdaille_optimum(share).damping_ratio
+    inner, outer = (radius * s.bore for radius in RING_RADIUS["viscous"])
     width = ring / (0.5 * math.pi * STEEL * (outer**4 - inner**4))
     gap = GAP * s.bore
     made = Damper(
@@ -139,7 +156,7 @@ def _viscous(s: Sizes, ring: float, hz: float, damping: float) -> tuple[Entry, .
     note = f"thin gap, {GAP:g} B"
     return (
         chosen("law", "shear-thinning", "", "newtonian, shear-thinning or complex-modulus"),
-        derived("viscosity", high, "Pa s", f"at 25 degC without shear; the optimum, {damping:.3g} N m s/rad, at a "
+        derived("viscosity", high, "Pa s", f"at 25 degC without shear; Houdaille's {damping:.3g} N m s/rad at a "
                 f"twist of {math.degrees(AMPLITUDE):g} deg and {HOT - 273.15:.0f} degC, see cranktrain damper-optimum"),
         chosen("viscosity_slope", OIL_SLOPE, "K", "dimethyl silicone (Shin-Etsu, KF-96)"),
         chosen("critical_stress", OIL_STRESS, "Pa", "a fifth of the rubber plateau of dimethyl silicone"),

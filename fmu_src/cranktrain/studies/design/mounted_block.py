@@ -30,7 +30,7 @@ HEAD = 9000.0
 """Mass of a cylinder's head, valve train and manifolds over the bore cubed, kg/m³: the six has 8600, the V8 9300."""
 IRON, IRON_DENSITY = 110e9, 7200.0
 """Grey cast iron, Pa and kg/m³."""
-MOUNT_HZ = (8.5, 9.5, 8.5)
+MOUNT_HZ = (8.5, 10.5, 8.5)
 """Frequencies of the engine's mass on its mounts along x, y and z; chosen, mounts have 5 to 15 Hz."""
 MOUNT_RATIO = 0.07
 """Damping ratio of the mounts; chosen, rubber has 0.05 to 0.1."""
@@ -102,8 +102,8 @@ def _block(s: Sizes, engine: Engine) -> Block:
     bank = min(half + BESIDE * b, max(room, half))
     skirt = heavy + 0.15 * b
     tall = foot - wall
-    top = min(1.0 * b, tall)
-    cap = min(0.95 * b, skirt)
+    top = min(1.0 * b, 0.98 * tall)
+    cap = min(0.95 * b, 0.98 * skirt)
     six = "of the shipped six"
     text = "One casting around crank and cylinders, with its bottom cover; heads are masses on the deck."
     return Block("block", text, (
@@ -128,7 +128,7 @@ def _block(s: Sizes, engine: Engine) -> Block:
         derived("head_mass", HEAD * b**3, "kg", f"of each cylinder, with valve train: {1e-3 * HEAD:g} g/cm^3 x B^3"),
         _mm("head_height", 0.52 * b, "0.52 B above the deck"),
         chosen("damping_ratio", 0.02, "1", "every elastic mode of the block"),
-        _mm("mesh_size", 0.43 * b, "largest element edge"),
+        _mm("mesh_size", 0.40 * b, "largest element edge"),
         chosen("fixed_modes", 120, "", "fixed-interface modes kept"),
         derived("running_cutoff_hz", float(f"{73.5 / b:.2g}"), "Hz", "73.5 m/s over B; modes of the running model"),
     ))  # fmt: skip
@@ -140,11 +140,12 @@ def _mounts(s: Sizes, engine: Engine, block: Block, mass: float) -> Block:
     mains, half, pad = engine.crankshaft.main_positions, size["crankcase_half_width"], size["pad_size"]
     first = mains[0] - 0.5 * size["housing_thickness"] + 0.5 * pad + GAP
     last = mains[-1] + 0.5 * size["housing_thickness"] - 0.5 * pad - GAP
-    x, y = half + 0.5 * pad + 0.19 * s.bore, min(-0.285 * s.bore, size["side_height"] - pad - GAP)
-    front, rear = (max(first, min(last, mains[0] + share * (mains[-1] - mains[0]))) for share in (0.17, 0.83))
+    x, y = half + 0.5 * pad + 0.05 * s.bore, min(-0.285 * s.bore, size["side_height"] - pad - GAP)
+    share = 0.17 if len(mains) > 3 else 0.0
+    front, rear = (max(first, min(last, mains[0] + one * (mains[-1] - mains[0]))) for one in (share, 1.0 - share))
     k = [mass * (2.0 * math.pi * hz) ** 2 / 4.0 for hz in MOUNT_HZ]
     c = [2.0 * MOUNT_RATIO * one / (2.0 * math.pi * hz) for one, hz in zip(k, MOUNT_HZ, strict=True)]
-    rubber = f"a quarter of {mass:.3g} kg at %g Hz; with rotations the engine's motions lie at 5 to 15 Hz"
+    rubber = f"a quarter of {mass:.3g} kg at %g Hz; motions of three cylinders and more lie at 5 to 15 Hz"
     entries: list[Entry] = [
         chosen("x", _mms([-x, x, -x, x]), "mm", "beside the crankcase"),
         chosen("y", _mms(4 * [y]), "mm", "lower face of the pads"),
