@@ -28,6 +28,8 @@ from cranktrain.fmu.engine_fmu import full_interface, model_description  # noqa:
 from cranktrain.fmu.module_fmu import module_interface  # noqa: E402
 from cranktrain.modules.register import module_files, module_of, module_path  # noqa: E402
 
+DRIVEN = ("pressure", "pressure_unit", "pressure_tdc_deg", "drive_line")
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Build from the command line; 2 where the input cannot be used, 70 after a fault of this program."""
@@ -84,6 +86,20 @@ def _parser() -> argparse.ArgumentParser:
         help="own reduced crankshaft (.h5, .npz, folder of cranktrain reduce --output), or superelement (.toml), for "
         "the crank levels rigid, torsional and solid",
     )  # fmt: skip
+    add(
+        "--pressure", metavar="FILE",
+        help="measured pressures in place of the engine's built-in trace: a .csv file of crank angle in degrees and "
+        "pressure, one column or one for each cylinder, as simulate takes it",
+    )  # fmt: skip
+    add("--pressure-unit", metavar="UNIT", help="Pa, kPa, bar or MPa (default: from header or size of the peak)")
+    add(
+        "--pressure-tdc-deg", type=float, metavar="DEG",
+        help="angle of the firing dead centre in the pressure file (of cylinder 1)",
+    )  # fmt: skip
+    add(
+        "--drive-line", metavar="TABLE",
+        help="discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the engine's drive line",
+    )  # fmt: skip
     form = parser.add_mutually_exclusive_group().add_argument
     form(
         "--native", action="store_true",
@@ -113,12 +129,13 @@ def _parser() -> argparse.ArgumentParser:
 def _check(chosen: argparse.Namespace) -> None:
     """Refuse options that do not go with each other or with what is built; ``InputError``."""
     of_engines = chosen.description or chosen.body or chosen.start or chosen.levels is not None
+    of_engines = of_engines or any(getattr(chosen, key) is not None for key in DRIVEN)
     module = module_path(chosen.engine)
     if (of_engines or not (chosen.film_table and chosen.block)) and (module is not None or is_scene(chosen.engine)):
         what = "scene" if module is None else "module"
         raise InputError(
-            "--description, --levels, --start, --no-film-table, --no-block and --body belong to an engine, not to a "
-            f"{what}"
+            "--description, --levels, --start, --no-film-table, --no-block, --body, --pressure and --drive-line belong "
+            f"to an engine, not to a {what}"
         )
     if chosen.python and chosen.platforms is not None:
         raise InputError("--platform belongs to a native FMU; leave --python out, or --platform")
@@ -143,7 +160,8 @@ def _built(chosen: argparse.Namespace) -> Path:
     _check(chosen)
     parts = {"film_table": chosen.film_table, "block": chosen.block, "body": chosen.body, "levels": chosen.levels}
     target = {"platforms": () if chosen.python else chosen.platforms, "fmi": chosen.fmi, "clocks": chosen.clocks}
-    path = build_fmu(chosen.engine, chosen.output, **parts, **target, starts=dict(chosen.start), say=_say)
+    driven = {key: getattr(chosen, key) for key in DRIVEN}
+    path = build_fmu(chosen.engine, chosen.output, **parts, **driven, **target, starts=dict(chosen.start), say=_say)
     if chosen.reference:
         module = module_path(chosen.engine)
         write_reference(path, full_interface() if module is None else module_interface(module_of(module)), _say)

@@ -67,7 +67,7 @@ def test_what_a_model_lacks_stays_absent(engine, body):
     [
         (lambda data: data[:-8], "truncated"),
         (lambda data: data[:-1] + bytes([data[-1] ^ 1]), "changed"),
-        (lambda data: data[:8] + b"\x09" + data[9:], "schema 9"),
+        (lambda data: data[:8] + bytes([flat.SCHEMA + 1]) + data[9:], f"schema {flat.SCHEMA + 1}"),
         (lambda data: b"\x89HDF\r\n\x1a\n" + data[8:], "not a flat model"),
         (lambda data: b"", "not a flat model"),
     ],

@@ -189,7 +189,7 @@ def test_the_command_writes_a_file_once(tmp_path, monkeypatch, capsys):
         (["--fuel", "petroleum"], "--fuel 'petroleum' is not known; did you mean 'petrol'?"),
         (["--bank-angle-deg", "60"], "layout i4 is in line, without a V; leave it out"),
         (["--stroke-mm", "900"], "with a bore of 82.5 mm the stroke is 10.9 bores; engines have 0.3 to 5"),
-        (["--rod-mm", "100"], "--rod-mm 100: the piston would meet the crank's webs; give 118.2 mm or more"),
+        (["--rod-mm", "100"], "--rod-mm 100: the piston would meet the crank's webs; give 113.2 mm or more"),
         (["--power-kw", "900"], "would need an indicated mean effective pressure of 110 bar"),
         (["--bore-mm", "-3"], "--bore-mm"),
     ],

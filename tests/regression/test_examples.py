@@ -251,3 +251,19 @@ def test_harness(tmp_path):
     picture = tmp_path / "harness.png"
     assert example("harness").main(str(picture), str(tmp_path / "results")) == pytest.approx(32.8, rel=0.02)
     assert picture.stat().st_size > 10_000 and (tmp_path / "results" / "report.html").is_file()
+
+
+@pytest.mark.slow
+def test_bench_samples(tmp_path):
+    """The samples in the repository are those that it writes; the wheel's edges hold the torsion that was put in."""
+    module = example("bench_samples")
+    folder = module.main(tmp_path / "bench")
+    kept = {path.name: path for path in (EXAMPLES / "bench").iterdir()}
+    assert set(kept) == {path.name for path in folder.iterdir()}
+    assert max(path.stat().st_size for path in kept.values()) < 200_000
+    for name in ("ok1.csv", "today.csv", "run.csv"):
+        rows = [np.genfromtxt(one, delimiter=",", skip_header=2, usecols=0 if name == "run.csv" else (0, 1, 2))
+                for one in (kept[name], folder / name)]  # fmt: skip
+        np.testing.assert_allclose(*rows, rtol=1e-3, atol=1e-5)
+    found = ct.analyse_measured(str(folder / "run.csv"), rotation="pulley", teeth=60, missing=2, orders="3,6")
+    assert found is not None

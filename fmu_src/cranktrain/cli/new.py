@@ -24,6 +24,7 @@ from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.store.whole_file import marked, whole_file
 from cranktrain.studies.design.balance import cylinder_places, free_forces
 from cranktrain.studies.design.layouts import LAYOUTS, layout
+from cranktrain.studies.design.options import DAMPERS, FLYWHEELS, Equipment, equipment
 from cranktrain.studies.design.sizes import FUELS, MECHANICAL_EFFICIENCY, Sizes, sizes
 
 DESCRIPTION = f"""\
@@ -54,6 +55,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "of the usual mean effective pressure)")  # fmt: skip
     add("--rated-rpm", type=number(SLOWEST_RPM, FASTEST_RPM, "rev/min"), metavar="RPM",
         help="rated speed, rev/min (default: of the usual mean piston speed)")  # fmt: skip
+    of_words(add("--damper", metavar="KIND", help=f"torsional damper fitted to the first torsional mode: "
+                 f"{' or '.join(DAMPERS)} (default none)"), DAMPERS)  # fmt: skip
+    of_words(add("--flywheel", default=FLYWHEELS[0], metavar="KIND", help=f"{' or '.join(FLYWHEELS)} (default "
+                 f"{FLYWHEELS[0]})"), FLYWHEELS)  # fmt: skip
+    add("--mounts", action="store_true", help="with a block and four mounts, for --block flexible")
     add("--force", action="store_true", help="replace an engine file of that name")
     add_step_options(parser)
 
@@ -69,14 +75,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         if own.exists() and not options.force:
             raise InputError(f"{own}: exists; give --force to replace it, or take another name")
     if options.step is not None:
-        made = engine_of_step(options, name)
+        made = engine_of_step(options, name, equipment_of(options))
         report = _report(made.sizes, path) | step_report(made, name)
         if not options.json:
             show_step(report)
             _show(report)
         return report
     found = _sizes(options)
-    text = document(name, found).text
+    text = document(name, found, equipment_of(options)).text
     with whole_file(path, KIND) as temporary:
         temporary.write_text(text, encoding="utf-8")
         load_engine(temporary)
@@ -95,8 +101,13 @@ def answer(options: argparse.Namespace) -> Engine:
     check_name(options.name, "name")
     with TemporaryDirectory(prefix="cranktrain-new-") as folder:
         path = Path(folder) / f"{options.name}.toml"
-        path.write_text(document(options.name, _sizes(options)).text, encoding="utf-8")
+        path.write_text(document(options.name, _sizes(options), equipment_of(options)).text, encoding="utf-8")
         return load_engine(path)
+
+
+def equipment_of(options: argparse.Namespace) -> Equipment:
+    """What the options ask for beside the engine itself."""
+    return equipment(options.damper, options.flywheel, options.mounts)
 
 
 def _sizes(options: argparse.Namespace) -> Sizes:

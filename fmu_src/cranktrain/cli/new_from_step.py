@@ -13,6 +13,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.store.whole_file import check_place, marked, whole_file
 
 if TYPE_CHECKING:
+    from cranktrain.studies.design.options import Equipment
     from cranktrain.studies.design.step_engine import StepEngine
 
 MESH = marked("mesh", "$MeshFormat")
@@ -51,7 +52,7 @@ def step_files(name: str) -> tuple[Path, Path]:
     return Path(f"{name}_crank.msh"), Path(f"{name}_crank.png")
 
 
-def engine_of_step(options: argparse.Namespace, name: str) -> StepEngine:
+def engine_of_step(options: argparse.Namespace, name: str, equipment: Equipment) -> StepEngine:
     """Find the crank in the STEP file, write engine file, mesh and picture."""
     from cranktrain.results.pictures.found_crank import save_found
     from cranktrain.structure.crank.found_crank import write_crank_mesh
@@ -73,7 +74,7 @@ def engine_of_step(options: argparse.Namespace, name: str) -> StepEngine:
         stage("surface")
         solid = read_step(options.step, options.step_unit)
         made = step_engine(find_crank(solid, given), stated)
-        text = document(name, made.sizes).text
+        text = document(name, made.sizes, equipment).text
         stage("mesh")
         with whole_file(mesh, MESH) as temporary:
             write_crank_mesh(temporary, made.found, made.dimensions.crankshaft, made.sizes.thrust_main)

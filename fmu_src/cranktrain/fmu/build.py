@@ -12,6 +12,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.machine_code import this_platform
 from cranktrain.core.types import Progress
 from cranktrain.core.user_file import ending, read_toml
+from cranktrain.engine.drive_line_chain import read_drive_line
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
 from cranktrain.engine.model import Engine
@@ -30,6 +31,8 @@ from cranktrain.fmu.native.platforms import PLATFORMS
 from cranktrain.fmu.scene_interface import carried_engine, fixed_settings, scene_interface, scene_suffix
 from cranktrain.fmu.start_levels import start_settings, with_starts
 from cranktrain.loads.damper import with_damper_housing
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.pressure_map import read_gas
 from cranktrain.modules.register import module_path
 from cranktrain.store.waits import print_line, waits
 from cranktrain.structure import assembly
@@ -48,6 +51,10 @@ def build_fmu(
     block: bool = True,
     body: str | Path | None = None,
     starts: Mapping[str, Any] | None = None,
+    pressure: str | Path | None = None,
+    pressure_unit: str | None = None,
+    pressure_tdc_deg: float | None = None,
+    drive_line: str | Path | None = None,
     platforms: Sequence[str] | None = None,
     fmi: str = "2.0",
     clocks: bool = False,
@@ -67,6 +74,9 @@ def build_fmu(
     body : user's own reduced crankshaft, or its superelement, for the crank levels that are not made from dimensions
     starts : start values of an engine's parameters other than the usual ones, by name: levels as texts
         (``{"crank.level": "torsional"}``), numbers in SI (``{"flywheel.mass": 40.0}``)
+    pressure : file of a measured pressure trace in place of the engine's built-in one, with its unit and the angle of
+        its dead centre where the file does not tell them, as ``simulate`` takes them
+    drive_line : table of discs and shafts in place of the engine's drive line
     platforms : of a native FMU, which needs no Python (``linux64``, ``win64``), without any this machine's; empty: the
         Python FMU
     fmi : version of FMI, ``2.0`` or ``3.0``; the latter for native FMUs, which then have arrays and enumerations
@@ -80,7 +90,8 @@ def build_fmu(
         for input that cannot be read or built
     """
     with waits() as told:
-        parts = _Parts(levels, film_table, block, body, starts or {})
+        measured = _Measured(pressure, pressure_unit, pressure_tdc_deg, drive_line)
+        parts = _Parts(levels, film_table, block, body, starts or {}, measured)
         target = _Target(platforms, checked_version(fmi), clocks)
         target.check_clocks()
         return _built(source, Path(folder), parts, target, (say or told.tell, say or print_line))
@@ -119,6 +130,37 @@ def checked_version(fmi: str) -> str:
     return str(fmi)
 
 
+class _Measured(NamedTuple):
+    """What drives and loads the crank in place of the engine's gas and drive line; None: the engine's own."""
+
+    pressure: str | Path | None = None
+    unit: str | None = None
+    dead_centre_deg: float | None = None
+    drive_line: str | Path | None = None
+
+    def with_line(self, engine: Engine) -> Engine:
+        """The engine with the drive line; ``InputError``."""
+        if self.drive_line is None:
+            return engine
+        return replace(engine, drive_line_chain=read_drive_line(self.drive_line))
+
+    def gas(self, engine: Engine) -> GasTrace | None:
+        """The measured trace; ``InputError``, also for traces over speed and load."""
+        if self.pressure is None:
+            if self.unit is not None or self.dead_centre_deg is not None:
+                raise InputError(
+                    "unit and dead centre belong to measured pressures; give --pressure FILE, or leave them out"
+                )
+            return None
+        gas = read_gas(self.pressure, engine, self.unit, self.dead_centre_deg)
+        if not isinstance(gas, GasTrace):
+            raise InputError(
+                f"{Path(self.pressure).name}: has traces over speed and load, and an FMU carries one trace; give one "
+                "of the files, or let a partner give the pressures as inputs"
+            )
+        return replace(gas, source=f"measured trace {Path(self.pressure).name}")
+
+
 class _Parts(NamedTuple):
     """Keywords of :func:`build_fmu` that an engine's FMU alone has."""
 
@@ -127,11 +169,12 @@ class _Parts(NamedTuple):
     block: bool
     body: str | Path | None
     starts: Mapping[str, Any]
+    measured: _Measured = _Measured()
 
     @property
     def chosen(self) -> bool:
         """Whether any was given."""
-        given = self.levels is not None or self.body is not None or bool(self.starts)
+        given = self.levels is not None or self.body is not None or bool(self.starts) or any(self.measured)
         return given or not (self.film_table and self.block)
 
     def carried(self, engine: Engine, say: Progress) -> dict[str, bool]:
@@ -170,7 +213,10 @@ def _built(
     module = module_path(source) if isinstance(source, str | Path) else None
     if module is not None:
         if parts.chosen:
-            raise InputError("levels, film table, block, body and starts belong to an engine's FMU, not to a module's")
+            raise InputError(
+                "levels, film table, block, body, starts, pressure and drive line belong to an engine's FMU, not to a "
+                "module's"
+            )
         if target.clocks:
             raise InputError("clocks tick at dead centres of an engine's or a scene's FMU; a module has none")
         return build_module(module, folder, say, platforms, target.fmi)
@@ -180,14 +226,21 @@ def _built(
         if parts.body is not None:
             raise InputError("an own body can be built into an engine's FMU, not into a scene's; name the engine")
         if parts.chosen:
-            raise InputError("levels, film table, block and starts are chosen for an engine's FMU, not for a scene's")
+            raise InputError(
+                "levels, film table, block, starts, pressure and drive line are chosen for an engine's FMU, not for a "
+                "scene's"
+            )
         check_target(folder, source.engine)
         return build_scene(source, folder, say, platforms, target.fmi, target.clocks)
-    engine = load_engine(source)
+    engine = parts.measured.with_line(load_engine(source))
     check_target(folder, engine)
     check_mesh(parts.body, "journal surfaces")
     parts.interface(engine_interface(engine, target.clocks))
-    model = whole_model(engine, **parts.carried(engine, note), body=parts.body, say=say)
+    gas = parts.measured.gas(engine)
+    if gas is not None:
+        peak, mean = 1e-5 * gas.peak, 1e-5 * gas.imep
+        note(f"{engine.name}: {gas.source}, peak {peak:.4g} bar, mean effective pressure {mean:.4g} bar")
+    model = whole_model(engine, **parts.carried(engine, note), body=parts.body, say=say)._replace(gas=gas)
     interface = parts.interface(engine_interface(model.engine, target.clocks))
     return build(model, folder, say, interface, platforms=platforms, fmi=target.fmi)
 

@@ -13,8 +13,8 @@ Layout (little-endian)::
 
 The header holds ``engine`` (SI, as :func:`cranktrain.engine.model.engine_to_dict` writes it), ``bodies`` with their
 names (``cranks.solid``, ``damped.solid``, ``block``), ``table``, ``big_end_table``, ``film_tables.0`` …, ``bore``,
-``block_bore`` and ``big_end_bore`` (what is not an array) and ``arrays`` (name, shape, offset). All but the engine may
-be absent. Equal data give equal bytes. A body's records and basis, which serve reports, stay behind.
+``block_bore``, ``big_end_bore`` and ``gas`` (what is not an array) and ``arrays`` (name, shape, offset). All but the
+engine may be absent. Equal data give equal bytes. A body's records and basis, which serve reports, stay behind.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import hashlib
 import json
 import struct
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -37,9 +37,10 @@ from cranktrain.engine.model import Engine, engine_from_dict, engine_to_dict
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
 from cranktrain.film.table.database import FilmTable, TableSettings
 from cranktrain.film.table.interpolation import TableArrays
+from cranktrain.loads.gas_pressure import GasTrace
 
 MAGIC = b"CRNKTRN\0"
-SCHEMA = 8
+SCHEMA = 9
 _PREFIX = struct.Struct("<8sIIQQ32s")
 _ARRAYS = (
     "omega",
@@ -62,12 +63,15 @@ _ADDED_TABLE = "film_tables."
 _BORES = ("bore", "block_bore", "big_end_bore")
 _ERRORS = ("aligned_error", "tilted_error")
 _SHAPES = ("coefficients", "compliance", "load_coupling", "captured")
+_GAS = "gas."
+"""Begin of the names of a measured trace's arrays; behind it the cylinder, or nothing where all have the same."""
 
 
 class FlatModel(NamedTuple):
     """Contents of a flat binary.
 
     ``cranks`` are crankshafts by their level, ``damped`` likewise those with the damper's housing on the pulley.
+    ``gas`` is a measured trace of the pressures in place of the engine's own.
     ``added`` are shafts and bodies from files that the engine adds, by their name, ``film_tables`` those of its films.
     ``bore`` includes its motion as a whole, on ground; for ``block_bore`` this motion is in the modes of a flexible
     block.
@@ -84,6 +88,7 @@ class FlatModel(NamedTuple):
     added: Mapping[str, ReducedBody] = MappingProxyType({})
     film_tables: tuple[FilmTable, ...] = ()
     big_end_bore: BoreCompliance | None = None
+    gas: GasTrace | None = None
 
 
 def to_bytes(model: FlatModel) -> bytes:
@@ -100,6 +105,8 @@ def to_bytes(model: FlatModel) -> bytes:
             named |= {f"{key}.{name}": getattr(films, name) for name in _ERRORS}
     bores = {key: getattr(model, key) for key in _BORES}
     named |= {f"{key}.{name}": getattr(bore, name) for key, bore in bores.items() if bore for name in _SHAPES}
+    traces = _traces(model.gas)
+    named |= {f"{_GAS}{k}.{what}": getattr(trace, what) for k, trace in traces.items() for what in ("motored", "fired")}
     arrays, values, offset = [], [], 0
     for name, given in named.items():
         array = np.ascontiguousarray(given, dtype="<f8")
@@ -113,6 +120,7 @@ def to_bytes(model: FlatModel) -> bytes:
         "bodies": [{"part": key, **_about(body)} for key, body in bodies.items()],
         **{key: None if films is None else asdict(films.settings) for key, films in tables.items()},
         **{key: None if bore is None else {"area": bore.area} for key, bore in bores.items()},
+        "gas": {k: [one.imep, one.best_speed, one.falloff, one.source] for k, one in traces.items()},
         "arrays": arrays,
     }
     text = json.dumps(header, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()
@@ -131,6 +139,11 @@ def _about(body: ReducedBody) -> dict[str, Any]:
         "digest": body.digest,
         "quality": {key: float(value) for key, value in body.quality.items()},
     }
+
+
+def _traces(gas: GasTrace | None) -> dict[str, GasTrace]:
+    """A measured trace, whose key is empty, and those of the cylinders, by their numbers from 1."""
+    return {} if gas is None else {"": gas} | {str(k): own for k, own in enumerate(gas.own, 1)}
 
 
 def from_bytes(data: bytes, name: str = "model") -> FlatModel:
@@ -192,6 +205,12 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
         if header[key] is not None:
             data_of = {field: arrays[f"{key}.{field}"] for field in _SHAPES}
             parts[key] = BoreCompliance(**data_of, area=header[key]["area"])
+    traces = {
+        k: GasTrace(arrays[f"{_GAS}{k}.motored"], arrays[f"{_GAS}{k}.fired"], *about)
+        for k, about in header["gas"].items()
+    }
+    if traces:
+        parts["gas"] = replace(traces.pop(""), own=tuple(traces[k] for k in sorted(traces, key=int)))
     try:
         engine = engine_from_dict(header["engine"])
     except InputError as error:

@@ -89,7 +89,7 @@ def chosen_levels(model: FlatModel, chosen: Mapping[str, Any], names: Mapping[st
         _refuse(settings, names, "damper", "the crankshaft with the damper's housing")
     if settings.crank not in cranks:
         _refuse(settings, names, "crank", "its crankshaft")
-    return Chosen(engine, cranks[settings.crank], given, None, parts)
+    return Chosen(engine, cranks[settings.crank], given, model.gas, parts)
 
 
 def announced_compilation(instance: str) -> AbstractContextManager[None]:

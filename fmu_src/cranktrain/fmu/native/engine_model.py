@@ -74,7 +74,7 @@ class _Variants:
         self.model, self.fixed = model, dict(product.fixed)
         self.names = {str(v.setting): v.name for v in product.variables if v.setting}
         self.images = Images({name: k for k, name in enumerate(functions(WHOLE))}, is_constant)
-        self.gas = GasTrace.from_engine(model.engine)
+        self.gas = model.gas or GasTrace.from_engine(model.engine)
         self.known: dict[tuple[str, ...], int] = {}
         self.films: dict[Any, Any] = {}
         self._leaves: dict[str, int] = {}

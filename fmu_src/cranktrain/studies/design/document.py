@@ -55,6 +55,12 @@ class Document(NamedTuple):
     head: tuple[str, ...]
     blocks: tuple[Block, ...]
 
+    def with_blocks(self, *blocks: Block) -> Document:
+        """The file with further tables, or others in place of its own of the same name."""
+        new = {block.name: block for block in blocks}
+        kept = [new.pop(block.name, block) for block in self.blocks]
+        return self._replace(blocks=(*kept, *new.values()))
+
     @property
     def engine(self) -> Engine:
         """The engine, not yet checked."""

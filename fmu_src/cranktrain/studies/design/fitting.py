@@ -14,7 +14,7 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.sections import bare_outline, crank_moments, web_moments
 from cranktrain.studies.design.balance import free_forces
 from cranktrain.studies.design.layouts import BOXER
-from cranktrain.studies.design.sizes import SKIRT, WEB_ABOUT_MAIN, Sizes
+from cranktrain.studies.design.sizes import SKIRT, Sizes
 
 STEEL = 7850.0
 """Density of the crankshaft and of discs, kg/m³."""
@@ -77,7 +77,7 @@ def counterweight(s: Sizes, engine: Engine) -> tuple[float, float]:
         return 2.0 * STEEL * s.web * float(web_moments(own)[0, 2])
 
     wanted = (pin + moving) * s.throw + moment(0.0)
-    low, high = (WEB_ABOUT_MAIN + 0.005) * s.bore, s.rod_length - s.throw - SKIRT * s.bore
+    low, high = (s.proportions.about_main + 0.005) * s.bore, s.rod_length - s.throw - SKIRT * s.bore
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if wanted + moment(middle) - moment(0.0) > 0.0 else (low, middle)
@@ -97,10 +97,15 @@ def flywheel_inertia(s: Sizes, engine: Engine, trace: GasTrace) -> float:
     ]
     torque: Array = np.sum(shifted, axis=0)
     excess = float(np.ptp(np.cumsum(torque - torque.mean()))) * 4.0 * math.pi / torque.size
+    wanted = excess / (IRREGULARITY * s.lowest**2) - crank_inertia(s, engine)
+    return max(wanted, LEAST_FLYWHEEL * STEEL * s.bore**3 * gyration(s) ** 2)
+
+
+def crank_inertia(s: Sizes, engine: Engine) -> float:
+    """Polar inertia of crankshaft and mean rods, without flywheel and pulley, kg m²."""
     moments = crank_moments(engine)
     rods = engine.n_cylinders * (s.big_end_mass + 0.5 * (s.small_end_mass + s.piston_mass)) * s.throw**2
-    own = float(moments[1, 1] + moments[2, 2]) + rods
-    return max(excess / (IRREGULARITY * s.lowest**2) - own, LEAST_FLYWHEEL * STEEL * s.bore**3 * gyration(s) ** 2)
+    return float(moments[1, 1] + moments[2, 2]) + rods
 
 
 def gyration(s: Sizes) -> float:

@@ -21,8 +21,8 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.store.whole_file import whole_file
 from cranktrain.studies.design.document import Document
 from cranktrain.studies.design.layouts import layout
-from cranktrain.studies.design.rules import document
-from cranktrain.studies.design.sizes import RPM, sizes
+from cranktrain.studies.design.rules import first_design
+from cranktrain.studies.design.sizes import HANDBOOK, RPM, sizes
 
 SHIP = "two_stroke_six"
 """Low-speed two-stroke of the library, whose file is its own."""
@@ -168,9 +168,10 @@ ROWS = {
 def designed(row: Row) -> Document:
     """File of a row, without what it adds."""
     found = sizes(
-        layout(row.layout), 1e-3 * row.bore, 1e-3 * row.stroke, row.fuel, power=1e3 * row.power, rated=row.rated * RPM
-    )
-    made = document(row.name, found)
+        layout(row.layout), 1e-3 * row.bore, 1e-3 * row.stroke, row.fuel, power=1e3 * row.power, rated=row.rated * RPM,
+        practice=HANDBOOK,
+    )  # fmt: skip
+    made = first_design(row.name, found)
     head = (f"{row.title}: {row.source};", "all other sizes by the rules of `cranktrain new`, no data of that engine.")
     return made._replace(title=row.title, head=(*head, *made.head[1:]))
 

@@ -16,6 +16,7 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.design.balance import cylinder_places, free_forces
 from cranktrain.studies.design.crank_table import found_crankshaft
 from cranktrain.studies.design.document import Block, Document, Entry, chosen, derived, given
+from cranktrain.studies.design.equipment import damper, with_dual_mass
 from cranktrain.studies.design.fitting import (
     FALLOFF,
     STEEL,
@@ -26,17 +27,16 @@ from cranktrain.studies.design.fitting import (
     full_load,
     gyration,
 )
+from cranktrain.studies.design.judged import bearing_limits, limits
 from cranktrain.studies.design.layouts import IN_LINE, VEE, Layout
+from cranktrain.studies.design.mounted_block import mounted_block, piston_guidance
+from cranktrain.studies.design.options import BARE, Equipment
 from cranktrain.studies.design.sizes import (
     FILLET,
     FLYING_WEB,
     LAMBDA,
-    MAIN_DIAMETER,
     MECHANICAL_EFFICIENCY,
-    PIN_DIAMETER,
     RPM,
-    WEB_ABOUT_MAIN,
-    WEB_ABOUT_PIN,
     Sizes,
 )
 
@@ -58,8 +58,23 @@ CHARGED = 1.1e5
 ROUNDS = 4
 
 
-def document(name: str, sizes: Sizes) -> Document:
-    """Engine file of a name with these sizes; the heat is that of its mean effective pressure on the built-in cycle."""
+def document(name: str, sizes: Sizes, equipment: Equipment = BARE) -> Document:
+    """Complete engine file of a name with these sizes and what the user asks for beside them.
+
+    Raises ``InputError`` where the engine has no room, or no use, for it.
+    """
+    sizes = sizes._replace(wide_mains=equipment.mounts)
+    made = first_design(name, sizes)
+    if equipment.dual_mass:
+        made = with_dual_mass(made, sizes)
+    made = made.with_blocks(piston_guidance(sizes), bearing_limits(), limits(sizes, made.engine))
+    if equipment.damper is not None:
+        made = made.with_blocks(damper(sizes, made.engine, equipment.damper))
+    return made.with_blocks(*mounted_block(made, sizes)) if equipment.mounts else made
+
+
+def first_design(name: str, sizes: Sizes) -> Document:
+    """Engine with these sizes; the heat is that of its mean effective pressure on the built-in cycle."""
     fitted = Fitted(sizes.swept * full_load(sizes) / sizes.fuel.efficiency, 0.6 * sizes.bore, 0.0, 1.0)
     for _ in range(ROUNDS):
         trace = GasTrace.from_engine(_document(name, sizes, fitted).engine)
@@ -122,24 +137,29 @@ def _of_bore(s: Sizes, key: str, share: float, source: str) -> Entry:
 
 # In one piece: one table, value by value.
 def _crankshaft(s: Sizes, fitted: Fitted) -> Block:
-    throws, b = len(s.layout.throws_deg), s.bore
+    throws, b, of = len(s.layout.throws_deg), s.bore, s.proportions
     if s.crank is not None:
         return found_crankshaft(s.crank)
     bays = throws // 2 if s.layout.split else throws
     source = HEISLER if s.rods_on_pin == 1 else "two rods on a pin"
     pin = f"{s.pin_width / b:.3g} B, {HEISLER}" if s.rods_on_pin == 1 else "two big ends of 0.26 B and their fillets"
-    main = "distance of cylinders 1.20 B less pin and webs, " + HEISLER if s.rods_on_pin == 1 else f"0.3 B, {source}"
+    main = (
+        "distance of cylinders 1.20 B less pin and webs, " + HEISLER
+        if s.rods_on_pin == 1
+        else f"{s.main_width / b:.3g} B, {source}"
+    )
+    main += "; room for bulkheads between the cylinders" if s.wide_mains and s.vee else ""
     note = f"half disc; balances {100.0 * fitted.balanced:.0f} % of {balanced_mass(s)}, in the room under the pistons"
     return Block("crankshaft", "Angles of throws from the vertical, in the sense of rotation.", (
         given("throw", 1e3 * s.throw, "mm", "half the stroke", "derived"),
         derived("throw_angles", s.layout.throws_deg, "deg", "bank angle less firing angle of each cylinder"),
-        _of_bore(s, "main_diameter", MAIN_DIAMETER, HEISLER),
+        _of_bore(s, "main_diameter", of.main, of.source),
         derived("main_widths", (bays + 1) * [1e3 * s.main_width], "mm", f"between webs: {main}"),
-        _of_bore(s, "pin_diameter", PIN_DIAMETER, HEISLER),
+        _of_bore(s, "pin_diameter", of.pin, of.source),
         _mm("pin_width", s.pin_width, f"between webs: {pin}"),
         _of_bore(s, "web_thickness", s.web / b, source),
-        _of_bore(s, "web_main_radius", WEB_ABOUT_MAIN, "a shoulder around journal and fillet"),
-        _of_bore(s, "web_pin_radius", WEB_ABOUT_PIN, "a shoulder around pin and fillet"),
+        _of_bore(s, "web_main_radius", of.about_main, "a shoulder around journal and fillet"),
+        _of_bore(s, "web_pin_radius", of.about_pin, "a shoulder around pin and fillet"),
         _mm("counterweight_radius", fitted.radius, note),
         _mm("counterweight_half_width", fitted.radius, "half disc"),
         *_counterweights(s, bays),

@@ -1,16 +1,19 @@
 """Sizes of an engine from its bore, stroke and fuel, by proportions of practice.
 
-Proportions of the crankshaft over the bore B are those of Heisler, *Advanced Engine Technology* (1995), for in-line
-engines: journals 0.75 B and pins 0.65 B thick, big-end journals 0.35 B wide, webs 0.25 B thick, fillets 0.04 B,
-cylinders 1.20 B apart, which leaves 0.35 B for the main journals. Two rods on a pin need a wider one; webs are thinner
-there. Rods have λ = r/l = 0.30, of the 0.25 to 0.33 of Köhler and Flierl, *Verbrennungsmotoren*. Powers and speeds
-follow from mean effective pressures and mean piston speeds of the kind that Heywood, *Internal Combustion Engine
-Fundamentals*, and Taylor, *The Internal-Combustion Engine in Theory and Practice*, list by fuel.
+Diameters of journals and pins over the bore B are the means of :data:`PUBLISHED`, makers' service data of sixteen
+engines (:func:`today`). Other proportions of the crankshaft are those of Heisler, *Advanced Engine Technology* (1995),
+for in-line engines: big-end journals 0.35 B wide, webs 0.25 B thick, fillets 0.04 B, cylinders 1.20 B apart, which
+leaves 0.35 B for the main journals. Two rods on a pin need a wider one; webs are thinner there. :data:`HANDBOOK` has
+Heisler's diameters as well, journals of 0.75 B and pins of 0.65 B. Rods have λ = r/l = 0.30, of the 0.25 to 0.33 of
+Köhler and Flierl, *Verbrennungsmotoren*. Powers and speeds follow from mean effective pressures and mean piston speeds
+of the kind that Heywood, *Internal Combustion Engine Fundamentals*, and Taylor, *The Internal-Combustion Engine in
+Theory and Practice*, list by fuel.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, nearest
@@ -22,14 +25,14 @@ LAMBDA = 0.30
 """Throw over rod length."""
 MECHANICAL_EFFICIENCY = 0.85
 """Brake over indicated power at full load."""
-MAIN_DIAMETER, PIN_DIAMETER, PIN_WIDTH, WEB, FILLET, PITCH = 0.75, 0.65, 0.35, 0.25, 0.04, 1.20
+PIN_WIDTH, WEB, FILLET, PITCH = 0.35, 0.25, 0.04, 1.20
 """Of an in-line engine, over the bore."""
 VEE_BIG_END, VEE_WEB, VEE_MAIN = 0.26, 0.20, 0.30
 """Width of one of two big ends on a pin, thickness of a web and width of a main journal, over the bore."""
+WIDE_MAIN = 0.42
+"""Width of a main journal of a V whose block has its bulkheads between the cylinders, over the bore."""
 FLYING_WEB = 0.12
 """Thickness of the web between split pins, over the bore; chosen."""
-WEB_ABOUT_MAIN, WEB_ABOUT_PIN = 0.47, 0.40
-"""Radii of the web's outline about the main and the pin axis, over the bore: journal and fillet with a shoulder."""
 SKIRT = 0.37
 """Lower edge of the piston below its pin with the clearance to the counterweight, over the bore."""
 WIDEST_PRESSURE, LEAST_PRESSURE = 40e5, 1e5
@@ -63,10 +66,86 @@ class Fuel(NamedTuple):
     rod: float
 
 
+HEAVY = Fuel(18e5, 0.45, 12.0, 0.25, 0.60, 1.5, 16.5, (-3.0, 60.0, 0.8), 1500.0, 1900.0)
 FUELS = {
-    "petrol": Fuel(11e5, 0.38, 18.0, 0.16, 0.70, 1.0, 10.5, (-20.0, 60.0, 2.0), 700.0, 900.0),
-    "diesel": Fuel(18e5, 0.45, 12.0, 0.25, 0.60, 1.5, 16.5, (-3.0, 60.0, 0.8), 1500.0, 1900.0),
+    "petrol": Fuel(11e5, 0.38, 18.0, 0.16, 0.70, 1.0, 11.5, (-18.0, 50.0, 2.0), 700.0, 900.0),
+    "diesel": HEAVY,
 }
+"""Of today: petrol burns half of its heat by 5 deg after dead centre and peaks at six times the mean pressure."""
+
+
+class Proportions(NamedTuple):
+    """Journal and pin diameters, and the web's radii about both axes (with a shoulder), over the bore; their source."""
+
+    main: float
+    pin: float
+    about_main: float
+    about_pin: float
+    source: str
+
+
+class Published(NamedTuple):
+    """Maker's service data of an engine: form, cylinders, fuel; bore, main journal and pin diameter, mm."""
+
+    engine: str
+    form: str
+    cylinders: int
+    fuel: str
+    bore: float
+    main: float
+    pin: float
+
+
+PUBLISHED = (
+    Published("Toyota 2AZ-FE", "in line", 4, "petrol", 88.5, 55.0, 48.0),
+    Published("Ford Duratec 2.3", "in line", 4, "petrol", 87.5, 52.0, 50.0),
+    Published("Ford Zetec 2.0", "in line", 4, "petrol", 84.8, 58.0, 46.9),
+    Published("Subaru EJ25", "boxer", 4, "petrol", 99.5, 60.0, 52.0),
+    Published("Volvo B5254T2", "in line", 5, "petrol", 83.0, 65.0, 50.0),
+    Published("Volvo B6294T", "in line", 6, "petrol", 83.0, 65.0, 50.0),
+    Published("Toyota 2GR-FSE", "V", 6, "petrol", 94.0, 61.0, 53.0),
+    Published("Ford Duratec 3.0", "V", 6, "petrol", 89.0, 63.0, 50.0),
+    Published("Honda J32A", "V", 6, "petrol", 89.0, 72.0, 55.0),
+    Published("Toyota 2UR-FSE", "V", 8, "petrol", 94.0, 67.0, 53.0),
+    Published("Ford Modular 4.6", "V", 8, "petrol", 90.2, 67.5, 53.0),
+    Published("Ford Modular 6.8", "V", 10, "petrol", 90.2, 67.5, 53.0),
+    Published("Mitsubishi S3Q2-T", "in line", 3, "diesel", 88.0, 65.0, 58.0),
+    Published("Case 445T/M2", "in line", 4, "diesel", 104.0, 83.0, 69.0),
+    Published("GM Duramax 6.6 LLY", "V", 8, "diesel", 103.0, 80.0, 63.0),
+    Published("Ford 7.3 Power Stroke", "V", 8, "diesel", 104.4, 79.2, 63.5),
+)
+"""Journals as the makers' service manuals state them (specifications of crankshaft and cylinder block)."""
+SHORT = 4
+"""Cylinders of a short crank: in line and boxers up to this number; the others and all V are long."""
+
+
+def is_short(form: str, cylinders: int) -> bool:
+    """Whether a crank counts as short."""
+    return form != VEE and cylinders <= SHORT
+
+
+def today(layout: Layout, fuel: str) -> Proportions:
+    """Mean of :data:`PUBLISHED` engines of this fuel, short or long; those of diesels do not differ by length."""
+    if fuel == "diesel":
+        return Proportions(0.77, 0.635, 0.48, 0.39, "mean of makers' data of four diesels")
+    if is_short(layout.form, layout.cylinders):
+        return Proportions(0.63, 0.55, 0.41, 0.35, "mean of makers' data of short petrol engines")
+    return Proportions(0.74, 0.585, 0.465, 0.37, "mean of makers' data of long petrol engines")
+
+
+class Practice(NamedTuple):
+    """Rules that a design follows: values by fuel, and proportions by layout and fuel."""
+
+    fuels: Mapping[str, Fuel]
+    proportions: Callable[[Layout, str], Proportions]
+
+
+TODAY = Practice(FUELS, today)
+HANDBOOK = Practice(
+    {"petrol": FUELS["petrol"]._replace(compression=10.5, burn=(-20.0, 60.0, 2.0)), "diesel": HEAVY},
+    lambda layout, fuel: Proportions(0.75, 0.65, 0.47, 0.40, "Heisler"),
+)
+"""Of the engines that ship: Heisler's journals, and a slower burn."""
 
 
 class Sizes(NamedTuple):
@@ -74,7 +153,8 @@ class Sizes(NamedTuple):
 
     ``imep`` is that of the rated speed; ``displacement`` that of all cylinders; ``rod_given``, ``power_given`` and
     ``speed_given`` tell whether the user stated them. ``crank`` is a crankshaft found in CAD, whose dimensions replace
-    the proportions; ``bore_note`` says where the bore comes from.
+    the proportions; ``bore_note`` says where the bore comes from. ``practice`` has the rules.
+    ``wide_mains``: those of a V leave room for bulkheads between its cylinders.
     """
 
     layout: Layout
@@ -90,11 +170,18 @@ class Sizes(NamedTuple):
     crank: Crankshaft | None = None
     bore_note: str = "given"
     stated_thrust_main: int = 0
+    practice: Practice = TODAY
+    wide_mains: bool = False
 
     @property
     def fuel(self) -> Fuel:
         """Practice of the fuel."""
-        return FUELS[self.fuel_name]
+        return self.practice.fuels[self.fuel_name]
+
+    @property
+    def proportions(self) -> Proportions:
+        """Journals, pins and webs over the bore."""
+        return self.practice.proportions(self.layout, self.fuel_name)
 
     @property
     def throw(self) -> float:
@@ -166,12 +253,12 @@ class Sizes(NamedTuple):
     @property
     def main_diameter(self) -> float:
         """Diameter of the main journals, m."""
-        return self.crank.main_diameter if self.crank else MAIN_DIAMETER * self.bore
+        return self.crank.main_diameter if self.crank else self.proportions.main * self.bore
 
     @property
     def pin_diameter(self) -> float:
         """Diameter of the pins, m."""
-        return self.crank.pin_diameter if self.crank else PIN_DIAMETER * self.bore
+        return self.crank.pin_diameter if self.crank else self.proportions.pin * self.bore
 
     @property
     def fillet(self) -> float:
@@ -203,7 +290,7 @@ class Sizes(NamedTuple):
         """Width of a main journal between its webs, m; the narrowest."""
         if self.crank:
             return min(self.crank.main_widths)
-        share = VEE_MAIN if self.vee else PITCH - PIN_WIDTH - 2.0 * WEB
+        share = (WIDE_MAIN if self.wide_mains else VEE_MAIN) if self.vee else PITCH - PIN_WIDTH - 2.0 * WEB
         return share * self.bore
 
     @property
@@ -232,6 +319,7 @@ def sizes(
     power: float | None = None,
     rated: float | None = None,
     crank: Crankshaft | None = None,
+    practice: Practice = TODAY,
 ) -> Sizes:
     """Sizes of an engine (SI); what is None follows from the fuel and the proportions of this module.
 
@@ -241,6 +329,7 @@ def sizes(
     power : brake power at the rated speed, W
     rated : rated speed, rad/s
     crank : dimensions of a crankshaft that was found in CAD
+    practice : rules for the rest
 
     Raises
     ------
@@ -249,14 +338,14 @@ def sizes(
     """
     if fuel not in FUELS:
         raise InputError(f"--fuel '{fuel}' is not known; {nearest(fuel, FUELS)}")
-    own = FUELS[fuel]
+    own = practice.fuels[fuel]
     if not 0.3 <= stroke / bore <= 5.0:
         raise InputError(
             f"--stroke-mm {1e3 * stroke:g}: with a bore of {1e3 * bore:g} mm the stroke is {stroke / bore:.3g} bores; "
             "engines have 0.3 to 5, check both"
         )
     throw = 0.5 * stroke
-    web = WEB_ABOUT_MAIN * bore
+    web = practice.proportions(layout, fuel).about_main * bore
     if crank is not None:
         web = max(crank.web_main_radius, crank.counterweight_radius if any(crank.counterweights) else 0.0)
     least = throw + web + (SKIRT + 0.03) * bore
@@ -268,7 +357,7 @@ def sizes(
         )
     speed = _round_speed(math.pi * own.piston_speed / stroke) if rated is None else rated
     found = Sizes(layout, fuel, bore, stroke, length, speed, own.imep, rod is not None, power is not None,
-                  rated is not None, crank)  # fmt: skip
+                  rated is not None, crank, practice=practice)  # fmt: skip
     if power is None:
         return found
     imep = power / found.brake_power * own.imep

@@ -17,7 +17,7 @@ from cranktrain.structure.crank.recognition import Found, Journal
 from cranktrain.structure.crank.step_file import stated_unit
 from cranktrain.structure.fem.own_mesh import UNITS
 from cranktrain.studies.design.layouts import BOXER, CYCLE_DEG, IN_LINE, LAYOUTS, VEE, Layout
-from cranktrain.studies.design.sizes import MAIN_DIAMETER, Sizes, sizes
+from cranktrain.studies.design.sizes import Sizes, sizes, today
 
 MATCH_DEG = 0.5
 """Deviation of a throw's angle from a layout's, deg."""
@@ -62,9 +62,10 @@ def step_engine(found: Found, stated: Stated) -> StepEngine:
     found = turned(found, float(np.angle(np.exp(1j * offsets).mean())))
     diameter = 2e-3 * float(np.median([one.cylinder.radius for one in found.mains]))
     _check_unit(found, diameter, stated.bore)
-    bore = round(diameter / MAIN_DIAMETER, 4) if stated.bore is None else stated.bore
+    share = today(layout, stated.fuel).main
+    bore = round(diameter / share, 4) if stated.bore is None else stated.bore
     if stated.bore is None:
-        told = (*told, f"bore {1e3 * bore:.4g} mm: main journals are {MAIN_DIAMETER:g} of it by rule; state --bore-mm")
+        told = (*told, f"bore {1e3 * bore:.4g} mm: main journals are {share:g} of it by rule; state --bore-mm")
     crank = dimensions(found, stated.mesh_size or round(MESH_SIZE * bore, 5))
     stroke = 2.0 * crank.crankshaft.throw
     if stated.stroke is not None and abs(stated.stroke - stroke) > 1e-3 * STROKE_MM:
@@ -78,7 +79,7 @@ def step_engine(found: Found, stated: Stated) -> StepEngine:
         layout, bore, stroke, stated.fuel, rod=stated.rod, power=stated.power, rated=stated.rated,
         crank=crank.crankshaft,
     )  # fmt: skip
-    note = "given" if stated.bore is not None else "main journals are 0.75 B by rule"
+    note = "given" if stated.bore is not None else f"main journals are {share:g} B by rule"
     made = made._replace(bore_note=note, stated_thrust_main=stated.thrust_main or 0)
     return StepEngine(made, found, crank, (*told, *crank.doubts))
 

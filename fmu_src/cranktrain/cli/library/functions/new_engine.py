@@ -19,10 +19,11 @@ def new_engine(
         "v6_60", "v6_90", "v8", "v10", "v12", "v16", "boxer2", "boxer4", "boxer6"] | None = None,
     bore_mm: float | None = None, stroke_mm: float | None = None, bank_angle_deg: float | None = None,
     rod_mm: float | None = None, fuel: Literal["petrol", "diesel"] = "petrol", power_kw: float | None = None,
-    rated_rpm: float | None = None, force: bool = False, step: str | Path | None = None,
-    main_diameter_mm: float | None = None, pin_diameter_mm: float | None = None, mains: int | None = None,
-    pulley_end: str | None = None, thrust_main: int | None = None, mesh_size_mm: float | None = None,
-    step_unit: str | None = None,
+    rated_rpm: float | None = None, damper: Literal["rubber", "viscous"] | None = None,
+    flywheel: Literal["solid", "dual-mass"] = "solid", mounts: bool = False, force: bool = False,
+    step: str | Path | None = None, main_diameter_mm: float | None = None, pin_diameter_mm: float | None = None,
+    mains: int | None = None, pulley_end: str | None = None, thrust_main: int | None = None,
+    mesh_size_mm: float | None = None, step_unit: str | None = None,
 ) -> Engine:  # fmt: skip
     """Write a complete engine file from a layout and a few sizes.
 
@@ -40,6 +41,9 @@ def new_engine(
     fuel : petrol or diesel (default petrol)
     power_kw : brake power at the rated speed, kW (default: of the usual mean effective pressure)
     rated_rpm : rated speed, rev/min (default: of the usual mean piston speed)
+    damper : torsional damper fitted to the first torsional mode: rubber or viscous (default none)
+    flywheel : solid or dual-mass (default solid)
+    mounts : with a block and four mounts, for --block flexible
     force : replace an engine file of that name
     step : STEP file (.step, .stp) of the crankshaft alone, in any place and unit; layout and stroke follow from it
     main_diameter_mm : diameter of the main journals, where other cylinders are taken for them

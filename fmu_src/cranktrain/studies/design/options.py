@@ -1,0 +1,29 @@
+"""What a user may ask for beside the engine itself."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from cranktrain.core.errors import InputError, nearest
+
+DAMPERS = ("rubber", "viscous")
+FLYWHEELS = ("solid", "dual-mass")
+
+
+class Equipment(NamedTuple):
+    """Choices: kind of ``damper`` or None, a dual-mass flywheel, mounts with a block."""
+
+    damper: str | None = None
+    dual_mass: bool = False
+    mounts: bool = False
+
+
+BARE = Equipment()
+
+
+def equipment(damper: str | None, flywheel: str, mounts: bool) -> Equipment:
+    """Choices of these options; ``InputError`` where a word is not known."""
+    for option, word, words in (("damper", damper, DAMPERS), ("flywheel", flywheel, FLYWHEELS)):
+        if word is not None and word not in words:
+            raise InputError(f"--{option} '{word}' is not known; {nearest(word, words)}")
+    return Equipment(damper, flywheel == FLYWHEELS[1], mounts)

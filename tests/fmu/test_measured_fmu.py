@@ -1,0 +1,112 @@
+"""FMUs with measured pressures and another drive line: what they carry, do, and refuse."""
+
+import math
+
+import build_fmu
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+
+from cranktrain.engine.file import load_engine
+from cranktrain.fmu import build as building
+from cranktrain.fmu import flat
+from cranktrain.fmu.flat import FlatModel
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.loads.pressure_map import read_gas
+from cranktrain.structure.assembly import running_crank
+
+ENGINE, LINE = (
+    "single_petrol",
+    "disc,inertia,to,stiffness,shaft_damping\nflywheel,,,900,4\nclutch,0.05,dynamometer,600,6\n",
+)
+RPM = 3000.0
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Pressures of 0.8 and 0.6 of the engine's own burn, and a drive line; FMUs have the torsional crank alone."""
+    trace = GasTrace.from_engine(load_engine(ENGINE))
+    for share in (0.8, 0.6):
+        bar = 1e-5 * (trace.motored + share * (trace.fired - trace.motored))
+        rows = "\n".join(f"{angle};{value:.6f}" for angle, value in enumerate(bar))
+        (tmp_path / "map").mkdir(exist_ok=True)
+        (tmp_path / "map" / f"{5000 * share:.0f}.csv").write_text(f"deg;bar\n{rows}\n", "utf-8")
+    (tmp_path / "line.csv").write_text(LINE, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(
+        building,
+        "whole_model",
+        lambda engine, **_: FlatModel(engine, {"torsional": running_crank(engine, "torsional")}),
+    )
+    return tmp_path
+
+
+def built(capsys, *options):
+    """Path of an FMU that the command builds, and what it says; skips where no library can be made."""
+    code = build_fmu.main([ENGINE, "--start", "crank.level=torsional", "-o", "dist", *options])
+    said = capsys.readouterr()
+    if "C compiler" in said.err:
+        pytest.skip(said.err)
+    assert code == 0, said.err
+    return said.out.strip(), said.err
+
+
+def last_cycle(path, *names):
+    """Samples of outputs over the last of 12 cycles at ``RPM``."""
+    cycle = 120.0 / RPM
+    result = simulate_fmu(
+        path, stop_time=12.0 * cycle, output_interval=cycle / 720.0, start_values={"speed": RPM * math.pi / 30.0},
+        output=list(names),
+    )  # fmt: skip
+    return [np.array(result[name][-720:]) for name in names]
+
+
+def test_its_work_is_that_of_the_pressures_in_the_file(folder, capsys):
+    """Mean indicated torque p_mi V_h / 4π, of a file's own mean pressure, in a cycle at constant speed."""
+    engine = load_engine(ENGINE)
+    found = []
+    for share in (0.8, 0.6):
+        file = f"map/{5000 * share:.0f}.csv"
+        path, said = built(capsys, "--pressure", file)
+        assert f"measured trace {5000 * share:.0f}.csv, peak" in said
+        torque = last_cycle(path, "torque.indicated")[0].mean()
+        wanted = read_gas(file, engine).imep * engine.displacement / (4.0 * math.pi)
+        assert torque == pytest.approx(wanted, rel=0.01)
+        found.append(torque)
+    assert found[1] < 0.9 * found[0]
+
+
+def test_its_drive_line_holds_the_mean_torque_and_filters_the_rest(folder, capsys):
+    """On a soft line the torque at the flywheel has the same mean as on the engine's own shaft, and less ripple."""
+    own, _ = built(capsys, "--pressure", "map/4000.csv")
+    (stiff,) = last_cycle(own, "shaft.torque")
+    soft_path, _ = built(capsys, "--pressure", "map/4000.csv", "--drive-line", "line.csv")
+    (soft,) = last_cycle(soft_path, "shaft.torque")
+    assert soft.mean() == pytest.approx(stiff.mean(), rel=0.05)
+    assert np.ptp(soft) < 0.5 * np.ptp(stiff)
+
+
+def test_each_cylinder_s_trace_comes_back_from_the_archive():
+    trace = GasTrace.from_engine(load_engine(ENGINE))
+    both = tuple(GasTrace(trace.motored, share * trace.fired, share, 2.0, 0.0, "x") for share in (1.0, 0.5))
+    gas = GasTrace(trace.motored, 0.75 * trace.fired, 0.75, 2.0, 0.0, "x", both)
+    read = flat.from_bytes(flat.to_bytes(FlatModel(load_engine(ENGINE), {}, gas=gas))).gas
+    assert read is not None and read.values == gas.values and read.source == "x"
+    assert flat.from_bytes(flat.to_bytes(FlatModel(load_engine(ENGINE), {}))).gas is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([ENGINE, "--pressure", "map"], "map: has traces over speed and load, and an FMU carries one trace"),
+        ([ENGINE, "--pressure-unit", "bar"], "unit and dead centre belong to measured pressures"),
+        ([ENGINE, "--pressure", "none.csv"], "none.csv"),
+        ([ENGINE, "--drive-line", "none.csv"], "none.csv"),
+        (["combustion_i6", "--drive-line", "line.csv"], "belong to an engine, not to a module"),
+    ],
+)
+def test_bad_input_gives_one_line_and_no_file(folder, capsys, arguments, message):
+    assert build_fmu.main([*arguments, "-o", "dist"]) == 2
+    said = capsys.readouterr().err
+    assert message in said and said.count("\n") == 1
+    assert not (folder / "dist").exists() or not list((folder / "dist").iterdir())
