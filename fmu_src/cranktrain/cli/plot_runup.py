@@ -43,7 +43,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the verb's options."""
     add = parser.add_argument
     add("file", metavar="FILE.h5", help="result of cranktrain runup or simulate")
-    add("others", nargs="*", metavar="OTHER.h5", help="results of the same kind, laid over it in one picture")
+    add("others", nargs="*", default=[], metavar="OTHER.h5", help="results of the same kind, laid over it")
     add("--plots", default="plots", metavar="DIR", help="folder for the pictures (default plots)")
     add("--measured", metavar="FILE", help="measured orders, drawn over the computed ones; table or UFF 58")
     add("--with-damper", metavar="FILE.h5", help="run-up of the same engine with its damper, drawn below it")

@@ -66,13 +66,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Run cycles at constant speed, write the result, summarise the last cycle."""
-    from cranktrain.studies.planning.level_error import level_error
-
     found, settings, output, plots = _found(options, in_file=True)
     summary = found.summary(output)
     if plots is not None:
         summary["plots"] = plots
-    summary["level_error"] = level_error(found.engine, settings, options.speed_rpm, unlike=own_data(options))
     if not options.json:
         _show(found, settings, summary)
     return summary
@@ -112,6 +109,7 @@ def _equal(given: Any, usual: Any) -> bool:
 def _found(options: argparse.Namespace, in_file: bool) -> tuple[Run, Settings, Path, list[str] | None]:
     """The run, its settings, its file where it has one, and its pictures."""
     from cranktrain.results.files import check_target
+    from cranktrain.studies.planning.level_error import level_error
 
     asked = engine, request, settings, gas = asked_of(options, options.speed_rpm)
     _check(options, engine, settings)
@@ -126,6 +124,8 @@ def _found(options: argparse.Namespace, in_file: bool) -> tuple[Run, Settings, P
             found = request.run(made, gas, advance, tell)
         if not found.complete:
             raise Interrupted(f"interrupted after {found.settling.cycles} cycles; nothing was kept")
+    said = level_error(engine, settings, request.speed_rpm, unlike=own_data(options))
+    found = replace(found, level_error=said)
     if options.steady:
         from cranktrain.studies.torsion.frequency_run_up import steady_orders
 

@@ -31,12 +31,14 @@ class Run(TimeSeries, Result):
     gas : the pressure trace at full load
     attributes : settings of the run, as in the result file
     steady_orders : orders of the steady state in the frequency domain, where it was asked for: [order, deg]
+    level_error : total error of the levels (:mod:`cranktrain.studies.planning.level_error`), where it was looked up
     """
 
     engine: Engine
     gas: GasTrace
     attributes: dict[str, str | int | float]
     steady_orders: list[list[float]] | None = None
+    level_error: dict[str, Any] | None = None
 
     @property
     def _engine_name(self) -> str:
@@ -58,6 +60,8 @@ class Run(TimeSeries, Result):
         found["film_temperature"] = {"source": self.attributes["film_temperature"], "passes": self.passes}
         found["firing"] = firing_summary(self.engine)
         found["free_forces"] = self.free_forces
+        if self.level_error is not None:
+            found["level_error"] = self.level_error
         found["gas"] = {
             "source": self.gas.source,
             "peak_mpa": 1e-6 * self.gas.peak,

@@ -59,7 +59,7 @@ class Keyword(NamedTuple):
     def many(self) -> bool:
         """Whether its value is a list."""
         return (isinstance(self.action.nargs, int) and self.action.nargs > 0) or (
-            self.action.nargs == "+" or isinstance(self.action, argparse._AppendAction)
+            self.action.nargs in ("+", "*") or isinstance(self.action, argparse._AppendAction)
         )  # fmt: skip
 
 
@@ -97,7 +97,7 @@ def keywords(verb: str) -> dict[str, Keyword]:
             found[name] = found[name]._replace(help=found[name].help + more)
             continue
         default = parser.get_default(name)
-        required = action.required and action.nargs != "?"
+        required = action.required and action.nargs not in ("?", "*")
         options = tuple(action.option_strings)
         found[name] = Keyword(name, _kind(action, default, required), default, required, text, options, action)
     for (of, name), more in ALSO.items():
@@ -145,7 +145,7 @@ def _kind(action: argparse.Action, default: Any, required: bool) -> str:
         kind = f"{kind} | {OBJECTS[action.dest]}"
     if isinstance(action.nargs, int) or isinstance(action, argparse._AppendAction):
         kind = f"Sequence[{kind}]"
-    elif action.nargs == "+":
+    elif action.nargs in ("+", "*"):
         kind = f"{kind} | Sequence[{kind}]"
     elif action.nargs == "?" and action.const is not None:
         kind = f"{kind} | bool"

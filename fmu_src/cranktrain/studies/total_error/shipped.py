@@ -33,6 +33,7 @@ LATER = (
     ("crankshaft", "pin_throws", ()), ("load", "", None), ("damper", "damping", 0.0), ("damper", "frequencies", ()),
     ("damper", "stiffnesses", ()), ("damper", "dampings", ()), ("rod", "eye_wall", 0.0), ("rod", "cap_wall", 0.0),
     ("rod", "eye_width", 0.0), ("rod", "shank_width", 0.0), ("damping", "torsional_ratios", ()),
+    ("oil", "grade", "none"),
 )  # fmt: skip
 """Tables and keys that came after the first shipped figures, with the value of a file that does not have them."""
 CHANGED = (("big_end_bearing", "supply_angle", -0.5 * math.pi, 0.5 * math.pi),)

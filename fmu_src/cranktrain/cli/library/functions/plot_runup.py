@@ -16,9 +16,10 @@ if TYPE_CHECKING:
 # In one piece: every option of the verb, by keyword.
 @of_verb
 def plot_runup(
-    file: str | Path, others: str | Path, *, plots: str | Path = "plots", measured: str | Path | None = None,
-    with_damper: str | Path | None = None, orders: str | Sequence[float] = (), log: bool = False, linear: bool = False,
-    peak_to_peak: bool = False, outputs: str | None = None, engine: str | Path | Engine | None = None,
+    file: str | Path, others: str | Path | Sequence[str | Path] = (), *, plots: str | Path = "plots",
+    measured: str | Path | None = None, with_damper: str | Path | None = None, orders: str | Sequence[float] = (),
+    log: bool = False, linear: bool = False, peak_to_peak: bool = False, outputs: str | None = None,
+    engine: str | Path | Engine | None = None,
 ) -> Found:  # fmt: skip
     """Pictures of a run-up.
 
@@ -30,7 +31,7 @@ def plot_runup(
     Parameters
     ----------
     file : result of cranktrain runup or simulate
-    others : results of the same kind, laid over it in one picture
+    others : results of the same kind, laid over it
     plots : folder for the pictures (default plots)
     measured : measured orders, drawn over the computed ones; table or UFF 58
     with_damper : run-up of the same engine with its damper, drawn below it
