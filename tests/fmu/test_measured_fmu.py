@@ -11,6 +11,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.fmu import build as building
 from cranktrain.fmu import flat
 from cranktrain.fmu.flat import FlatModel
+from cranktrain.fmu.running import simulation
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.pressure_map import read_gas
 from cranktrain.structure.assembly import running_crank
@@ -93,6 +94,16 @@ def test_each_cylinder_s_trace_comes_back_from_the_archive():
     read = flat.from_bytes(flat.to_bytes(FlatModel(load_engine(ENGINE), {}, gas=gas))).gas
     assert read is not None and read.values == gas.values and read.source == "x"
     assert flat.from_bytes(flat.to_bytes(FlatModel(load_engine(ENGINE), {}))).gas is None
+
+
+def test_a_simulation_of_its_data_runs_on_the_measured_trace():
+    """As the Python FMU makes one."""
+    engine = load_engine(ENGINE)
+    own = GasTrace.from_engine(engine)
+    gas = GasTrace(own.motored, 0.9 * own.fired, 0.9 * own.imep, own.best_speed, 0.0, "x")
+    model = FlatModel(engine, {"torsional": running_crank(engine, "torsional")}, gas=gas)
+    made = simulation(model, {"crank": "torsional"}, {})
+    assert made.gas.values == gas.values and not made.gas.built_in
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             raise InputError(f"{own}: exists; give --force to replace it, or take another name")
     if options.step is not None:
         made = engine_of_step(options, name, equipment_of(options))
-        report = _report(made.sizes, path) | step_report(made, name)
+        report = _report(made.sizes, path, equipment_of(options)) | step_report(made, name)
         if not options.json:
             show_step(report)
             _show(report)
@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     with whole_file(path, KIND) as temporary:
         temporary.write_text(text, encoding="utf-8")
         load_engine(temporary)
-    report = _report(found, path)
+    report = _report(found, path, equipment_of(options))
     if not options.json:
         _show(report)
     return report
@@ -126,7 +126,7 @@ def _sizes(options: argparse.Namespace) -> Sizes:
     )
 
 
-def _report(s: Sizes, path: Path) -> dict[str, Any]:
+def _report(s: Sizes, path: Path, equipped: Equipment) -> dict[str, Any]:
     row, places = s.layout, cylinder_places(load_engine(path))
     free = free_forces(row, places.along)._asdict()
     return {
@@ -139,7 +139,9 @@ def _report(s: Sizes, path: Path) -> dict[str, Any]:
         "next": [
             f"cranktrain modal {path} --crank beam",
             f"cranktrain runup {path} --from {s.lowest / RPM:g} --to {s.rated / RPM:g} --step {_step(s):g} "
-            f"--crank torsional --steady harmonic-balance --plots {path.stem}",
+            f"--crank torsional --steady harmonic-balance {'--damper ' if equipped.damper else ''}--plots {path.stem}",
+            *([f"cranktrain simulate {path} --speed {s.best / RPM:g} --block flexible --step-deg 0.5"]
+              if equipped.mounts else []),
         ],
     }  # fmt: skip
 

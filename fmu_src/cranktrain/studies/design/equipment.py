@@ -194,7 +194,8 @@ def with_dual_mass(made: Document, s: Sizes) -> Document:
     ring = f"{math.radians(springs):.3g} N m/deg; engine and secondary mass swing at {BELOW_FIRING * firing:.3g} Hz, "
     ring += f"{BELOW_FIRING:g} of the firings at {s.lowest / RPM:.0f} rev/min; full load twists by "
     ring += f"{math.degrees(torque / springs):.0f} deg; the shaft behind has {HELD:g} of it and holds the gearbox"
-    damping = [0.02 * springs / (2.0 * math.pi * BELOW_FIRING * firing) * one for one in (1.0, 5.0 * HELD)]
+    own = 0.02 * springs / (2.0 * math.pi * BELOW_FIRING * firing)
+    damping = [own, 0.6 * math.sqrt(HELD * springs * (front + secondary))]
     return made.with_blocks(
         Block("flywheel", "Primary mass of the dual-mass flywheel, a disc on the crank's flange.", entries),
         Block("drive_line_chain", "Bow springs drive the secondary mass; a soft shaft leads to the dynamometer.", (
@@ -203,7 +204,7 @@ def with_dual_mass(made: Document, s: Sizes) -> Document:
             chosen("starts", ["flywheel", "secondary"], "", "of the shafts"),
             chosen("ends", ["secondary", "dynamometer"], "", "of the shafts"),
             derived("stiffnesses", [springs, HELD * springs], "N m/rad", ring),
-            derived("dampings", damping, "N m s/rad", "1 and 5 % of critical at the mode, about"),
+            derived("dampings", damping, "N m s/rad", "springs: loss factor 0.02 at the mode; shaft: 0.3 of critical"),
             derived("frictions", [0.05 * torque, 0.0], "N m", "bow springs in their channel: 0.05 of full load"),
         )),
     )  # fmt: skip
