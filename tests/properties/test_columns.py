@@ -54,6 +54,12 @@ def test_headings_wrap_before_numbers_and_a_unit_keeps_its_stroke():
     assert page.rows == [["3: 400, 6: 200,\n9: 133"]]
 
 
+def test_a_matrix_in_a_cell_takes_the_width_of_its_rows():
+    """Rows of a matrix stay rows, and the column is as wide as the longest of them."""
+    [page] = pages(["", "stiffness"], [["k", "3.4519e+09  1.7608e+09\n3.149e+08  5.9483e+08"]], 99, BESIDE)
+    assert page.widths == [1, 22] and page.rows == [["k", "3.4519e+09  1.7608e+09\n3.149e+08  5.9483e+08"]]
+
+
 def test_columns_without_a_value_are_left_out():
     rows = [["a", "", NOTHING, "0"], ["b", " ", "", NOTHING]]
     assert told_columns(["w", "x", "y", "z"], rows) == [0, 3]

@@ -60,13 +60,13 @@ def _widths(columns: Rows, room: int, size: Callable[[str], int]) -> tuple[list[
     """
 
     def longest(texts: Sequence[str]) -> int:
-        return max(map(size, texts), default=0)
+        return max((size(line) for text in texts for line in text.split("\n")), default=0)
 
     heads = [longest(_pieces(column[0])) for column in columns]
     cells = [column[1:] for column in columns]
     lists = [longest([piece for text in part for piece in _pieces(text)]) for part in cells]
     words = [min(longest([word for text in part for word in text.split()]), LONGEST_WORD) for part in cells]
-    widths = [max(size(column[0]), longest(part), 1) for column, part in zip(columns, cells, strict=True)]
+    widths = [max(longest(column[:1]), longest(part), 1) for column, part in zip(columns, cells, strict=True)]
     for floors in (map(longest, cells), lists, words):
         least = [max(head, floor, 1) for head, floor in zip(heads, floors, strict=True)]
         while sum(widths) > room:
@@ -79,20 +79,27 @@ def _widths(columns: Rows, room: int, size: Callable[[str], int]) -> tuple[list[
 
 def _pieces(text: str) -> list[str]:
     """Parts of a text that stay on one line: entries of a list, a unit with its stroke, words."""
-    if ", " in text:
-        return re.split(r"(?<=,) ", text)
-    return re.split(r"(?<!/) +", text)
+    return [
+        piece
+        for line in text.split("\n")
+        for piece in (re.split(r"(?<=,) ", line) if ", " in line else re.split(r"(?<!/) +", line))
+    ]
 
 
 def _wrapped(text: str, width: int, size: Callable[[str], int]) -> str:
-    """A text with line breaks between its pieces; one with a piece that is wider is left as it is."""
-    pieces = _pieces(text)
-    if size(text) <= width or max(map(size, pieces)) > width:
-        return text
+    """A text with line breaks between its pieces; a line with a piece that is wider is left as it is."""
+    return "\n".join(one for line in text.split("\n") for one in _lines(line, width, size))
+
+
+def _lines(line: str, width: int, size: Callable[[str], int]) -> list[str]:
+    """Lines of a line of text."""
+    pieces = _pieces(line)
+    if size(line) <= width or max(map(size, pieces)) > width:
+        return [line]
     lines = [pieces[0]]
     for piece in pieces[1:]:
         if size(lines[-1]) + 1 + size(piece) <= width:
             lines[-1] += f" {piece}"
         else:
             lines.append(piece)
-    return "\n".join(lines)
+    return lines
