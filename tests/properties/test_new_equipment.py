@@ -21,6 +21,7 @@ from cranktrain.structure.crank.level import bare_crank
 from cranktrain.structure.crank.sections import crank_moments
 from cranktrain.structure.crank.torsional import discs
 from cranktrain.studies.design.layouts import LAYOUTS, layout
+from cranktrain.studies.design.mounted_block import mounted_mass
 from cranktrain.studies.design.options import BARE, Equipment
 from cranktrain.studies.design.rules import document
 from cranktrain.studies.design.sizes import PUBLISHED, is_short, sizes, today
@@ -203,15 +204,17 @@ def test_the_engine_on_its_mounts_moves_at_5_to_15_hz(name, tmp_path):
 def test_a_single_on_mounts_pitches_lower(tmp_path):
     """Its four mounts stand close together along the crank."""
     hz = rigid_motions(made(tmp_path, "single", Equipment(mounts=True))[0])
-    assert hz[0] >= 2.0 and hz[-1] <= 15.0
+    assert 2.5 <= hz[0] < 5.0 <= hz[1] and hz[-1] <= 16.0
 
 
 @pytest.mark.slow
 def test_a_new_engine_runs_in_its_block(tmp_path):
-    """Mean force of the mounts along the vertical is its weight, within the settling of two cycles."""
+    """Its mounts carry its weight on average: block, heads, crank, flywheel and pistons."""
     engine, found = made(tmp_path, "i3", Equipment("rubber", dual_mass=True, mounts=True))
-    run = ct.simulate(engine, speed_rpm=found.best / RPM, crank="torsional", block="flexible", damper=True, cycles=2)
-    assert np.isfinite(run["pulley.torsion"]).all() and np.isfinite(run["mount[1].force.y"]).all()
+    run = ct.simulate(engine, speed_rpm=found.best / RPM, crank="beam", block="flexible", damper=True, step_deg=0.5)
+    carried = sum(run[f"mount[{k}].force.y"][-run.per_cycle :].mean() for k in range(1, 5))
+    assert abs(carried) == pytest.approx(9.81 * mounted_mass(engine), rel=0.12)
+    assert run.settling.cycles < 40
 
 
 @pytest.mark.parametrize(
