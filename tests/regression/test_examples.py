@@ -266,4 +266,9 @@ def test_bench_samples(tmp_path):
                 for one in (kept[name], folder / name)]  # fmt: skip
         np.testing.assert_allclose(*rows, rtol=1e-3, atol=1e-5)
     found = ct.analyse_measured(str(folder / "run.csv"), rotation="pulley", teeth=60, missing=2, orders="3,6")
-    assert found is not None
+    read, speeds = found["orders"][0], 1300.0 + 200.0 * np.arange(4)
+    answers = module.TorsionalAnswers(load_engine("diesel_i6"), 1.0, damper=True)
+    place = module.Place("pulley.torsion", speeds * math.pi / 30.0, np.array([3.0, 6.0]))
+    put_in = np.degrees(np.abs(answers.orders(answers.healthy, place)))
+    back = [np.interp(speeds, read["speeds_rpm"], [row[k] for row in read["amplitudes"]]) for k in (0, 1)]
+    np.testing.assert_allclose(np.array(back).T, put_in, rtol=0.02, atol=2e-3)  # 1.5e-3 is the reading's own error
