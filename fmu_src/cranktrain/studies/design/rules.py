@@ -27,8 +27,8 @@ from cranktrain.studies.design.fitting import (
     full_load,
     gyration,
 )
-from cranktrain.studies.design.judged import bearing_limits, limits
 from cranktrain.studies.design.layouts import IN_LINE, VEE, Layout
+from cranktrain.studies.design.limits import bearing_limits, limits
 from cranktrain.studies.design.mounted_block import mounted_block, piston_guidance
 from cranktrain.studies.design.options import BARE, Equipment
 from cranktrain.studies.design.sizes import (
