@@ -3,6 +3,7 @@
 import itertools
 import re
 import shlex
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -26,6 +27,8 @@ MADE = {
     "dist/CranktrainDieselI6.fmu": ["python", "build_fmu.py", "diesel_i6"],
 }
 """Files that a line reads, and how the earlier line begins that makes them."""
+SERVES = ("explore",)
+"""Verbs that serve a page until Ctrl-C."""
 QUICK = ("new", "measured", "watch", "engines")
 
 
@@ -63,10 +66,27 @@ def test_lines_of_seconds_run(clone, capsys):
     assert len(list(clone.glob("my_*.toml"))) == 2 and len(list(clone.glob("my_*_crank.msh"))) == 1
 
 
+def page_served(command):
+    """Start a page's server, wait for its address, and end it by Ctrl-C: exit code and what it said."""
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    said = []
+    for line in server.stdout:
+        said.append(line)
+        if "http://127.0.0.1" in line:
+            server.send_signal(signal.SIGINT)
+            break
+    rest, _ = server.communicate(timeout=60)
+    return server.returncode, "".join(said) + rest
+
+
 @pytest.mark.slow
 def test_all_lines_run_one_after_the_other(clone):
     for words in LINES:
         shown = [word for word in words if word != "--show-plot"]
         command = [sys.executable, "-m", *shown] if words[0] != "python" else [sys.executable, *shown[1:]]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, (words, done.stderr[-2000:])
+        if words[1] in SERVES:
+            code, said = page_served(command)
+        else:
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            code, said = done.returncode, done.stderr
+        assert code == 0, (words, said[-2000:])
