@@ -13,6 +13,9 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.critical_speeds import REACH, excitations, exciting_orders
 from cranktrain.structure.crank.level import crank_body
 from cranktrain.structure.in_motion.periodic_forces import gas_forces
+from cranktrain.studies.design.layouts import layout
+from cranktrain.studies.design.rules import first_design
+from cranktrain.studies.design.sizes import HANDBOOK, sizes
 
 DATA = Path(__file__).parents[1] / "data" / "engines"
 
@@ -68,11 +71,8 @@ def test_the_orders_of_the_peaks_are_listed(name, wanted):
     assert all(engine.speeds[0] <= one.speed <= REACH * engine.speeds[1] for one in own)
 
 
-def test_the_strongest_orders_of_a_v12_are_no_multiples_of_its_firings(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["new", "twelve", "--layout", "v12", "--bore-mm", "86", "--stroke-mm", "80"]) == 0
-    capsys.readouterr()
-    engine = load_engine("twelve.toml")
+def test_the_strongest_orders_of_a_v12_are_no_multiples_of_its_firings():
+    engine = first_design("twelve", sizes(layout("v12"), 0.086, 0.080, "petrol", practice=HANDBOOK)).engine
     found = sorted(exciting_orders(engine, crank_body(engine, "beam")), key=lambda one: -one.share)
     assert engine.firings == 6.0
     assert {one.order for one in found[:3]} == {3.5, 4.5, 6.0} and found[3].share < 0.5

@@ -232,7 +232,7 @@ def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, par
 
     def whole_model(engine, body, say, **given):
         asked.append(given)
-        return SimpleNamespace(engine=engine)
+        return FlatModel(engine, {})
 
     monkeypatch.setattr("cranktrain.fmu.build.whole_model", whole_model)
     monkeypatch.setattr("cranktrain.fmu.build.build", lambda *_, **__: tmp_path / "made.fmu")
