@@ -18,6 +18,7 @@ if str(SOURCES) not in sys.path:
 
 from cranktrain.cli import streams  # noqa: E402
 from cranktrain.cli.ending import fault, one_line  # noqa: E402
+from cranktrain.cli.run_options import add_source_options  # noqa: E402
 from cranktrain.core.errors import CranktrainError, InputError  # noqa: E402
 from cranktrain.core.machine_code import this_platform  # noqa: E402
 from cranktrain.engine.file import load_engine  # noqa: E402
@@ -86,20 +87,7 @@ def _parser() -> argparse.ArgumentParser:
         help="own reduced crankshaft (.h5, .npz, folder of cranktrain reduce --output), or superelement (.toml), for "
         "the crank levels rigid, torsional and solid",
     )  # fmt: skip
-    add(
-        "--pressure", metavar="FILE",
-        help="measured pressures in place of the engine's built-in trace: a .csv file of crank angle in degrees and "
-        "pressure, one column or one for each cylinder, as simulate takes it",
-    )  # fmt: skip
-    add("--pressure-unit", metavar="UNIT", help="Pa, kPa, bar or MPa (default: from header or size of the peak)")
-    add(
-        "--pressure-tdc-deg", type=float, metavar="DEG",
-        help="angle of the firing dead centre in the pressure file (of cylinder 1)",
-    )  # fmt: skip
-    add(
-        "--drive-line", metavar="TABLE",
-        help="discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the engine's drive line",
-    )  # fmt: skip
+    add_source_options(parser, maps=False)
     form = parser.add_mutually_exclusive_group().add_argument
     form(
         "--native", action="store_true",

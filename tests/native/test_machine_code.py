@@ -3,6 +3,7 @@
 import ctypes
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -188,6 +189,31 @@ def test_without_a_c_compiler_an_installation_goes_on(monkeypatch, capsys):
     assert said.count("\n") == 1 and "kernels are compiled when they are first called: no C compiler was found" in said
     assert command.main(["linux64"]) == 2
     assert command.main(["toaster"]) == 2 and "platform 'toaster' is not known" in capsys.readouterr().err
+
+
+MADE = """
+import sys
+from pathlib import Path
+from cranktrain.fmu.native import link, __main__ as command
+link.LIBRARIES = Path(sys.argv[1])
+sys.exit(command.main(["--kind", "cranktrain"]))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_an_interrupt_ends_what_emits_and_keeps_nothing_half_made(tmp_path):
+    """A signal for the command alone, not for the processes that it started."""
+    if shutil.which("cc") is None:
+        pytest.skip("no C compiler here")
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "CRANKTRAIN_CACHE": str(tmp_path / "cache")}
+    given = [sys.executable, "-c", MADE, str(tmp_path / "none")]
+    with subprocess.Popen(given, env=environment, stderr=subprocess.PIPE, text=True) as command_line:
+        assert "machine code of the kernels is made" in command_line.stderr.readline()
+        command_line.send_signal(signal.SIGINT)
+        said = command_line.stderr.read()
+    assert command_line.returncode == 130
+    assert said.count("\n") == 1 and "interrupted; what was finished is kept" in said
+    assert {path.name for path in (tmp_path / "cache").rglob("*") if path.is_file()} <= {"lock"}
 
 
 def test_a_compiler_of_another_platform_is_not_taken(monkeypatch):

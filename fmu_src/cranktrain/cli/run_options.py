@@ -151,9 +151,13 @@ def add_run_options(parser: argparse.ArgumentParser, big_ends: str = "rigid") ->
     )  # fmt: skip
 
 
-def add_source_options(parser: argparse.ArgumentParser) -> None:
-    """Add what drives and loads the crank in place of the engine file's gas and drive line."""
+def add_source_options(parser: argparse.ArgumentParser, maps: bool = True) -> None:
+    """Add what drives and loads the crank in place of the engine file's gas and drive line.
+
+    ``maps``: whether pressures may be traces over speed and load.
+    """
     add = parser.add_argument
+    more = "; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file"
     add(
         "--drive-line", metavar="TABLE",
         help="discs and shafts (TOML or CSV) from 'flywheel' to 'dynamometer' in place of the connecting shaft",
@@ -161,7 +165,7 @@ def add_source_options(parser: argparse.ArgumentParser) -> None:
     add(
         "--pressure", metavar="FILE",
         help="measured pressures: a .csv file of crank angle in degrees and pressure, one column or one for each "
-        "cylinder; or a folder of such files named by speed (1500.csv), or an index file of speed_rpm, load, file",
+        f"cylinder{more if maps else ''}",
     )  # fmt: skip
     add("--pressure-unit", metavar="UNIT", help="Pa, kPa, bar or MPa (default: from header or size of the peak)")
     add(

@@ -235,7 +235,7 @@ def _built(
     engine = parts.measured.with_line(load_engine(source))
     check_target(folder, engine)
     check_mesh(parts.body, "journal surfaces")
-    parts.interface(engine_interface(engine, target.clocks))
+    parts.interface(engine_interface(engine, target.clocks))  # refused before any data are made
     gas = parts.measured.gas(engine)
     if gas is not None:
         peak, mean = 1e-5 * gas.peak, 1e-5 * gas.imep

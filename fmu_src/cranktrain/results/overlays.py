@@ -88,22 +88,21 @@ def check_overlaid(results: Mapping[str, TimeSeries | RunUp], outputs: Sequence[
 
 def cycle_overlay(runs: Mapping[str, TimeSeries], output: str) -> Any:
     """Last cycle of an output of runs over the crank angle, above its orders; rad in degrees."""
-    unit = output_unit(output)
-    scale, unit = (180.0 / math.pi, "deg") if unit == "rad" else (1.0, unit or "1")
+    shown = _other(output)
     figure = figure_of(9.5, 7.2)
     above, below = figure.subplots(2, 1)
     width = 0.42 / len(runs)
     for k, (name, run) in enumerate(zip(legend_names(runs), runs.values(), strict=True)):
-        cycle = scale * run._cycle(output)
+        cycle = shown.scale * run._cycle(output)
         angle = np.linspace(0.0, 720.0, cycle.size + 1)
         own = {"color": ORDER_COLOURS[k], "label": name}
         above.plot(angle, np.append(cycle, cycle[0]), lw=1.5, ls=STYLES[k], **own)
         orders, sizes = order_spectrum(cycle, HIGHEST)
         below.bar(np.asarray(orders) + (k - 0.5 * (len(runs) - 1)) * width, sizes, width=width, **own)
     above.set(xlim=(0, 720), xticks=np.arange(0, 721, 120), xlabel="crank angle over the last cycle / deg")
-    above.set_ylabel(f"{output} / {unit}")
+    above.set_ylabel(f"{output} / {shown.unit}")
     below.set(xlim=(0, HIGHEST + 0.5), xticks=np.arange(0, HIGHEST + 0.1, 1.5))
-    below.set(xlabel="order / oscillations per revolution", ylabel=f"{output}, zero to peak / {unit}")
+    below.set(xlabel="order / oscillations per revolution", ylabel=f"{shown.name} / {shown.unit}")
     for ax in (above, below):
         ax.grid(alpha=0.25)
     _legend(figure, above)

@@ -19,7 +19,7 @@ from cranktrain.fmu.native.link import checked_platform, compiler, library
 def main(given: list[str]) -> int:
     """Make every kind's library for each platform, this machine's without any.
 
-    2 where one that was asked for cannot be made, else 0.
+    2 where one that was asked for cannot be made, 130 after an interrupt, else 0.
     """
     parser = argparse.ArgumentParser("python -m cranktrain.fmu.native", description="Make libraries of machine code.")
     parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help="linux64, win64; this machine's without any")
@@ -30,7 +30,11 @@ def main(given: list[str]) -> int:
     chosen = parser.parse_args(given)
     kinds = [chosen.kind] if chosen.kind else [WHOLE, *modules]
     platforms = chosen.platforms or [this_platform()]
-    lacking = [platform for platform in platforms if not _made_for(platform, kinds, chosen.package)]
+    try:
+        lacking = [platform for platform in platforms if not _made_for(platform, kinds, chosen.package)]
+    except KeyboardInterrupt:
+        _say("interrupted; what was finished is kept, and the same command goes on from there")
+        return 130
     return 2 if lacking and chosen.platforms else 0
 
 

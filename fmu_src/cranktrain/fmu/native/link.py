@@ -14,11 +14,11 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 try:
     import fcntl
@@ -85,11 +85,39 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
 
 
 def _all_programs(kinds: Sequence[str], say: Progress, emit: bool) -> list[Path]:
-    """Programs of kinds, those that are to be emitted side by side; ``InputError`` where they may not be."""
-    if not emit and not all(_program(kind).with_suffix(".json").is_file() for kind in kinds):
-        raise InputError("it does not exist yet; run make native or python -m cranktrain.fmu.native")
-    with ThreadPoolExecutor(len(kinds)) as side_by_side:
-        return list(side_by_side.map(lambda kind: _emitted(kind, say), kinds))
+    """Programs of kinds; those that lack are emitted now, side by side, each in a process of its own.
+
+    These processes compile for the least processor, whatever this one compiles for. ``InputError`` where kernels may
+    not be emitted, or were not.
+    """
+    programs = [_program(kind) for kind in kinds]
+    with ExitStack() as stack:
+        for program in programs:
+            stack.enter_context(_alone(program.parent))
+        lacking = [program for program in programs if not program.with_suffix(".json").is_file()]
+        if lacking and not emit:
+            raise InputError("it does not exist yet; run make native or python -m cranktrain.fmu.native")
+        running = []
+        for program in lacking:
+            say(f"{program.stem}: machine code of the kernels is made, once for this state of the sources")
+            run = "cranktrain.fmu.native.make", program.stem, str(program.parent)
+            running.append(stack.enter_context(_process(run, stdin=subprocess.PIPE, env=_environment() | emitting())))
+        for one in running:
+            one.wait()
+    for program in lacking:
+        if not program.with_suffix(".json").is_file():
+            raise InputError(f"{program.stem}: no machine code was made of its kernels; the lines above say why")
+    return programs
+
+
+@contextmanager
+def _process(module: Sequence[str], **given: Any) -> Iterator[subprocess.Popen[Any]]:
+    """A Python process of a module with arguments, which ends with the block where it has not ended before."""
+    with subprocess.Popen([sys.executable, "-m", *module], **given) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def _program(kind: str) -> Path:
@@ -133,24 +161,6 @@ def _is_made(path: Path, kind: str) -> bool:
         return False
 
 
-def _emitted(kind: str, say: Progress) -> Path:
-    """A kind's program; emitted now, where it does not lie there, in a process of its own.
-
-    That process compiles for the least processor, whatever this one compiles for.
-    """
-    program = _program(kind)
-    told = program.with_suffix(".json")
-    with _alone(program.parent):
-        if not told.is_file():
-            say(f"{kind}: machine code of the kernels is made, once for this state of the sources")
-            run = [sys.executable, "-m", "cranktrain.fmu.native.make", kind, str(program.parent)]
-            with subprocess.Popen(run, stdin=subprocess.PIPE, env=_environment() | emitting()) as made:
-                made.wait()
-        if not told.is_file():
-            raise InputError(f"{kind}: no machine code was made of its kernels; the lines above say why")
-    return program
-
-
 def _environment() -> dict[str, str]:
     """That of a process with this package."""
     given = os.environ.get("PYTHONPATH")
@@ -165,28 +175,34 @@ def emitting() -> dict[str, str]:
 
 
 def _objects(programs: Sequence[Path], platform: Platform) -> list[Path]:
-    """Object files of programs for a platform, and for its faster processors, side by side."""
-    variants = (False, True) if platform.fast else (False,)
-    wanted = [(program, fast) for program in programs for fast in variants]
-    with ThreadPoolExecutor(os.cpu_count()) as side_by_side:
-        return list(side_by_side.map(lambda one: _object(one[0], platform, one[1]), wanted))
+    """Object files of programs for a platform, and for its faster processors.
 
-
-def _object(program: Path, platform: Platform, fast: bool) -> Path:
-    """Object file of a program; made in a process of its own, because LLVM serves one thread at a time."""
-    path = program.with_name(f"{program.stem}-{platform.folder}{exported.FAST if fast else ''}.o")
-    if path.is_file():
-        return path
-    with tempfile.TemporaryDirectory(dir=program.parent) as folder:
-        temporary = Path(folder) / path.name
-        run = [sys.executable, "-m", "cranktrain.fmu.native.objects", str(program), platform.folder, str(temporary)]
-        done = subprocess.run([*run, *["fast"][: int(fast)]], capture_output=True, text=True, env=_environment())
-        if done.returncode:  # cut short, or of another LLVM
-            program.with_suffix(".json").unlink(missing_ok=True)
-            why = done.stderr.strip().splitlines()[-1:]
-            raise InputError(f"{program} cannot be read, so it is made again at the next attempt ({''.join(why)})")
-        os.replace(temporary, path)
-    return path
+    They are made side by side, each in a process of its own, because LLVM serves one thread at a time.
+    """
+    variants = ("", exported.FAST) if platform.fast else ("",)
+    wanted = {
+        program.with_name(f"{program.stem}-{platform.folder}{fast}.o"): (program, fast)
+        for program in programs for fast in variants
+    }  # fmt: skip
+    with ExitStack() as stack:
+        running = {}
+        for path, (program, fast) in wanted.items():
+            if not path.is_file():
+                folder = stack.enter_context(tempfile.TemporaryDirectory(dir=program.parent))
+                made = Path(folder) / path.name
+                run = "cranktrain.fmu.native.objects", str(program), platform.folder, str(made), *filter(None, [fast])
+                running[path] = (
+                    made,
+                    stack.enter_context(_process(run, stderr=subprocess.PIPE, text=True, env=_environment())),
+                )
+        for path, (made, process) in running.items():
+            said = process.communicate()[1].strip().splitlines()[-1:]
+            if process.returncode:  # cut short, or of another LLVM
+                program, _ = wanted[path]
+                program.with_suffix(".json").unlink(missing_ok=True)
+                raise InputError(f"{program} cannot be read, so it is made again at the next attempt ({''.join(said)})")
+            os.replace(made, path)
+    return list(wanted)
 
 
 _OWN_COMPILERS = {
