@@ -57,6 +57,31 @@ def test_a_single_cylinder_has_arrays_of_one_element(tmp_path):
     assert shapes["cylinder.pressure"] == (1,)
 
 
+@pytest.mark.parametrize("engine", ["diesel_i6", "single_petrol"])
+@pytest.mark.parametrize(
+    ("columns", "source", "told"),
+    [
+        (("speed", "cylinder[1].pressure"), None, True),  # as tables for FMI 2.0 have them
+        (("speed",), None, True),
+        (("speed",), 2, False),  # builtin, by the number that FMPy wants
+        ((), None, False),
+    ],
+)
+def test_a_table_of_fmi_2_does_not_leave_the_gas_to_itself_in_silence(tmp_path, engine, columns, source, told):
+    path, lines = torsional_fmu(engine, tmp_path, "3.0"), []
+    table = np.zeros(3, dtype=[("time", float), *((name, float) for name in columns)])
+    table["time"] = 0.0, STEP, 2.0 * STEP
+    for name in columns:
+        table[name] = SPEED if name == "speed" else 5e6
+    starts = {"speed": SPEED} | ({"gas.source": source} if source else {})
+    simulate_fmu(
+        str(path), stop_time=2.0 * STEP, output_interval=STEP, start_values=starts, output=["crank.angle"],
+        input=table if columns else None, logger=lambda *given: lines.append(given[-1].decode()),
+    )  # fmt: skip
+    count = {"diesel_i6": 6, "single_petrol": 1}[engine]
+    assert sum(f"first of {count} elements is 'cylinder.pressure[1]'" in line for line in lines) == int(told)
+
+
 @pytest.mark.parametrize("module", [COMBUSTION, VALVETRAIN, CRANKTRAIN])
 def test_items_have_the_numbers_of_the_description(fmus, module):
     """At the start, and of every item in turn by the name that a message lists at its place."""

@@ -23,6 +23,8 @@ from cranktrain.fmu.native.platforms import PLATFORMS
 
 DATA = "resources/native.bin"
 FMI3 = "3.0"
+PRESSURES, SOURCE = "cylinder.pressure", "gas.source"
+"""Inputs of an engine's pressures, and the parameter that says where the gas comes from, as FMI 3.0 has them."""
 VERSIONS = ("2.0", FMI3)
 """Of FMI."""
 FOLDERS3 = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "aarch64-linux": "aarch64-linux"}
@@ -78,12 +80,19 @@ def native_data(
     about = {"model": product.model, "version": model_version(), "speed": product.interface.speed, **model.about}
     about |= {"arrays": array_table(groups)} if groups else {}
     about |= {"clocks": clock_table(product, variables)} if groups and product.interface.clock else {}
+    about |= _gas(groups)
     digest, *films = map(code_digest, model.kind().split("+"))
     about |= {"films": films[0]} if films else {}
     rows["INFO"] = [{"name": texts.at(name), "text": texts.at(text)} for name, text in about.items()]
     tables = {name: table(name, listed) if isinstance(listed, list) else listed for name, listed in rows.items()}
     tables["TEXT"] = texts.table()
     return lambda guid: to_bytes(NativeFile(digest, guid, tables))
+
+
+def _gas(groups: Sequence[Group]) -> dict[str, str]:
+    """The entry ``gas`` that ``fmi3_values.c`` reads: references of the array of pressures and of gas.source."""
+    places = {group.name: group.members[0].reference for group in groups}
+    return {"gas": f"{places[PRESSURES]} {places[SOURCE]}"} if {PRESSURES, SOURCE} <= set(places) else {}
 
 
 def _guid(product: Product, variables: Sequence[Variable], data: bytes) -> str:

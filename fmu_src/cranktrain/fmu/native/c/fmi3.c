@@ -95,7 +95,7 @@ static struct unit *made(const struct ct_host *host, fmi3String token, fmi3Strin
         unit->list = ct_allocate(host, (unit->n + 1) * sizeof *unit->list);
         unit->integers = ct_allocate(host, (unit->n + 1) * sizeof *unit->integers);
         if (unit->lengths != NULL && unit->list != NULL && unit->integers != NULL) {
-            if (ct_find_arrays(unit) && ct_find_clocks(unit)) return unit;
+            if (ct_find_arrays(unit) && ct_find_clocks(unit) && ct_find_gas(unit)) return unit;
         } else {
             ct_refuse(host, "no memory for an instance");
         }
@@ -320,6 +320,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 step,
             &unit->model->host, "doStep before an event was handled; call enterEventMode and enterStepMode first"));
     }
     if (ct_check_step(unit->model, time, step) != CT_OK) return fmi3Error;
+    ct_warn_without_gas(unit);
     double end = time + step;
     const ct_result result =
         unit->update == NULL ? ct_step_to_event(unit, &end) : step_in_parts(unit, time, step, &end);

@@ -16,6 +16,9 @@ struct unit {
     uint32_t clocks;                       /* with the references behind it, one for each cylinder; 0: there are none */
     uint32_t angle, firing;                /* references of the crank's angle and of the first firing angle */
     double cycle;                          /* from tick to tick of a clock, rad */
+    uint32_t gas, source;                  /* references of the array of pressures, CT_NONE: there is none, and of
+                                              gas.source, whose first choice is auto */
+    bool given, driven;                    /* whether pressures were set; whether another input was, after the start */
     uint32_t *lengths;                     /* elements of the variable that begins at each reference, 0: of none */
     uint32_t *list;                        /* (n,) references of the elements of a call */
     int *integers;                         /* (n,) values of a call, or orders of its elements */
@@ -35,6 +38,12 @@ bool ct_find_arrays(struct unit *unit);
 
 /* Likewise which are its clocks. */
 bool ct_find_clocks(struct unit *unit);
+
+/* Read which array is its pressures; false where it cannot be. */
+bool ct_find_gas(struct unit *unit);
+
+/* Say once, before a step, that inputs drive the unit but pressures do not: what a host gives may have other names. */
+void ct_warn_without_gas(struct unit *unit);
 
 /* Step to a time that was checked or, where the host uses events and lets a step end early, to the first dead centre
    before it, whose time ``end`` is then. Clocks that tick are in the FMU state. */

@@ -38,6 +38,43 @@ bool ct_find_arrays(struct unit *unit) {
     return true;
 }
 
+/* ---------------------------------------------------------------- pressures that do not come */
+
+bool ct_find_gas(struct unit *unit) {
+    const char *text = ct_info_text(&unit->model->file, "gas"); /* "PRESSURES SOURCE", see archive.py */
+    const struct ct_variable *variables = unit->model->file.variables;
+    char *end;
+    unit->gas = CT_NONE;
+    if (text == NULL) return true;
+    const unsigned long gas = strtoul(text, &end, 10), source = strtoul(end, &end, 10);
+    if (*end != '\0' || gas >= unit->n || source >= unit->n || unit->lengths[gas] == 0 ||
+        variables[source].type != CT_ENUMERATION) {
+        ct_refuse(&unit->model->host, "native.bin has %s that cannot be; unpack the FMU again", "pressures");
+        return false;
+    }
+    unit->gas = (uint32_t)gas;
+    unit->source = (uint32_t)source;
+    return true;
+}
+
+static void note_inputs(struct unit *unit, const fmi3ValueReference references[], size_t n) {
+    const bool runs = (unit->model->now->phase & (CT_STEPPED | CT_EVENT)) != 0;
+    for (size_t i = 0; i < n; ++i) {
+        const bool input = unit->model->file.variables[references[i]].causality == CT_INPUT;
+        unit->given |= references[i] == unit->gas;
+        unit->driven |= runs && input && references[i] != unit->gas;
+    }
+}
+
+void ct_warn_without_gas(struct unit *unit) {
+    if (unit->gas == CT_NONE || unit->given || !unit->driven || unit->model->values[unit->source] != 0.0) return;
+    unit->given = true; /* told */
+    ct_log(&unit->model->host, CT_WARNING,
+           "no pressures are set, though other inputs are: the built-in gas goes on. Pressures are one array here, whose "
+           "first of %u elements is '%s'; a table for FMI 2.0 has other columns. gas.source builtin says that it is meant",
+           unit->lengths[unit->gas], ct_name_of(unit->model, unit->gas));
+}
+
 /* ---------------------------------------------------------------- elements of a call */
 
 static const char TYPE_NAMES[][12] = {"Float64", "Int32", "Boolean", "String", "Enumeration"};
@@ -111,7 +148,9 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference refere
                           const fmi3Float64 values[], size_t n_values) {
     struct unit *unit = instance;
     if (!begun(unit, SET, CT_REAL, references, n, n_values)) return fmi3Error;
-    return ct_status3(ct_set_reals(unit->model, unit->list, n_values, values));
+    const ct_result result = ct_set_reals(unit->model, unit->list, n_values, values);
+    if (result == CT_OK) note_inputs(unit, references, n);
+    return ct_status3(result);
 }
 
 fmi3Status fmi3GetString(fmi3Instance instance, const fmi3ValueReference references[], size_t n, fmi3String values[],
