@@ -45,6 +45,10 @@ FILMS = (
 them, and no other kernel rests on them."""
 WHOLE = "cranktrain+films"
 """Both kinds in one library, as the package has them."""
+_STAGES = tuple(f"cranktrain.dynamics.{module}" for module in ("motion.", "time.", "start.settling:", "tangents:"))
+SHARES = {"cranktrain": ("stages", "parts")}
+"""Kinds whose kernels are emitted in two shares of about equal time: what moves a run on, and what a run is made of and
+shows (its model, force laws, outputs). Each is a program of its own; what both call is in both."""
 _KIND_OF = {
     "cranktrain.modules.combustion.": "combustion",
     "cranktrain.modules.valve_train.": "valvetrain",
@@ -210,6 +214,17 @@ def calls_of(name: str) -> dict[str, Call]:
 def kind_of(name: str) -> str:
     """Kind of the kernels of a module, by the module's name in full or by theirs, ``package.module:function``."""
     return next((kind for head, kind in _KIND_OF.items() if name.startswith(head)), "cranktrain")
+
+
+def shares_of(kind: str) -> tuple[str, ...]:
+    """Shares of a kind, in the order of their functions in its library."""
+    return SHARES.get(kind, (kind,))
+
+
+def share_of(name: str) -> str:
+    """Share of a kernel by its name."""
+    kind = kind_of(name)
+    return kind if kind not in SHARES else SHARES[kind][not name.startswith(_STAGES)]
 
 
 class DamagedError(Exception):

@@ -11,9 +11,10 @@ are given; functions keep numba's own, as :data:`cranktrain.core.kernel.call_ker
 from __future__ import annotations
 
 from collections import namedtuple
+from collections.abc import Callable
 from contextlib import ExitStack
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import llvmlite.binding as llvm
 import numpy as np
@@ -41,14 +42,6 @@ declare i32 @{called}(ptr, ptr, i64, double)
 _RESULTS = {types.int64: "i", types.float64: "f", types.boolean: "b"}
 
 
-class _Called(NamedTuple):
-    """A kernel that Python called: its name with layout and kinds of results, its caller, the owner of its code."""
-
-    name: str
-    call: Call
-    loaded: Loaded
-
-
 class Emission(Compiling):
     """Kernels on their way into one object file, compiled in its context.
 
@@ -57,22 +50,26 @@ class Emission(Compiling):
 
     Parameters
     ----------
-    kind : begins the names of exports of what Python calls: ``films_call_0``
+    share : begins the names of exports of what Python calls: ``films_call_0``
+    exported : whether a kernel that Python calls is exported, by its name; one that is not is called alone
 
     Attributes
     ----------
     symbols : all that is exported, by the names that numba gave
+    called : symbols of the kernels that Python calls, with their ``name|layout of the arguments|kinds of the results``,
+        kinds as of :class:`cranktrain.core.machine_code.Call`
     """
 
     keeps = False
     options = MappingProxyType({**OPTIONS, "no_cpython_wrapper": True})
 
-    def __init__(self, kind: str = "ct") -> None:
-        self.kind = kind
+    def __init__(self, share: str = "ct", exported: Callable[[str], bool] = lambda name: True) -> None:
         self.symbols: dict[str, str] = {}
+        self.called: dict[str, str] = {}
+        self._share, self._exported = share, exported
         self._libraries: list[Any] = []
         self._entries: list[Any] = []
-        self._called: dict[tuple[str, str], _Called] = {}
+        self._callable: dict[tuple[str, str], tuple[Call, Loaded]] = {}
         self._stand_ins: dict[tuple[str, str], tuple[int, Loaded]] = {}
         self._context = ExitStack()
 
@@ -83,17 +80,6 @@ class Emission(Compiling):
 
     def __exit__(self, *error: object) -> None:
         self._context.close()
-
-    @property
-    def called(self) -> dict[str, str]:
-        """Symbols of the kernels that Python called, with their ``name|layout of the arguments|kinds of the results``.
-
-        Kinds are those of :class:`cranktrain.core.machine_code.Call`.
-        """
-        return {self._symbol(k): row.name for k, row in enumerate(self._called.values())}
-
-    def _symbol(self, k: int) -> str:
-        return f"{self.kind}_call_{k}"
 
     def entry(self, symbol: str, run: Any, kernel: Kernel) -> None:
         """Export a kernel ``kernel(run)`` or ``kernel(run, x)`` on records like ``run`` as an entry."""
@@ -123,16 +109,27 @@ class Emission(Compiling):
         known = kernel_name(function), layout(arguments)
         if named:
             raise TypeError(f"{known[0]}: a kernel that a library is to have is called without named arguments")
-        if known not in self._called:
-            symbol = self._symbol(len(self._called))
-            kinds, single = _kinds(function, arguments)
-            _, library, entry = _entry(symbol, _calling(function, arguments, len(kinds), single))
+        if known not in self._callable:
+            symbol, kinds, library, entry = self.python_calls(function, arguments)
             loaded = Loaded(linked(library, more=[entry], exports=[symbol]))
+            self._callable[known] = Call(loaded.address(symbol), kinds), loaded
+        return self._callable[known][0](arguments)
+
+    def python_calls(self, function: Kernel, arguments: tuple[Any, ...]) -> tuple[str, str, Any, Any]:
+        """Export a kernel that Python calls with arguments like these.
+
+        Symbol, kinds of the results, library and module of its entry.
+        """
+        name = kernel_name(function)
+        kinds, single = _kinds(function, arguments)
+        exported = self._exported(name)
+        symbol = f"{self._share}_call_{len(self.called)}" if exported else "call"
+        _, library, entry = _entry(symbol, _calling(function, arguments, len(kinds), single))
+        kinds = kinds if single else f"({kinds})"
+        if exported:
             self._export(symbol, library, entry)
-            kinds = kinds if single else f"({kinds})"
-            made = _Called("|".join((*known, kinds)), Call(loaded.address(symbol), kinds), loaded)
-            self._called[known] = made
-        return self._called[known].call(arguments)
+            self.called[symbol] = f"{name}|{layout(arguments)}|{kinds}"
+        return symbol, kinds, library, entry
 
     def address(self, function: Kernel, arguments: tuple[Any, ...]) -> int:
         """Address of a kernel with these arguments that returns 0 and does nothing."""

@@ -1,6 +1,6 @@
-"""What a library's kernels are, as text in C: ``struct ct_kernels`` of ``c/kernels.h`` for its kinds.
+"""What a library's kernels are, as text in C: ``struct ct_kernels`` of ``c/kernels.h`` for its shares.
 
-A kind's emission tells it in ``KIND.json``: the symbols of entries, symbols with ``name|layout of the arguments`` of
+A share's emission tells it in ``SHARE.json``: the symbols of entries, symbols with ``name|layout of the arguments`` of
 functions, and with ``name|layout|kinds of the results`` of what Python calls, and the layout of its run.
 """
 
@@ -10,6 +10,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
+from cranktrain.core.machine_code import ENTRIES
 from cranktrain.fmu.native.objects import FAST
 
 _TEXT = """/* Made by cranktrain.fmu.native.exported: what this library's kernels are. */
@@ -43,31 +44,31 @@ const struct ct_kernels {table} = {{
     CT_DIGEST, {entries}, {functions}, {count}, names, "{layout}",
 }};
 """
-_NO_ENTRIES = ["NULL"] * 4
 
 
-def exported_text(kinds: Sequence[Path]) -> str:
-    """C's text for kinds by the files of what they export; entries and layout are those of the first."""
-    about = [json.loads(path.read_text("utf-8")) for path in kinds]
-    entries, layout = about[0]["entries"], about[0]["layout"]
-    # Functions of all kinds before the calls: a file of data names functions by their number.
+def exported_text(shares: Sequence[Path]) -> str:
+    """C's text for shares by the files of what they export; the layout is that of the first."""
+    about = [json.loads(path.read_text("utf-8")) for path in shares]
+    entries, layout = [name for one in about for name in one["entries"]], about[0]["layout"]
+    # Functions of all shares before the calls: a file of data names functions by their number.
     named = {symbol: name for part in ("functions", "calls") for one in about for symbol, name in one[part].items()}
     tables = _table("ct_kernels", "functions", entries, list(named), layout)
-    fast = [f"{name}{FAST}" for name in (*entries, *named)]
-    second = _table("ct_fast_kernels", "fast_functions", fast[: len(entries)], fast[len(entries) :], layout)
+    second = _table("ct_fast_kernels", "fast_functions", entries, list(named), layout, FAST)
     names = "".join(f'"{name}\\n" ' for name in named.values())
     return _TEXT.format(names=names or '""', tables=f"{tables}\n#ifdef CT_FAST{second}#endif\n")
 
 
-def _table(table: str, functions: str, entries: list[str], symbols: list[str], layout: str) -> str:
-    """C's text of one ``struct ct_kernels`` and of what it names."""
-    declared = [f"extern ct_entry {name};" for name in entries] + [f"extern void {name}(void);" for name in symbols]
+def _table(table: str, functions: str, entries: list[str], symbols: list[str], layout: str, end: str = "") -> str:
+    """C's text of one ``struct ct_kernels`` and of what it names, with this at the end of each name."""
+    declared = [f"extern ct_entry {name}{end};" for name in entries]
+    declared += [f"extern void {name}{end}(void);" for name in symbols]
+    given = (f"{name}{end}" if name in entries else "NULL" for name in map("ct_{}".format, ENTRIES))
     return _TABLE.format(
         declarations="\n".join(declared),
         functions=functions,
-        addresses="".join(f"(const void *){symbol}, " for symbol in symbols),
+        addresses="".join(f"(const void *){symbol}{end}, " for symbol in symbols),
         table=table,
-        entries=", ".join(entries or _NO_ENTRIES),
+        entries=", ".join(given),
         count=len(symbols),
         layout=layout,
     )

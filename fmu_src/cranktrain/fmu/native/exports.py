@@ -1,15 +1,15 @@
-"""Exports of each kind of kernels: entry points of a run, and functions that kernels call by their address."""
+"""Exports of each share of the kernels: entry points of a run, and functions that kernels call by their address."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from cranktrain.core.kernel import kernel_name
-from cranktrain.core.machine_code import ENTRIES, kind_of
+from cranktrain.core.machine_code import ENTRIES, share_of, shares_of
 from cranktrain.core.named import resolve
 from cranktrain.dynamics.motion.added_hooks import hooks
 from cranktrain.dynamics.outputs.register import FAMILIES as OUTPUT_FAMILIES
@@ -29,30 +29,37 @@ class Function(NamedTuple):
 
 
 class Exports(NamedTuple):
-    """A run of the types that entries are compiled for, the kernels of the entries, and functions by name."""
+    """A run of the types that entries are compiled for, the kernels of the entries, and functions by name.
+
+    ``calls`` are kernels that Python calls, with arguments; the others it has called by now.
+    """
 
     run: Any
     entries: Mapping[str, Any]
     functions: Mapping[str, Function]
+    calls: Iterable[tuple[Any, tuple[Any, ...]]] = ()
 
 
-def exports(kind: str) -> Exports:
-    """What a kind exports, after calls of all kernels that Python calls where it makes and ends runs."""
-    if kind in MODULES:
-        package = MODULES[kind].running.rpartition(".")[0]
-        return Exports(_module_run(kind, package), _entries(f"{package}.run_record"), {})
-    from cranktrain.fmu.native.typical_run import film_calls, typical_calls, typical_run
+def exports(share: str) -> Exports:
+    """What a share exports, after calls of all kernels that Python calls where it makes runs."""
+    if share in MODULES:
+        package = MODULES[share].running.rpartition(".")[0]
+        return Exports(_module_run(share, package), _entries(f"{package}.run_record", *ENTRIES), {})
+    from cranktrain.fmu.native.typical_run import film_calls, stage_calls, typical_calls, typical_run
 
-    run = typical_run()
-    if kind == "films":
+    run, module = typical_run(), "cranktrain.dynamics.run_record"
+    own = {name: row for name, row in _named().items() if share_of(name) == share}
+    if share == "films":
         film_calls()
-        return Exports(run, {}, functions(kind))
-    typical_calls(run)
-    return Exports(run, _entries("cranktrain.dynamics.run_record"), functions(kind))
+        return Exports(run, {}, own)
+    if share == "parts":
+        typical_calls(run)
+        return Exports(run, _entries(module, "prepare"), own)
+    return Exports(run, _entries(module, "start", "advance", "observe"), own, stage_calls(run))
 
 
-def _entries(module: str) -> dict[str, Any]:
-    return {name: resolve(f"{module}:{kernel}") for name, kernel in ENTRIES.items()}
+def _entries(module: str, *names: str) -> dict[str, Any]:
+    return {name: resolve(f"{module}:{ENTRIES[name]}") for name in names}
 
 
 def _module_run(kind: str, package: str) -> Any:
@@ -64,8 +71,12 @@ def _module_run(kind: str, package: str) -> Any:
 
 def functions(kind: str) -> dict[str, Function]:
     """Functions of a library's kinds by name, in their order there."""
-    named = {kernel_name(row.kernel): row for row in _functions()}
-    return {name: row for part in kind.split("+") for name, row in named.items() if kind_of(name) == part}
+    shares = [share for part in kind.split("+") for share in shares_of(part)]
+    return {name: row for share in shares for name, row in _named().items() if share_of(name) == share}
+
+
+def _named() -> dict[str, Function]:
+    return {kernel_name(row.kernel): row for row in _functions()}
 
 
 def _of_hook(place: int, run: Any) -> tuple[Any, ...]:

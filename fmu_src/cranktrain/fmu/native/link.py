@@ -36,6 +36,7 @@ from cranktrain.core.machine_code import (
     folder_of,
     is_whole,
     library_name,
+    shares_of,
     this_platform,
 )
 from cranktrain.core.types import Progress
@@ -85,21 +86,23 @@ def library(kind: str, platform: str = "linux64", say: Progress = lambda text: N
 
 
 def _all_programs(kinds: Sequence[str], say: Progress, emit: bool) -> list[Path]:
-    """Programs of kinds; those that lack are emitted now, side by side, each in a process of its own.
+    """Programs of the shares of kinds; those that lack are emitted now, side by side, each in a process of its own.
 
     These processes compile for the least processor, whatever this one compiles for. ``InputError`` where kernels may
     not be emitted, or were not.
     """
-    programs = [_program(kind) for kind in kinds]
+    programs = [_program(kind, share) for kind in kinds for share in shares_of(kind)]
     with ExitStack() as stack:
-        for program in programs:
-            stack.enter_context(_alone(program.parent))
+        for folder in dict.fromkeys(program.parent for program in programs):
+            stack.enter_context(_alone(folder))
         lacking = [program for program in programs if not program.with_suffix(".json").is_file()]
         if lacking and not emit:
             raise InputError("it does not exist yet; run make native or python -m cranktrain.fmu.native")
         running = []
+        if lacking:
+            named = ", ".join(program.stem for program in lacking)
+            say(f"{named}: machine code of the kernels is made, once for this state of the sources")
         for program in lacking:
-            say(f"{program.stem}: machine code of the kernels is made, once for this state of the sources")
             run = "cranktrain.fmu.native.make", program.stem, str(program.parent)
             running.append(stack.enter_context(_process(run, stdin=subprocess.PIPE, env=_environment() | emitting())))
         for one in running:
@@ -120,9 +123,9 @@ def _process(module: Sequence[str], **given: Any) -> Iterator[subprocess.Popen[A
             process.kill()
 
 
-def _program(kind: str) -> Path:
-    """File of a kind's program, LLVM's bitcode; beside it lies what it exports."""
-    return private_folder("native", code_digest(kind), "programs") / f"{kind}.bc"
+def _program(kind: str, share: str) -> Path:
+    """File of a share's program, LLVM's bitcode; beside it lies what it exports."""
+    return private_folder("native", code_digest(kind), "programs") / f"{share}.bc"
 
 
 @cache

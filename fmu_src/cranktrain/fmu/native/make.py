@@ -1,4 +1,4 @@
-"""Emit a kind's kernels: ``python -m cranktrain.fmu.native.make KIND FOLDER``.
+"""Emit a share of the kernels: ``python -m cranktrain.fmu.native.make SHARE FOLDER``.
 
 This runs in a process of its own, whose kernels are compiled for the oldest supported processor. The process ends when
 its standard input closes, that is, with its parent.
@@ -19,30 +19,31 @@ from rich.console import Console
 from rich.progress import track
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.machine_code import RESTS_ON
+from cranktrain.core.machine_code import share_of
 from cranktrain.core.records import layout
 from cranktrain.core.visible_text import unfiltered
 from cranktrain.fmu.native.emit import Emission
 from cranktrain.fmu.native.exports import exports
 
 
-def make(kind: str, folder: Path) -> None:
-    """Write a kind's program, ``KIND.bc``, and last what it exports, ``KIND.json``; see :mod:`.exported`."""
-    with Emission(kind) as emission:
-        made = exports(kind)
+def make(share: str, folder: Path) -> None:
+    """Write a share's program, ``SHARE.bc``, and last what it exports, ``SHARE.json``; see :mod:`.exported`."""
+    with Emission(share, lambda name: share_of(name) == share) as emission:
+        made = exports(share)
         entries = {f"ct_{name}": row for name, row in made.entries.items()}
-        functions = {f"{kind}_function_{k}": row for k, row in enumerate(made.functions.values())}
-        steps: list[Callable[[], None]] = [
+        functions = {f"{share}_function_{k}": row for k, row in enumerate(made.functions.values())}
+        steps: list[Callable[[], object]] = [
             partial(emission.entry, name, made.run, row) for name, row in entries.items()
         ]
         steps += [
             partial(emission.function, name, row.kernel, row.arguments(made.run)) for name, row in functions.items()
         ]
+        steps += [partial(emission.python_calls, *call) for call in made.calls]
         console = Console(file=unfiltered(sys.stderr))
-        shown = console.is_terminal and kind == next(iter(RESTS_ON))  # the others are made beside it
-        for step in track(steps, f"{kind}: machine code", console=console, disable=not shown):
+        shown = console.is_terminal and share == "stages"  # the others are made beside it
+        for step in track(steps, f"{share}: machine code", console=console, disable=not shown):
             step()
-        _write(folder / f"{kind}.bc", emission.program())
+        _write(folder / f"{share}.bc", emission.program())
     given = {name: layout(row.arguments(made.run)) for name, row in made.functions.items()}
     names = [f"{name}|{arguments}" for name, arguments in given.items()]
     about = {
@@ -51,7 +52,7 @@ def make(kind: str, folder: Path) -> None:
         "calls": emission.called,
         "layout": layout(made.run),
     }
-    _write(folder / f"{kind}.json", json.dumps(about).encode())
+    _write(folder / f"{share}.json", json.dumps(about).encode())
 
 
 def _write(path: Path, data: bytes) -> None:

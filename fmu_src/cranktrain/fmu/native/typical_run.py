@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from cranktrain.core.reduced_body import ReducedBody
@@ -13,13 +16,14 @@ from cranktrain.dynamics.settled.motion import motion_of
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.dynamics.start.mean_motion import carried
 from cranktrain.dynamics.start.settling import settle
-from cranktrain.dynamics.tangents import tangents_at_state
+from cranktrain.dynamics.tangents import evaluate_at_state
 from cranktrain.dynamics.time.communication import end_step_here
 from cranktrain.dynamics.time.step_control import ports_at_state
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.film.contact.asperity import CONSTANTS
+from cranktrain.film.contact.asperity import CONSTANTS, contact_table
 from cranktrain.film.contact.gap import least_gap
+from cranktrain.film.contact.journal import slice_resultants
 from cranktrain.film.lanes.grid import fill_gaps
 from cranktrain.film.table.interpolation import stretched
 from cranktrain.loads.gas_pressure import GasTrace, gas_pressure
@@ -36,31 +40,34 @@ def typical_run() -> Run:
 
 
 def typical_calls(run: Run) -> None:
-    """Call, with arrays like those of a run, the kernels that Python calls when it makes, judges and ends runs."""
+    """Call, with arrays like those of a run, the kernels that Python calls when it makes and judges runs."""
     engine = load_engine(ENGINE)
     loaded = Settings(crank="rigid", bearings="impedance", big_ends="impedance", damper="fitted", boundary="torque")
-    for settings in (loaded, Settings(crank="rigid", bearings="reynolds")):
-        simulation = Simulation(engine, stand_in(engine), settings)
-        simulation.inputs[0] = 200.0
-        simulation.steady_torque()
+    simulation = Simulation(engine, stand_in(engine), loaded)
+    simulation.inputs[0] = 200.0
+    simulation.steady_torque()
     gas_pressure(0.1, np.zeros((8, 4)))
     least_gap((0.5, 0.0, 0.1, 0.0), 1.0, (0.0, 1.0, 1.0))
     carried(run.model, np.zeros(run.model.block_ports.shape[1]))
     motion_of(run.state, run.model.omega2.size)
-    ports_at_state(run.model, run.work, run.state)
-    tangents_at_state(run.model, run.work)
     # Rods about a rigid rotation: steady states in the frequency domain, Campbell diagrams, modes in motion.
     rod_forces(engine, stand_in(engine), 200.0, np.zeros(2), GasTrace.from_engine(engine), 1.0)
-    end_step_here(run.model, run.work, run.state)
-    # Starts from other places, of maps of stability.
-    settle(run.model, run.work, run.state, run.inputs, 0.0, 0.0, 0.0)
     no_turns()
+
+
+def stage_calls(run: Run) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+    """Kernels that Python calls at states of a run, with arguments; settling is for maps of stability."""
+    yield ports_at_state, (run.model, run.work, run.state)
+    yield evaluate_at_state, (run.model, run.work, 0.0, 0.0)
+    yield end_step_here, (run.model, run.work, run.state)
+    yield settle, (run.model, run.work, run.state, run.inputs, 0.0, 0.0, 0.0)
 
 
 def film_calls() -> None:
     """Call likewise those that Python calls where it makes the data of solved films and of tables."""
     stretched(0.9)
     fill_gaps(np.zeros((2, 6)), np.zeros(CONSTANTS), np.zeros((2, 2)))
+    slice_resultants(0.04, 4.0e-5, 0.03, np.full(CONSTANTS, 1.0e-6), contact_table())
 
 
 def stand_in(engine: Engine) -> ReducedBody:
