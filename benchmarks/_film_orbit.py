@@ -122,12 +122,11 @@ def started(
     engine: Engine, body: ReducedBody, level: str, table: FilmTable | None = None, bore: BoreCompliance | None = None
 ) -> Simulation:
     """The engine with films of ``level`` after its run-in, default settings."""
-    settings = Settings(bearings=level)
-    simulation = Simulation(engine, body, settings, parts=Parts(table=table, bore=bore))
+    simulation = Simulation(engine, body, Settings(bearings=level), parts=Parts(table=table, bore=bore))
     simulation.inputs[0] = RUNNING
     simulation.initialize()
     for k in range(RUN_IN):
-        simulation.step((k + 1) * settings.step / RUNNING)
+        simulation.step((k + 1) * simulation.settings.step / RUNNING)
     return simulation
 
 
