@@ -50,7 +50,7 @@ def figures(name: str) -> tuple[str, float]:
     engine = load_engine(name)
     tell = lambda stage: print(f"{name}: {stage}", file=sys.stderr, flush=True)  # noqa: E731
     body = reduced_crankshaft(engine, progress=tell)
-    block = reduced_block(engine, progress=tell)
+    block = reduced_block(engine, progress=tell, checked=True)
     report: dict[str, Any] = block_report(engine, body, block)
     complete, running = complete_block(engine, block), running_block(engine, block)
     table = block_tables(report)[0]

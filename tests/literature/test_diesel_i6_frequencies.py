@@ -22,7 +22,7 @@ def engine():
 
 @pytest.fixture(scope="module")
 def body(engine):
-    return reduced_crankshaft(engine)
+    return reduced_crankshaft(engine, checked=True)
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,7 @@ def engine():
 
 @pytest.fixture(scope="module")
 def body(engine):
-    return reduced_crankshaft(engine)
+    return reduced_crankshaft(engine, checked=True)
 
 
 @pytest.fixture(scope="module")

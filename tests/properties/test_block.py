@@ -44,7 +44,7 @@ def mesh(plan):
 
 @pytest.fixture(scope="module")
 def body(engine):
-    return reduced_block(engine)
+    return reduced_block(engine, checked=True)
 
 
 def elastic_compliance(body, loads):
@@ -418,7 +418,7 @@ def test_shapes_of_a_blocks_bore_hold_no_motion(engine):
 @pytest.mark.slow
 def test_block_of_the_six():
     six = load_engine("diesel_i6")
-    body = reduced_block(six)
+    body = reduced_block(six, checked=True)
     assert body.quality["max_relative_error"] < 5e-3
     assert body.quality["static_error"] < 1e-9
     report = block_report(six, reduced_crankshaft(six), body)

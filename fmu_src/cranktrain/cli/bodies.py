@@ -44,7 +44,9 @@ def own_meshes(options: argparse.Namespace) -> None:
             setattr(options, name, MeshFile(getattr(options, name), options.mesh_unit))
 
 
-def bare_crankshaft(engine: Engine, options: argparse.Namespace, rebuild: bool = False) -> tuple[ReducedBody, float]:
+def bare_crankshaft(
+    engine: Engine, options: argparse.Namespace, rebuild: bool = False, checked: bool = False
+) -> tuple[ReducedBody, float]:
     """Bare reduced crankshaft and the seconds it took, with the stages shown."""
     from cranktrain.structure.assembly import check_mesh
     from cranktrain.structure.crank.reduction import reduced_crankshaft
@@ -52,7 +54,7 @@ def bare_crankshaft(engine: Engine, options: argparse.Namespace, rebuild: bool =
     check_mesh(options.mesh, "journal surfaces")
     start = time.perf_counter()
     with stages(f"{engine.name}: crankshaft") as say:
-        body = reduced_crankshaft(engine, options.mesh, progress=say, rebuild=rebuild)
+        body = reduced_crankshaft(engine, options.mesh, progress=say, rebuild=rebuild, checked=checked)
     return body, time.perf_counter() - start
 
 
@@ -71,9 +73,9 @@ def wants_flexible_block(engine: Engine, options: argparse.Namespace) -> bool:
     return True
 
 
-def bare_block(engine: Engine, options: argparse.Namespace, rebuild: bool = False) -> ReducedBody:
+def checked_block(engine: Engine, options: argparse.Namespace, rebuild: bool) -> ReducedBody:
     """Bare reduced block, with the stages shown."""
     from cranktrain.structure.block.reduction import reduced_block
 
     with stages(f"{engine.name}: block") as say:
-        return reduced_block(engine, options.block_mesh, progress=say, rebuild=rebuild)
+        return reduced_block(engine, options.block_mesh, progress=say, rebuild=rebuild, checked=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from cranktrain.cli.bodies import add_block_options, bare_block, bare_crankshaft, own_meshes, wants_flexible_block
+from cranktrain.cli.bodies import add_block_options, bare_crankshaft, checked_block, own_meshes, wants_flexible_block
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.engine.file import load_engine
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             raise InputError("--block-output needs --block flexible; on ground there is no block")
         check_body_place(options.block_output)
     table = table_crank(engine, options.mesh)
-    body, seconds = bare_crankshaft(engine, options, options.rebuild) if table is None else (table, 0.0)
+    body, seconds = bare_crankshaft(engine, options, options.rebuild, checked=True) if table is None else (table, 0.0)
     own = table is not None or (options.mesh and is_body(options.mesh))
     result = {
         "path": str(options.mesh if own else stored_path(engine, options.mesh)),
@@ -99,7 +99,7 @@ def _block_quality(engine: Engine, options: argparse.Namespace) -> dict[str, Any
     from cranktrain.structure.block.reduction import running_block, stored_path
     from cranktrain.structure.fem.own_body import is_body
 
-    own, body = options.block_mesh, bare_block(engine, options, options.rebuild)
+    own, body = options.block_mesh, checked_block(engine, options, options.rebuild)
     running = running_block(engine, body)
     result = {
         "path": str(own if own and is_body(own) else stored_path(engine, own)),

@@ -147,7 +147,7 @@ def virtual_engine(
         )
     connections, exchange = gas_connections(cylinders, own, staged), gas_exchange(scheme, reconstruction)
     if takes_deviations(combustion.inputs) and takes_deviations(cranktrain.outputs):
-        connections += volume_connections(cylinders, own)
+        connections += volume_connections(cylinders)
     units: dict[str, FmuUnit | TraceUnit] = {COMBUSTION: combustion, CRANKTRAIN: cranktrain}
     gas = GAS_WORK if WORK in combustion.outputs and WORK in cranktrain.outputs else GAS
     bonds = [gas]
@@ -191,22 +191,17 @@ def takes_deviations(names: Iterable[str]) -> bool:
     return f"cylinder[1].{DEVIATIONS[0]}" in names
 
 
-def volume_connections(cylinders: int, given_back: bool) -> list[Connection]:
-    """Deviations of the cylinders' volumes to the combustion; ``given_back``: with the pressures to the cranktrain.
-
-    A cranktrain that holds pressures, or takes those of each stage, does not ask which volumes they belong to.
-    """
+def volume_connections(cylinders: int) -> list[Connection]:
+    """Deviations of the cylinders' volumes to the combustion, and back to the cranktrain those that it has taken."""
     of_each = [f"cylinder[{c + 1}]." for c in range(cylinders)]
-    found = [
+    told = [
         Connection((CRANKTRAIN, head + name), (COMBUSTION, head + name), START, judged=False)
         for head in of_each
         for name in DEVIATIONS
     ]
-    if given_back:
-        found += [
-            Connection((COMBUSTION, head + TAKEN), (CRANKTRAIN, head + TAKEN), NEWEST, judged=False) for head in of_each
-        ]
-    return found
+    return told + [
+        Connection((COMBUSTION, head + TAKEN), (CRANKTRAIN, head + TAKEN), NEWEST, judged=False) for head in of_each
+    ]
 
 
 def gas_exchange(scheme: str, reconstruction: str) -> Exchange:

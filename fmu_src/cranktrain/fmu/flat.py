@@ -40,7 +40,7 @@ from cranktrain.film.table.interpolation import TableArrays
 from cranktrain.loads.gas_pressure import GasTrace
 
 MAGIC = b"CRNKTRN\0"
-SCHEMA = 9
+SCHEMA = 10
 _PREFIX = struct.Struct("<8sIIQQ32s")
 _ARRAYS = (
     "omega",
@@ -137,7 +137,6 @@ def _about(body: ReducedBody) -> dict[str, Any]:
         "interfaces": list(body.interfaces),
         "mass": float(body.mass),
         "digest": body.digest,
-        "quality": {key: float(value) for key, value in body.quality.items()},
     }
 
 
@@ -185,7 +184,6 @@ def from_bytes(data: bytes, name: str = "model") -> FlatModel:
             interfaces=tuple(about["interfaces"]),
             mass=about["mass"],
             digest=about["digest"],
-            quality=about["quality"],
             **{key: arrays[f"{part}.{key}"] for key in _ARRAYS},
         )
         kind, _, level = part.partition(".")

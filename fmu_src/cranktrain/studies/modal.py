@@ -96,7 +96,7 @@ def modal(
         if damper:
             report["damper"] = damper_report(found, own)
         if flexible:
-            report["block"] = block_report(found, own, reduced_block(found, block_mesh, progress=say))
+            report["block"] = block_report(found, own, reduced_block(found, block_mesh, progress=say, checked=True))
         if settings is not None:
             say("a cycle in motion")
             # A line that ends freely has no given speed; the connecting shaft stands for it in motion.
@@ -136,5 +136,6 @@ def _solid_crank(
     """
     needed = crank_level(level).needs_solid(engine)
     if needed or mesh is not None:
-        return needed, reduced_crankshaft(engine, mesh, progress=say)
+        solid = crank_level(level).name == list(CRANKS)[-1]
+        return needed, reduced_crankshaft(engine, mesh, progress=say, checked=solid)
     return needed, kept_crankshaft(engine)

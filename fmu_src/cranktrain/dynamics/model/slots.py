@@ -69,7 +69,8 @@ STATE_U, STATE_UD, STATE_UDD, SERIES, GUESS, RELATIVE, RELATIVE_RATE, F_STEP, PO
 # step's difference from its embedded solution.
 BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = range(9)
 # Rows of ``Work.inputs``: value and rate of each input over the communication step; where ``EXPONENT`` is not 0, those
-# of a cylinder's p Vⁿ by the crank's angle, with what it bends; the angles of the two newest samples, and 1 where they
+# of a cylinder's p Vⁿ by the crank's angle, with what it bends, or, where it is negative, those of the pressure at the
+# crank's angle, which is moved to the cylinder's own; the angles of the two newest samples, and 1 where they
 # have deviations of volumes; what the samples before foresaw for the newest, and its rate.
 VALUE, RATE, BEND, EXPONENT, ANGLES, FORESEEN, FORESEEN_RATE, INPUT_ROWS = range(8)
 DEVIATIONS = 2

@@ -70,7 +70,7 @@ class Work(NamedTuple):
     # steps that missed the tolerance
     frames: Array  # (stages, FRAME_SIZE) the frame's motion at each stage
     guides: Array  # (c, 3) side forces of a guided piston's layers and its friction, as a stage last found them
-    pressures: Array  # (stages, c) cylinder pressures at each stage
+    pressures: Array  # (stages, 2c) cylinder pressures at each stage, and given ones as they go by time
     heads: Array  # (c,) force of the gas on heads of a flexible block, N, as the stage under way has taken it
     rises: Array  # (c, 2) rise of heads of a flexible block along their cylinders, m, and its rate, m/s
     inputs: Array  # (INPUT_ROWS, i) the reconstructed inputs
@@ -116,7 +116,7 @@ def make_work(model: ModelArrays, state_size: int, integrators: bool = False, in
         counters=z(at.COUNTERS),
         frames=z((MAX_STAGES, at.FRAME_SIZE)),
         guides=z((d.cylinders, 3)),
-        pressures=z((MAX_STAGES, d.cylinders)),
+        pressures=z((MAX_STAGES, 2 * d.cylinders)),
         heads=z(d.cylinders),
         rises=z((d.cylinders, 2)),
         inputs=z((at.INPUT_ROWS, inputs)),

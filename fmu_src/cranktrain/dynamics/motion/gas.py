@@ -110,17 +110,21 @@ def cylinder_pressure(model, work, frame, cylinder, angle, volume, at_time):
     """Pressure (Pa, absolute) of a cylinder at its own crank angle, and the slope of a trace that goes by it, Pa/rad.
 
     ``volume`` (m³) is what its piston leaves, for pressures that go by it; ``at_time`` the pressure of an input that
-    goes by time alone.
+    goes by time.
     """
     if frame[at.BURN] >= 0.0:
         if model.choices[at.ENCODER] == at.PIN:
             return trace_at(model, frame, cylinder, angle)
         pressure, _ = trace_at(model, frame, cylinder, frame[at.FIRING] + frame[at.ENCODED])
         return pressure, 0.0
-    if work.inputs[at.EXPONENT, 1 + cylinder] > 0.0:
+    exponent = work.inputs[at.EXPONENT, 1 + cylinder]
+    if exponent > 0.0:
         if knows_volumes(work):
             return pressure_in(work, cylinder, frame[at.CRANK], volume), 0.0
         return given_pressure(model, work, cylinder, angle, 0.0), 0.0
+    if exponent < 0.0:
+        at_crank = gas_volume(model, cylinder, frame[at.CRANK])
+        return at_time * (gas_volume(model, cylinder, angle) / at_crank) ** exponent, 0.0
     return at_time, 0.0
 
 

@@ -57,8 +57,8 @@ OBSERVING = 3
 def rod_forces(model, work, frame, pressures, c_q, c_v):
     """Add the rods' forces to pins, big ends, pistons and liners, and fill their tangents at pins and big ends.
 
-    The ports' motion and forces are rows of ``work.port``; ``pressures`` (c,) of a trace, and given ones that go by
-    angle, become those at the cylinders' own angles. Returns 0, or tells that a law failed.
+    The ports' motion and forces are rows of ``work.port``; ``pressures`` (2c,) become those at the cylinders' own
+    angles; behind them stand given ones that go by time. Returns 0, or tells that a law failed.
     """
     u = work.port[at.U]
     ud = work.port[at.UD]
@@ -69,7 +69,8 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
     given = frame[at.BURN] < 0.0
     frame[at.GIVEN_POWER] = 0.0
     line_up_big_ends(model, work, frame)
-    for c in range(model.cylinders.shape[0]):
+    cylinders = model.cylinders.shape[0]
+    for c in range(cylinders):
         rod = model.cylinders[c]
         cos, sin = cylinder_axes(model.cylinders[axes_of_pin(model, c)], frame)
         pin_motion(model, frame, c, u, ud, udd, out)
@@ -98,7 +99,7 @@ def rod_forces(model, work, frame, pressures, c_q, c_v):
             _, _, height, rising = piston_rise(model, c, u, ud, work.scratch[CROSS:])
             volume = volume_over(rod, height - work.rises[c, 0])
         angle = own_angle(model, frame, u, end_x, end_y, c)
-        pressures[c], slope = cylinder_pressure(model, work, frame, c, angle, volume, pressures[c])
+        pressures[c], slope = cylinder_pressure(model, work, frame, c, angle, volume, pressures[cylinders + c])
         load = rod_load(rod, model.scalars, c, pressures[c], torque)
         if given:
             frame[at.GIVEN_POWER] -= load.gas * (rising - work.rises[c, 1])

@@ -13,9 +13,11 @@ than a share JUMP from one sample to the next, it jumped: no line is drawn acros
 held. A pressure that is the very same twice is held too: nobody drives it. Speed and torques are extrapolated linearly
 beside it.
 
-V is that of the cylinder's own crank pin, and θ its angle. A partner that takes deviations of the volumes says with
-which one a pressure was computed: G is then sampled in the volume of rigid parts with that deviation, goes by the
-crank's angle, and is divided by the volume that the piston leaves. It is so at given stages too.
+V is that of the cylinder's own crank pin, and θ its angle. Whatever goes by time, by the other rules, a rate or given
+stages, is a pressure at the crank's angle: it is moved to the pin's along p Vⁿ as well. A partner that takes deviations
+of the volumes says with which one a pressure was computed: G is then sampled in the volume of rigid parts with that
+deviation, goes by the crank's angle, and is divided by the volume that the piston leaves; what goes by time stays as it
+is.
 
 Where a rate of an input is given with its sample, the input goes on from the sample at that rate, whatever the rule.
 
@@ -52,7 +54,7 @@ from cranktrain.dynamics.model.state import (
     TIME,
     offset,
 )
-from cranktrain.dynamics.motion.gas import built_in, crank_rotation, gas_volume
+from cranktrain.dynamics.motion.gas import built_in, crank_rotation, gas_volume, knows_volumes
 from cranktrain.loads.gas_pressure import CYCLE
 
 POLYTROPIC = 1.33
@@ -124,7 +126,7 @@ def take_sample(model, state, inputs, interval):
     first = model.cylinders.shape[0] + at.DEVIATION_INPUT
     for k in range(inputs.shape[0]):
         state[INPUTS_NOW + k] = inputs[k]
-        if k >= first and inputs[k] != 0.0 and state[ANGLE_SET] > 0.0:
+        if k >= first and inputs[k] != 0.0:
             state[DEVIATIONS_SET] = 1.0
         if 0 < k <= model.cylinders.shape[0] and abs(inputs[k] - at.AMBIENT) > GIVEN:
             state[PRESSURES_SET] = 1.0
@@ -169,6 +171,10 @@ def reconstruct(model, work, state):
             work.inputs[at.RATE, k] = (now - before) / interval
         elif (rule == 1.0 or (rule == 3.0 and not 0 < k <= cylinders)) and samples > 1 and earlier >= SHORT * interval:
             work.inputs[at.RATE, k] = (now - before) / earlier
+    for k in range(1, 1 + cylinders):
+        # The very same pressure twice is one that nobody drives.
+        if not knows_volumes(work) and (now_moves(state, k) or state[RATES_GIVEN + k] > 0.0):
+            work.inputs[at.EXPONENT, k] = -POLYTROPIC
     if rule == 3.0 and not built_in(model, state):
         work.inputs[at.ANGLES, 0] = state[SAMPLE_ANGLES]
         work.inputs[at.ANGLES, 1] = state[SAMPLE_ANGLES + 1]
@@ -176,6 +182,12 @@ def reconstruct(model, work, state):
         for c in range(cylinders):
             if state[RATES_GIVEN + 1 + c] == 0.0:
                 polytropic_series(model, work, state, c, least)
+
+
+@inlined_kernel
+def now_moves(state, k):
+    """Whether an input's newest sample differs from the one before."""
+    return state[SAMPLES] > 1.0 and state[INPUTS_NOW + k] != state[INPUTS_BEFORE + k]
 
 
 @inlined_kernel
@@ -199,8 +211,8 @@ def polytropic_series(model, work, state, cylinder, least):
     k = 1 + cylinder
     samples = int(state[SAMPLES])
     newest, middle, oldest = state[SAMPLE_ANGLES], state[SAMPLE_ANGLES + 1], state[SAMPLE_ANGLES + 2]
-    # The very same pressure twice is one that nobody drives: a parabola would let it breathe with the volume.
-    if samples < 2 or newest - middle < least or state[INPUTS_NOW + k] == state[INPUTS_BEFORE + k]:
+    # A pressure that nobody drives would breathe with the volume.
+    if newest - middle < least or not now_moves(state, k):
         return
     g = sampled_polytropic(model, state, cylinder, 0)
     g_before = sampled_polytropic(model, state, cylinder, 1)
@@ -221,8 +233,7 @@ def polytropic_series(model, work, state, cylinder, least):
 def take_stage(work, share):
     """Make the inputs in ``work.inputs``, apart from the speed, those at a share of the communication step.
 
-    They are on the polynomial through all stages that are given: at a stage just what was given for it. A pressure that
-    was given for a stage is not moved to another volume, because it was computed for the motion at that very time.
+    They are on the polynomial through all stages that are given: at a stage just what was given for it.
     """
     staged = work.staged
     end = 1 + int(staged[0, at.STAGES_GIVEN])
@@ -235,4 +246,4 @@ def take_stage(work, share):
             before = work.inputs[at.VALUE, k] if i > 1 else 0.0
             work.inputs[at.VALUE, k] = before + weight * staged[i, 1 + k]
             work.inputs[at.RATE, k] = 0.0
-            work.inputs[at.EXPONENT, k] = 0.0
+            work.inputs[at.EXPONENT, k] = 0.0 if knows_volumes(work) else -POLYTROPIC

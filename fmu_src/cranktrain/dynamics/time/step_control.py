@@ -144,9 +144,11 @@ def frame_at(model, work, state, begin, tau, frame, pressures):
         frame[at.BURN] = burn_share(model, frame[at.OMEGA] - frame[at.LEAD_RATE])
         frame[at.ENCODED] = encoder_rotation(model, state, tau)
         return
-    for c in range(model.cylinders.shape[0]):
-        if work.inputs[at.EXPONENT, 1 + c] == 0.0:
+    cylinders = model.cylinders.shape[0]
+    for c in range(cylinders):
+        if work.inputs[at.EXPONENT, 1 + c] <= 0.0:
             pressures[c] = given_pressure(model, work, c, 0.0, begin + tau)
+            pressures[cylinders + c] = pressures[c]
 
 
 @inlined_kernel
@@ -191,12 +193,15 @@ def pressures_at_state(model, work, state):
         for c in range(model.cylinders.shape[0]):
             for k in range(2):
                 work.rises[c, k] = dot(model.block.heads[c], state[first + k * n :], model.block.preload.shape[0])
-    for c in range(model.cylinders.shape[0]):
+    cylinders = model.cylinders.shape[0]
+    for c in range(cylinders):
         rod_end_across(model, frame, c, u, ud, udd, work.scratch)
         _, _, height, _ = piston_rise(model, c, u, ud, work.scratch[CROSS:])
         angle = own_angle(model, frame, u, work.scratch[X], work.scratch[Y], c)
         volume = volume_over(model.cylinders[c], height - work.rises[c, 0])
-        work.pressures[0, c], _ = cylinder_pressure(model, work, frame, c, angle, volume, work.pressures[0, c])
+        work.pressures[0, c], _ = cylinder_pressure(
+            model, work, frame, c, angle, volume, work.pressures[0, cylinders + c]
+        )
 
 
 @inlined_kernel

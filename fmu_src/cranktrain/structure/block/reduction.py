@@ -46,6 +46,7 @@ def reduced_block(
     progress: Progress | None = None,
     rebuild: bool = False,
     beside: Callable[[FEModel, Flexibility, Progress], None] | None = None,
+    checked: bool = False,
 ) -> ReducedBody:
     """Bare block of an engine, with its cover, in all Craig–Bampton modes; computed once, then read from the cache.
 
@@ -60,10 +61,11 @@ def reduced_block(
     progress : told each stage before it starts
     rebuild : compute even where a stored body exists
     beside : takes further results from the finite elements and their factors, where the body is computed
+    checked : with errors against the full model, computed where they lack
     """
     if mesh_file is not None and is_body(mesh_file):
         return own_block(engine, mesh_file)
-    return reduced_structure(replace(reduction_task(engine, mesh_file), beside=beside), progress, rebuild)
+    return reduced_structure(replace(reduction_task(engine, mesh_file), beside=beside), progress, rebuild, checked)
 
 
 def own_block(engine: Engine, path: str | Path) -> ReducedBody:

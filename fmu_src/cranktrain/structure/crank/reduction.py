@@ -24,7 +24,7 @@ from cranktrain.engine.parts import Crankshaft, LumpedInertia
 from cranktrain.loads.rod_masses import rod_masses
 from cranktrain.store.hdf5 import load_body, load_extras
 from cranktrain.structure.crank.shape import crank_interfaces, pin_centre, shaping, stations
-from cranktrain.structure.fem.craig_bampton import Flexibility, Reduced, eigenmodes, rigid_motions
+from cranktrain.structure.fem.craig_bampton import Flexibility, eigenmodes, rigid_motions
 from cranktrain.structure.fem.elasticity import FEModel, scalar_basis
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.structure.fem.interfaces import InterfaceSet, placed_interfaces, tied_surfaces
@@ -47,7 +47,11 @@ PLACE_TOLERANCE = 0.1
 
 
 def reduced_crankshaft(
-    engine: Engine, mesh_file: str | Path | None = None, progress: Progress | None = None, rebuild: bool = False
+    engine: Engine,
+    mesh_file: str | Path | None = None,
+    progress: Progress | None = None,
+    rebuild: bool = False,
+    checked: bool = False,
 ) -> ReducedBody:
     """Bare crankshaft of an engine in all Craig–Bampton modes; computed once, then read from the user's cache.
 
@@ -61,10 +65,11 @@ def reduced_crankshaft(
         superelement
     progress : told each stage before it starts
     rebuild : compute even where a stored body exists
+    checked : with errors against the full model and the frequencies of other ways, computed where they lack
     """
     if mesh_file is not None and is_body(mesh_file):
         return own_crankshaft(engine, mesh_file)
-    return reduced_structure(reduction_task(engine, mesh_file), progress, rebuild)
+    return reduced_structure(reduction_task(engine, mesh_file), progress, rebuild, checked)
 
 
 def kept_crankshaft(engine: Engine) -> ReducedBody | None:
@@ -95,11 +100,10 @@ def _check_names(path: str | Path, wanted: Sequence[str], found: Iterable[str], 
 def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> ReductionTask:
     """Reduction of the bare crankshaft; ``InputError`` as :func:`reduced_crankshaft`."""
 
-    def compared(model: FEModel, reduced: Reduced, interfaces: InterfaceSet, say: Progress) -> Comparison:
+    def compared(model: FEModel, body: ReducedBody, interfaces: InterfaceSet, say: Progress) -> Comparison:
         say("rigidly tied surfaces for comparison")
-        tied = tied_frequencies(model, interfaces, reduced.body.records["full_hz"].size)
-        raised = float(tied[0] / reduced.body.records["full_hz"][0] - 1.0)
-        return {"tied_raises_first": raised}, {"tied_hz": tied, **sections(model, reduced.body)}
+        tied = tied_frequencies(model, interfaces, body.records["full_hz"].size)
+        return {"tied_raises_first": float(tied[0] / body.records["full_hz"][0] - 1.0)}, {"tied_hz": tied}
 
     return ReductionTask(
         name="crankshaft",
@@ -111,6 +115,7 @@ def reduction_task(engine: Engine, mesh_file: str | Path | None = None) -> Reduc
         interfaces=lambda model: crankshaft_interfaces(model, engine.crankshaft),
         fixed_modes=engine.reduction.fixed_modes,
         consistent_mass=engine.reduction.consistent_mass,
+        records=sections,
         compared=compared,
     )
 

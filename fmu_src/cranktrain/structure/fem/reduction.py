@@ -1,6 +1,6 @@
 """Any body from its mesh to its reduced form: finite elements → interfaces → Craig–Bampton → stored file.
 
-The reduction is checked against the full model, and with the other mass matrix.
+Where it is asked for, the reduction is checked against the full model, and with the other mass matrix.
 """
 
 from __future__ import annotations
@@ -43,6 +43,9 @@ CHECKED_HZ = 1000.0
 # Modes whose surface motion is stored for pictures: the rigid ones and the first elastic ones.
 PICTURED_MODES = 36
 
+_ERROR = "max_relative_error"
+"""Figure of quality that a body has if it was checked."""
+
 Comparison = tuple[dict[str, float], dict[str, Array]]
 
 
@@ -56,7 +59,8 @@ class ReductionTask:
     mesh : makes or reads the mesh with its named surfaces
     mesh_file : the user's own one, where it is read
     interfaces : averaged interfaces of the model
-    compared : further quality figures and records of the reduced body, or None
+    records : further records of the reduced body, or None
+    compared : further figures and records of its checks, or None
     beside : takes further results from the finite elements and their factors while they are there, or None
     """
 
@@ -69,7 +73,8 @@ class ReductionTask:
     interfaces: Callable[[FEModel], InterfaceSet]
     fixed_modes: int
     consistent_mass: bool
-    compared: Callable[[FEModel, Reduced, InterfaceSet, Progress], Comparison] | None = None
+    records: Callable[[FEModel, ReducedBody], dict[str, Array]] | None = None
+    compared: Callable[[FEModel, ReducedBody, InterfaceSet, Progress], Comparison] | None = None
     beside: Callable[[FEModel, Flexibility, Progress], None] | None = None
 
     def model(self, say: Progress) -> FEModel:
@@ -82,22 +87,27 @@ class ReductionTask:
         return made
 
 
-def reduced_structure(task: ReductionTask, progress: Progress | None = None, rebuild: bool = False) -> ReducedBody:
-    """Body in all its Craig–Bampton modes, with the quality of the reduction; from the store where it is kept there."""
+def reduced_structure(
+    task: ReductionTask, progress: Progress | None = None, rebuild: bool = False, checked: bool = False
+) -> ReducedBody:
+    """Body in all its Craig–Bampton modes; from the store where it is kept there, ``checked`` if that is wanted."""
     if task.path.exists() and not rebuild:
-        return load_body(task.path, task.digest)
+        kept = load_body(task.path, task.digest)
+        if not checked or _ERROR in kept.quality:
+            return kept
     check_kept(task.path)
     say = progress or (lambda stage: None)
     model, interfaces, reduced = reduced_with_shapes(task, say)
     with one_thread():
-        reduced = replace(reduced, body=_checked(model, reduced, task.consistent_mass, say))
-        if task.compared is not None:
-            figures, arrays = task.compared(model, reduced, interfaces, say)
-            quality, records = reduced.body.quality | figures, reduced.body.records | arrays
-            reduced = replace(reduced, body=replace(reduced.body, quality=quality, records=records))
+        body = _judged(model, reduced)
+        if task.records is not None:
+            body = replace(body, records=task.records(model, body))
+        if checked:
+            body = _with(body, _checks(model, reduced, task.consistent_mass, say))
+            if task.compared is not None:
+                body = _with(body, task.compared(model, body, interfaces, say))
         if task.beside is not None:
             task.beside(model, reduced.flexibility, say)
-    body = reduced.body
     save_body(task.path, body, _surface(model, reduced.modes[:, :PICTURED_MODES]))
     del model, interfaces, reduced
     give_back()
@@ -144,8 +154,23 @@ def content_digest(content: dict[str, Any], mesh_file: str | Path | None) -> str
     return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _checked(model: FEModel, reduced: Reduced, consistent: bool, say: Progress) -> ReducedBody:
-    """Body with the quality of its reduction: against the full model, and with the other mass matrix."""
+def _judged(model: FEModel, reduced: Reduced) -> ReducedBody:
+    """Body with the figures of its reduction that cost nothing."""
+    rigid = reduced.flexibility.rigid
+    quality = {
+        "dofs_full": float(model.basis.N),
+        "rigid_hz": float(np.sqrt(np.abs(np.diag(rigid.T @ (model.stiffness @ rigid))).max()) / (2.0 * np.pi)),
+        "static_error": static_error(reduced),
+    }
+    return replace(reduced.body, quality=quality)
+
+
+def _with(body: ReducedBody, found: Comparison) -> ReducedBody:
+    return replace(body, quality=body.quality | found[0], records=body.records | found[1])
+
+
+def _checks(model: FEModel, reduced: Reduced, consistent: bool, say: Progress) -> Comparison:
+    """Errors of a reduction against the full model, and what the other mass matrix would change."""
     body = reduced.body
     count = int(np.count_nonzero(body.frequencies_hz[6:] < CHECKED_HZ)) + 1
 
@@ -156,17 +181,13 @@ def _checked(model: FEModel, reduced: Reduced, consistent: bool, say: Progress) 
     full = frequencies(reduced.flexibility)
     other_mass = lumped_mass(model) if consistent else finite_elements(model.mesh, model.material).mass
     other = frequencies(reduced.flexibility.with_mass(other_mass))
-    rigid = reduced.flexibility.rigid
     error = body.frequencies_hz[6 : 6 + count] / full - 1.0
     records = {"full_hz": full, "lumped_hz" if consistent else "consistent_hz": other}
     quality = {
-        "dofs_full": float(model.basis.N),
-        "rigid_hz": float(np.sqrt(np.abs(np.diag(rigid.T @ (model.stiffness @ rigid))).max()) / (2.0 * np.pi)),
-        "max_relative_error": float(np.abs(error[full < CHECKED_HZ]).max(initial=0.0)),
-        "static_error": static_error(reduced),
+        _ERROR: float(np.abs(error[full < CHECKED_HZ]).max(initial=0.0)),
         "other_mass_shifts_first": float(other[0] / full[0] - 1.0),
     }
-    return replace(body, quality=quality, records=records)
+    return quality, records
 
 
 def lumped_mass(model: FEModel) -> sparse.csc_matrix:

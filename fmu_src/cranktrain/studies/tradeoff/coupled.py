@@ -35,7 +35,7 @@ def coupled_rows(simulation: Simulation, case: Case, rows: Array) -> float:
     gas.inputs[0] = case.speed
     units = [SimulationUnit(COMBUSTION, gas), SimulationUnit(CRANKTRAIN, simulation, begin=lambda: None)]
     cylinders, own = case.engine.n_cylinders, case.exchange == OWN
-    connections = gas_connections(cylinders, own) + volume_connections(cylinders, own)
+    connections = gas_connections(cylinders, own) + volume_connections(cylinders)
     master = Master(units, connections, gas_exchange(case.scheme, case.exchange))
     master.initialize()
     inner = round(case.kept_deg / case.coupled_deg)
