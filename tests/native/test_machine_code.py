@@ -192,9 +192,10 @@ def test_without_a_c_compiler_an_installation_goes_on(monkeypatch, capsys):
 
 
 MADE = """
-import sys
+import signal, sys
 from pathlib import Path
 from cranktrain.fmu.native import link, __main__ as command
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 link.LIBRARIES = Path(sys.argv[1])
 sys.exit(command.main(["--kind", "cranktrain"]))
 """

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from bodies import rigid_crank
 
+from cranktrain.coupling.stages import mean_and_moment
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
@@ -23,9 +24,12 @@ STAGED = {"crank": "rigid", "bearings": "held", "gas_source": "input", "reconstr
 
 
 def values(t):
-    """All inputs at a time: the speed stays, pressures and the torque of the valve train swing."""
+    """All inputs at a time: the speed stays, pressures and the torque of the valve train swing.
+
+    Deviations of volumes are told, so that pressures stay as they are.
+    """
     pressures = 1e5 * (4.0 + 3.0 * np.sin(0.5 * SPEED * t + np.arange(6)))
-    return np.array([SPEED, *pressures, 0.0, 30.0 * math.sin(70.0 * t), 0.0, 0.0, *np.zeros(6)])
+    return np.array([SPEED, *pressures, 0.0, 30.0 * math.sin(70.0 * t), 0.0, 0.0, *np.full(6, 1e-12)])
 
 
 def begun(method, **chosen):
@@ -136,3 +140,15 @@ def torsion(method, step_deg):
         if (k + 1) % every == 0:
             found.append(simulation.outputs[place])
     return np.array(found[-240:])
+
+
+def test_a_line_has_the_mean_and_the_first_moment_of_an_impact():
+    """Of a blow in one of many parts of a step, from -1 to 1: its impulse, and three times the moment of it."""
+    parts, place = 64, 40
+    means = np.zeros((parts, 2))
+    means[place, 0] = 1.0
+    means[:, 1] = np.linspace(-1.0, 1.0, parts)
+    (mean, _), (slope, rise) = mean_and_moment(means)
+    assert mean == pytest.approx(1.0 / parts)
+    assert slope == pytest.approx(3.0 * ((2.0 * place + 1.0) / parts - 1.0) / parts)
+    assert rise == pytest.approx(1.0, rel=0.02)

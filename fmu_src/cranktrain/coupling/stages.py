@@ -137,8 +137,7 @@ class AtStages(Updates):
             means[k] = master.means[whole]
         master.time = self._begin
         self._line = before, master.newest[whole] - before
-        away = (2.0 * np.arange(parts) + 1.0) / parts - 1.0  # of a part's middle from that of the step, over its half
-        self._means = np.array((means.mean(axis=0), 3.0 * away @ means / parts))
+        self._means = mean_and_moment(means)
 
     def _expect(self, begin: float, end: float) -> None:
         """What the other units know in a part of the step: the last unit's outputs at its begin, and their means.
@@ -189,3 +188,10 @@ class AtStages(Updates):
     def _read(self, time: float) -> None:
         """The last unit's outputs at a point that it has reached."""
         self._master._let(READ | MEAN, self._place, self._place + 1, 0.0, time)
+
+
+def mean_and_moment(means: Array) -> Array:
+    """Line of the means (k, n) over equal parts of a step: mean and first moment, (2, n), from -1 to 1 over the step."""
+    parts = len(means)
+    away = (2.0 * np.arange(parts) + 1.0) / parts - 1.0  # of a part's middle from that of the step, over its half
+    return np.array((means.mean(axis=0), 3.0 * away @ means / parts))

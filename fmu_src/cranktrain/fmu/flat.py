@@ -14,7 +14,8 @@ Layout (little-endian)::
 The header holds ``engine`` (SI, as :func:`cranktrain.engine.model.engine_to_dict` writes it), ``bodies`` with their
 names (``cranks.solid``, ``damped.solid``, ``block``), ``table``, ``big_end_table``, ``film_tables.0`` …, ``bore``,
 ``block_bore``, ``big_end_bore`` and ``gas`` (what is not an array) and ``arrays`` (name, shape, offset). All but the
-engine may be absent. Equal data give equal bytes. A body's records and basis, which serve reports, stay behind.
+engine may be absent. Equal data give equal bytes. A body's records, basis and quality, which serve reports,
+stay behind.
 """
 
 from __future__ import annotations
