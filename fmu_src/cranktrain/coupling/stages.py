@@ -191,7 +191,7 @@ class AtStages(Updates):
 
 
 def mean_and_moment(means: Array) -> Array:
-    """Line of the means (k, n) over equal parts of a step: mean and first moment, (2, n), from -1 to 1 over the step."""
+    """Line (2, n) of the means (k, n) over equal parts of a step, from -1 to 1 over it: their mean and first moment."""
     parts = len(means)
     away = (2.0 * np.arange(parts) + 1.0) / parts - 1.0  # of a part's middle from that of the step, over its half
     return np.array((means.mean(axis=0), 3.0 * away @ means / parts))
