@@ -83,11 +83,12 @@ install: $(VENV)/.installed
 native: $(VENV)/.installed
 	$(NATIVE)
 
-# With machine code for both platforms; ziglang, of the extra native, compiles the C side.
+# The source archive, and the wheel from it, with machine code for both platforms; ziglang, of the extra native, compiles
+# the C side.
 wheel: $(VENV)/.installed-native
 	$(NATIVE) linux64 win64
 	rm -rf build
-	$(BIN)/python -m pip wheel --disable-pip-version-check -q --no-deps -w dist .
+	$(BIN)/python -m build -o dist .
 	rm -rf build
 
 $(BIN)/python$(EXE):

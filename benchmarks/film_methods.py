@@ -26,7 +26,7 @@ from cranktrain.film.laws.pressure_peak import PEAK
 from cranktrain.structure.assembly import assemble
 
 Array = NDArray[np.float64]
-REFERENCE: dict[str, Any] = {"integrator": "esdirk47", "step": 0.5, "newton_tolerance": 3.0e-7, "film_change": 0.1}
+REFERENCE: dict[str, Any] = {"integrator": "esdirk47", "step": 0.5, "newton_tolerance": 3.0e-7}
 STEPS_DEG = (2.0, 1.0, 0.5)
 CYCLES, PER_CYCLE = 3, 360
 
