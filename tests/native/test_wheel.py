@@ -1,4 +1,4 @@
-"""The wheel from the source archive: in an environment of its own it simulates and builds native FMUs, and nothing compiles there."""
+"""The wheel, from the source archive, simulates and builds FMUs in an environment of its own; nothing compiles."""
 
 import json
 import os
@@ -34,7 +34,7 @@ for name in ("valvetrain_i6", "combustion_v8"):
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """Built as ``make wheel`` does, through the source archive, of this machine's libraries and a copy of the sources."""
+    """Built as ``make wheel`` does, through the source archive, of a copy with this machine's libraries."""
     if not (ROOT / "setup.py").is_file():
         pytest.skip("not in the repository")
     copy, ignore = tmp_path_factory.mktemp("sources"), shutil.ignore_patterns("__pycache__", "lib", "*.egg-info")
