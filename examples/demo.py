@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 import sys
 import time
@@ -49,6 +50,8 @@ def main(name: str = "diesel_i6", out: Path = Path("out")) -> dict[str, Any]:
     engine = load_engine(name)
     # What the FMU is to run on is compiled beside the finite elements, the first time.
     compiling = subprocess.Popen([sys.executable, "-m", "cranktrain.fmu.native", "--package", "--kind", "cranktrain"])
+    if hasattr(os, "nice"):
+        os.nice(10)  # what takes longest goes first
     try:
         say("engine file read; reducing its crankshaft (finite elements, about a minute the first time)")
         bare = reduced_crankshaft(engine, progress=say)
