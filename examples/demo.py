@@ -50,8 +50,8 @@ def main(name: str = "diesel_i6", out: Path = Path("out")) -> dict[str, Any]:
     engine = load_engine(name)
     # What the FMU is to run on is compiled beside the finite elements, the first time.
     compiling = subprocess.Popen([sys.executable, "-m", "cranktrain.fmu.native", "--package", "--kind", "cranktrain"])
-    if hasattr(os, "nice"):
-        os.nice(10)  # what takes longest goes first
+    if __name__ == "__main__" and hasattr(os, "nice"):
+        os.nice(10)  # what takes longest goes first; who imports this keeps the priority of its process
     try:
         say("engine file read; reducing its crankshaft (finite elements, about a minute the first time)")
         bare = reduced_crankshaft(engine, progress=say)

@@ -1,10 +1,10 @@
 """The core of the tests, which ``make test`` runs: chosen by measured processor times, not by a person.
 
 ``make test-all`` measures every function of the tests and keeps what takes long in ``tests/data/durations.json``: the
-longest that each took, since the first that needs a body makes it for the others. From
-that this program chooses the longest functions that are left to ``make test-all``, until the rest fits the budget; what
-a change needs to be noticed stays: the cheapest test of each mutant, and those listed in ``NEEDED``. What was never
-measured is core. A run begins with the files that take longest, so that no worker waits at the end for another one.
+longest that each took, since the first that needs a body makes it for the others. From that this program chooses the
+longest functions that are left to ``make test-all``, until the rest fits the budget; what a change needs to be noticed
+stays: the cheapest test of each mutant, and those listed in ``NEEDED``. What was never measured is core. A run begins
+with the files that take longest, so that no worker waits at the end for another one.
 
     python tests/core.py FILE ...        take the durations that pytest --durations-to wrote
     python tests/core.py                 what the core takes

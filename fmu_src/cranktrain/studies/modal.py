@@ -84,7 +84,7 @@ def modal(
     levels = Settings(bearings=bearings, block=block, damper="fitted" if damper else "none")
     settings = checked(found, levels, mesh, block_mesh if flexible else None) if solid else None
     table = table_crank(found, mesh)
-    needed, body = _solid_crank(found, crank, mesh, say) if table is None else (False, None)
+    needed, body = _solid_crank(found, crank, mesh, solid, say) if table is None else (False, None)
     made = time.perf_counter()
     own = bare_crank(found, crank, body if needed else None) if table is None else table
     line = line_report(found, complete_crank(found, crank, own))
@@ -128,14 +128,14 @@ def _check_extras(engine: Engine, crank: str, solid: bool, damper: bool, flexibl
 
 
 def _solid_crank(
-    engine: Engine, level: str, mesh: MeshFile | None, say: Callable[[str], None]
+    engine: Engine, level: str, mesh: MeshFile | None, solid: bool, say: Callable[[str], None]
 ) -> tuple[bool, ReducedBody | None]:
     """Whether a level is made from the solid crank, and that body; None where it is neither needed nor at hand.
 
-    A level from dimensions is compared with a solid crank that is at hand. None is meshed for this.
+    A level from dimensions is compared with a solid crank that is at hand. None is meshed for this. The reduction is
+    checked where the level itself is ``solid``.
     """
     needed = crank_level(level).needs_solid(engine)
     if needed or mesh is not None:
-        solid = crank_level(level).name == list(CRANKS)[-1]
         return needed, reduced_crankshaft(engine, mesh, progress=say, checked=solid)
     return needed, kept_crankshaft(engine)
