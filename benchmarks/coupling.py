@@ -65,7 +65,7 @@ class Partner:
     def pressures(self, angle: float) -> list[float]:
         """Absolute pressures (c,), Pa."""
         after = [angle - phase for phase in self.phases]
-        return [gas_pressure(a, self.motored) + self.share * gas_pressure(a, self.rise) for a in after]
+        return [float(gas_pressure(a, self.motored) + self.share * gas_pressure(a, self.rise)) for a in after]
 
 
 def run(level: str, step_deg: float, rule: str, order: Order | None) -> tuple[Array, Array]:

@@ -1,6 +1,7 @@
 """Libraries of machine code under Python: numba is not loaded, results are its own to the bit; in doubt numba."""
 
 import ctypes
+import importlib.util
 import os
 import shutil
 import signal
@@ -117,6 +118,26 @@ def test_an_edit_of_the_sources_leaves_the_library_alone(install, tmp_path):
     with (install.parents[4] / "modules" / "valve_train" / "stage.py").open("a") as stream:
         stream.write("# another state of the sources\n")
     assert found(install, tmp_path) == ("True", "")
+
+
+FIRST_USE = """
+from cranktrain.core.machine_code import library
+from cranktrain.fmu.native.first_use import made_at_first_use
+with made_at_first_use():
+    print(library("valvetrain") is not None)
+"""
+
+
+def test_a_library_that_lacks_is_made_at_first_use_and_found_by_the_next(install, tmp_path):
+    install.unlink()
+    package, cache = install.parents[4], str(tmp_path / "cache")
+    nobody = python(FIRST_USE, package=package, CRANKTRAIN_CACHE=cache, PATH=str(tmp_path), **{OFF: ""})
+    if importlib.util.find_spec("ziglang") is None:
+        assert nobody == ("False\n", "")
+    answer, said = python(FIRST_USE, package=package, CRANKTRAIN_CACHE=cache, **{OFF: ""})
+    assert answer == "True\n" and said.count("machine code of the kernels is made") == 1
+    assert found(install, tmp_path) == ("False", "")
+    assert python(FIRST_USE, package=package, CRANKTRAIN_CACHE=cache, **{OFF: "1"}) == ("False\n", "")
 
 
 @pytest.mark.parametrize("cut", [True, False], ids=["cut short", "one byte changed"])

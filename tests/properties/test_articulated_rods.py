@@ -269,6 +269,32 @@ def test_tangents_over_a_cycle_are_those_of_displaced_pins(engine):
         np.testing.assert_allclose(by_place, wanted, atol=1e-6 * np.abs(wanted).max(), rtol=1e-6)
 
 
+@pytest.mark.parametrize("engine", [RADIAL, SKEW, load_engine("diesel_i6")], ids=["radial5", "skew", "six"])
+def test_the_moment_about_the_axis_goes_with_a_pin_that_is_displaced(engine):
+    """(x + u) × f(u) of a pin that turns about the axis beside its throw, under the same pressure at all angles."""
+    body, gas = running_crank(engine, "rigid"), GasTrace.from_engine(engine)
+    gas = replace(gas, motored=np.full(gas.motored.size, 4.0e6), fired=np.full(gas.motored.size, 4.0e6), own=())
+    angle, speed, step = np.linspace(0.1, 12.0, 9), 120.0, 1e-6
+    found = rod_forces(engine, body, speed, angle, gas, 1.0)
+    for c, pin in enumerate(engine.cylinders.pins):
+        place = body.index(f"pin[{pin}]")
+        x, y = body.positions[place, :2]
+
+        def moment(u, c=c, place=place):
+            positions = body.positions.copy()
+            positions[place, :2] += u
+            f_x, f_y = rod_forces(engine, replace(body, positions=positions), speed, angle, gas, 1.0).forces.T[
+                3 * c : 3 * c + 2
+            ]
+            return positions[place, 0] * f_y - positions[place, 1] * f_x
+
+        rows = found.by_place[:, 3 * c : 3 * c + 3, 3 * c : 3 * c + 2]
+        by_place = rows[:, 2] + x * rows[:, 1] - y * rows[:, 0]
+        ways = step * np.eye(2)
+        wanted = np.stack([(moment(u) - moment(-u)) / (2.0 * step) for u in ways], axis=1)
+        np.testing.assert_allclose(by_place, wanted, atol=1e-6 * np.abs(wanted).max())
+
+
 @pytest.mark.parametrize("name", ENGINES)
 def test_the_gas_work_of_a_cycle_is_accounted_for(name):
     settings = Settings(crank="rigid", block="ground", bearings="linear", step=math.radians(1.25))

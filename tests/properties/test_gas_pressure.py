@@ -112,7 +112,7 @@ def test_periodic_spline_is_twice_continuously_differentiable_and_fourth_order()
         assert slope == pytest.approx(following[:, 1], abs=1e-13)
         assert curvature == pytest.approx(2.0 * following[:, 2], abs=1e-13)
         theta = np.linspace(0.0, CYCLE, 1001)
-        values = np.array([gas_pressure(t, table) for t in theta])
+        values = gas_pressure(theta, table)
         errors.append(np.abs(values - np.exp(np.sin(0.5 * theta))).max())
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(orders > 3.8)
@@ -131,7 +131,7 @@ def points(spacing=1.0, noise=0.0, seed=1):
     trace = GasTrace.from_engine(ENGINE)
     table = spline_coefficients(trace.fired)
     angle = np.arange(0.0, 720.0, spacing)
-    pressure = 1e-6 * np.array([gas_pressure(math.radians(a - 360.0), table) for a in angle])
+    pressure = 1e-6 * gas_pressure(np.radians(angle - 360.0), table)
     return angle, pressure + noise * np.random.default_rng(seed).standard_normal(angle.size), trace
 
 

@@ -106,11 +106,11 @@ def _run(arguments: Sequence[str], stopped: Sequence[signal.Signals]) -> int:
         return _ended(result, stopped)
 
     from cranktrain.cli.console import jsonable, say
-    from cranktrain.store.waits import told_compiling
+    from cranktrain.fmu.native.first_use import made_at_first_use
 
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_: say(f"cranktrain: warning: {one_line(str(message))}")
-        with told_compiling():
+        with made_at_first_use():
             result = options.verb(options)
     if options.json:
         print(json.dumps(jsonable(result), indent=2, allow_nan=False))

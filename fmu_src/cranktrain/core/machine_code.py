@@ -171,14 +171,23 @@ class Library:
         self.entries: dict[str, Callable[[int, float], int]] = {name: _ENTRY(at) for name, at in given.items()}
 
 
+makers: list[Callable[[str], bool]] = []
+"""What makes the library of a kind where there is none, of which the last is asked; whether it did."""
+
+
 @cache
 def library(kind: str) -> Library | None:
-    """A library with a kind for this machine and these sources; ``None`` where there is none.
+    """A library with a kind for this machine and these sources; ``None`` where there is none and nobody makes it.
 
     Warns of one that is damaged.
     """
     if os.environ.get(OFF) or edited_meanwhile(_sources(kind)):
         return None
+    found = _found(kind)
+    return _found(kind) if found is None and makers and makers[-1](kind) else found
+
+
+def _found(kind: str) -> Library | None:
     digest = code_digest(kind)
     for path in _places(kind):
         try:

@@ -6,6 +6,7 @@ change of any other does not. Imports are followed by name, wherever a file lies
 
 from __future__ import annotations
 
+import os
 import re
 import time
 from collections.abc import Iterable
@@ -67,6 +68,7 @@ def rests_on(file: Path, deferred: bool = False) -> set[Path]:
 def _imported(path: Path, deferred: bool) -> frozenset[Path]:
     """Files of the package that one source file imports."""
     found: set[Path] = set()
+    root = str(ROOT.resolve())
     for indent, module, names, plain in _IMPORT.findall(path.read_text(encoding="utf-8")):
         if indent and not deferred:
             continue
@@ -74,6 +76,6 @@ def _imported(path: Path, deferred: bool) -> frozenset[Path]:
         names = re.findall(r"(\w+)(?: +as +\w+)?", re.sub(r"#.*", "", names))
         # A name may be a module of the package that it is imported from.
         for place in [parts[:n] for n in range(len(parts) + 1)] + [[*parts, name] for name in names]:
-            folder = ROOT.joinpath(*place)
-            found |= {f.resolve() for f in (folder / "__init__.py", folder.with_suffix(".py")) if f.is_file()}
+            stem = os.path.join(root, *place)
+            found |= {Path(file) for file in (os.path.join(stem, "__init__.py"), f"{stem}.py") if os.path.isfile(file)}
     return frozenset(found)

@@ -44,7 +44,7 @@ class TraceUnit(ByAngle):
     def read(self) -> Array:
         """See the protocol."""
         own = np.array([self._angle - phase for phase in self._phases])
-        pressures = [gas_pressure(angle, table) for angle, table in zip(own.tolist(), self._tables, strict=True)]
+        pressures = [float(gas_pressure(angle, table)) for angle, table in zip(own, self._tables, strict=True)]
         rise = np.array([cylinder_volume(self._engine, own[c : c + 1], c)[1][0] for c in range(own.size)])
         torque = float((np.array(pressures) - AMBIENT) @ rise)
         found = dict(zip(self.outputs, (*pressures, self._angle, self._mean, torque), strict=True))

@@ -68,7 +68,7 @@ def tangents_at_state(model: ModelArrays, work: Work) -> Tangents:
             raise SolverError("a film has no tangents at a state of the run; take another bearing level")
         found.append(work.blocks.reshape(-1, 4, 4).copy())
     place, with_velocity, with_acceleration = found
-    ports = port_count(model)
+    ports = int(model.layout[at.PORTS])
     return Tangents(
         place, (with_velocity - place) / PER_VELOCITY, (with_acceleration - place) / PER_ACCELERATION,
         work.port[at.FORCES, :ports].copy(), work.port[at.STATE_U, :ports].copy(),

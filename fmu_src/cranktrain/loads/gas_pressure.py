@@ -285,17 +285,20 @@ def _cell(theta, n):
     return i, s - i
 
 
-@kernel
-def gas_pressure(theta: float, table: Array) -> float:
-    """Pressure (Pa) at crank angle ``theta`` (any real, rad after firing dead centre) from a spline table (n, 4)."""
-    i, t = _cell(theta, table.shape[0])
-    a, b, c, d = four(table[i], 0)
+def gas_pressure(theta: float | Array, table: Array) -> Any:
+    """Pressures (Pa) at crank angles (any shape, rad after firing dead centre) from a spline table (n, 4)."""
+    n = len(table)
+    x = np.asarray(theta) / CYCLE
+    s = (x - np.floor(x)) * n
+    i = np.minimum(s.astype(np.int64), n - 1)
+    t = s - i
+    a, b, c, d = np.moveaxis(table[i], -1, 0)
     return a + t * (b + t * (c + t * d))
 
 
 @kernel
 def gas_pressures(theta, tables, cylinder):
-    """Motored pressure and rise of a cylinder at an angle, from :func:`gas_tables`, as :func:`gas_pressure` gives."""
+    """Motored pressure and rise of a cylinder at an angle, from :func:`gas_tables`, as :func:`gas_pressure` has it."""
     motored, rise, _, _ = gas_slopes(theta, tables, cylinder)
     return motored, rise
 

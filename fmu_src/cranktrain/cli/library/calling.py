@@ -27,8 +27,8 @@ from cranktrain.cli.library.keywords import (
 )
 from cranktrain.core.errors import CranktrainError, InputError, as_float, nearest, shown
 from cranktrain.engine.model import Engine
+from cranktrain.fmu.native.first_use import made_at_first_use
 from cranktrain.results.in_hand.found import Found, Frequencies
-from cranktrain.store.waits import told_compiling
 from cranktrain.structure.assembly import Assembly
 from cranktrain.studies.scene import Scene
 
@@ -68,7 +68,7 @@ def call(verb: str, given: Mapping[str, Any]) -> Any:
         said = LINES.set(False)
         try:
             module = importlib.import_module(main.module_name(verb))
-            stack.enter_context(told_compiling())
+            stack.enter_context(made_at_first_use())
             found = getattr(module, "answer", module.run)(main.with_homes(options))
         except CranktrainError as error:
             raise type(error)(in_keywords(str(error), option_names(verb))) from None

@@ -9,7 +9,8 @@ from cranktrain.core.types import Progress
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import engine_names, load_engine
 from cranktrain.engine.model import Engine
-from cranktrain.store.waits import told_compiling, waits
+from cranktrain.fmu.native.first_use import made_at_first_use
+from cranktrain.store.waits import waits
 from cranktrain.structure import assembly
 
 
@@ -38,7 +39,7 @@ def assemble(
     if not isinstance(settings, Settings):
         raise InputError(f"assemble: settings are {shown(settings)}; give ct.Settings(crank=...)")
     found = load_engine(engine)
-    with waits(found.name) as told, told_compiling():
+    with waits(found.name) as told, made_at_first_use():
         return assembly.assemble(
             found, settings, say=say or told.tell, crank_mesh=crank_mesh, block_mesh=block_mesh,
             table_resolution=table_resolution, cutoff_hz=cutoff_hz, inherit=inherit,

@@ -10,7 +10,7 @@ from cranktrain.cli.console import LINES
 from cranktrain.cli.library.calling import of_verb
 from cranktrain.core.errors import InputError, shown
 from cranktrain.engine.model import Engine
-from cranktrain.store.waits import told_compiling
+from cranktrain.fmu.native.first_use import made_at_first_use
 
 
 class Explorer:
@@ -79,7 +79,7 @@ def explore(
     )  # fmt: skip
     said = LINES.set(False)
     try:
-        with told_compiling():
+        with made_at_first_use():
             explored = explored_of(engine, options)
     finally:
         LINES.reset(said)

@@ -294,7 +294,7 @@ class ElasticGrid:
         gaps = np.diff(self.zetas)
         # Contact need not vanish at an end: it has the weights of the plain trapezoid.
         widths = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
-        g = np.array([relief(zeta, profile) for zeta in self.zetas]) / clearance
+        g = _reliefs(self.zetas, profile) / clearance
         return ElasticFilm(
             np.array(constants, dtype=float),
             np.ascontiguousarray(trig.T),
@@ -316,6 +316,11 @@ def _roughness(contact: Array | None) -> Array:
     if rough.shape != (CONTACT_CONSTANTS,) or not (np.isfinite(rough).all() and (rough >= 0.0).all()):
         raise InputError("elastic film: contact must be the constants of asperity.contact_constants")
     return rough
+
+
+def _reliefs(zetas: Array, profile: tuple[float, float, float]) -> Array:
+    """Relief at each ζ; of straight shells without a kernel, since films at rest are made while modules load."""
+    return np.array([relief(zeta, profile) for zeta in zetas]) if profile[0] else np.zeros(zetas.size)
 
 
 def _check_sizes(diameter: float, width: float, clearance: float, viscosity: float, supply_pressure: float) -> None:

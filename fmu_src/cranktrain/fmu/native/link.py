@@ -101,7 +101,7 @@ def _all_programs(kinds: Sequence[str], say: Progress, emit: bool) -> list[Path]
         running = []
         if lacking:
             named = ", ".join(program.stem for program in lacking)
-            say(f"{named}: machine code of the kernels is made, once for this state of the sources")
+            say(f"{named}: machine code of the kernels is made, once for these sources, in a minute or two")
         for program in lacking:
             run = "cranktrain.fmu.native.make", program.stem, str(program.parent)
             running.append(stack.enter_context(_process(run, stdin=subprocess.PIPE, env=_environment() | emitting())))

@@ -22,11 +22,11 @@ from cranktrain.dynamics.time.step_control import ports_at_state
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.film.contact.asperity import CONSTANTS, contact_table
-from cranktrain.film.contact.gap import least_gap
+from cranktrain.film.contact.gap import least_gap, relief
 from cranktrain.film.contact.journal import slice_resultants
 from cranktrain.film.lanes.grid import fill_gaps
 from cranktrain.film.table.interpolation import stretched
-from cranktrain.loads.gas_pressure import GasTrace, gas_pressure
+from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.in_motion.periodic_forces import rod_forces
 
 ENGINE = "diesel_i6"
@@ -46,8 +46,8 @@ def typical_calls(run: Run) -> None:
     simulation = Simulation(engine, stand_in(engine), loaded)
     simulation.inputs[0] = 200.0
     simulation.steady_torque()
-    gas_pressure(0.1, np.zeros((8, 4)))
     least_gap((0.5, 0.0, 0.1, 0.0), 1.0, (0.0, 1.0, 1.0))
+    relief(0.9, (1.0e-6, 0.5, 2.0))
     carried(run.model, np.zeros(run.model.block_ports.shape[1]))
     motion_of(run.state, run.model.omega2.size)
     # Rods about a rigid rotation: steady states in the frequency domain, Campbell diagrams, modes in motion.

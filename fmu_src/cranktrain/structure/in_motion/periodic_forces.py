@@ -46,8 +46,7 @@ def rod_forces(
 
     Each cylinder's gas goes by the angle of its own pin about the axis.
     """
-    cylinders, offsets = engine.cylinders, engine.offsets
-    out = np.zeros(16)
+    cylinders = engine.cylinders
     pushes = gas_forces(engine, speed, angle, gas, load)
     ahead, behind = (gas_forces(engine, speed, angle + sign * _APART, gas, load) for sign in (1.0, -1.0))
     rises = (ahead - behind) / (2.0 * _APART)
@@ -60,43 +59,57 @@ def rod_forces(
         # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
         rows.append(np.stack((shape[0] + offset * shape[4], shape[1] - offset * shape[3], shape[5])))
         x0, y0 = body.positions[pin, :2]
-        at, rod, joint = slice(3 * c, 3 * c + 2), engine.rods[c], engine.articulations[c]
-        remainder, oscillating = remainder_inertia(rod), rod.small_end_mass + cylinders.piston_mass
-        hung = None if joint is None else joint_values(joint)
-        for k, theta in enumerate(angle - cylinders.bank_angles[c if joint is None else joint.master]):
-            cos, sin = math.cos(theta), math.sin(theta)
-            turn = np.array([[cos, -sin], [sin, cos]])
-            x, y = turn @ (x0, y0)
-            motion = np.array([x, y, -speed * y, speed * x, -(speed**2) * x, -(speed**2) * y])
-            pin_motion = np.zeros(MASTERS_PIN)
-            if hung is not None:
-                hang(hung, motion, pin_motion)
-            rod_force(
-                *motion, pushes[k, c], rod.length,
-                rod.big_end_mass, oscillating, remainder, offsets[c], 0.0, 0.0, out,
-            )  # fmt: skip
-            own = np.zeros((2, 3, 2))  # by place, velocity and acceleration in cylinder axes
-            own[:, 0, 0], own[:, 1, 0], own[:, 2] = out[2:4], out[4:6], out[6:10].reshape(2, 2)
-            force, push = out[:2].copy(), _rod_push(motion, rod.length, offsets[c])
-            if hung is not None:
-                own = np.array([force_change(hung, pin_motion, out, *way) for way in np.eye(6)]).T.reshape(2, 3, 2)
-                force, push = (np.array(force_on_pin(hung, pin_motion, one)[:2]) for one in (force, push))
-            forces[k, at] = f_x, f_y = turn.T @ force
-            by_place, by_velocity, by_acceleration = (turn.T @ own[:, i] @ turn for i in range(3))
-            # Velocity and acceleration in space are u̇ + Ω e_z×u and ü + 2Ω e_z×u̇ − Ω²u.
-            tangents[0, k, at, at] = by_place + speed * by_velocity @ _ACROSS - speed**2 * by_acceleration
-            tangents[1, k, at, at] = by_velocity + 2.0 * speed * by_acceleration @ _ACROSS
-            tangents[2, k, at, at] = by_acceleration
-            tangents[0, k, 3 * c + 2, at] = f_y, -f_x
-            # The pin's own angle about the axis changes by (x₀ u_y − y₀ u_x)/r².
-            tangents[0, k, at, at] += rises[k, c] * np.outer(turn.T @ push, (-y0, x0)) / (x0**2 + y0**2)
+        at, joint = slice(3 * c, 3 * c + 2), engine.articulations[c]
+        turn = _rotations(angle - cylinders.bank_angles[c if joint is None else joint.master])
+        x, y = (turn @ (x0, y0)).T
+        motion = np.stack((x, y, -speed * y, speed * x, -(speed**2) * x, -(speed**2) * y), axis=1)
+        force, push, own = _rod_laws(engine, c, motion, pushes[:, c])
+        back = turn.transpose(0, 2, 1)
+        forces[:, at] = force = _turned(back, force)
+        by_place, by_velocity, by_acceleration = (back @ own[:, :, i] @ turn for i in range(3))
+        # Velocity and acceleration in space are u̇ + Ω e_z×u and ü + 2Ω e_z×u̇ − Ω²u.
+        tangents[0, :, at, at] = by_place + speed * by_velocity @ _ACROSS - speed**2 * by_acceleration
+        tangents[1, :, at, at] = by_velocity + 2.0 * speed * by_acceleration @ _ACROSS
+        tangents[2, :, at, at] = by_acceleration
+        tangents[0, :, 3 * c + 2, at] = force @ _ACROSS
+        # The pin's own angle about the axis changes by (x₀ u_y − y₀ u_x)/r².
+        about = np.array([-y0, x0]) / (x0**2 + y0**2)
+        tangents[0, :, at, at] += rises[:, c, None, None] * _turned(back, push)[:, :, None] * about
     return PeriodicForces(np.concatenate(rows), forces, *tangents)
 
 
-def _rod_push(motion: Array, length: float, offset: float) -> Array:
-    """Force on what a rod turns about, in axes of its cylinder, by unit force of the gas on its piston, (2,)."""
-    across = motion[0] - offset
-    return np.array([across / math.sqrt(length**2 - across**2), -1.0])
+def _rod_laws(engine: Engine, c: int, motion: Array, gas: Array) -> tuple[Array, Array, Array]:
+    """A rod on a pin that moves as ``motion`` (N, 6), under a force of the gas (N,), in axes of the cylinder.
+
+    Returns the forces (N, 2), their change (N, 2) with the gas's, and their changes (N, 2, 3, 2) with the pin's place,
+    velocity and acceleration. A rod that hangs on another's has the axes of that one's cylinder.
+    """
+    rod, offset, joint = engine.rods[c], engine.offsets[c], engine.articulations[c]
+    remainder, oscillating = remainder_inertia(rod), rod.small_end_mass + engine.cylinders.piston_mass
+    hung, pin, out = None if joint is None else joint_values(joint), np.zeros(MASTERS_PIN), np.zeros(16)
+    force, push, own = np.zeros((len(motion), 2)), np.zeros((len(motion), 2)), np.zeros((len(motion), 2, 3, 2))
+    for k, at_pin in enumerate(motion):
+        if hung is not None:
+            hang(hung, at_pin, pin)
+        rod_force(*at_pin, gas[k], rod.length, rod.big_end_mass, oscillating, remainder, offset, 0.0, 0.0, out)
+        across = at_pin[0] - offset
+        force[k], push[k] = out[:2], (across / math.sqrt(rod.length**2 - across**2), -1.0)
+        if hung is None:
+            own[k, :, 0, 0], own[k, :, 1, 0], own[k, :, 2] = out[2:4], out[4:6], out[6:10].reshape(2, 2)
+        else:
+            own[k] = np.array([force_change(hung, pin, out, *way) for way in np.eye(6)]).T.reshape(2, 3, 2)
+            force[k], push[k] = (force_on_pin(hung, pin, one)[:2] for one in (force[k], push[k]))
+    return force, push, own
+
+
+def _rotations(angles: Array) -> Array:
+    """Matrices (N, 2, 2) that turn a vector of the plane by angles (N,)."""
+    cos, sin = np.cos(angles), np.sin(angles)
+    return np.stack((np.stack((cos, -sin), axis=-1), np.stack((sin, cos), axis=-1)), axis=-2)
+
+
+def _turned(turns: Array, vectors: Array) -> Array:
+    return np.asarray((turns @ vectors[:, :, None])[:, :, 0])
 
 
 def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace, load: float) -> Array:
@@ -114,16 +127,14 @@ def gas_forces(engine: Engine, speed: float | Array, angle: Array, gas: GasTrace
     own = pairs if gas.own else pairs * len(phases)
     angles = np.reshape(angle, (len(angle), -1)) - np.array(phases)
     parts = [
-        np.array([[gas_pressure(at, pair[k]) for at, pair in zip(row, own, strict=True)] for row in angles])
-        for k in range(2)
+        np.stack([gas_pressure(at, pair[k]) for at, pair in zip(angles.T, own, strict=True)], axis=1) for k in range(2)
     ]
     return np.asarray(area * (parts[0] + np.atleast_1d(share)[:, None] * parts[1]))
 
 
 def main_forces(engine: Engine, body: ReducedBody, speed: float, angle: Array) -> PeriodicForces:
     """Linear springs and dampers of the main bearings at x, y and, where they resist it, tilt; at crank angles (N,)."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    turn = np.stack((np.stack((cos, -sin), axis=-1), np.stack((sin, cos), axis=-1)), axis=-2)
+    turn = _rotations(angle)
     back = turn.transpose(0, 2, 1)
     rows, pairs = [], []
     for i, (springs, dampers) in enumerate(zip(main_springs(engine), main_dampers(engine), strict=True), 1):

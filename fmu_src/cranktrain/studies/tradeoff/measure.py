@@ -142,7 +142,7 @@ def _started(case: Case, say: Progress) -> tuple[Simulation, float | None]:
         trace = GasTrace.from_engine(case.engine)
         share = 1.0 - trace.falloff * (case.speed / trace.best_speed - 1.0) ** 2
         table = spline_coefficients(trace.motored + share * (trace.fired - trace.motored))
-        simulation.pressures[:] = [gas_pressure(-angle, table) for angle in case.engine.firing_angles]
+        simulation.pressures[:] = gas_pressure(-np.array(case.engine.firing_angles), table)
     simulation.initialize()
     unsettled = _settle(simulation, case, made, gas)
     if case.film_grid is not None:
@@ -221,16 +221,16 @@ def sampled_trace(engine: Engine, spacing_deg: float, rule: str) -> GasTrace:
     trace = GasTrace.from_engine(engine)
     count = round(720.0 / spacing_deg)
     spacing = CYCLE / count
-    angles = spacing * (np.arange(count) + 0.5)
+    angles = spacing * (np.arange(count, dtype=np.float64) + 0.5)
     fine = CYCLE * np.arange(FINE_SAMPLES) / FINE_SAMPLES
 
     def sampled(values: Array) -> Array:
         table = spline_coefficients(values)
-        found = np.array([gas_pressure(angle, table) for angle in angles])
+        found = gas_pressure(angles, table)
         if rule == "linear":
             return np.interp(fine, angles, found, period=CYCLE)
         between = spline_coefficients(found)
-        return np.array([gas_pressure(angle - 0.5 * spacing, between) for angle in fine])
+        return gas_pressure(fine - 0.5 * spacing, between)
 
     return replace(trace, motored=sampled(trace.motored), fired=sampled(trace.fired))
 
