@@ -26,13 +26,13 @@ from statistics import median
 from typing import NamedTuple
 
 import cranktrain as ct
-from cranktrain.coupling.fmu_unit import FmuUnit
-from cranktrain.coupling.master import Master
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
-from cranktrain.coupling.run import Record, Steps
-from cranktrain.coupling.supervised import run_supervised
-from cranktrain.coupling.unit import Around
-from cranktrain.coupling.virtual_engine import INTEGRATOR, Partners, VirtualEngine, virtual_engine
+from cranktrain_lab.coupling.fmu_unit import FmuUnit
+from cranktrain_lab.coupling.master import Master
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain_lab.coupling.run import Record, Steps
+from cranktrain_lab.coupling.supervised import run_supervised
+from cranktrain_lab.coupling.unit import Around
+from cranktrain_lab.coupling.virtual_engine import INTEGRATOR, Partners, VirtualEngine, virtual_engine
 
 SPEED = 2000.0 * math.pi / 30.0
 STEPS_DEG = 1.0, 1.5, 3.0

@@ -22,8 +22,8 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.explore.knobs import Chosen
-from cranktrain.studies.explore.live import LiveTorsion
+from cranktrain_lab.explore.knobs import Chosen
+from cranktrain_lab.explore.live import LiveTorsion
 
 TURNS = 40
 LOOK_RPM, LOOK_ANGLE = 1500.0, 15
@@ -50,9 +50,9 @@ async def picture(live: LiveTorsion, path: Path, width: int, height: int) -> Non
     """Turn the second knob, and keep the window as PNG."""
     from live_browser import LivePage
 
-    from cranktrain.studies.explore.balance import Balance
-    from cranktrain.studies.explore.page import Explored
-    from cranktrain.studies.explore.server import serve
+    from cranktrain_lab.explore.balance import Balance
+    from cranktrain_lab.explore.page import Explored
+    from cranktrain_lab.explore.server import serve
 
     explored = Explored(live.engine.name, live, balance=Balance(live))
     address: list[str] = []
@@ -78,7 +78,7 @@ async def picture(live: LiveTorsion, path: Path, width: int, height: int) -> Non
 
 def recorded(name: str) -> Any:
     """A cycle of an engine's solid crank on elastic films, and what it took, as JSON."""
-    from cranktrain.studies.explore.inside.recording import LookInside
+    from cranktrain_lab.explore.inside.recording import LookInside
 
     began = time.perf_counter(), time.process_time()
     look = LookInside(load_engine(name), "solid", "ehd", "ehd", 1.0, LOOK_RPM * math.pi / 30.0)
@@ -99,7 +99,7 @@ def recorded(name: str) -> Any:
 
 def frame_ms(cycle: Any) -> float:
     """Median time in which the server gives all charts the data of another frame, ms."""
-    from cranktrain.studies.explore.inside.view import InsideView
+    from cranktrain_lab.explore.inside.view import InsideView
 
     view, spent = InsideView(cycle), []
     for angle in range(5, 5 * TURNS, 5):
@@ -113,8 +113,8 @@ async def look_picture(live: LiveTorsion, cycle: Any, path: Path, width: int, he
     """Move the crank angle, and keep the window as PNG."""
     from live_browser import LivePage
 
-    from cranktrain.studies.explore.page import Explored
-    from cranktrain.studies.explore.server import serve
+    from cranktrain_lab.explore.page import Explored
+    from cranktrain_lab.explore.server import serve
 
     explored, address = Explored(live.engine.name, live, inside=cycle), list[str]()
     server = serve(explored, 0, address.append, wait=False)

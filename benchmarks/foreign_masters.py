@@ -24,10 +24,10 @@ from benchmarks.masters.environment import MASTERS, NotHere, run
 
 import cranktrain as ct
 from cranktrain.core.reduced_body import Array
-from cranktrain.coupling.run import Steps
-from cranktrain.coupling.run import run as run_coupled
-from cranktrain.coupling.ssp import write_ssp
-from cranktrain.coupling.virtual_engine import Partners, VirtualEngine, virtual_engine
+from cranktrain_lab.coupling.run import Steps
+from cranktrain_lab.coupling.run import run as run_coupled
+from cranktrain_lab.coupling.ssp import write_ssp
+from cranktrain_lab.coupling.virtual_engine import Partners, VirtualEngine, virtual_engine
 
 SPEED = 2000.0 * math.pi / 30.0
 CYCLES = 10

@@ -40,16 +40,16 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import ENCODERS
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.identification.advice import advised
-from cranktrain.studies.identification.comparison import Comparison
-from cranktrain.studies.identification.confidence import confidence_of, profiles
-from cranktrain.studies.identification.data import RATIO, Data, Scalar, Strand
-from cranktrain.studies.identification.estimate import estimate
-from cranktrain.studies.identification.further_signals import Signal, further_signals
-from cranktrain.studies.identification.ladder import Ask, Climbed, climb, levels_beyond
-from cranktrain.studies.identification.model import TorsionalModel
-from cranktrain.studies.identification.parameters import CRANK, Sought, inner_values, outer_values, sought_parameters
-from cranktrain.studies.identification.tables import NONE, SoughtTable
+from cranktrain_lab.identification.advice import advised
+from cranktrain_lab.identification.comparison import Comparison
+from cranktrain_lab.identification.confidence import confidence_of, profiles
+from cranktrain_lab.identification.data import RATIO, Data, Scalar, Strand
+from cranktrain_lab.identification.estimate import estimate
+from cranktrain_lab.identification.further_signals import Signal, further_signals
+from cranktrain_lab.identification.ladder import Ask, Climbed, climb, levels_beyond
+from cranktrain_lab.identification.model import TorsionalModel
+from cranktrain_lab.identification.parameters import CRANK, Sought, inner_values, outer_values, sought_parameters
+from cranktrain_lab.identification.tables import NONE, SoughtTable
 
 HIGHEST = 12.0
 NOISE = 0.004

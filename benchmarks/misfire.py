@@ -21,10 +21,6 @@ import numpy as np
 
 import cranktrain as ct
 from cranktrain.core.reduced_body import Array
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN
-from cranktrain.coupling.run import Coupled, Steps
-from cranktrain.coupling.supervised import run_supervised
-from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -34,6 +30,10 @@ from cranktrain.results.plots import BLUE, GREY, ORANGE
 from cranktrain.structure.assembly import running_crank
 from cranktrain.studies.torsion.frequency_run_up import frame_wobble
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN
+from cranktrain_lab.coupling.run import Coupled, Steps
+from cranktrain_lab.coupling.supervised import run_supervised
+from cranktrain_lab.coupling.virtual_engine import Partners, virtual_engine
 
 CYLINDER, CYCLES, STEP_DEG, HIGHEST = 1, 24, 1.0, 24.0
 POINTS = round(720.0 / STEP_DEG)

@@ -37,8 +37,8 @@ from cranktrain.engine.model import Engine
 from cranktrain.results.orders.harmonics import CYCLE
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.identification.orbit_runs import HIGHEST, Series
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
+from cranktrain_lab.identification.orbit_runs import HIGHEST, Series
 
 RPM = math.pi / 30.0
 ZERO_C = 273.15

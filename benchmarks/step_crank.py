@@ -30,12 +30,12 @@ from cranktrain.core.types import Array
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Crankshaft
-from cranktrain.structure.crank.found_crank import write_crank_mesh
-from cranktrain.structure.crank.recognition import Given, find_crank
 from cranktrain.structure.crank.reduction import reduction_task
-from cranktrain.structure.crank.step_file import read_step
 from cranktrain.structure.fem.craig_bampton import Flexibility, eigenmodes, rigid_motions
-from cranktrain.studies.design.step_engine import Stated, step_engine
+from cranktrain_lab.cad.found_crank import write_crank_mesh
+from cranktrain_lab.cad.recognition import Given, find_crank
+from cranktrain_lab.cad.step_engine import Stated, step_engine
+from cranktrain_lab.cad.step_file import read_step
 
 MODES = 10
 LENGTHS = (

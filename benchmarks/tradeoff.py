@@ -25,9 +25,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.other_solvers.entries import other_entries, speedups
 
 from cranktrain.store.kept import Kept
-from cranktrain.studies.tradeoff.files import write_files
-from cranktrain.studies.tradeoff.point import in_scene
-from cranktrain.studies.tradeoff.study import chosen_families, default_scenes, scenes_of, study
+from cranktrain_lab.tradeoff.files import write_files
+from cranktrain_lab.tradeoff.point import in_scene
+from cranktrain_lab.tradeoff.study import chosen_families, default_scenes, scenes_of, study
 
 
 def main(arguments: list[str] | None = None) -> int:

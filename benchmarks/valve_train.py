@@ -24,11 +24,11 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
 import cranktrain as ct
-from cranktrain.coupling.run import Coupled, Steps, run
-from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.modules.register import module_files
 from cranktrain.modules.valve_train.file import load
 from cranktrain.modules.valve_train.simulation import ValveTrainSimulation
+from cranktrain_lab.coupling.run import Coupled, Steps, run
+from cranktrain_lab.coupling.virtual_engine import Partners, virtual_engine
 
 SPEED = 2000.0 * math.pi / 30.0
 STEP = math.radians(1.0) / SPEED

@@ -23,9 +23,9 @@ from numpy.polynomial.legendre import leggauss
 
 import cranktrain as ct
 from cranktrain.core.typed_file import record
-from cranktrain.studies.variants.running import Means, Outcome, run_variants
-from cranktrain.studies.variants.study import study_of
-from cranktrain.studies.variants.tables import StudyTable
+from cranktrain_lab.variants.running import Means, Outcome, run_variants
+from cranktrain_lab.variants.study import study_of
+from cranktrain_lab.variants.tables import StudyTable
 
 SPEEDS = 81
 SOBOL_ROWS = 4096
@@ -116,7 +116,7 @@ def closed_forms() -> dict[str, float]:
         "optimize": {"minimize": "amplification", "evaluations": EVALUATIONS},
     }  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
-        from cranktrain.studies.variants.optimum import find_optimum
+        from cranktrain_lab.variants.optimum import find_optimum
 
         best = find_optimum(study_of(record(StudyTable, table), "two"), Path(folder) / "x", Means(workers=1))
     return {"sobol_error": max(errors), "den_hartog_error": best.outputs["amplification"] / math.sqrt(41.0) - 1.0}

@@ -23,10 +23,10 @@ import numpy as np
 
 import cranktrain as ct
 from cranktrain.core.reduced_body import Array
-from cranktrain.coupling.modules import COMBUSTION, VALVETRAIN
-from cranktrain.coupling.run import Coupled, Steps, run
-from cranktrain.coupling.schemes import INSIDE
-from cranktrain.coupling.virtual_engine import Partners, summary, virtual_engine
+from cranktrain_lab.coupling.modules import COMBUSTION, VALVETRAIN
+from cranktrain_lab.coupling.run import Coupled, Steps, run
+from cranktrain_lab.coupling.schemes import INSIDE
+from cranktrain_lab.coupling.virtual_engine import Partners, summary, virtual_engine
 
 CYCLES = 8
 FINEST = 0.125

@@ -29,10 +29,10 @@ from cranktrain.engine.parts import Damper
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
-from cranktrain.studies.watch.defects import LOAD, MISFIRE, Case, Defect
-from cranktrain.studies.watch.model import ComplexArray, Place, TorsionalAnswers
-from cranktrain.studies.watch.scatter import real_rows
-from cranktrain.studies.watch.watch import Watch
+from cranktrain_lab.watch.defects import LOAD, MISFIRE, Case, Defect
+from cranktrain_lab.watch.model import ComplexArray, Place, TorsionalAnswers
+from cranktrain_lab.watch.scatter import real_rows
+from cranktrain_lab.watch.watch import Watch
 
 SPRINGS = "diesel_i6 with springs"
 ENGINES = ("diesel_i6", SPRINGS, "diesel_v8", "four_petrol")

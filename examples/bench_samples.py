@@ -24,11 +24,11 @@ import numpy as np
 
 from cranktrain.core.types import Array
 from cranktrain.engine.file import load_engine
-from cranktrain.measured.order_table import write_orders
-from cranktrain.measured.tracking import Orders
-from cranktrain.studies.watch.defects import MISFIRE
-from cranktrain.studies.watch.model import ComplexArray, Place, TorsionalAnswers
-from cranktrain.studies.watch.watch import Watch
+from cranktrain_lab.measured.order_table import write_orders
+from cranktrain_lab.measured.tracking import Orders
+from cranktrain_lab.watch.defects import MISFIRE
+from cranktrain_lab.watch.model import ComplexArray, Place, TorsionalAnswers
+from cranktrain_lab.watch.watch import Watch
 
 ENGINE, CYLINDER, LOST = "diesel_i6", 3, 0.2
 """Engine, the cylinder that burns less, and by how much."""

@@ -21,11 +21,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 import cranktrain as ct
-from cranktrain.coupling.run import Coupled, Steps, run
-from cranktrain.coupling.virtual_engine import Partners, summary, virtual_engine
 from cranktrain.results import plots
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
+from cranktrain_lab.coupling.run import Coupled, Steps, run
+from cranktrain_lab.coupling.virtual_engine import Partners, summary, virtual_engine
 
 SPEED = 2000.0 * math.pi / 30.0
 STEP = math.radians(1.0) / SPEED

@@ -25,9 +25,9 @@ import matplotlib.pyplot as plt
 from fmpy.ssp.simulation import simulate_ssp
 from scipy.interpolate import CubicSpline
 
-from cranktrain.coupling.ssp import write_ssp
-from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.results.figures import save_figure
+from cranktrain_lab.coupling.ssp import write_ssp
+from cranktrain_lab.coupling.virtual_engine import Partners, virtual_engine
 
 _SPECIFICATION = spec_from_file_location("coupled", Path(__file__).with_name("coupled.py"))
 assert _SPECIFICATION is not None and _SPECIFICATION.loader is not None

@@ -5,7 +5,7 @@ A wheel turns by the angle of :func:`motion`, so speeds and orders are known bef
 
 import numpy as np
 
-from cranktrain.measured.channels import Channel, of_array
+from cranktrain_lab.measured.channels import Channel, of_array
 
 RATE = 25e3
 ORDERS = {0.5: (0.03, 10), 2: (0.30, 40), 4: (0.10, -70)}

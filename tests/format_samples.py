@@ -16,9 +16,9 @@ import cranktrain as ct
 from cranktrain.engine.file import engine_path
 from cranktrain.film.table.database import TableSettings
 from cranktrain.modules.register import module_files
-from cranktrain.results.bearings.wear_history import OVER_TIME, WearHistory
 from cranktrain.store.bodies import export_body
 from cranktrain.store.film_tables import film_table
+from cranktrain_lab.wear.records import OVER_TIME, WearHistory
 
 ENGINE = "single_petrol"
 LEVELS = {"crank": "torsional", "bearings": "held"}

@@ -32,7 +32,6 @@ from superelements import matrix_input, shaft, write_superelement
 
 from cranktrain.cli.main import main as command_line
 from cranktrain.core.errors import CranktrainError, InputError
-from cranktrain.coupling.fmu_unit import described
 from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.engine.quantities import OFFSETS, UNITS, kinds
 from cranktrain.engine.torsional_chain import read_chain
@@ -51,12 +50,13 @@ from cranktrain.store.hdf5 import write_result
 from cranktrain.structure.crank.chain import chain_modes
 from cranktrain.structure.crank.torsional import rigid_crank
 from cranktrain.structure.fem.own_body import read_body
-from cranktrain.studies.calibration.targets import load_targets
-from cranktrain.studies.harness.file import load_harness
 from cranktrain.studies.scene import load_scene
-from cranktrain.studies.variants.study import load_study
-from cranktrain.studies.watch.recordings import read_recordings
-from cranktrain.studies.wear.schedule import block_at, read_schedule
+from cranktrain_lab.calibration.targets import load_targets
+from cranktrain_lab.coupling.fmu_unit import described
+from cranktrain_lab.harness.file import load_harness
+from cranktrain_lab.variants.study import load_study
+from cranktrain_lab.watch.recordings import read_recordings
+from cranktrain_lab.wear.schedule import block_at, read_schedule
 
 ROOT = Path(__file__).parents[1]
 SIX = load_engine("diesel_i6")
@@ -601,10 +601,10 @@ LONG_WORK = (
     "cranktrain.structure.assembly.assemble", "cranktrain.structure.crank.reduction.reduced_crankshaft",
     "cranktrain.structure.block.reduction.reduced_block", "cranktrain.studies.modal.reduced_crankshaft",
     "cranktrain.structure.assembly.elastic_bore", "cranktrain.cli.film_table.film_table",
-    "cranktrain.studies.stability.kept_maps.maps", "cranktrain.studies.calibration.calibrate._fitted",
-    "cranktrain.structure.assembly.running_crank", "cranktrain.studies.tradeoff.study.study",
+    "cranktrain_lab.stability.kept_maps.maps", "cranktrain_lab.calibration.calibrate._fitted",
+    "cranktrain.structure.assembly.running_crank", "cranktrain_lab.tradeoff.study.study",
     "cranktrain.studies.planning.scene_model.SceneModel", "cranktrain.structure.block.roller_ring.ring_compliance",
-    "cranktrain.studies.watch.watch.TorsionalAnswers",
+    "cranktrain_lab.watch.watch.TorsionalAnswers",
 )  # fmt: skip
 
 

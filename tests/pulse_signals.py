@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cranktrain.measured.channels import Channel, of_array
+from cranktrain_lab.measured.channels import Channel, of_array
 
 RPM = math.pi / 30.0
 

@@ -8,8 +8,8 @@ import pytest
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import CHEAP
-from cranktrain.studies.tradeoff.families import StudyScene
-from cranktrain.studies.tradeoff.total import choices, measure, study
+from cranktrain_lab.tradeoff.families import StudyScene
+from cranktrain_lab.tradeoff.total import choices, measure, study
 
 
 @pytest.fixture

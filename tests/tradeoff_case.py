@@ -9,8 +9,8 @@ from bodies import COARSE
 
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.tradeoff import level_points, reference
-from cranktrain.studies.tradeoff.families import StudyScene
+from cranktrain_lab.tradeoff import level_points, reference
+from cranktrain_lab.tradeoff.families import StudyScene
 
 
 @pytest.fixture

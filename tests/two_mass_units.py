@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import expm
 
-from cranktrain.coupling.connections import Connection
-from cranktrain.coupling.unit import Port
-from cranktrain.studies.stability.two_mass import TwoMass
+from cranktrain_lab.coupling.connections import Connection
+from cranktrain_lab.coupling.unit import Port
+from cranktrain_lab.stability.two_mass import TwoMass
 
 
 class Mass:

@@ -6,7 +6,7 @@ import zipfile
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from cranktrain.coupling.ssp import SSD, SSV
+from cranktrain_lab.coupling.ssp import SSD, SSV
 
 
 class System(NamedTuple):

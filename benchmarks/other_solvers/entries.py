@@ -12,11 +12,11 @@ from benchmarks.peer_programs.equal_error import Point as Setting
 from benchmarks.peer_programs.equal_error import cost_at
 
 from cranktrain.film.laws.register import bearing_law
-from cranktrain.studies.tradeoff.case import COMMUNICATION_DEG, Case
-from cranktrain.studies.tradeoff.families import StudyScene
-from cranktrain.studies.tradeoff.measure import Entry
-from cranktrain.studies.tradeoff.point import NUMERICAL, OUTPUTS, Point
-from cranktrain.studies.tradeoff.reference import reference_case
+from cranktrain_lab.tradeoff.case import COMMUNICATION_DEG, Case
+from cranktrain_lab.tradeoff.families import StudyScene
+from cranktrain_lab.tradeoff.measure import Entry
+from cranktrain_lab.tradeoff.point import NUMERICAL, OUTPUTS, Point
+from cranktrain_lab.tradeoff.reference import reference_case
 
 TOLERANCES = {
     ("scipy:BDF", "each"): (1e-2, 1e-3),

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from importlib import import_module
 
+from cranktrain import lab
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:  # typing takes longer to load than all else that the command needs before it answers to signals
     from typing import Any
@@ -40,20 +42,16 @@ NAMES = {
     "assemble": "cli.library.engines",
     "build_fmu": "fmu.build",
     "engines": "cli.library.engines",
-    "explore": "cli.library.explore",
     "film_tables": "structure.assembly",
     "law": "dynamics.topology.own_law",
     "load_engine": "engine.file",
     "load_run": "results.in_hand.loaded",
     "load_scene": "studies.scene",
-    "read_measured": "measured.reading",
-    "Variants": "results.variants.variants",
     "rigid_body": "core.reduced_body",
-    "optimize": "cli.library.variants",
     "topology_modes": "dynamics.topology.modes",
-    "vary": "cli.library.variants",
+    **lab.NAMES,
 }
-"""Names of the library and the modules that hold them."""
+"""Names of the library and the modules that hold them, those of the laboratory in full."""
 
 __all__ = ["__version__", *NAMES]
 
@@ -75,7 +73,7 @@ def __getattr__(name: str) -> Any:
         return globals()[name]
     if name not in NAMES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    module = import_module(f"{__name__}.{NAMES[name]}")
+    module = import_module(NAMES[name] if name in lab.NAMES else f"{__name__}.{NAMES[name]}")
     value = getattr(module, name)
     globals()[name] = value
     return value

@@ -2,7 +2,6 @@
 
 from cranktrain.cli.library.engines import assemble as assemble
 from cranktrain.cli.library.engines import engines as engines
-from cranktrain.cli.library.explore import explore as explore
 from cranktrain.cli.library.functions.analyse_measured import analyse_measured as analyse_measured
 from cranktrain.cli.library.functions.bearing_loads import bearing_loads as bearing_loads
 from cranktrain.cli.library.functions.calibrate import calibrate as calibrate
@@ -30,8 +29,6 @@ from cranktrain.cli.library.functions.stability import stability as stability
 from cranktrain.cli.library.functions.stress import stress as stress
 from cranktrain.cli.library.functions.tradeoff import tradeoff as tradeoff
 from cranktrain.cli.library.functions.watch import watch as watch
-from cranktrain.cli.library.variants import optimize as optimize
-from cranktrain.cli.library.variants import vary as vary
 from cranktrain.core.errors import CranktrainError as CranktrainError
 from cranktrain.core.errors import InputError as InputError
 from cranktrain.core.errors import SolverError as SolverError
@@ -49,12 +46,15 @@ from cranktrain.engine.file import load_engine as load_engine
 from cranktrain.engine.model import Engine as Engine
 from cranktrain.film.steady.plain_bearing import Bearing as Bearing
 from cranktrain.fmu.build import build_fmu as build_fmu
-from cranktrain.measured.reading import read_measured as read_measured
 from cranktrain.results.in_hand.loaded import load_run as load_run
-from cranktrain.results.variants.variants import Variants as Variants
 from cranktrain.structure.assembly import Assembly as Assembly
 from cranktrain.structure.assembly import film_tables as film_tables
 from cranktrain.studies.scene import load_scene as load_scene
+from cranktrain_lab.library.explore import explore as explore
+from cranktrain_lab.library.variants import optimize as optimize
+from cranktrain_lab.library.variants import vary as vary
+from cranktrain_lab.measured.reading import read_measured as read_measured
+from cranktrain_lab.variants.results.variants import Variants as Variants
 
 __version__: str
 NAMES: dict[str, str]

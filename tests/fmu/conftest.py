@@ -11,13 +11,13 @@ from fmus_by_version import VERSIONS, module_fmu, six, torsional_fmu
 from inside_a_step import PARTNERS, Engine
 
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
-from cranktrain.coupling.trace_unit import MeasuredPressures
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.modules.register import module_files
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain_lab.coupling.trace_unit import MeasuredPressures
 
 
 @pytest.fixture(scope="session")

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.engine_fmu import build, engine_interface
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.start_levels import with_starts
 from cranktrain.structure.assembly import running_crank
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 
 VERSIONS = ("2.0", "3.0")
 

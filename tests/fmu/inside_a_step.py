@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.coupling.modules import CRANKTRAIN
-from cranktrain.coupling.run import Steps, run
-from cranktrain.coupling.trace_unit import MeasuredPressures
-from cranktrain.coupling.virtual_engine import Partners, VirtualEngine, virtual_engine
+from cranktrain_lab.coupling.modules import CRANKTRAIN
+from cranktrain_lab.coupling.run import Steps, run
+from cranktrain_lab.coupling.trace_unit import MeasuredPressures
+from cranktrain_lab.coupling.virtual_engine import Partners, VirtualEngine, virtual_engine
 
 COARSE_DEG = 1.5
 PARTNERS = {"diesel_i6": ("combustion_i6", "valvetrain_i6"), "diesel_v8": ("combustion_v8", "valvetrain_v8")}

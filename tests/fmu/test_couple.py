@@ -13,11 +13,11 @@ from fmpy.ssp.ssd import read_ssd
 from small_fmus import small_combustion
 
 from cranktrain.cli.main import main
-from cranktrain.coupling.ssp import write_ssp
-from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.engine.file import engine_folder, load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.store.hdf5 import read_result
+from cranktrain_lab.coupling.ssp import write_ssp
+from cranktrain_lab.coupling.virtual_engine import Partners, virtual_engine
 
 SPEED = 209.43951023931953
 SOURCES = Path(__file__).parents[2] / "fmu_src"

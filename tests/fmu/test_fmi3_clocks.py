@@ -15,11 +15,11 @@ from fmpy.validation import validate_fmu
 from fmus_by_version import torsional_fmu
 
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.fmu3_unit import open_fmu
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.clocks import clock_table
 from cranktrain.fmu.engine_fmu import engine_interface, product
+from cranktrain_lab.coupling.fmu3_unit import open_fmu
 
 SPEED = 2000.0 * np.pi / 30.0
 CYCLE = 4.0 * np.pi

@@ -12,8 +12,8 @@ from fmpy import read_model_description
 from fmus_by_version import VERSIONS
 
 from cranktrain.cli.main import main
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN
 from cranktrain.store.hdf5 import read_result
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN
 
 MIXED = [("2.0", "3.0"), ("3.0", "2.0"), ("3.0", "3.0")]
 SCENARIOS = """

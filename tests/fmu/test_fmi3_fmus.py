@@ -14,21 +14,21 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 from fmus_by_version import VERSIONS, torsional_fmu
 
+from cranktrain.core.element_names import array_element, name_among
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.connections import Connection
-from cranktrain.coupling.element_names import array_element, name_among
-from cranktrain.coupling.fmu3_description import whole_numbers
-from cranktrain.coupling.fmu3_unit import Fmu3Unit, open_fmu
-from cranktrain.coupling.fmu_unit import described
-from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
-from cranktrain.coupling.run import Steps, run
-from cranktrain.coupling.trace_unit import MeasuredPressures
-from cranktrain.coupling.unit import Around, Port, UnitError
-from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain_lab.coupling.connections import Connection
+from cranktrain_lab.coupling.fmu3_description import whole_numbers
+from cranktrain_lab.coupling.fmu3_unit import Fmu3Unit, open_fmu
+from cranktrain_lab.coupling.fmu_unit import described
+from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain_lab.coupling.run import Steps, run
+from cranktrain_lab.coupling.trace_unit import MeasuredPressures
+from cranktrain_lab.coupling.unit import Around, Port, UnitError
+from cranktrain_lab.coupling.virtual_engine import Partners, virtual_engine
 
 SPEED = 2000.0 * np.pi / 30.0
 STEP = np.radians(1.5) / SPEED

@@ -8,8 +8,8 @@ from benchmarks.masters.environment import MASTERS, NotHere, run
 from coarse_engines import built
 
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.fmu.build import build_fmu
+from cranktrain_lab.coupling.virtual_engine import Partners, virtual_engine
 
 STEP, COUNT = math.radians(1.0) / SPEED, 720 * 10
 pytestmark = pytest.mark.slow

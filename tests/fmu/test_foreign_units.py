@@ -12,14 +12,14 @@ import pytest
 from odd_units import DESCRIBED, ENTRIES, MADE, hostile, odd_unit
 
 from cranktrain.core.errors import CranktrainError, InputError, StoreError
-from cranktrain.coupling.connections import Connection
-from cranktrain.coupling.fmu3_unit import open_fmu
-from cranktrain.coupling.fmu_unit import FmuUnit
-from cranktrain.coupling.master import Exchange
-from cranktrain.coupling.points import ROWS
-from cranktrain.coupling.run import Bond, Steps
-from cranktrain.coupling.supervised import Limits, run_supervised
-from cranktrain.coupling.unit import UnitError
+from cranktrain_lab.coupling.connections import Connection
+from cranktrain_lab.coupling.fmu3_unit import open_fmu
+from cranktrain_lab.coupling.fmu_unit import FmuUnit
+from cranktrain_lab.coupling.master import Exchange
+from cranktrain_lab.coupling.points import ROWS
+from cranktrain_lab.coupling.run import Bond, Steps
+from cranktrain_lab.coupling.supervised import Limits, run_supervised
+from cranktrain_lab.coupling.unit import UnitError
 
 pytestmark = [
     pytest.mark.skipif(os.name == "nt" or shutil.which("cc") is None, reason="no C compiler"),

@@ -15,8 +15,8 @@ from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.fmu.build import describe_fmu
 from cranktrain.store.hdf5 import read_result
-from cranktrain.studies.harness.file import load_harness
-from cranktrain.studies.harness.running import checked_ports
+from cranktrain_lab.harness.file import load_harness
+from cranktrain_lab.harness.running import checked_ports
 
 ROOT = Path(__file__).parents[2]
 SYSTEM, SOURCES, EXAMPLE = ROOT / "tests" / "system", ROOT / "fmu_src", ROOT / "examples" / "harness.toml"

@@ -10,9 +10,9 @@ from small_fmus import MASS, SPRING, edited, small_fmu
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, StoreError
-from cranktrain.coupling.fmu_unit import FmuUnit
-from cranktrain.studies.harness import running
-from cranktrain.studies.harness.file import load_harness
+from cranktrain_lab.coupling.fmu_unit import FmuUnit
+from cranktrain_lab.harness import running
+from cranktrain_lab.harness.file import load_harness
 
 HEAD = """
 stop_s = 1.0

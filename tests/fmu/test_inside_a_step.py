@@ -8,12 +8,12 @@ from fmus_by_version import torsional_fmu
 from inside_a_step import Made, step_of, system_of
 
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.master import Master
-from cranktrain.coupling.modules import COMBUSTION
-from cranktrain.coupling.run import Steps, run
-from cranktrain.coupling.schemes import INSIDE
-from cranktrain.coupling.supervised import run_supervised
-from cranktrain.coupling.unit import Around, UnitError
+from cranktrain_lab.coupling.master import Master
+from cranktrain_lab.coupling.modules import COMBUSTION
+from cranktrain_lab.coupling.run import Steps, run
+from cranktrain_lab.coupling.schemes import INSIDE
+from cranktrain_lab.coupling.supervised import run_supervised
+from cranktrain_lab.coupling.unit import Around, UnitError
 
 SIZE = step_of()
 

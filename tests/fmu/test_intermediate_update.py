@@ -5,8 +5,8 @@ import pytest
 from inside_a_step import COARSE_DEG, error, step_of, system_of, torsion
 
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.unit import UnitError
+from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.unit import UnitError
 
 CYCLE = step_of(720.0)
 CYCLES = 3

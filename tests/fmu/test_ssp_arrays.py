@@ -13,12 +13,12 @@ from fmus_by_version import torsional_fmu
 from lxml import etree
 
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.connections import Connection
-from cranktrain.coupling.fmu3_unit import open_fmu
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
-from cranktrain.coupling.ssp import write_ssp
-from cranktrain.coupling.virtual_engine import Partners, virtual_engine
 from cranktrain.fmu.build import build_fmu
+from cranktrain_lab.coupling.connections import Connection
+from cranktrain_lab.coupling.fmu3_unit import open_fmu
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain_lab.coupling.ssp import write_ssp
+from cranktrain_lab.coupling.virtual_engine import Partners, virtual_engine
 
 SCHEMAS = Path(__file__).resolve().parents[1] / "data" / "ssp2"
 SPACES = {

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from inside_a_step import COARSE_DEG, error, radians_per_second, step_of, system_of, torsion
 
-from cranktrain.coupling.fmu3_unit import open_fmu
-from cranktrain.coupling.modules import CRANKTRAIN
-from cranktrain.coupling.run import Steps, run
 from cranktrain.dynamics.time.integrators import integrator_table
 from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, NODE, STAGES
+from cranktrain_lab.coupling.fmu3_unit import open_fmu
+from cranktrain_lab.coupling.modules import CRANKTRAIN
+from cranktrain_lab.coupling.run import Steps, run
 
 CYCLES = 6
 """Until what the start leaves has faded below the errors in question."""

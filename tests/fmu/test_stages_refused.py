@@ -10,13 +10,13 @@ from fmus_by_version import torsional_fmu
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.fmu3_unit import open_fmu
-from cranktrain.coupling.master import Exchange
-from cranktrain.coupling.modules import CRANKTRAIN
-from cranktrain.coupling.unit import UnitError
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.fmu.running import chosen_levels
+from cranktrain_lab.coupling.fmu3_unit import open_fmu
+from cranktrain_lab.coupling.master import Exchange
+from cranktrain_lab.coupling.modules import CRANKTRAIN
+from cranktrain_lab.coupling.unit import UnitError
 
 STAGED = {"gas.source": "input", "input.reconstruction": "stages"}
 

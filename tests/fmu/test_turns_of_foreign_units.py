@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from odd_units import DESCRIBED, odd_unit
 
-from cranktrain.coupling.connections import START, Connection
-from cranktrain.coupling.fmu3_unit import open_fmu
-from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.run import Steps, run
-from cranktrain.coupling.supervised import Limits, run_supervised
-from cranktrain.coupling.unit import Around, UnitError
+from cranktrain_lab.coupling.connections import START, Connection
+from cranktrain_lab.coupling.fmu3_unit import open_fmu
+from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.run import Steps, run
+from cranktrain_lab.coupling.supervised import Limits, run_supervised
+from cranktrain_lab.coupling.unit import Around, UnitError
 
 pytestmark = [
     pytest.mark.skipif(os.name == "nt" or shutil.which("cc") is None, reason="no C compiler"),

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from two_mass_units import units
 
-from cranktrain.coupling.master import Exchange, Master
-from cranktrain.studies.stability.two_mass import TwoMass
+from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.stability.two_mass import TwoMass
 
 DATA = json.loads((Path(__file__).parents[1] / "data" / "cosimulation.json").read_text())[0]["expected"]
 DECOMPOSITIONS = {"FD": "force/displacement", "DD": "displacement/displacement"}

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
-from cranktrain.studies.stability import contact_ringing, oil_whirl, rotating_damping, step_film_stiffness
-from cranktrain.studies.stability.amplification import constant, radius, scaled, step_matrix
-from cranktrain.studies.stability.explicit import METHODS, amplification, spectral_radius
-from cranktrain.studies.stability.rotor import SPEED, film_at, film_law, film_rotor
-from cranktrain.studies.stability.stability_map import bisected
+from cranktrain_lab.stability import contact_ringing, oil_whirl, rotating_damping, step_film_stiffness
+from cranktrain_lab.stability.amplification import constant, radius, scaled, step_matrix
+from cranktrain_lab.stability.explicit import METHODS, amplification, spectral_radius
+from cranktrain_lab.stability.rotor import SPEED, film_at, film_law, film_rotor
+from cranktrain_lab.stability.stability_map import bisected
 
 CASES = {case["id"]: case for case in json.loads((Path(__file__).parents[1] / "data" / "integrators.json").read_text())}
 

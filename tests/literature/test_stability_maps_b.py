@@ -16,9 +16,9 @@ from scipy.linalg import expm
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import check
-from cranktrain.studies.stability import MAPS
-from cranktrain.studies.stability.cold_start import MASS, film_rotor, plain_newton, reynolds_equilibrium, start
-from cranktrain.studies.stability.mode_truncation import (
+from cranktrain_lab.stability import MAPS
+from cranktrain_lab.stability.cold_start import MASS, film_rotor, plain_newton, reynolds_equilibrium, start
+from cranktrain_lab.stability.mode_truncation import (
     TORQUE,
     cut,
     limits,
@@ -28,8 +28,8 @@ from cranktrain.studies.stability.mode_truncation import (
     truncation_error,
     uniform_shaft,
 )
-from cranktrain.studies.stability.stability_map import as_record, curve, from_record
-from cranktrain.studies.stability.two_mass import (
+from cranktrain_lab.stability.stability_map import as_record, curve, from_record
+from cranktrain_lab.stability.two_mass import (
     DECOMPOSITIONS,
     RECONSTRUCTIONS,
     SEQUENCES,
@@ -41,7 +41,7 @@ from cranktrain.studies.stability.two_mass import (
     simulated_onset,
     spectral_radius,
 )
-from cranktrain.studies.stability.variable_inertia import SingleCrank, exact_band, floquet, found_band
+from cranktrain_lab.stability.variable_inertia import SingleCrank, exact_band, floquet, found_band
 
 DATA = Path(__file__).parents[1] / "data"
 COUPLED = json.loads((DATA / "cosimulation.json").read_text())[0]["expected"]

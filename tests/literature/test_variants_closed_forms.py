@@ -13,8 +13,8 @@ from numpy.polynomial.legendre import leggauss
 from scipy import stats
 
 import cranktrain as ct
-from cranktrain.results.variants.statistics import sobol_indices
-from cranktrain.studies.variants.two_mass import two_mass_answer
+from cranktrain_lab.variants.results.statistics import sobol_indices
+from cranktrain_lab.variants.two_mass import two_mass_answer
 
 pytest.importorskip("pyarrow")
 SPANS = {"inertia_ratio": (0.15, 0.35), "frequency_ratio": (0.75, 0.95), "damping_ratio": (0.1, 0.3)}

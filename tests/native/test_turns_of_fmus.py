@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import real_unit
 
-from cranktrain.coupling.connections import START, Connection
-from cranktrain.coupling.fmu3_unit import open_fmu
-from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.run import Steps, run
-from cranktrain.coupling.supervised import run_supervised
-from cranktrain.coupling.unit import Around
+from cranktrain_lab.coupling.connections import START, Connection
+from cranktrain_lab.coupling.fmu3_unit import open_fmu
+from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.run import Steps, run
+from cranktrain_lab.coupling.supervised import run_supervised
+from cranktrain_lab.coupling.unit import Around
 
 SPEED = 209.4
 STEP = math.radians(1.0) / SPEED

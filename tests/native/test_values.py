@@ -316,7 +316,7 @@ AFTERWARDS = """
 import gc
 from pathlib import Path
 from fmpy import simulate_fmu
-from cranktrain.coupling.fmu_unit import FmuUnit
+from cranktrain_lab.coupling.fmu_unit import FmuUnit
 unit = FmuUnit(Path({path!r}), "one", {{"spring.level": "stiff", "mount.level": "free"}})
 try:
     unit.link(["force"], ["position"])

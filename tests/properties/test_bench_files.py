@@ -8,8 +8,8 @@ from bench_signals import ORDERS, RATE, channel, edges, inductive, motion, sine_
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
-from cranktrain.measured.analysis import RotationAsked, orders_of, rotations_of
-from cranktrain.measured.channels import Channel, Measurement, of_array
+from cranktrain_lab.measured.analysis import RotationAsked, orders_of, rotations_of
+from cranktrain_lab.measured.channels import Channel, Measurement, of_array
 
 RPM = 30.0 / np.pi
 

@@ -7,14 +7,14 @@ import pytest
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_path, load_engine
-from cranktrain.studies.calibration import calibrate, values
-from cranktrain.studies.calibration.calibrate import report_of
-from cranktrain.studies.calibration.engine_text import Written, new_path, rewritten
-from cranktrain.studies.calibration.geometry import Change, changes, digests
-from cranktrain.studies.calibration.problem import Problem, match, sensitivities
-from cranktrain.studies.calibration.search import search
-from cranktrain.studies.calibration.targets import Task, load_targets
-from cranktrain.studies.calibration.train import Train
+from cranktrain.store.engine_text import Written, new_path, rewritten
+from cranktrain_lab.calibration import calibrate, values
+from cranktrain_lab.calibration.calibrate import report_of
+from cranktrain_lab.calibration.geometry import Change, changes, digests
+from cranktrain_lab.calibration.problem import Problem, match, sensitivities
+from cranktrain_lab.calibration.search import search
+from cranktrain_lab.calibration.targets import Task, load_targets
+from cranktrain_lab.calibration.train import Train
 
 TARGETS = """
 block = "ground"
@@ -424,9 +424,9 @@ def test_a_target_in_motion_is_met_by_the_mode_of_the_running_crank(tmp_path):
     """The refitted pulley moves the eigenproblem's own torsion to where the quick matrices have it."""
     from bodies import COARSE
 
+    from cranktrain.store.engine_text import rounded
     from cranktrain.structure.assembly import assemble
     from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
-    from cranktrain.studies.calibration.engine_text import rounded
     from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, reference_speed, settled_simulation
 
     path = tmp_path / "coarse.toml"

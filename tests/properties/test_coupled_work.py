@@ -8,16 +8,6 @@ import numpy as np
 import pytest
 
 import cranktrain as ct
-from cranktrain.coupling.master import Master
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN
-from cranktrain.coupling.run import Steps, run
-from cranktrain.coupling.simulation_unit import SimulationUnit
-from cranktrain.coupling.virtual_engine import (
-    GAS_WORK,
-    gas_connections,
-    gas_exchange,
-    volume_connections,
-)
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.engine.file import load_engine
@@ -27,6 +17,16 @@ from cranktrain.modules.register import module_files
 from cranktrain.studies.design.layouts import layout
 from cranktrain.studies.design.rules import document
 from cranktrain.studies.design.sizes import sizes
+from cranktrain_lab.coupling.master import Master
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN
+from cranktrain_lab.coupling.run import Steps, run
+from cranktrain_lab.coupling.simulation_unit import SimulationUnit
+from cranktrain_lab.coupling.virtual_engine import (
+    GAS_WORK,
+    gas_connections,
+    gas_exchange,
+    volume_connections,
+)
 
 SPEED = 2000.0 * math.pi / 30.0
 CYCLE = 4.0 * math.pi / SPEED

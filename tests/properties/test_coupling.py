@@ -8,12 +8,12 @@ from scipy.linalg import expm
 from two_mass_units import Mass, units
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.coupling.connections import Connection, by_name, conversion
-from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.reconstruction import Samples
-from cranktrain.coupling.run import Bond, Steps, run
-from cranktrain.coupling.unit import Port, UnitError
-from cranktrain.studies.stability.two_mass import TwoMass
+from cranktrain_lab.coupling.connections import Connection, by_name, conversion
+from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.reconstruction import Samples
+from cranktrain_lab.coupling.run import Bond, Steps, run
+from cranktrain_lab.coupling.unit import Port, UnitError
+from cranktrain_lab.stability.two_mass import TwoMass
 
 FORCE, SHARED = "force/displacement", "displacement/displacement"
 MASSES = TwoMass()

@@ -13,7 +13,6 @@ from test_own_body import made as made  # a fixture
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError, StoreError
-from cranktrain.coupling.run import Coupled, keep_run
 from cranktrain.engine.file import load_engine
 from cranktrain.results.export import export
 from cranktrain.results.in_hand.loaded import load_run
@@ -25,9 +24,10 @@ from cranktrain.store.hdf5 import load_body, save_body, write_result
 from cranktrain.store.variant_files import HEAD, VariantFiles
 from cranktrain.structure.crank.beam import beam_body
 from cranktrain.structure.fem.own_body import read_body
-from cranktrain.studies.identification.data import _shape
-from cranktrain.studies.identification.tables import ModeTable
 from cranktrain.studies.report.findings import _fatigue
+from cranktrain_lab.coupling.run import Coupled, keep_run
+from cranktrain_lab.identification.data import _shape
+from cranktrain_lab.identification.tables import ModeTable
 
 
 def refused(capsys, *arguments):

@@ -9,10 +9,6 @@ import pytest
 from bodies import free_six, rigid_crank
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.coupling.master import Master
-from cranktrain.coupling.modules import COMBUSTION, CRANKTRAIN, OWN
-from cranktrain.coupling.simulation_unit import SimulationUnit
-from cranktrain.coupling.virtual_engine import gas_connections, gas_exchange
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation
@@ -21,6 +17,10 @@ from cranktrain.modules.combustion.file import load
 from cranktrain.modules.combustion.simulation import CombustionSimulation
 from cranktrain.modules.register import module_files
 from cranktrain.structure.assembly import assemble
+from cranktrain_lab.coupling.master import Master
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, OWN
+from cranktrain_lab.coupling.simulation_unit import SimulationUnit
+from cranktrain_lab.coupling.virtual_engine import gas_connections, gas_exchange
 
 SPEED = 2000 * math.pi / 30
 STEP = math.radians(2.5)

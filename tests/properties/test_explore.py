@@ -12,9 +12,10 @@ from cranktrain.engine.file import engine_folder, engine_provenance, load_engine
 from cranktrain.engine.firing import firing_angles, intervals
 from cranktrain.structure.assembly import assemble
 from cranktrain.studies.campbell import campbell
-from cranktrain.studies.explore.engine_file import write_engine
-from cranktrain.studies.explore.history import History
-from cranktrain.studies.explore.knobs import (
+from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
+from cranktrain_lab.explore.engine_file import write_engine
+from cranktrain_lab.explore.history import History
+from cranktrain_lab.explore.knobs import (
     FIRING,
     LOAD,
     Chosen,
@@ -24,9 +25,8 @@ from cranktrain.studies.explore.knobs import (
     knobs_of,
     with_order,
 )
-from cranktrain.studies.explore.live import ORDERS, Curves, LiveTorsion
-from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
-from cranktrain.studies.variants.torsional import structure_of
+from cranktrain_lab.explore.live import ORDERS, Curves, LiveTorsion
+from cranktrain_lab.variants.torsional import structure_of
 
 RUBBER = {
     "damper.kind": "rubber", "damper.stiffness": "92000 N m/rad", "damper.loss_factor": 0.2,
@@ -144,8 +144,8 @@ def test_orders_of_a_new_page_are_resonances_and_what_is_large():
 
 def test_a_checkbox_changes_the_scale_and_numbers_have_no_arrows():
     pn = pytest.importorskip("panel")
-    from cranktrain.studies.explore.controls import NO_ARROWS
-    from cranktrain.studies.explore.page import Explored, Page
+    from cranktrain_lab.explore.controls import NO_ARROWS
+    from cranktrain_lab.explore.page import Explored, Page
 
     explored = Explored("single_petrol", LiveTorsion(load_engine("single_petrol")))
     page = Page(explored)

@@ -19,14 +19,14 @@ from cranktrain.studies.constant_speed import simulate
 
 pytest.importorskip("panel")
 
-from cranktrain.studies.explore.inside.charts import JOURNAL, SHELL, cell_columns, single_line
-from cranktrain.studies.explore.inside.crank_surface import PRINCIPAL, STRESSES, VON_MISES, CrankSurface, coarser
-from cranktrain.studies.explore.inside.cycle import FRAME_DEG, InsideCycle
-from cranktrain.studies.explore.inside.recording import LookInside
-from cranktrain.studies.explore.inside.view import InsideView
-from cranktrain.studies.explore.live import LiveTorsion
-from cranktrain.studies.explore.page import Explored
-from cranktrain.studies.explore.server import serve
+from cranktrain_lab.explore.inside.charts import JOURNAL, SHELL, cell_columns, single_line
+from cranktrain_lab.explore.inside.crank_surface import PRINCIPAL, STRESSES, VON_MISES, CrankSurface, coarser
+from cranktrain_lab.explore.inside.cycle import FRAME_DEG, InsideCycle
+from cranktrain_lab.explore.inside.recording import LookInside
+from cranktrain_lab.explore.inside.view import InsideView
+from cranktrain_lab.explore.live import LiveTorsion
+from cranktrain_lab.explore.page import Explored
+from cranktrain_lab.explore.server import serve
 
 SPEED = 3000.0 * math.pi / 30.0
 ANGLE = 380

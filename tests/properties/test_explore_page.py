@@ -20,14 +20,14 @@ from live_browser import LivePage
 from strange_requests import attacked
 
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.explore.live import LiveTorsion
+from cranktrain_lab.explore.live import LiveTorsion
 
 pytest.importorskip("panel")
 
 from cranktrain.results.run_up.run_up import TORSION
-from cranktrain.studies.explore import server as server_module
-from cranktrain.studies.explore.page import Explored, Page
-from cranktrain.studies.explore.server import serve
+from cranktrain_lab.explore import server as server_module
+from cranktrain_lab.explore.page import Explored, Page
+from cranktrain_lab.explore.server import serve
 
 FIRST_SLIDERS = """(() => { const l = []; for (const e of within(document)) if (e.matches('.noUi-handle')) {
   const r = e.getBoundingClientRect(); l.push([r.x + r.width / 2, r.y + r.height / 2]) } return l })()"""
@@ -340,7 +340,7 @@ def test_measured_orders_and_another_engine_are_shown_beside():
     speeds = np.linspace(300.0, 600.0, 5)
     measured = {TORSION: {1.0: (speeds, np.full(5, 1e-4))}}
     other = LiveTorsion(load_engine("v_twin"))
-    from cranktrain.studies.explore.knobs import Chosen
+    from cranktrain_lab.explore.knobs import Chosen
 
     async def asked():
         more = {"measured": measured, "other": ("the twin", other.answer(Chosen()))}
@@ -375,8 +375,8 @@ def differing(first, second):
 
 def test_harmonic_balance_comes_from_a_process_of_its_own():
     """The answer belongs to the choice that was asked last, and is that of ``runup --steady harmonic-balance``."""
-    from cranktrain.studies.explore.balance import Balance
-    from cranktrain.studies.explore.knobs import LOAD, Chosen
+    from cranktrain_lab.explore.balance import Balance
+    from cranktrain_lab.explore.knobs import LOAD, Chosen
 
     live = LiveTorsion(load_engine("single_petrol"))
     balance, wanted = Balance(live), Chosen({LOAD: 0.5})

@@ -15,11 +15,11 @@ from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_folder, engine_names, engine_path, load_engine
 from cranktrain.modules.register import module_files, module_of
 from cranktrain.structure.fem.own_body import read_body
-from cranktrain.studies.calibration.targets import load_targets
 from cranktrain.studies.file_schemas import FILE_KINDS, file_schema
-from cranktrain.studies.harness.file import load_harness
-from cranktrain.studies.identification.identify import read_measured_file
 from cranktrain.studies.scene import load_scene
+from cranktrain_lab.calibration.targets import load_targets
+from cranktrain_lab.harness.file import load_harness
+from cranktrain_lab.identification.identify import read_measured_file
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"

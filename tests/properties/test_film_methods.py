@@ -13,7 +13,7 @@ from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, set
 from cranktrain.engine.file import load_engine
 from cranktrain.film.laws.register import LAWS
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.studies.tradeoff.level_points import level_case, numerical_entries
+from cranktrain_lab.tradeoff.level_points import level_case, numerical_entries
 
 LOST = ["sdirk4", "esdirk5", "esdirk57"]
 

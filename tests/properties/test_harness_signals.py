@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cranktrain.studies.harness.signals import Curve, DroppedOut, Noisy, in_turn
+from cranktrain_lab.harness.signals import Curve, DroppedOut, Noisy, in_turn
 
 
 def test_a_curve_is_straight_and_jumps_behind_its_time():

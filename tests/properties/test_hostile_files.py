@@ -25,7 +25,7 @@ import cranktrain as ct
 from cranktrain.core.errors import CranktrainError
 from cranktrain.core.text_table import read_table
 from cranktrain.core.user_file import read_toml
-from cranktrain.structure.crank.step_file import read_step
+from cranktrain_lab.cad.step_file import read_step
 from cranktrain.structure.fem.mesh_file import read_surfaces_and_tetrahedra
 from cranktrain.structure.fem.superelement_file import read_superelement
 readers = {
@@ -51,7 +51,7 @@ LONG = "9" * 5000
 
 @pytest.mark.parametrize("number", [LONG, "²", "１２x", f"-{LONG}"], ids=["long", "superscript", "wide", "negative"])
 def test_whole_numbers_that_are_none_are_refused_wherever_they_stand(tmp_path, number):
-    from cranktrain.coupling.element_names import array_element
+    from cranktrain.core.element_names import array_element
     from cranktrain.engine.file import load_engine
 
     texts = {

@@ -11,17 +11,18 @@ import pytest
 import cranktrain as ct
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import RPM
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.identification import checks
-from cranktrain.studies.identification.confidence import Confidence
-from cranktrain.studies.identification.data import RPM, Data, Scalar, Shape, Strand, read_data
-from cranktrain.studies.identification.decays import measured_damping_ratio
-from cranktrain.studies.identification.identify import identify, parameter_row
-from cranktrain.studies.identification.model import TorsionalModel, mode_of, shape_of
-from cranktrain.studies.identification.parameters import Sought, sought_parameters
-from cranktrain.studies.identification.tables import MeasuredTable, OrdersTable, SoughtTable
-from cranktrain.studies.identification.written import identified_text
+from cranktrain_lab.identification import checks
+from cranktrain_lab.identification.confidence import Confidence
+from cranktrain_lab.identification.data import Data, Scalar, Shape, Strand, read_data
+from cranktrain_lab.identification.decays import measured_damping_ratio
+from cranktrain_lab.identification.identify import identify, parameter_row
+from cranktrain_lab.identification.model import TorsionalModel, mode_of, shape_of
+from cranktrain_lab.identification.parameters import Sought, sought_parameters
+from cranktrain_lab.identification.tables import MeasuredTable, OrdersTable, SoughtTable
+from cranktrain_lab.identification.written import identified_text
 
 SPEEDS = np.linspace(1500.0, 5000.0, 22) * RPM
 ORDERS = (2.0, 4.0, 6.0)
@@ -252,7 +253,7 @@ def test_a_file_of_targets_alone_is_a_calibration(monkeypatch, tmp_path):
         ],
     }
     asked = []
-    monkeypatch.setattr("cranktrain.cli.calibrate.run", lambda options: asked.append(options) or dict(given))
+    monkeypatch.setattr("cranktrain_lab.cli.calibrate.run", lambda options: asked.append(options) or dict(given))
     text = '[targets.t]\nshape = "torsional"\nhz = 238\ntolerance = 0.01\nsource = "test"\n[parameters]\n'
     report = ct.identify("diesel_i6", measured(tmp_path, text + '"flywheel.mass" = { low = 1, high = 2 }\n'), seed=5)
     assert asked[0].seed == 5 and asked[0].targets.endswith("measured.toml")
@@ -509,7 +510,7 @@ def test_an_interrupt_of_the_intervals_keeps_the_values(four, truth, tmp_path, m
     def interrupted(*given):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(f"cranktrain.studies.identification.identify.{part}", interrupted)
+    monkeypatch.setattr(f"cranktrain_lab.identification.identify.{part}", interrupted)
     assert main(["identify", str(four), str(path), "--out", str(new), "--level", "linear", "--above", "none"]) == 130
     assert "the best values so far are in" in capsys.readouterr().err
     found = load_engine(new).pulley.polar_inertia

@@ -11,17 +11,18 @@ import pytest
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.identification.comparison import Comparison
-from cranktrain.studies.identification.confidence import confidence_of
-from cranktrain.studies.identification.data import RPM, Data, Strand
-from cranktrain.studies.identification.identify import prepared, read_measured_file
-from cranktrain.studies.identification.ladder import Ask, climb
-from cranktrain.studies.identification.mapping import imitated
-from cranktrain.studies.identification.model import TorsionalModel
-from cranktrain.studies.identification.parameters import sought_parameters
-from cranktrain.studies.identification.tables import SoughtTable
+from cranktrain_lab.identification.comparison import Comparison
+from cranktrain_lab.identification.confidence import confidence_of
+from cranktrain_lab.identification.data import Data, Strand
+from cranktrain_lab.identification.identify import prepared, read_measured_file
+from cranktrain_lab.identification.ladder import Ask, climb
+from cranktrain_lab.identification.mapping import imitated
+from cranktrain_lab.identification.model import TorsionalModel
+from cranktrain_lab.identification.parameters import sought_parameters
+from cranktrain_lab.identification.tables import SoughtTable
 
 KEYS = ("crank.stiffness", "load")
 ENGINES = {

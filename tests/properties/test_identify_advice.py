@@ -9,16 +9,16 @@ import pytest
 from cranktrain.cli.main import main
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.identification.advice import HELPS, advised, half_intervals
-from cranktrain.studies.identification.comparison import Comparison
-from cranktrain.studies.identification.confidence import Confidence, confidence_of
-from cranktrain.studies.identification.data import FREQUENCY, RATIO, Data, Scalar, Strand
-from cranktrain.studies.identification.estimate import estimate
-from cranktrain.studies.identification.further_signals import further_signals
-from cranktrain.studies.identification.ladder import Ask, Climbed, Step, levels_beyond
-from cranktrain.studies.identification.model import TorsionalModel
-from cranktrain.studies.identification.parameters import Sought, outer_values, sought_parameters
-from cranktrain.studies.identification.tables import SoughtTable
+from cranktrain_lab.identification.advice import HELPS, advised, half_intervals
+from cranktrain_lab.identification.comparison import Comparison
+from cranktrain_lab.identification.confidence import Confidence, confidence_of
+from cranktrain_lab.identification.data import FREQUENCY, RATIO, Data, Scalar, Strand
+from cranktrain_lab.identification.estimate import estimate
+from cranktrain_lab.identification.further_signals import further_signals
+from cranktrain_lab.identification.ladder import Ask, Climbed, Step, levels_beyond
+from cranktrain_lab.identification.model import TorsionalModel
+from cranktrain_lab.identification.parameters import Sought, outer_values, sought_parameters
+from cranktrain_lab.identification.tables import SoughtTable
 
 FIRST, SECOND = "damping.torsional_ratios[1]", "damping.torsional_ratios[2]"
 SHORT = ("single_petrol", (1.0, 2.0, 2.5), (FIRST, "load"), 1e-5)

@@ -11,17 +11,17 @@ import pytest
 import cranktrain as ct
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.results.orders.harmonics import CYCLE
 from cranktrain.structure.assembly import assemble
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.identification.data import RPM
-from cranktrain.studies.identification.model import TorsionalModel
-from cranktrain.studies.identification.orbit_runs import HIGHEST, Series
-from cranktrain.studies.identification.orbits import read_orbits
-from cranktrain.studies.identification.tables import OrbitTable
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
+from cranktrain_lab.identification.model import TorsionalModel
+from cranktrain_lab.identification.orbit_runs import HIGHEST, Series
+from cranktrain_lab.identification.orbits import read_orbits
+from cranktrain_lab.identification.tables import OrbitTable
 
 RATIOS = 'torsional_ratios = { value = [0.03, 0.03], unit = "1", origin = "chosen" }'
 SPEED, WARM, WIDER = 2500.0, 368.15, 1.15
@@ -266,7 +266,7 @@ def test_rollers_have_no_orbit(orbit, tmp_path):
 
 def test_an_interrupt_before_the_first_orbit_is_answered_keeps_what_orders_gave(single, orbit, tmp_path, monkeypatch):
     """With no other data nothing was found; the command ends with the code of an interrupt and no report."""
-    from cranktrain.studies.identification.orbit_runs import OrbitModel
+    from cranktrain_lab.identification.orbit_runs import OrbitModel
 
     def in_time(self, values):
         raise KeyboardInterrupt

@@ -9,13 +9,14 @@ import pytest
 import cranktrain as ct
 from cranktrain.core.typed_file import record
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.identification.bending import Bending
-from cranktrain.studies.identification.data import FREQUENCY, MOUNTS, RPM, TARGET, Data, Scalar, Strand
-from cranktrain.studies.identification.model import TorsionalModel, mode_of
-from cranktrain.studies.identification.parameters import sought_parameters
-from cranktrain.studies.identification.tables import MeasuredTable, SoughtTable
+from cranktrain_lab.identification.bending import Bending
+from cranktrain_lab.identification.data import FREQUENCY, MOUNTS, TARGET, Data, Scalar, Strand
+from cranktrain_lab.identification.model import TorsionalModel, mode_of
+from cranktrain_lab.identification.parameters import sought_parameters
+from cranktrain_lab.identification.tables import MeasuredTable, SoughtTable
 
 SPEEDS: Array = np.linspace(1000.0, 4500.0, 12) * RPM
 SHAFT = "flywheel to secondary"

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.identification.bias import Bias, Residue, _unlikely, covariance, effective_count, estimated_bias
-from cranktrain.studies.identification.comparison import Comparison
-from cranktrain.studies.identification.confidence import (
+from cranktrain_lab.identification.bias import Bias, Residue, _unlikely, covariance, effective_count, estimated_bias
+from cranktrain_lab.identification.comparison import Comparison
+from cranktrain_lab.identification.confidence import (
     bootstrap,
     confidence_of,
     contradictions,
@@ -17,12 +17,12 @@ from cranktrain.studies.identification.confidence import (
     told_apart,
     unexcited,
 )
-from cranktrain.studies.identification.data import Data, Scalar, Strand
-from cranktrain.studies.identification.estimate import estimate
-from cranktrain.studies.identification.ladder import Ask, climb
-from cranktrain.studies.identification.model import Answers
-from cranktrain.studies.identification.parameters import Sought
-from cranktrain.studies.identification.residuals import lack_of_fit, region, runs_probability
+from cranktrain_lab.identification.data import Data, Scalar, Strand
+from cranktrain_lab.identification.estimate import estimate
+from cranktrain_lab.identification.ladder import Ask, climb
+from cranktrain_lab.identification.model import Answers
+from cranktrain_lab.identification.parameters import Sought
+from cranktrain_lab.identification.residuals import lack_of_fit, region, runs_probability
 
 
 @pytest.fixture(autouse=True)

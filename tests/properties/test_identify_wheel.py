@@ -17,15 +17,15 @@ from tests.properties.test_identify_statistics import (
     strand,
 )
 
-from cranktrain.measured.order_table import write_orders
-from cranktrain.measured.tracking import Orders
 from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.identification.comparison import Comparison
-from cranktrain.studies.identification.confidence import confidence_of, profiles
-from cranktrain.studies.identification.data import Data
-from cranktrain.studies.identification.estimate import estimate
-from cranktrain.studies.identification.residuals import held_out, residual_rows
+from cranktrain_lab.identification.comparison import Comparison
+from cranktrain_lab.identification.confidence import confidence_of, profiles
+from cranktrain_lab.identification.data import Data
+from cranktrain_lab.identification.estimate import estimate
+from cranktrain_lab.identification.residuals import held_out, residual_rows
+from cranktrain_lab.measured.order_table import write_orders
+from cranktrain_lab.measured.tracking import Orders
 
 TEETH = 10.0 * NOISE * np.exp(0.7j)
 """A pitch error far above the noise."""

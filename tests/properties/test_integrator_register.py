@@ -21,7 +21,7 @@ from cranktrain.dynamics.time.integrators import (
 )
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.description import read_interface
-from cranktrain.studies.tradeoff.level_points import integrator_steps
+from cranktrain_lab.tradeoff.level_points import integrator_steps
 
 INTERFACE = Path(__file__).parents[2] / "modelDescription"
 TOY = '''

@@ -12,8 +12,8 @@ import pytest
 import cranktrain
 from cranktrain.core.machine_code import OFF
 from cranktrain.core.sources import rests_on
-from cranktrain.studies.stability import oil_whirl
-from cranktrain.studies.tradeoff import measure
+from cranktrain_lab.stability import oil_whirl
+from cranktrain_lab.tradeoff import measure
 
 SOURCES = Path(cranktrain.__file__).parent
 RUN = "from cranktrain.engine.lubricant import vogel_viscosity\nprint(vogel_viscosity(350.0, 1e-4, 800.0, 180.0))"

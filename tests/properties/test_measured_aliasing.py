@@ -11,12 +11,12 @@ import pytest
 from pulse_signals import RPM, channel, motion, pitch_errors, sine_signal
 
 from cranktrain.core.errors import InputError
-from cranktrain.measured.aliasing import check_aliasing, held, likely_alias
-from cranktrain.measured.analysis import RotationAsked, rotations_of
-from cranktrain.measured.channels import Measurement
-from cranktrain.measured.pulses import pulse_times, timing_error
-from cranktrain.measured.rotation import rotation
-from cranktrain.measured.wheel import Wheel
+from cranktrain_lab.measured.aliasing import check_aliasing, held, likely_alias
+from cranktrain_lab.measured.analysis import RotationAsked, rotations_of
+from cranktrain_lab.measured.channels import Measurement
+from cranktrain_lab.measured.pulses import pulse_times, timing_error
+from cranktrain_lab.measured.rotation import rotation
+from cranktrain_lab.measured.wheel import Wheel
 
 # Torsion, deg at orders, of engines with 1, 3, 4, 6, 8 and 12 cylinders.
 TORSION = {

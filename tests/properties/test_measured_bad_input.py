@@ -8,8 +8,8 @@ import scipy.io
 from pulse_signals import channel, motion, sine_signal
 
 from cranktrain.cli.main import main
-from cranktrain.measured.rotation import rotation
-from cranktrain.measured.wheel import Wheel
+from cranktrain_lab.measured.rotation import rotation
+from cranktrain_lab.measured.wheel import Wheel
 
 PULLEY = ["--rotation", "pulley"]
 CASES = {

@@ -10,7 +10,7 @@ from measured_files import FORMATS, write
 
 import cranktrain as ct
 from cranktrain.cli.main import main
-from cranktrain.measured.order_table import order_curves
+from cranktrain_lab.measured.order_table import order_curves
 
 RATE = 2000.0
 TIME = np.arange(3000) / RATE
@@ -143,10 +143,10 @@ def test_long_channels_are_read_as_short_ones(kind, odd, tmp_path, monkeypatch):
     path = write(tmp_path, kind, time, columns, units)
     short = by_name(ct.read_measured(path), "pcyl1")
     for module in ("formats.mdf", "formats.arrays"):
-        monkeypatch.setattr(f"cranktrain.measured.{module}.MANY", 1000)
-    monkeypatch.setattr("cranktrain.measured.formats.text.LARGE", 1000)
-    monkeypatch.setattr("cranktrain.measured.formats.text.PIECE", 96)
-    monkeypatch.setattr("cranktrain.measured.channels.BLOCK", 1024)
+        monkeypatch.setattr(f"cranktrain_lab.measured.{module}.MANY", 1000)
+    monkeypatch.setattr("cranktrain_lab.measured.formats.text.LARGE", 1000)
+    monkeypatch.setattr("cranktrain_lab.measured.formats.text.PIECE", 96)
+    monkeypatch.setattr("cranktrain_lab.measured.channels.BLOCK", 1024)
     long = by_name(ct.read_measured(path), "pcyl1")
     np.testing.assert_array_equal(long.values(), short.values())
     np.testing.assert_allclose(long.abscissae(), short.abscissae(), atol=1e-9)

@@ -217,7 +217,7 @@ def test_long_channels_are_not_all_in_memory_at_once(kind, tmp_path, monkeypatch
     """Sixty channels, one at a time: what is held is far below their sum, and samples come back in any order."""
     import tracemalloc
 
-    from cranktrain.measured.formats import matlab, uff
+    from cranktrain_lab.measured.formats import matlab, uff
 
     n, count = 10_000, 60
     monkeypatch.setattr(uff, "HELD", 1000)
@@ -236,7 +236,7 @@ def test_long_channels_are_not_all_in_memory_at_once(kind, tmp_path, monkeypatch
 
 
 def test_a_uff_file_that_is_too_large_is_refused_with_what_to_do(tmp_path, monkeypatch):
-    from cranktrain.measured.formats import uff
+    from cranktrain_lab.measured.formats import uff
 
     path = write(tmp_path, "uff", TIME, with_pressure(PRESSURE), UNITS)
     monkeypatch.setattr(uff, "LARGEST", 1000)

@@ -8,12 +8,12 @@ import pytest
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
-from cranktrain.measured.order_table import write_orders
-from cranktrain.measured.tracking import Orders
 from cranktrain.results.orders.deviations import check_measured, deviation_table, deviations, of_another_engine
 from cranktrain.results.orders.measured import band_of, read_measured_orders
 from cranktrain.results.run_up import figures, shown
 from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION, RunUp
+from cranktrain_lab.measured.order_table import write_orders
+from cranktrain_lab.measured.tracking import Orders
 
 RPM = math.pi / 30.0
 SPEEDS = np.arange(1000.0, 3001.0, 20.0)

@@ -18,16 +18,16 @@ from pulse_signals import channel, motion, sine_signal
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
-from cranktrain.measured.cylinder import Cylinder
-from cranktrain.measured.pressure import (
+from cranktrain_lab.measured.cylinder import Cylinder
+from cranktrain_lab.measured.pressure import (
     cycles_by_encoder,
     cycles_by_rotation,
     pegged,
     resonance,
     statistics,
 )
-from cranktrain.measured.rotation import rotation
-from cranktrain.measured.wheel import Wheel
+from cranktrain_lab.measured.rotation import rotation
+from cranktrain_lab.measured.wheel import Wheel
 
 STEP = 0.5
 SMALL = {
@@ -110,7 +110,7 @@ def test_cycles_read_some_at_a_time_are_those_read_at_once(method, monkeypatch):
         return passed, statistics(passed, cylinder_of(settings), fit)
 
     whole, at_once = told()
-    monkeypatch.setattr("cranktrain.measured.cycles.BLOCK", 3 * pressure.size)
+    monkeypatch.setattr("cranktrain_lab.measured.cycles.BLOCK", 3 * pressure.size)
     parts, in_turn = told()
     assert at_once.keys() == in_turn.keys() and at_once["cycles"] == 37
     for key, value in at_once.items():

@@ -13,8 +13,8 @@ import pytest
 from independent_pressures import annand, hohenberg, trace
 from pulse_signals import channel
 
-from cranktrain.measured.cylinder import Cylinder
-from cranktrain.measured.pressure import cycles_by_encoder, pegged
+from cranktrain_lab.measured.cylinder import Cylinder
+from cranktrain_lab.measured.pressure import cycles_by_encoder, pegged
 
 # (bore, stroke, rod, compression ratio), rev/min, intake Pa and K, wall K, cycle deg, intake's end deg
 CASES = {

@@ -11,10 +11,10 @@ import pytest
 from pulse_signals import RPM, channel, motion, pitch_errors, sine_signal
 
 from cranktrain.core.errors import InputError
-from cranktrain.measured.filtered import filtered_orders
-from cranktrain.measured.rotation import rotation
-from cranktrain.measured.tracking import channel_points, torsion_points, track
-from cranktrain.measured.wheel import CYCLE, MeanRotation, Wheel
+from cranktrain_lab.measured.filtered import filtered_orders
+from cranktrain_lab.measured.rotation import rotation
+from cranktrain_lab.measured.tracking import channel_points, torsion_points, track
+from cranktrain_lab.measured.wheel import CYCLE, MeanRotation, Wheel
 
 RATE = 2e5
 ORDERS = np.array([0.5, 1.0, 1.5, 2.0, 3.0, 4.5, 6.0, 7.5, 9.0, 12.0, 16.5, 24.0])

@@ -16,13 +16,13 @@ from pulse_signals import RPM, channel, crossing_times, motion, pitch_errors, si
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
-from cranktrain.measured.channels import Measurement
-from cranktrain.measured.filtered import filtered_orders
-from cranktrain.measured.pulses import pulse_times
-from cranktrain.measured.rotation import rotation, tachos
-from cranktrain.measured.tracking import channel_points, torsion_points, track
-from cranktrain.measured.vold_kalman import envelopes
-from cranktrain.measured.wheel import Wheel, number_teeth
+from cranktrain_lab.measured.channels import Measurement
+from cranktrain_lab.measured.filtered import filtered_orders
+from cranktrain_lab.measured.pulses import pulse_times
+from cranktrain_lab.measured.rotation import rotation, tachos
+from cranktrain_lab.measured.tracking import channel_points, torsion_points, track
+from cranktrain_lab.measured.vold_kalman import envelopes
+from cranktrain_lab.measured.wheel import Wheel, number_teeth
 
 ORDERS = np.array([0.5, 1.0, 1.5, 2.0, 3.0, 4.5, 6.0, 7.5, 9.0, 12.0, 16.5, 24.0])
 
@@ -293,7 +293,7 @@ def test_level_edge_and_drifting_signals():
 def test_blocks_of_a_long_channel_join_without_a_seam(monkeypatch):
     _, _, theta = motion(1e5, 1.0, (1000, 1100), {})
     whole = pulse_times(channel(sine_signal(theta, 60), 1e5)).times
-    monkeypatch.setattr("cranktrain.measured.channels.BLOCK", 997)
+    monkeypatch.setattr("cranktrain_lab.measured.channels.BLOCK", 997)
     pieces = channel(sine_signal(theta, 60), 1e5)
     monkeypatch.setattr(type(pieces), "blocks", lambda self, size=997: (
         (first, self.read(first, min(first + 997, self.size))) for first in range(0, self.size, 997)))  # fmt: skip

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from cranktrain.core.errors import InputError
-from cranktrain.coupling.recording_unit import Recording, RecordingUnit, without_zero
-from cranktrain.coupling.run import Coupled
-from cranktrain.coupling.unit import Port
 from cranktrain.engine.file import load_engine
-from cranktrain.studies.harness.file import load_harness
-from cranktrain.studies.harness.recording import read_recording, with_misfits
-from cranktrain.studies.harness.tables import RecordingTable
+from cranktrain_lab.coupling.recording_unit import Recording, RecordingUnit, without_zero
+from cranktrain_lab.coupling.run import Coupled
+from cranktrain_lab.coupling.unit import Port
+from cranktrain_lab.harness.file import load_harness
+from cranktrain_lab.harness.recording import read_recording, with_misfits
+from cranktrain_lab.harness.tables import RecordingTable
 
 ANGLE = np.arange(0.0, 720.0, 2.0)
 PRESSURE = 5.0 + 4.0 * np.cos(np.radians(0.5 * ANGLE))

@@ -6,7 +6,7 @@ import pytest
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.film.contact.gap import relief
-from cranktrain.studies.run_in import fitted_profile, run_in
+from cranktrain_lab.wear.run_in import fitted_profile, run_in
 
 ZETA = np.linspace(0.0, 1.0, 101)
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from bodies import rigid_crank
 
-from cranktrain.coupling.stages import mean_and_moment
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
@@ -15,6 +14,7 @@ from cranktrain.dynamics.time.reconstruction import take_stage
 from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, NODE, STAGES
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.assembly import running_crank
+from cranktrain_lab.coupling.stages import mean_and_moment
 
 ENGINE = load_engine("diesel_i6")
 SPEED = 150.0

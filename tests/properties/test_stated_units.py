@@ -11,14 +11,14 @@ from jsonschema import Draft7Validator
 from cranktrain.core.errors import InputError
 from cranktrain.core.text_table import read_table
 from cranktrain.core.units import UNITS, base_powers, unit_factor
-from cranktrain.coupling.unit import DIMENSIONS, Port
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.engine.torsional_chain import read_chain
-from cranktrain.studies.calibration.targets import load_targets
 from cranktrain.studies.file_schemas import file_schema
-from cranktrain.studies.harness.file import load_harness
-from cranktrain.studies.harness.measures import between
 from cranktrain.studies.scene import load_scene
+from cranktrain_lab.calibration.targets import load_targets
+from cranktrain_lab.coupling.unit import DIMENSIONS, Port
+from cranktrain_lab.harness.file import load_harness
+from cranktrain_lab.harness.measures import between
 
 INCH, LBF = 0.0254, 0.45359237 * 9.80665
 SPELLINGS = {

@@ -11,12 +11,12 @@ from step_cranks import step
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
-from cranktrain.structure.crank.found_crank import dimensions
-from cranktrain.structure.crank.recognition import Given, find_crank
 from cranktrain.structure.crank.reduction import reduction_task
-from cranktrain.structure.crank.step_file import read_step
 from cranktrain.structure.fem.craig_bampton import Flexibility, eigenmodes, rigid_motions
-from cranktrain.studies.design.step_engine import Stated, step_engine
+from cranktrain_lab.cad.found_crank import dimensions
+from cranktrain_lab.cad.recognition import Given, find_crank
+from cranktrain_lab.cad.step_engine import Stated, step_engine
+from cranktrain_lab.cad.step_file import read_step
 
 LENGTHS = (
     "throw", "main_diameter", "main_widths", "pin_diameter", "pin_width", "web_thickness", "web_main_radius",

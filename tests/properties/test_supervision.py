@@ -18,15 +18,15 @@ import numpy as np
 import pytest
 from two_mass_units import Mass, units
 
-from cranktrain.cli.couple import _run_into
 from cranktrain.core.errors import InputError, StoreError
-from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.run import Bond, Steps, run
-from cranktrain.coupling.supervised import Limits, run_supervised
-from cranktrain.coupling.unit import EndingError, UnitError
-from cranktrain.coupling.watch import Watched
 from cranktrain.store.hdf5 import read_result
-from cranktrain.studies.stability.two_mass import TwoMass
+from cranktrain_lab.cli.couple import _run_into
+from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.run import Bond, Steps, run
+from cranktrain_lab.coupling.supervised import Limits, run_supervised
+from cranktrain_lab.coupling.unit import EndingError, UnitError
+from cranktrain_lab.coupling.watch import Watched
+from cranktrain_lab.stability.two_mass import TwoMass
 
 STOP, STEP, BREAKS = 1.0, 0.1, 0.5 - 1e-9
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from total_error import few
 
 from cranktrain.core.errors import SolverError
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.levels import CRANKS
@@ -21,19 +22,19 @@ from cranktrain.film.laws.ehd import IN_LOOP, elastic_films
 from cranktrain.film.laws.register import CHEAP, LAWS, MAINS, MODERATE, PLAIN, Form, Law, bearing_law, register_law
 from cranktrain.store.kept import Kept
 from cranktrain.studies.planning.charted import around, charted
-from cranktrain.studies.scene import RPM, load_scene
+from cranktrain.studies.scene import load_scene
 from cranktrain.studies.total_error import shipped
 from cranktrain.studies.total_error.families import FAMILIES, wanted
 from cranktrain.studies.total_error.point import Best, Split, TotalPoint, at_scene
-from cranktrain.studies.tradeoff.families import StudyScene
-from cranktrain.studies.tradeoff.pareto import front, with_fronts
-from cranktrain.studies.tradeoff.total import measure
-from cranktrain.studies.tradeoff.total.choice import cheapest, choice_text, default_rows, table_rows
-from cranktrain.studies.tradeoff.total.choices import best_model, default_model, every_model, models
-from cranktrain.studies.tradeoff.total.distance import distance, resampled, split
-from cranktrain.studies.tradeoff.total.files import write_files
-from cranktrain.studies.tradeoff.total.page import page
-from cranktrain.studies.tradeoff.total.study import TotalStudy, total_study
+from cranktrain_lab.tradeoff.families import StudyScene
+from cranktrain_lab.tradeoff.pareto import front, with_fronts
+from cranktrain_lab.tradeoff.total import measure
+from cranktrain_lab.tradeoff.total.choice import cheapest, choice_text, default_rows, table_rows
+from cranktrain_lab.tradeoff.total.choices import best_model, default_model, every_model, models
+from cranktrain_lab.tradeoff.total.distance import distance, resampled, split
+from cranktrain_lab.tradeoff.total.files import write_files
+from cranktrain_lab.tradeoff.total.page import page
+from cranktrain_lab.tradeoff.total.study import TotalStudy, total_study
 
 __all__ = ["few"]
 SIX = load_engine("diesel_i6")
@@ -376,7 +377,7 @@ def test_speeds_on_either_side():
 
 
 def test_every_level_has_a_colour():
-    from cranktrain.studies.tradeoff.total.chart import COLOURS, MARKS
+    from cranktrain_lab.tradeoff.total.chart import COLOURS, MARKS
 
     assert len(MARKS) >= len(CRANKS)
     assert len(COLOURS) >= len([law for law in LAWS.values() if any(kind in law.forms for kind in MAINS)])

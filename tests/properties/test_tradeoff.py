@@ -17,19 +17,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tradeoff_case import small
 
-from cranktrain.cli.tradeoff import _row
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.modules.combustion.file import load
 from cranktrain.store.kept import Kept
-from cranktrain.studies.tradeoff import coupled, families, measure
-from cranktrain.studies.tradeoff.choice import choice_text, unsettled_lines
-from cranktrain.studies.tradeoff.families import FAMILIES
-from cranktrain.studies.tradeoff.files import points_csv, write_files
-from cranktrain.studies.tradeoff.measure import differences, high_order_error, measured
-from cranktrain.studies.tradeoff.pareto import pareto_front
-from cranktrain.studies.tradeoff.point import OUTPUTS, Point
-from cranktrain.studies.tradeoff.study import chosen_families, study
+from cranktrain_lab.cli.tradeoff import _row
+from cranktrain_lab.tradeoff import coupled, families, measure
+from cranktrain_lab.tradeoff.choice import choice_text, unsettled_lines
+from cranktrain_lab.tradeoff.families import FAMILIES
+from cranktrain_lab.tradeoff.files import points_csv, write_files
+from cranktrain_lab.tradeoff.measure import differences, high_order_error, measured
+from cranktrain_lab.tradeoff.pareto import pareto_front
+from cranktrain_lab.tradeoff.point import OUTPUTS, Point
+from cranktrain_lab.tradeoff.study import chosen_families, study
 
 __all__ = ["small"]
 CONTRACT = {"family", "label", "parameters", "seconds_per_simulated_second", "error", "pareto", "status"}

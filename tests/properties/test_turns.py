@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from two_mass_units import units
 
-from cranktrain.coupling.exchanged_values import ExchangedValues, Place
-from cranktrain.coupling.kernels.exchange import (
+from cranktrain.core.unit_turns import (
     FMI_2,
     FMI_3,
     INPUTS,
@@ -18,11 +17,12 @@ from cranktrain.coupling.kernels.exchange import (
     OUTPUTS,
     STEPPING,
 )
-from cranktrain.coupling.master import Exchange, Master
-from cranktrain.coupling.run import Bond, Steps, run
-from cranktrain.coupling.turns import Calls, Direct
-from cranktrain.coupling.unit import Around, Port, UnitError
-from cranktrain.studies.stability.two_mass import TwoMass
+from cranktrain_lab.coupling.exchanged_values import ExchangedValues, Place
+from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.run import Bond, Steps, run
+from cranktrain_lab.coupling.turns import Calls, Direct
+from cranktrain_lab.coupling.unit import Around, Port, UnitError
+from cranktrain_lab.stability.two_mass import TwoMass
 
 pytestmark = pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")  # of what C calls
 POINTER = ctypes.c_void_p

@@ -10,9 +10,9 @@ import pytest
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.units import ATMOSPHERE, UNITS, base_powers, is_unit, to_si, unit_factor
-from cranktrain.coupling.unit import DIMENSIONS, Port
 from cranktrain.engine.file import engine_path, load_engine
-from cranktrain.studies.harness.measures import between, named
+from cranktrain_lab.coupling.unit import DIMENSIONS, Port
+from cranktrain_lab.harness.measures import between, named
 
 INCH, POUND, GRAVITY = 0.0254, 0.45359237, 9.80665
 LBF = POUND * GRAVITY

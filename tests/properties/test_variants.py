@@ -15,16 +15,16 @@ import cranktrain as ct
 from cranktrain.core.typed_file import record
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.run_up.twist import half_range, with_twist
-from cranktrain.results.variants.statistics import pareto_front, rank_coefficients
 from cranktrain.store.variant_files import JOURNAL, VariantFiles
 from cranktrain.store.whole_file import PREFIX
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
-from cranktrain.studies.variants import optimum, running
-from cranktrain.studies.variants.design import Design
-from cranktrain.studies.variants.distributions import checked
-from cranktrain.studies.variants.running import Means, run_variants
-from cranktrain.studies.variants.study import study_of
-from cranktrain.studies.variants.tables import StudyTable
+from cranktrain_lab.variants import optimum, running
+from cranktrain_lab.variants.design import Design
+from cranktrain_lab.variants.distributions import checked
+from cranktrain_lab.variants.results.statistics import pareto_front, rank_coefficients
+from cranktrain_lab.variants.running import Means, run_variants
+from cranktrain_lab.variants.study import study_of
+from cranktrain_lab.variants.tables import StudyTable
 
 pytest.importorskip("pyarrow")
 SPEEDS = {"single_petrol": (3000.0, 9000.0), "v12_petrol": (2000.0, 6500.0)}
@@ -166,7 +166,7 @@ def test_the_front_is_what_none_beats():
 
 
 def test_percentiles_in_blocks_are_those_of_all(monkeypatch):
-    from cranktrain.results.variants import variants as results
+    from cranktrain_lab.variants.results import variants as results
 
     found = ct.vary(
         "single_petrol", {"load": ("uniform", 0.8, 1.2)}, outputs=["twist"], n=40, speeds_rpm=range(3000, 9001, 1000),

@@ -8,14 +8,14 @@ import pytest
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.fem.factor import one_thread
-from cranktrain.studies.watch.defects import MISFIRE, with_misfire
-from cranktrain.studies.watch.detector import Finding, Verdict
-from cranktrain.studies.watch.model import Place, TorsionalAnswers
-from cranktrain.studies.watch.recordings import RPM
-from cranktrain.studies.watch.scatter import real_rows, scatter_of
-from cranktrain.studies.watch.watch import Watch, said
+from cranktrain_lab.watch.defects import MISFIRE, with_misfire
+from cranktrain_lab.watch.detector import Finding, Verdict
+from cranktrain_lab.watch.model import Place, TorsionalAnswers
+from cranktrain_lab.watch.scatter import real_rows, scatter_of
+from cranktrain_lab.watch.watch import Watch, said
 
 NOISE = math.radians(1e-3)
 ORDERS = 0.5 * np.arange(1, 13)

@@ -21,8 +21,8 @@ from cranktrain.film.contact.wear import (
     worn_rates,
     worn_surfaces,
 )
-from cranktrain.studies.wear.schedule import HOUR, Block, block_at, read_schedule, same_until
-from cranktrain.studies.wear.shells import ANGLES
+from cranktrain_lab.wear.schedule import HOUR, Block, block_at, read_schedule, same_until
+from cranktrain_lab.wear.shells import ANGLES
 
 BEARING = JournalBearing(
     diameter=0.08, width=0.03, clearance=40e-6, contact_height=1e-6, contact_pressure=1e8, stiffness_x=1e9,

@@ -10,12 +10,12 @@ from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.film.contact.wear import WearLaw
-from cranktrain.results.bearings.wear_history import WearHistory
-from cranktrain.results.bearings.wear_pictures import save_wear_pictures
-from cranktrain.studies.run_in import run_in
-from cranktrain.studies.wear.history import Choices, Running, wear_history
-from cranktrain.studies.wear.result import envelope, run_in_over_time
-from cranktrain.studies.wear.schedule import HOUR, Block
+from cranktrain_lab.wear.history import Choices, Running, wear_history
+from cranktrain_lab.wear.pictures import save_wear_pictures
+from cranktrain_lab.wear.records import WearHistory
+from cranktrain_lab.wear.result import envelope, run_in_over_time
+from cranktrain_lab.wear.run_in import run_in
+from cranktrain_lab.wear.schedule import HOUR, Block
 
 FOUR = load_engine("four_petrol")
 SLOW = FOUR.oil.temperature_speeds[0]

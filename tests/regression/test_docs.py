@@ -29,6 +29,7 @@ FOLDERS = (
     "",
     "fmu_src",
     "fmu_src/cranktrain",
+    "fmu_src/cranktrain_lab",
     "modelDescription",
     "tests",
     "tests/literature",
@@ -186,7 +187,7 @@ def test_python_of_the_library_s_page_runs(tmp_path, monkeypatch):
 def test_python_and_studies_of_the_page_on_variants_run(tmp_path, monkeypatch):
     """Its script as it stands there, its study files read as they stand there."""
     pytest.importorskip("pyarrow")
-    from cranktrain.studies.variants.study import load_study
+    from cranktrain_lab.variants.study import load_study
 
     monkeypatch.chdir(tmp_path)
     page = FILES["docs/how-to/vary.md"]

@@ -17,16 +17,16 @@ from cranktrain.core.errors import StoreError
 from cranktrain.engine.file import load_engine
 from cranktrain.film.table import database
 from cranktrain.modules.register import module_of
-from cranktrain.results.bearings.wear_history import WearHistory
-from cranktrain.results.variants.variants import Variants
 from cranktrain.store import hdf5, wear_file
 from cranktrain.store.bodies import import_body
 from cranktrain.store.film_tables import load_film_table
-from cranktrain.studies.calibration.targets import load_targets
-from cranktrain.studies.harness.file import load_harness
-from cranktrain.studies.identification.identify import read_measured_file
 from cranktrain.studies.scene import load_scene
-from cranktrain.studies.variants.study import load_study
+from cranktrain_lab.calibration.targets import load_targets
+from cranktrain_lab.harness.file import load_harness
+from cranktrain_lab.identification.identify import read_measured_file
+from cranktrain_lab.variants.results.variants import Variants
+from cranktrain_lab.variants.study import load_study
+from cranktrain_lab.wear.records import WearHistory
 
 ROOT = Path(__file__).parents[2]
 RELEASES = sorted((ROOT / "tests" / "data" / "formats").iterdir())

@@ -14,7 +14,7 @@ from cranktrain.core.errors import InputError, StoreError
 from cranktrain.results.figures import save_figure
 from cranktrain.store.hdf5 import read_result, write_result
 from cranktrain.store.whole_file import check_place, whole_file
-from cranktrain.studies.tradeoff.files import TEXTS
+from cranktrain_lab.tradeoff.files import TEXTS
 
 RUN = ("simulate", "diesel_i6", "--speed", "2000", "--crank", "rigid", "--bearings", "linear", "--cycles", "1")
 SCENE = 'engine = "diesel_i6"\nspeeds_rpm = [2000]\noutputs = ["pulley.torsion"]\nfrequency_hz = 200\naccuracy = 0.05\n'

@@ -9,10 +9,10 @@ import pytest
 
 from cranktrain.cli.main import main
 from cranktrain.store import kept
-from cranktrain.studies import stability
-from cranktrain.studies.stability import kept_maps
-from cranktrain.studies.stability.page import shown_deviation
-from cranktrain.studies.stability.stability_map import (
+from cranktrain_lab import stability
+from cranktrain_lab.stability import kept_maps
+from cranktrain_lab.stability.page import shown_deviation
+from cranktrain_lab.stability.stability_map import (
     Axis,
     Boundary,
     StabilityMap,

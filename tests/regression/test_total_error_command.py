@@ -12,7 +12,7 @@ from cranktrain.store import kept as stores
 from cranktrain.studies.total_error import shipped
 from cranktrain.studies.total_error.families import FAMILIES
 from cranktrain.studies.total_error.point import Best, Split, TotalPoint
-from cranktrain.studies.tradeoff.total import measure, study
+from cranktrain_lab.tradeoff.total import measure, study
 
 __all__ = ["few"]
 

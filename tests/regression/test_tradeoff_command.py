@@ -7,7 +7,7 @@ from tradeoff_case import small
 
 from cranktrain.cli.main import main
 from cranktrain.store import kept as stores
-from cranktrain.studies.tradeoff import measure, study
+from cranktrain_lab.tradeoff import measure, study
 
 __all__ = ["small"]
 

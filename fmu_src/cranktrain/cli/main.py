@@ -23,6 +23,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
+from cranktrain import lab
 from cranktrain.cli import streams
 from cranktrain.cli.ending import fault, interrupted, leave_stdout, one_line, parts, refused, terminable
 from cranktrain.cli.verbs import ENGINE_VERBS, VERBS
@@ -197,7 +198,8 @@ def _add_engine(sub: _Parser, name: str) -> None:
 
 def module_name(verb: str) -> str:
     """Name of a verb's module."""
-    return f"cranktrain.cli.{MODULES.get(verb, verb.replace('-', '_'))}"
+    folder = lab.CLI if verb in lab.VERBS else "cranktrain.cli"
+    return f"{folder}.{MODULES.get(verb, verb.replace('-', '_'))}"
 
 
 def verb_module(verb: str) -> ModuleType:

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from cranktrain import lab
 from cranktrain.cli.console import number, of_words
-from cranktrain.cli.new_from_step import (
-    add_step_options,
-    check_no_step_options,
-    engine_of_step,
-    show_step,
-    step_files,
-    step_report,
-)
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import check_name, load_engine
 from cranktrain.engine.model import Engine
@@ -38,6 +32,7 @@ Layouts: {", ".join(LAYOUTS)}.
 KIND = marked("engine file", "[crankshaft]")
 NEEDED = ("layout", "bore_mm", "stroke_mm")
 RPM = math.pi / 30.0
+cad = import_module(lab.STEP_FILES)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -61,7 +56,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
                  f"{FLYWHEELS[0]})"), FLYWHEELS)  # fmt: skip
     add("--mounts", action="store_true", help="with a block and four mounts, for --block flexible")
     add("--force", action="store_true", help="replace an engine file of that name")
-    add_step_options(parser)
+    cad.add_step_options(parser)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -71,14 +66,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     name = options.name[:-5] if options.name.lower().endswith(".toml") else options.name
     check_name(name, "NAME")
     path = Path(f"{name}.toml")
-    for own in (path, *(step_files(name) if options.step else ())):
+    for own in (path, *(cad.step_files(name) if options.step else ())):
         if own.exists() and not options.force:
             raise InputError(f"{own}: exists; give --force to replace it, or take another name")
     if options.step is not None:
-        made = engine_of_step(options, name, equipment_of(options))
-        report = _report(made.sizes, path, equipment_of(options)) | step_report(made, name)
+        made = cad.engine_of_step(options, name, equipment_of(options))
+        report = _report(made.sizes, path, equipment_of(options)) | cad.step_report(made, name)
         if not options.json:
-            show_step(report)
+            cad.show_step(report)
             _show(report)
         return report
     found = _sizes(options)
@@ -112,7 +107,7 @@ def equipment_of(options: argparse.Namespace) -> Equipment:
 
 def _sizes(options: argparse.Namespace) -> Sizes:
     """Sizes of an engine without a STEP file."""
-    check_no_step_options(options)
+    cad.check_no_step_options(options)
     if missing := [f"--{key.replace('_', '-')}" for key in NEEDED if getattr(options, key) is None]:
         raise InputError(f"{', '.join(missing)} missing: give these sizes, or --step FILE with a crankshaft")
     return sizes(

@@ -95,8 +95,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Compute, read and write; say what is missing."""
+    from cranktrain.core.units import RPM
     from cranktrain.results.figures import check_folder
-    from cranktrain.studies.constant_speed import RPM, Request
+    from cranktrain.studies.constant_speed import Request
     from cranktrain.studies.report.findings import steps
     from cranktrain.studies.report.page import REPORT, missing, page, pending
 

@@ -115,7 +115,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def _running(options: argparse.Namespace) -> dict[str, Any]:
     """Rollers of an engine as they run, and the stand-ins that follow."""
     from cranktrain.engine.file import load_engine
-    from cranktrain.studies.calibration.engine_text import new_path
+    from cranktrain.store.engine_text import new_path
     from cranktrain.studies.roller_stand_ins import running_rollers, with_stand_ins
 
     if options.engine is None:

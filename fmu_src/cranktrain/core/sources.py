@@ -68,11 +68,11 @@ def rests_on(file: Path, deferred: bool = False) -> set[Path]:
 def _imported(path: Path, deferred: bool) -> frozenset[Path]:
     """Files of the package that one source file imports."""
     found: set[Path] = set()
-    root = str(ROOT.resolve())
     for indent, module, names, plain in _IMPORT.findall(path.read_text(encoding="utf-8")):
         if indent and not deferred:
             continue
-        parts = (module or plain).split(".")[1:]
+        top, *parts = (module or plain).split(".")
+        root = str(ROOT.resolve()) + top.removeprefix(PACKAGE)
         names = re.findall(r"(\w+)(?: +as +\w+)?", re.sub(r"#.*", "", names))
         # A name may be a module of the package that it is imported from.
         for place in [parts[:n] for n in range(len(parts) + 1)] + [[*parts, name] for name in names]:

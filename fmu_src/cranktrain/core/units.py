@@ -22,6 +22,8 @@ from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.unit_words import ANGLES, BASES, DOUBTFUL, FORCES, KELVINS, PARTS, SIGNS, WORDS
 
 ZERO_CELSIUS = 273.15
+RPM = math.pi / 30.0
+"""One revolution a minute, rad/s."""
 ATMOSPHERE = 101325.0
 """Zero of gauge pressures, Pa."""
 
@@ -50,7 +52,7 @@ UNITS: dict[str, dict[str, float]] = {
     "heat capacity": {"J/(kg K)": 1.0},
     "temperature": {"K": 1.0, "degC": 1.0},
     "temperature difference": {"K": 1.0},
-    "speed": {"rad/s": 1.0, "rev/min": math.pi / 30.0},
+    "speed": {"rad/s": 1.0, "rev/min": RPM},
     "frequency": {"Hz": 1.0},
     "rate": {"1/s": 1.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},

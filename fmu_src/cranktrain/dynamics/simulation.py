@@ -16,6 +16,7 @@ from cranktrain.core.errors import CranktrainError, InputError, SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody, rigid
 from cranktrain.core.run_entries import RunEntries
 from cranktrain.core.stepped_model import SteppedModel
+from cranktrain.core.units import RPM
 from cranktrain.dynamics import run_record
 from cranktrain.dynamics.cycle_run import Result, balanced, damper_power, run_cycles
 from cranktrain.dynamics.load_torque import LoadFollower, LoadTorque
@@ -68,9 +69,8 @@ from cranktrain.loads.torsional_line import torsional_line
 
 __all__ = ["Parts", "Settings", "Simulation", "simulate"]
 
-SLOWEST = SLOWEST_RPM * math.pi / 30.0
+SLOWEST = SLOWEST_RPM * RPM
 """Lowest speed of a simulation over cycles, rad/s."""
-_RPM = 30.0 / math.pi
 BEHIND_PRESSURES = {
     "shaft.load_torque": "N m",
     "valvetrain.torque": "N m",
@@ -201,7 +201,7 @@ class Simulation(SteppedModel):
         entries = self._entries_of(model, work, state, observed)
         status = entries.start(time)
         if status != OK:
-            where = f"no static equilibrium at {self.inputs[0] * _RPM:.0f} rev/min"
+            where = f"no static equilibrium at {self.inputs[0] / RPM:.0f} rev/min"
             raise SolverError(f"{where}: {own_failure(model.links.entry[:, 1]) or '{}; {}'.format(*REMEDIES[status])}")
         self.model, self.work, self._state, self._entries = model, work, state, entries
         self._observed, self._families_of = observed, families_of(counts)
@@ -323,7 +323,7 @@ class Simulation(SteppedModel):
         if not self.inputs[0] >= SLOWEST * (1.0 - 1.0e-9):
             raise InputError(
                 f"the heat balance of films needs a start at {SLOWEST_RPM:g} rev/min or more, got "
-                f"{self.inputs[0] * _RPM:g}; set the speed before the initialization, or take film temperature 'engine'"
+                f"{self.inputs[0] / RPM:g}; set the speed before the initialization, or take film temperature 'engine'"
             )
         settings = replace(self.settings, boundary="speed", gas_source="builtin")
         return simulate(
@@ -362,7 +362,7 @@ class Simulation(SteppedModel):
             if math.isfinite(value) and (value >= 0.0 or k >= self._load):
                 continue
             if k == 0:
-                raise InputError(f"speed must be finite and not negative, got {value * _RPM:g} rev/min")
+                raise InputError(f"speed must be finite and not negative, got {value / RPM:g} rev/min")
             if k < self._load:
                 raise InputError(f"{what} must be finite and not negative (absolute, Pa), got {value:g}")
             raise InputError(f"{what} must be finite ({unit}), got {value:g}")
@@ -466,7 +466,7 @@ class Simulation(SteppedModel):
             lost = f", film of main[{worst + 1}] lost (eccentricity {eps[worst]:.3f})"
         angle = math.degrees(state[SHAFT_ANGLE] % (4.0 * math.pi))
         return (
-            f"step failed at t = {state[TIME]:.6g} s, crank angle {angle:.1f} deg, {state[SHAFT_SPEED] * _RPM:.0f} "
+            f"step failed at t = {state[TIME]:.6g} s, crank angle {angle:.1f} deg, {state[SHAFT_SPEED] / RPM:.0f} "
             f"rev/min after {MAX_HALVINGS} halvings: {own or f'{cause}{lost}; {remedy}'}"
         )
 
@@ -476,7 +476,6 @@ def fitted_engine(engine: Engine, settings: Settings) -> Engine:
     return with_damper_housing(engine) if settings.damper == "fitted" else engine
 
 
-# In one piece: the entry of a run, whose callers name the few choices that they make.
 def simulate(
     engine: Engine,
     body: ReducedBody,
@@ -516,7 +515,7 @@ def simulate(
     """
     if not (math.isfinite(speed) and speed >= SLOWEST * (1.0 - 1.0e-9)):
         raise InputError(
-            f"cycles need at least {SLOWEST_RPM:g} rev/min, got {speed * _RPM:g}; the FMU takes any speed from 0"
+            f"cycles need at least {SLOWEST_RPM:g} rev/min, got {speed / RPM:g}; the FMU takes any speed from 0"
         )
     if cycles is not None and cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")

@@ -76,7 +76,6 @@ class RodEnd(NamedTuple):
     ay: Array
 
 
-# In one piece: the symbols of the equation above, floats in kernels and arrays elsewhere.
 @kernel
 def knuckle_motion(x, y, vx, vy, ax, ay, length, offset, k_x, k_y):
     """Place, velocity and acceleration of a knuckle pin from those of the crank pin, in axes of the master's cylinder.

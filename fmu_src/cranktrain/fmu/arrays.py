@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cranktrain.coupling.element_names import array_element
+from cranktrain.core.element_names import array_element
 from cranktrain.fmu.description import Variable
 
 _RANKS = {"input": 0, "output": 1, "parameter": 2}

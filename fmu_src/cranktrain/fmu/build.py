@@ -41,7 +41,6 @@ from cranktrain.structure.assembly import check_mesh
 from cranktrain.studies.scene import Scene, load_scene
 
 
-# In one piece: the entry of a build, whose callers name the few choices that they make.
 def build_fmu(
     source: str | Path | Engine | Scene,
     folder: str | Path = "dist",

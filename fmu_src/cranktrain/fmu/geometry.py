@@ -13,11 +13,12 @@ from dataclasses import replace
 from typing import Any
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings, axial_force, resolved
 from cranktrain.engine.model import Engine
 
 SETTABLE = ("bore", "compression_ratio")
-START_SPEED = 2000.0 * math.pi / 30.0
+START_SPEED = 2000.0 * RPM
 """Start value of the speed, rad/s, where the engine runs at it; otherwise the nearest of the engine's speeds."""
 CLOSE = 1.0e-9
 """Relative difference that a value may have from being written as text."""

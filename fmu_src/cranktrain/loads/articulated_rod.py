@@ -73,7 +73,6 @@ def force_on_pin(joint, pin, out):
     return f_x + held, f_y, held
 
 
-# In one piece: a direction of the pin's motion, and the derivative of the equation above along it.
 @kernel
 def force_change(joint, pin, out, dx, dy, dvx, dvy, dax, day):
     """Change of :func:`force_on_pin` by a small change of the pin's place, velocity and acceleration."""

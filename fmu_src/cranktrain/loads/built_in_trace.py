@@ -52,7 +52,6 @@ def renew_trace(constants, rows, gas, kinks):
     fill_kinks(gas, kinks)
 
 
-# In one piece: closed cycle, blow-down, exhaust and intake are joined sample by sample.
 @kernel
 def fill_trace(constants, heat, intake, samples):
     """Pressure over 720°, ``samples`` (SAMPLES,) Pa, for a ``heat`` (J) and an ``intake`` pressure (Pa).

@@ -15,11 +15,11 @@ import math
 import numpy as np
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.loads.cylinder_volume import cylinder_volume
 from cranktrain.loads.gas_pressure import Gas, GasTrace
 
-RPM = 30.0 / math.pi
 MOST = 2.0
 """Largest fraction of the full-load burn."""
 _SETTLED, _ROUNDS = 1e-6, 50
@@ -73,7 +73,7 @@ def _balance(engine: Engine, gas: GasTrace, speed: float, wanted: float) -> floa
     most = motored + MOST * gain
     if not motored < wanted <= most:
         raise InputError(
-            f"[load] asks for {wanted:.4g} N m at {speed * RPM:.4g} rev/min, where the engine gives "
+            f"[load] asks for {wanted:.4g} N m at {speed / RPM:.4g} rev/min, where the engine gives "
             f"{max(motored, 0.0):.4g} to {most:.4g} N m; change load.torque or load.power, or the speed"
         )
     return (wanted - motored) / gain

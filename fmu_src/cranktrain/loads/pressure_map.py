@@ -27,12 +27,12 @@ from cranktrain.core.errors import InputError, nearest, shown
 from cranktrain.core.text_header import named
 from cranktrain.core.text_rows import read_rows
 from cranktrain.core.text_table import first_words, split_columns
+from cranktrain.core.units import RPM
 from cranktrain.core.user_file import TABLES, beside, ending, file_exists, folder_exists, user_path
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas, GasTrace
 from cranktrain.loads.pressure_points import REMEDY, WHAT
 
-RPM = math.pi / 30.0
 COLUMNS = ("speed_rpm", "load", "file")
 KINDS = ("speed", "load", "file")
 _NAME = re.compile(r"(\d+(?:\.\d+)?)(?:rpm)?(?:_(full|\d+(?:\.\d+)?%))?", re.IGNORECASE)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
+from cranktrain.core.units import RPM
 from cranktrain.engine.checks.plausible import COMPRESSOR, heat_of_air
 from cranktrain.engine.model import Engine
 from cranktrain.loads.cylinder_volume import mean_effective_pressure
@@ -22,7 +22,7 @@ def run_doubts(engine: Engine, gas: GasTrace, speed: float, load: float, load_to
     share = max(load, 0.0) * full_share(gas, speed)
     if load > 0.0 and share == 0.0:
         yield (
-            f"combustion.falloff: {gas.falloff:.3g} leaves no heat at {speed * 30.0 / math.pi:.5g} rev/min, "
+            f"combustion.falloff: {gas.falloff:.3g} leaves no heat at {speed / RPM:.5g} rev/min, "
             f"{speed / gas.best_speed:.3g} times best_speed; the run is motored, lessen it or give a measured trace"
         )
     motored = float(np.mean([mean_effective_pressure(engine, own.motored) for own in gas.own or (gas,)]))

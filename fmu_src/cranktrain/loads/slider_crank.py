@@ -29,7 +29,6 @@ def remainder_inertia(rod: Rod) -> float:
     return rod.inertia - mass * b * (rod.length - b)
 
 
-# In one piece: the symbols of the equation above, which callers have in rows of quite different tables.
 @kernel
 def rod_force(x, y, vx, vy, ax, ay, gas, length, m_b, m_o, delta_j, offset, gravity_x, gravity_y, out):
     """Force on the pin in cylinder axes, with tangents, and the piston's motion.

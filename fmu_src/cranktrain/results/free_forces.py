@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.engine.additions import BodyTable, FrameTable
 from cranktrain.engine.articulated_rod import piston_height, rod_end, rods_of
 from cranktrain.engine.model import Engine
@@ -69,7 +70,7 @@ def free_forces(engine: Engine, speed: float) -> dict[str, Any]:
                 "order": order, "force_n": largest(force), "force_x_n": x, "force_y_n": y,
                 "moment_nm": largest(moment), "moment_x_nm": up, "moment_y_nm": across,
             })  # fmt: skip
-    return {"speed_rpm": speed * 30.0 / math.pi, "about_z_m": middle, "left_out": left_out, "orders": rows}
+    return {"speed_rpm": speed / RPM, "about_z_m": middle, "left_out": left_out, "orders": rows}
 
 
 def free_force_table(found: Mapping[str, Any]) -> Table:

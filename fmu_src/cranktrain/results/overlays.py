@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.figures import HIGHEST, save_figure
 from cranktrain.results.files import output_unit
@@ -20,7 +21,7 @@ from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.plots import largest
 from cranktrain.results.run_up.plots import DECADES, ORDER_COLOURS
 from cranktrain.results.run_up.run_up import RunUp
-from cranktrain.results.run_up.shown import ALONG, BROADEST, RPM, TORSIONAL, TWISTING, Quantity, figure_of
+from cranktrain.results.run_up.shown import ALONG, BROADEST, TORSIONAL, TWISTING, Quantity, figure_of
 
 Results = Mapping[str, TimeSeries] | Mapping[str, RunUp]
 MOST = 6
@@ -44,7 +45,7 @@ def legend_names(results: Mapping[str, TimeSeries | RunUp]) -> list[str]:
     engines = [str(one.attributes.get("engine", "engine")) for one in found]
     parts = [[name] for name in engines]
     if all(isinstance(one, TimeSeries) for one in found):
-        speeds = [float(one.attributes.get("speed", math.nan)) * RPM for one in found]
+        speeds = [float(one.attributes.get("speed", math.nan)) / RPM for one in found]
         if len({round(rpm, 3) for rpm in speeds}) > 1:
             _add(parts, [f"{rpm:.5g} rev/min" for rpm in speeds])
     for key in TOLD:

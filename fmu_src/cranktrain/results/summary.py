@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.engine.quantities import ZERO_CELSIUS
 from cranktrain.film.laws.pressure_peak import PEAK, PEAK_ANGLE, PEAK_DROP
 from cranktrain.film.laws.register import LAWS
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from cranktrain.dynamics.cycle_run import Result
 
 
-RPM = math.pi / 30.0
 HIGHEST_ORDER = 24.0
 CLOSING = 1.0e-6
 """Least film, m, below which the largest pressure of a tilted film has no meaning; chosen: two to three roughnesses."""

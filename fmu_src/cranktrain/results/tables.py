@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.results.columns import NOTHING
 from cranktrain.results.energy import SHARES
@@ -92,10 +92,9 @@ def _published(engine: Engine, part: Mapping[str, Any]) -> list[Entry]:
 
 def critical_speed_table(engine: Engine, speeds: Sequence[Mapping[str, float]]) -> Table:
     """Critical speeds of the first torsional mode at rest by the orders that excite it, beside the published ones."""
-    to_rpm = 30.0 / math.pi
     p = engine.published
     known = {
-        order: (speed * to_rpm, measured * to_rpm)
+        order: (speed / RPM, measured / RPM)
         for order, speed, measured in zip(p.critical_orders, p.critical_speeds, p.measured_critical_speeds, strict=True)
     }
     rows = []

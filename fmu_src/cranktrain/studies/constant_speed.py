@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from cranktrain.core.errors import InputError, nearest, within
+from cranktrain.core.units import RPM
 from cranktrain.dynamics import simulation
 from cranktrain.dynamics.load_torque import LoadTorque
 from cranktrain.dynamics.model.settings import FILM_TEMPERATURES, TEMPERATURES, Settings, axial_force
@@ -33,8 +34,6 @@ from cranktrain.loads.torsional_line import torsional_line
 from cranktrain.results.run import Run
 from cranktrain.structure.assembly import Assembly, assemble, checked
 from cranktrain.structure.fem.own_mesh import MeshFile
-
-RPM = math.pi / 30.0
 
 _BOUNDS = {
     "speed_rpm": (SLOWEST_RPM, FASTEST_RPM, "rev/min; for less use the FMU, which takes any speed from 0"),

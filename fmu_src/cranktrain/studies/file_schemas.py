@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from cranktrain import lab
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.named import resolve
 
@@ -22,15 +23,12 @@ class FileKind(NamedTuple):
 FILE_KINDS = {
     "engine": FileKind("Engine file of cranktrain", "cranktrain.engine.file:engine_table"),
     "scene": FileKind("Scene of cranktrain", "cranktrain.studies.scene:SceneTable"),
-    "harness": FileKind("Harness file of cranktrain", "cranktrain.studies.harness.tables:HarnessTable"),
-    "study": FileKind("Study of variants of cranktrain", "cranktrain.studies.variants.tables:StudyTable"),
     "superelement": FileKind(
         "Superelement of cranktrain", "cranktrain.structure.fem.superelement_file:SuperelementTable"
     ),
-    "targets": FileKind("Targets file of cranktrain", "cranktrain.studies.calibration.targets:TargetsTable"),
-    "measured": FileKind("Measured file of cranktrain", "cranktrain.studies.identification.tables:MeasuredTable"),
     "combustion": FileKind("Combustion module of cranktrain", "cranktrain.modules.combustion.file:FILE.document"),
     "valve-train": FileKind("Valve train module of cranktrain", "cranktrain.modules.valve_train.file:FILE.document"),
+    **{name: FileKind(*row) for name, row in lab.FILE_KINDS.items()},
 }
 
 

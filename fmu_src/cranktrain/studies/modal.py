@@ -32,7 +32,6 @@ from cranktrain.studies.torsion.level_frequencies import level_frequencies
 from cranktrain.studies.torsion.line_modes import line_report
 
 
-# In one piece: all that a user may ask, by keyword.
 def modal(
     engine: str | Path | Engine,
     crank: str = "solid",

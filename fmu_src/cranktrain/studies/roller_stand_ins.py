@@ -24,6 +24,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import communication_step, run_cycles
 from cranktrain.dynamics.model.settings import Settings, step_each_row
 from cranktrain.dynamics.simulation import Simulation
@@ -35,15 +36,14 @@ from cranktrain.film.laws.films import ANGLE, COS, SIN
 from cranktrain.film.laws.roller import FIRST_ANGLE, IN_LOOP
 from cranktrain.film.laws.roller_contacts import BY_PLACE, WORK, force_at
 from cranktrain.results.whole_run import whole
+from cranktrain.store.engine_text import NEW, Written, new_path, rewritten, rounded
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.assembly import Progress, assemble
-from cranktrain.studies.calibration.engine_text import NEW, Written, new_path, rewritten, rounded
 
 RIGID = 6
 """Rigid modes of a body, which come first."""
 SETTLE = 1.0e-4
 """Largest settling error."""
-RPM = math.pi / 30.0
 
 
 class RollerCycle(NamedTuple):

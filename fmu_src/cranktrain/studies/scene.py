@@ -42,6 +42,7 @@ from msgspec import Meta
 from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.text_table import split_columns
 from cranktrain.core.typed_file import Table, between, measure, record
+from cranktrain.core.units import RPM
 from cranktrain.core.user_file import beside, ending, file_exists, folder_exists, read_toml, user_path
 from cranktrain.engine.file import check_title, load_engine
 from cranktrain.engine.levels import BLOCKS, CRANKS, ENCODERS, Levels
@@ -49,7 +50,6 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
 from cranktrain.studies.answers import bearing_ladder, lowest_levels, refuse_beyond
 
-RPM = math.pi / 30.0
 FINEST_ACCURACY = 1.0e-6
 """Unreachable accuracy: a run at the finest step differs from a run with half this step by about as much."""
 COARSEST_ACCURACY = 0.5

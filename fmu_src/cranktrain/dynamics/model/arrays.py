@@ -244,7 +244,6 @@ def _check_temperatures(engine: Engine, settings: Settings, speed: float, films:
         check_temperature(damper, settings.damper_temperature or damper_temperature(damper, speed))
 
 
-# In one piece: one member of the model after another.
 def structure(
     engine: Engine, body: ReducedBody, settings: Settings, gas: GasTrace, parts: Parts,
     films_made: dict[Any, Any] | None = None,

@@ -35,7 +35,6 @@ class Added(NamedTuple):
     damping: Array  # (N,) 1/s
 
 
-# In one piece: one group of arrays after the other, in the order in which they need each other.
 def added(topology: Topology, base: Base) -> Added:
     """Arrays of a topology.
 

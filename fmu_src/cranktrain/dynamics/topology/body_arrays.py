@@ -67,7 +67,6 @@ def _in_modes(
     )  # fmt: skip
 
 
-# In one piece: one row and one body's span of every array.
 def body_arrays(
     topology: Topology,
     joined: list[Group],

@@ -56,7 +56,6 @@ def law_at(law, record, index, place, velocity, numbers, out):
     return call_kernel(law, (record, FORCE, index, place, velocity, numbers, out, out))
 
 
-# In one piece: ports of all bodies, then the stiffness of all connections, then what the modes are.
 def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> TopologyModes:
     """Modes of bodies and connections, with the ``crank`` where it is given, on a block at rest.
 

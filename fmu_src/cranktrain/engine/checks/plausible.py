@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
+from cranktrain.core.units import RPM
 from cranktrain.engine.checks.oil import thickness
 from cranktrain.engine.checks.units_and_signs import STEEL, UNIT, misread, outside
 from cranktrain.engine.model import Engine
@@ -266,7 +267,7 @@ def _oil(engine: Engine) -> Iterator[str]:
         if after < before - 1.0:
             yield (
                 f"oil.temperatures: they fall from {before:.4g} to {after:.4g} degC up to "
-                f"{speed * 30.0 / math.pi:.4g} rev/min; oil warms with speed, check the order of the values"
+                f"{speed / RPM:.4g} rev/min; oil warms with speed, check the order of the values"
             )
             break
     for temperature in sorted({min(oil.temperatures), max(oil.temperatures)}):
@@ -296,7 +297,7 @@ def _combustion(engine: Engine) -> Iterator[str]:
     yield from outside("combustion.best_speed", "mean piston speed of", speed, (0.3, 30.0), UNIT, " m/s")
     span = burn.best_speed / oil.temperature_speeds[-1], burn.best_speed / oil.temperature_speeds[0]
     if span[0] > 2.0 or span[1] < 0.2:
-        rpm = [30.0 / math.pi * one for one in (burn.best_speed, oil.temperature_speeds[0], oil.temperature_speeds[-1])]
+        rpm = [one / RPM for one in (burn.best_speed, oil.temperature_speeds[0], oil.temperature_speeds[-1])]
         yield (
             f"combustion.best_speed: {rpm[0]:.4g} rev/min lies far outside oil.temperature_speeds, {rpm[1]:.4g} to "
             f"{rpm[2]:.4g} rev/min; check both"

@@ -227,7 +227,6 @@ class ElasticGrid:
             np.zeros(self.size),
         )
 
-    # In one piece: the data of a film, of which all but its sizes have a default.
     def film(
         self,
         diameter: float,

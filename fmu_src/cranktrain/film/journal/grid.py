@@ -107,7 +107,6 @@ class JournalFilm(NamedTuple):
     active: Array  # (N, m) set of the last solution
 
 
-# In one piece: a grid is described by keywords, of which few are given at a time.
 def journal_grid(
     n_phi: int = PRESETS["default"][0],
     n_z: int = PRESETS["default"][1],

@@ -48,7 +48,6 @@ def _face_flows(work, group, position, n_phi, n_z, around, thickens):
         put_eight(faces, (at.FACE_FLUX, f), eight(faces, (at.FACE_SLOPE, f)) * (3.0 * pressed + content))
 
 
-# In one piece: neighbours across share what is loaded and found once.
 @inlined_kernel
 def _column(work, group, position, n_phi, n_z, factors, thickens):
     """Residual, factors of ∂R/∂H and rows of the band of one column."""

@@ -202,7 +202,6 @@ def _start_gaps(film, work, group):
             _start_gap(film, work, group, position, at.FACE_COS, j + 1, q, f, work.faces[group, at.FACE_START])
 
 
-# In one piece: the place of a point takes five numbers.
 @inlined_kernel
 def _start_gap(film, work, group, position, cos, line, q, to, out):
     """Distance of the surfaces at one point of all lanes into entry ``to`` of ``out``; cosines: column ``cos``."""

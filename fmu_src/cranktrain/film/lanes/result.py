@@ -204,7 +204,6 @@ def _column_flows(film, work, group, position, n_phi, n_z):
     add_to(work.sums, SIDE, side)
 
 
-# In one piece: the place of a node takes four numbers.
 @inlined_kernel
 def _outflow(film, work, group, position, line, n_phi, n_z, potential):
     """Oil from a supply node to its neighbours and to its own growing film, over the node's area (1/s)."""

@@ -276,7 +276,6 @@ _read = record_reader(
 )  # fmt: skip
 
 
-# In one piece: one branch an action.
 @law_kernel
 def elastic_law(record, action, i, place, velocity, numbers, memory, out):
     """The law of an elastic bore; see :mod:`cranktrain.film.laws.films`.

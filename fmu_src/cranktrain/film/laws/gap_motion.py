@@ -32,7 +32,6 @@ LEAST_GAP, LEAST_ANGLE, LEAST_SIDE, LEAST_RATE = range(4, 8)
 SIZE = 8
 
 
-# In one piece: a gap's four coordinates and their rates are of no array, but turned into space by the caller.
 @kernel
 def gap_motion(x, y, a, b, vx, vy, va, vb, shell, journal_speed, bore_speed, out):
     """Kinematics of one gap; the module says how each is defined.

@@ -235,7 +235,6 @@ def thrust_force(z, vz, speed, parameters):
     return pads * (f2 - f1), pads * (k1 + k2), -pads * (c1 + c2)
 
 
-# In one piece: three freedoms, their rates, and the speed.
 @kernel
 def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
     """Force and moments on a tilted collar with their tangents.

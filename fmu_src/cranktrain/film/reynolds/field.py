@@ -101,7 +101,6 @@ class FilmSolution:
     """Active-set passes."""
 
 
-# In one piece: a call describes a whole film, and all but two arguments are keywords with a default.
 def solve_film(
     h: ArrayLike,
     lengths: tuple[float, float],

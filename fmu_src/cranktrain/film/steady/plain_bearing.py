@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import InputError, nearest, within
+from cranktrain.core.units import RPM
 from cranktrain.engine.lubricant import pressure_constants
 from cranktrain.engine.parts import Oil
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
@@ -26,7 +27,6 @@ from cranktrain.film.steady.sommerfeld import CAVITATION
 from cranktrain.film.steady.surfaces import Surfaces
 from cranktrain.film.steady.warm_bearing import warm_bearing
 
-RPM = math.pi / 30.0
 ZERO_CELSIUS = 273.15
 HEAT_CAPACITY = 2000.0
 """Of the oil, J/(kg K)."""

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from cranktrain.core import unit_turns as turns
 from cranktrain.core.reduced_body import ReducedBody
-from cranktrain.coupling.turns import no_turns
 from cranktrain.dynamics.model.arrays import Parts
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.run_record import Run, make_run
@@ -52,7 +52,7 @@ def typical_calls(run: Run) -> None:
     motion_of(run.state, run.model.omega2.size)
     # Rods about a rigid rotation: steady states in the frequency domain, Campbell diagrams, modes in motion.
     rod_forces(engine, stand_in(engine), 200.0, np.zeros(2), GasTrace.from_engine(engine), 1.0)
-    no_turns()
+    turns.take_turns(*turns.no_turns())
 
 
 def stage_calls(run: Run) -> Iterator[tuple[Any, tuple[Any, ...]]]:

@@ -11,6 +11,7 @@ import numpy as np
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, N_OF_CYLINDER, N_OUTPUTS
 from cranktrain.modules.combustion.cylinder import OK
@@ -99,7 +100,7 @@ class CycleSettings:
     seed: float = 1.0
     tolerance: float = 1.0e-6
     start_cycles: float = 3.0
-    start_speed: float = 100.0 * math.pi / 30.0
+    start_speed: float = 100.0 * RPM
     lift_source: str = "auto"
     angle_source: str = "auto"
     inputs_at: str = "begin"

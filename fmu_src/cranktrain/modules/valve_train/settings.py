@@ -11,6 +11,7 @@ import numpy as np
 from cranktrain.core.build_mark import build_mark
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.modules.crank_angle import ANGLES, OK, TIMES
 from cranktrain.modules.module_settings import check_values, run_numbers, stated
 from cranktrain.modules.valve_train import cam as cams
@@ -88,7 +89,7 @@ class TrainSettings:
     rated_speed: q.RatedSpeed = field(metadata=stated("camshaft.rated_speed"))
     tolerance: float = 1.0e-3
     start_cycles: float = 2.0
-    start_speed: float = 100.0 * math.pi / 30.0
+    start_speed: float = 100.0 * RPM
     angle_source: str = "auto"
     inputs_at: str = "begin"
 

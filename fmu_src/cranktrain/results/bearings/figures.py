@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.engine.bearing_limits import BIG_END, MAIN, BearingLimits
 from cranktrain.results.bearings.cycle import BearingCycle, BearingReport
 from cranktrain.results.bearings.limits import FAMILIES
@@ -33,7 +34,7 @@ def polar_names(name: str) -> tuple[str, str]:
 
 def save_polar_pictures(folder: Path, report: BearingReport, name: str) -> list[Path]:
     """Write the polar load diagrams of a report, called by the run's name; returns their paths."""
-    rpm = report.speed * 30.0 / math.pi
+    rpm = report.speed / RPM
     title = f"{report.engine.title}, {rpm:.0f} rev/min"
     if name != speed_name(rpm):
         title += f" ({name})"

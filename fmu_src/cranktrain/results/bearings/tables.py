@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from cranktrain.core.units import RPM
 from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN
 from cranktrain.results.bearings.cycle import BearingCycle, BearingReport, Extreme
 from cranktrain.results.bearings.limits import FAMILIES, missing_limits, violations
@@ -29,7 +30,7 @@ def bearings_dict(report: BearingReport, attributes: Mapping[str, Any]) -> dict[
     entries = {family: [_entry(bearing) for bearing in bearings] for family, bearings in families.items()}
     power, squeeze = report.total("friction_power"), report.total("squeeze_power")
     return {
-        "speed_rpm": report.speed * 30.0 / math.pi,
+        "speed_rpm": report.speed / RPM,
         "mains": entries[MAIN],
         "big_ends": entries[BIG_END],
         "worst": {family: _worst(rows) for family, rows in entries.items()},

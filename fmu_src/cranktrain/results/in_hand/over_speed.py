@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
-from cranktrain.core.units import UNITS
+from cranktrain.core.units import RPM, UNITS
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.figures import save_figure
 from cranktrain.results.files import output_unit
@@ -24,7 +23,6 @@ from cranktrain.results.run_up.plots import plot_campbell
 from cranktrain.results.run_up.run_up import TORSION, RunUp
 from cranktrain.results.run_up.shown import ALONG, TORSIONAL, Beside, Quantity, figure_of
 
-RPM = 30.0 / math.pi
 STRONGEST = 6
 """Orders that an interactive picture shows where none are named."""
 
@@ -144,7 +142,7 @@ class Campbell(ModesOverSpeed):
     @property
     def speeds_rpm(self) -> Array:
         """Speeds (s,), rev/min."""
-        return np.asarray(self.speeds * RPM)
+        return np.asarray(self.speeds / RPM)
 
     def to_dataframe(self) -> Any:
         """Frequencies (Hz) as a pandas ``DataFrame``: speeds (rev/min) by modes."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.files import output_unit
 from cranktrain.results.in_hand.series import Series
@@ -39,7 +40,7 @@ class TimeSeries:
     def title(self) -> str:
         """Engine, speed and levels in one line."""
         own = self.attributes
-        speed = float(own.get("speed", math.nan)) * 30.0 / math.pi
+        speed = float(own.get("speed", math.nan)) / RPM
         return f"{self._engine_name}, {speed:.5g} rev/min, crank {own.get('crank')}, bearings {own.get('bearings')}"
 
     @property

@@ -9,6 +9,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.results.columns import NOTHING
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.orders.measured import Measured, band_of, phases_of
@@ -16,7 +17,6 @@ from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, RunUp
 from cranktrain.results.run_up.twist import TWIST, with_twist
 from cranktrain.results.tables import Table
 
-RPM = 30.0 / math.pi
 MOTIONS = {AXIAL: "axial", FLYWHEEL: "flywheel's torsion", TWIST: "twist"}
 """Names of outputs; all others are torsion of the pulley."""
 FOREIGN = 0.25
@@ -55,8 +55,8 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
                     "output": output,
                     "order": order,
                     "points": int(own.size),
-                    "measured_peak_rpm": None if peak is None else peak[0] * RPM,
-                    "computed_peak_rpm": None if base is None else base[0] * RPM,
+                    "measured_peak_rpm": None if peak is None else peak[0] / RPM,
+                    "computed_peak_rpm": None if base is None else base[0] / RPM,
                     "speed_percent": None if peak is None or base is None else 100.0 * (base[0] / peak[0] - 1.0),
                     "amplitude_percent": None if peak is None or base is None else 100.0 * (base[1] / peak[1] - 1.0),
                     "rms_percent": 100.0 * float(np.sqrt(np.mean((there - own) ** 2))) / power if power > 0.0 else None,
@@ -104,8 +104,8 @@ def check_speeds_measured(measured: Measured, first: float, last: float) -> None
     low, high = min(one[0] for one in spans), max(one[1] for one in spans)
     if high < first or low > last:
         raise InputError(
-            f"measured orders are from {low * RPM:.0f} to {high * RPM:.0f} rev/min, the run-up from "
-            f"{first * RPM:.0f} to {last * RPM:.0f} rev/min; they have no speed in common"
+            f"measured orders are from {low / RPM:.0f} to {high / RPM:.0f} rev/min, the run-up from "
+            f"{first / RPM:.0f} to {last / RPM:.0f} rev/min; they have no speed in common"
         )
 
 

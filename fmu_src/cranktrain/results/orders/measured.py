@@ -9,7 +9,7 @@ unit may stand in each line, in a row of units or in the header, as ``amplitude 
 rev/min. The table may be written in any dialect of :mod:`cranktrain.core.text_table`, with further columns:
 ``phase_deg``, ``band``, half the width of an amplitude's band in its unit, and ``wheel``, the teeth of the wheel whose
 rotation was measured, are taken. Other files hold curves over
-speed, such as data sets 58 of a UFF file (:mod:`cranktrain.measured`).
+speed, such as data sets 58 of a UFF file (:mod:`cranktrain_lab.measured`).
 """
 
 from __future__ import annotations
@@ -17,18 +17,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from cranktrain import lab
 from cranktrain.core.column_names import columns_of, kind_of
 from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.text_header import named
 from cranktrain.core.text_rows import TextRows, read_rows
-from cranktrain.core.units import UNITS, known_factor
+from cranktrain.core.units import RPM, UNITS, known_factor
 from cranktrain.core.user_file import file_exists, user_path
-from cranktrain.measured.order_table import order_curves
-from cranktrain.measured.reading import file_format, read_measured
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION
 
 KINDS = ("speed", "order", "amplitude", "unit")
@@ -45,6 +46,17 @@ LARGEST, LEAST = 1e9, 1e-15
 REMEDY = "give lines of speed_rpm, order, amplitude, unit under this header"
 Measured = Mapping[str, Mapping[float, tuple[Array, Array]]]
 """Output → order → speeds (k,) rad/s and amplitudes (k,) zero to peak, SI; speeds rise or repeat."""
+
+
+class OrderCurve(NamedTuple):
+    """One measured order: speeds (k,) rad/s, amplitudes (k,) zero to peak in ``unit``, phases (k,) rad or NaN."""
+
+    order: float
+    speeds: Array
+    amplitudes: Array
+    phases: Array
+    unit: str
+    name: str
 
 
 class MeasuredOrders(dict[str, dict[float, tuple[Array, Array]]]):
@@ -89,8 +101,9 @@ def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -
     """
     name = Path(path).name
     place = user_path(path)
-    if file_exists(place) and file_format(place).module != "text":
-        return _of_curves(path, kinds)
+    curves = resolve(lab.ORDER_CURVES)(path) if file_exists(place) else None
+    if curves is not None:
+        return _of_curves(curves, name, kinds)
     table = read_rows(path, "file of measured orders", REMEDY, _is_column)
     columns = _columns(table, name)
     further = _further(table)
@@ -140,14 +153,14 @@ def _named_output(name: str, by_unit: str, where: str) -> str:
     return name or by_unit
 
 
-def _of_curves(path: str | Path, kinds: Mapping[str, str]) -> Measured:
+def _of_curves(curves: Sequence[OrderCurve], name: str, kinds: Mapping[str, str]) -> Measured:
     """Measured orders of curves over speed."""
     points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
-    for curve in order_curves(read_measured(path)):
-        output, scale = _amplitude_unit(curve.unit, f"{Path(path).name}, {curve.name}", kinds)
+    for curve in curves:
+        output, scale = _amplitude_unit(curve.unit, f"{name}, {curve.name}", kinds)
         rows = zip(curve.speeds.tolist(), (scale * curve.amplitudes).tolist(), curve.phases.tolist(), strict=True)
         points.setdefault(output, {}).setdefault(curve.order, []).extend((*row, math.nan) for row in rows)
-    return _measured(points, Path(path).name)
+    return _measured(points, name)
 
 
 def _measured(
@@ -174,7 +187,7 @@ def _check_sizes(speed: float, values: Sequence[float], where: str) -> None:
         narrow = what == "band" and 0.0 < value < LEAST
         if known and (narrow or not (abs(value) <= LARGEST and (value >= 0.0 or what == "phase"))):
             raise InputError(
-                f"{where}: its {what} at {speed * 30.0 / math.pi:.6g} rev/min is {value:.3g} (SI), which is not one "
+                f"{where}: its {what} at {speed / RPM:.6g} rev/min is {value:.3g} (SI), which is not one "
                 "of an engine; correct its row"
             )
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cranktrain.core.units import RPM
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.deviations import deviations, deviations_said
 from cranktrain.results.orders.resonances import Peak
@@ -19,7 +20,6 @@ from cranktrain.results.run_up.run_up import AXIAL, RunUp
 from cranktrain.results.run_up.shown import (
     ALONG,
     PARTS,
-    RPM,
     TORSIONAL,
     TWISTING,
     Beside,
@@ -116,8 +116,8 @@ def map_figure(run_up: RunUp, quantity: Quantity, beside: Beside, title: str, hi
     of_orders = quantity.scale * order_map(run_up, quantity.output, speeds)
     of_hz = quantity.scale * frequency_map(run_up, quantity.output, speeds, hz)
     marks, log = beside.measured_marks(quantity, run_up.orders.tolist()), beside.logarithmic(run_up, quantity)
-    plots.plot_map(left, RPM * speeds, run_up.orders, of_orders, "order", log, marks, along_orders=True)
-    colours = plots.plot_map(right, RPM * speeds, hz, of_hz, "frequency / Hz", log, marks)
+    plots.plot_map(left, speeds / RPM, run_up.orders, of_orders, "order", log, marks, along_orders=True)
+    colours = plots.plot_map(right, speeds / RPM, hz, of_hz, "frequency / Hz", log, marks)
     bar = figure.colorbar(colours, ax=(left, right), pad=0.01)
     bar.set_label(f"{quantity.name} / {quantity.unit}")
     figure.suptitle(f"Orders and frequencies over the speed: {title}", fontsize=12, parse_math=False)
@@ -192,7 +192,7 @@ def campbell_figure(run_up: RunUp, beside: Beside, title: str) -> Any:
     ax, rays = figure.subplots(), sorted({*orders, *published})
     marks = beside.measured_marks(TORSIONAL, orders)
     plots.plot_campbell(ax, beside.modes, rays, beside.highest_hz(run_up), sizes, published, marks)
-    motion = [(peak.speed * RPM, peak.motion_hz) for peak in beside.motion if math.isfinite(peak.motion_hz)]
+    motion = [(peak.speed / RPM, peak.motion_hz) for peak in beside.motion if math.isfinite(peak.motion_hz)]
     if motion:
         plots.plot_modes_in_motion(ax, motion)
     figure.suptitle(f"Campbell diagram, modes at rest on stand-in springs: {title}", fontsize=12, parse_math=False)
@@ -222,7 +222,7 @@ def _draw_orders(
     colours = dict(zip(orders, plots._colours(len(orders)), strict=True))
     labels = []
     for peak in worthy(run_up, quantity, orders, beside):
-        rpm = peak.speed * RPM
+        rpm = peak.speed / RPM
         curve = quantity.scale * np.abs(run_up.order(peak.order, quantity.output))
         height = float(np.interp(rpm, speeds[np.isfinite(curve)], curve[np.isfinite(curve)]))
         labels.append(plots.Label(rpm, height, _named(peak, beside, quantity), colours[peak.order]))
@@ -248,7 +248,7 @@ def _named(peak: Peak, beside: Beside, quantity: Quantity) -> str:
     """
     hz = beside.motion_hz(peak, quantity)
     of = f"in motion {hz:.0f} Hz" if math.isfinite(hz) else f"{peak.hz:.0f} Hz"
-    return f"{peak.order:g}: {peak.speed * RPM:.0f} rev/min\n{of}{'' if peak.periodic else ', mean cycle'}"
+    return f"{peak.order:g}: {peak.speed / RPM:.0f} rev/min\n{of}{'' if peak.periodic else ', mean cycle'}"
 
 
 def _legend(run_up: RunUp, beside: Beside, quantity: Quantity) -> str:

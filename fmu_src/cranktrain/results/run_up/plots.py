@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.units import RPM
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.plots import BLUE, GREY, INK, ORANGE, largest
 
@@ -17,7 +17,6 @@ GREEN, RED, PURPLE = "#3f8f4f", "#c0392b", "#7d4ba3"
 KIND_COLOURS = {"bending": GREY, "torsional": RED, "axial": BLUE, "drive line": ORANGE}
 ORDER_COLOURS = (BLUE, ORANGE, GREEN, RED, PURPLE, "#1b9aa0", "#8a6d3b", "#d36ba6", "#5b6f1f", "#14304f")
 BAR_COLOURS = {"pulley": INK, "crank": BLUE, "bearing": ORANGE, "engine": GREEN, "measured": RED}
-_RPM = 30.0 / math.pi
 DECADES = 3.0
 """Range of a logarithmic scale of amplitudes below the largest."""
 WATERFALL_DECADES = 3.0
@@ -73,7 +72,6 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> li
     return [float(place) for place in found]
 
 
-# In one piece: all that a picture of orders can have, by keyword.
 def plot_orders_over_speed(
     ax: Any,
     curves: Sequence[Curve],
@@ -157,7 +155,6 @@ def shade(ax: Any, speeds: Array, which: NDArray[np.bool_]) -> None:
         ax.axvspan(borders[k], borders[k + 1], color="#f1e3d3", lw=0.0, zorder=0)
 
 
-# In one piece: spectra, their axes, and what is measured.
 def plot_waterfall(
     ax: Any,
     speeds: Array,
@@ -221,7 +218,6 @@ def plot_waterfall(
     )  # fmt: skip
 
 
-# In one piece: values, their axes, and what is measured.
 def plot_map(
     ax: Any,
     x: Array,
@@ -273,7 +269,7 @@ def plot_campbell(
     published : order → critical speed, rev/min, a cross on its ray
     measured : circles along the rays, of the area that a computed amplitude has; both ends of its band are thin
     """
-    speeds = modes.speeds * _RPM
+    speeds = modes.speeds / RPM
     low, high = float(speeds[0]), float(speeds[-1])
     shown = [k for k in range(len(modes.names)) if modes.hz[:, k].min() < highest_hz]
     for k in shown:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders.harmonics import Array, ComplexArray
@@ -84,7 +85,7 @@ class RunUp:
     @property
     def speeds_rpm(self) -> Array:
         """Speeds (s,), rev/min."""
-        return np.asarray(self.speeds * (30.0 / math.pi))
+        return np.asarray(self.speeds / RPM)
 
     @property
     def with_result(self) -> NDArray[np.bool_]:

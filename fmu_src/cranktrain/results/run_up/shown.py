@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.results.orders.measured import Measured, band_of
 from cranktrain.results.orders.measured_points import Point, points_at, reach_of
@@ -19,7 +20,6 @@ from cranktrain.results.plots import largest
 from cranktrain.results.run_up.run_up import AXIAL, TORSION, RunUp
 from cranktrain.results.run_up.twist import TWIST
 
-RPM = 30.0 / math.pi
 COLOURED, LABELLED = 8, 8
 """Orders with a colour of their own besides the published ones, and peaks with a name."""
 WORTH = 0.05
@@ -86,7 +86,7 @@ class Beside(NamedTuple):
         if self.engine is None or quantity.kind != "torsional":
             return {}
         p = self.engine.published
-        return {order: speed * RPM for order, speed in zip(p.critical_orders, p.critical_speeds, strict=True)}
+        return {order: speed / RPM for order, speed in zip(p.critical_orders, p.critical_speeds, strict=True)}
 
     def highest_hz(self, run_up: RunUp) -> float:
         """End of a frequency axis, Hz: beyond the first torsional mode, and not beyond what the run-up excites."""
@@ -107,7 +107,7 @@ class Beside(NamedTuple):
     def measured_of(self, quantity: Quantity, order: float) -> tuple[Array, Array] | None:
         """Measured speeds (k,) rev/min and amplitudes (k,) of an order, in the picture's unit."""
         found = (self.measured or {}).get(quantity.output, {}).get(order)
-        return None if found is None else (found[0] * RPM, found[1] * quantity.scale)
+        return None if found is None else (found[0] / RPM, found[1] * quantity.scale)
 
     def band_of(self, quantity: Quantity, order: float) -> Array | None:
         """Half widths (k,) of the bands of the measured amplitudes, in the picture's unit; None where not known."""
@@ -147,7 +147,7 @@ def worthy(run_up: RunUp, quantity: Quantity, orders: Sequence[float], beside: B
     return [
         peak
         for peak in found
-        if peak.amplitude >= WORTH * top or abs(peak.speed * RPM / published.get(peak.order, math.inf) - 1.0) < NEAR
+        if peak.amplitude >= WORTH * top or abs(peak.speed / RPM / published.get(peak.order, math.inf) - 1.0) < NEAR
     ][:LABELLED]
 
 

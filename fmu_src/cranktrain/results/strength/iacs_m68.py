@@ -30,6 +30,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import Shaft
 from cranktrain.results.columns import NOTHING
@@ -55,7 +56,6 @@ STRONGEST, STRONGEST_PROPELLER = 800.0, 600.0
 """Largest tensile strengths that count, N/mm²."""
 NEAR_RATED, FASTEST, BARRED = 0.9, 1.05, 0.8
 """Speed ratios: where the limit becomes constant, where it ends, and below which ranges may be barred."""
-RPM = 30.0 / math.pi
 
 
 def section_modulus(shaft: Shaft) -> float:
@@ -123,7 +123,7 @@ def shaft_stresses(engine: Engine, run_up: RunUp) -> list[dict[str, Any]]:
             "stress_mpa": (1e-6 * stress).tolist(),
             "continuous_mpa": (1e-6 * continuous).tolist(),
             "transient_mpa": (1e-6 * transient).tolist(),
-            **_worst(run_up.speeds * RPM, ratio, stress, continuous, transient),
+            **_worst(run_up.speeds / RPM, ratio, stress, continuous, transient),
         })  # fmt: skip
     return found
 

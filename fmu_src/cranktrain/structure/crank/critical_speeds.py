@@ -25,6 +25,7 @@ from scipy.linalg import eigh
 
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.engine.firing import is_even
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import Gas, GasTrace
@@ -93,6 +94,6 @@ def excitations(engine: Engine, crankshaft: ReducedBody, shape: Array, gas: Gas 
 def critical_speeds(engine: Engine, crankshaft: ReducedBody, gas: Gas | None = None) -> list[dict[str, Any]]:
     """The same for a report: ``order``, critical speed ``rpm`` in rev/min, and ``excitation`` over the largest one."""
     return [
-        {"order": one.order, "rpm": one.speed * 30.0 / math.pi, "excitation": one.share}
+        {"order": one.order, "rpm": one.speed / RPM, "excitation": one.share}
         for one in exciting_orders(engine, crankshaft, gas)
     ]

@@ -25,6 +25,7 @@ from scipy.linalg import eigh
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
+from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Damper
 from cranktrain.loads.damper import damper_parameters, equivalent_damping
@@ -32,7 +33,7 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.level import bare_crank
 from cranktrain.studies.design.document import Block, Document, Entry, chosen, derived
 from cranktrain.studies.design.fitting import STEEL, crank_inertia
-from cranktrain.studies.design.sizes import RPM, Sizes
+from cranktrain.studies.design.sizes import Sizes
 from cranktrain.studies.torsion.damper_optimum import houdaille_optimum
 from cranktrain.studies.torsion.housed_crank import housed_crank
 

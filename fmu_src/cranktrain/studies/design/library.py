@@ -15,6 +15,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from cranktrain.core.units import RPM
 from cranktrain.engine.file import engine_folder
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
@@ -22,7 +23,7 @@ from cranktrain.store.whole_file import whole_file
 from cranktrain.studies.design.document import Document
 from cranktrain.studies.design.layouts import layout
 from cranktrain.studies.design.rules import first_design
-from cranktrain.studies.design.sizes import HANDBOOK, RPM, sizes
+from cranktrain.studies.design.sizes import HANDBOOK, sizes
 
 SHIP = "two_stroke_six"
 """Low-speed two-stroke of the library, whose file is its own."""

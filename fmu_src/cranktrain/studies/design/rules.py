@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.studies.design.balance import cylinder_places, free_forces
@@ -36,7 +37,6 @@ from cranktrain.studies.design.sizes import (
     FLYING_WEB,
     LAMBDA,
     MECHANICAL_EFFICIENCY,
-    RPM,
     Sizes,
 )
 
@@ -135,7 +135,6 @@ def _of_bore(s: Sizes, key: str, share: float, source: str) -> Entry:
     return _mm(key, share * s.bore, f"{share:.3g} B, {source}")
 
 
-# In one piece: one table, value by value.
 def _crankshaft(s: Sizes, fitted: Fitted) -> Block:
     throws, b, of = len(s.layout.throws_deg), s.bore, s.proportions
     if s.crank is not None:

@@ -17,10 +17,10 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.units import RPM
 from cranktrain.engine.parts import Crankshaft
 from cranktrain.studies.design.layouts import VEE, Layout
 
-RPM = math.pi / 30.0
 LAMBDA = 0.30
 """Throw over rod length."""
 MECHANICAL_EFFICIENCY = 0.85
@@ -309,7 +309,6 @@ def _round_speed(speed: float) -> float:
     return float(f"{speed / RPM:.2g}") * RPM
 
 
-# In one piece: parameters are those of the verb `new`.
 def sizes(
     layout: Layout,
     bore: float,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import SolverError
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings, step_each_row
 from cranktrain.dynamics.simulation import Simulation
@@ -22,7 +23,6 @@ from cranktrain.structure.crank.modal import listed_to
 from cranktrain.structure.in_motion.cycle_means import main_tangents, tangents_over_cycle
 from cranktrain.structure.in_motion.eigenproblem import PARTS, ModesInMotion, modes_in_motion
 
-RPM = math.pi / 30.0
 SETTLE = 1.0e-4
 """Largest settling error of the run whose cycle is linearised."""
 SPRING_LEVELS = Settings(bearings="impedance", block="ground")

@@ -14,11 +14,11 @@ import numpy as np
 
 from cranktrain.core.errors import SolverError
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.units import RPM
 from cranktrain.film.laws.register import DEAR, DEAREST, bearing_law
 from cranktrain.store.kept import Kept, digest
 from cranktrain.studies.planning.difference import LastCycle, last_cycle, relative_differences
 from cranktrain.studies.planning.scene_model import Case, SceneModel
-from cranktrain.studies.scene import RPM
 
 SLOW = {DEAR: 3, DEAREST: 2}
 """Largest number of cycles of a measurement, by the cost class of its bearing level: for films solved online and the

@@ -25,6 +25,7 @@ import numpy as np
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings, resolved
 from cranktrain.film.laws.register import DEAR, bearing_law
 from cranktrain.studies.planning.charted import charted
@@ -33,7 +34,7 @@ from cranktrain.studies.planning.ladder import SOLID, Pair, admits, candidates, 
 from cranktrain.studies.planning.measured import Measured
 from cranktrain.studies.planning.plan import Errors, Plan, largest, pair_name, percent
 from cranktrain.studies.planning.scene_model import Case, SceneModel
-from cranktrain.studies.scene import RPM, Scene, load_scene
+from cranktrain.studies.scene import Scene, load_scene
 
 ELASTIC_METHODS = {"esdirk3": (2.0, 1.0, 0.5)}
 """Methods and steps (deg) that are tried on elastic films, each half of the one before. The closing of the films limits

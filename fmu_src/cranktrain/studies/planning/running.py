@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import SolverError
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.cycle_run import Result
 from cranktrain.dynamics.settled.judging import Settling
 from cranktrain.engine.quantities import ZERO_CELSIUS
@@ -26,7 +27,7 @@ from cranktrain.studies.planning.difference import LastCycle, by_family, last_cy
 from cranktrain.studies.planning.ladder import every_pair
 from cranktrain.studies.planning.plan import Plan
 from cranktrain.studies.planning.scene_model import Case, SceneModel
-from cranktrain.studies.scene import RPM, Scene
+from cranktrain.studies.scene import Scene
 
 Advance = Callable[[float], None] | None
 

@@ -69,7 +69,6 @@ DECADES = 3.0
 """Range of a logarithmic scale of amplitudes below the largest."""
 
 
-# In one piece: all that a figure of curves can have, by keyword.
 def line_chart(
     title: str,
     x: Array,
@@ -110,7 +109,6 @@ def line_chart(
     return _figure(title, drawings, across, x, shown, colours, more, switches)
 
 
-# In one piece: axes, curves, points and colours of one drawing.
 def _curves(
     across: Axis,
     up: Axis,
@@ -228,7 +226,6 @@ def _png(pixels: NDArray[np.uint8]) -> bytes:
     )
 
 
-# In one piece: drawings, key, values and switches of one figure.
 def _figure(
     title: str,
     drawings: Sequence[str],
@@ -307,7 +304,6 @@ def _within(x: Array, places: Array, *values: Array) -> tuple[Array, ...]:
     return places[inside], *(each[inside] for each in values)
 
 
-# In one piece: where a band is drawn and how.
 def _band(
     words: str, colour: str, across: Axis, up: Axis, place: float, value: float, half: float = math.nan
 ) -> list[str]:

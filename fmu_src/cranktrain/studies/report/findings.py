@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.units import RPM
 from cranktrain.engine.file import engine_path, engine_provenance, load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.engine.quantities import FASTEST_RPM, SLOWEST_RPM
@@ -29,7 +30,6 @@ from cranktrain.studies.modal import modal
 from cranktrain.studies.run_up.report import torsional_peaks
 from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, LINEAR, frequency_run_up
 
-RPM = math.pi / 30.0
 ORDERS = tuple(np.arange(0.5, HIGHEST_ORDER + 0.25, 0.5).tolist())
 BEYOND = 7.0 / 6.0
 """Last speed of the torsional run-up over the engine's highest."""

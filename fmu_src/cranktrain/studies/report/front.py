@@ -8,6 +8,7 @@ import platform
 import numpy as np
 
 from cranktrain import __version__
+from cranktrain.core.units import RPM
 from cranktrain.core.user_file import ending
 from cranktrain.engine.articulated_rod import dead_centre_angles, dead_centre_heights
 from cranktrain.engine.file import engine_path
@@ -17,7 +18,7 @@ from cranktrain.loads.mean_load import mean_torque
 from cranktrain.results.free_forces import free_force_table, free_forces
 from cranktrain.results.tables import Table
 from cranktrain.studies.report.elements import paragraph, table
-from cranktrain.studies.report.findings import RPM, Findings
+from cranktrain.studies.report.findings import Findings
 from cranktrain.studies.report.verdict import verdict_table, verdict_text, verdicts
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from fnmatch import fnmatch
 from typing import NamedTuple
 
+from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import LAWS
 from cranktrain.results.tables import (
@@ -21,7 +22,7 @@ from cranktrain.results.tables import (
 )
 from cranktrain.studies.in_motion.report import motion_table, states_text
 from cranktrain.studies.report.elements import link, paragraph, picture, table
-from cranktrain.studies.report.findings import QUICK_STEPS, RPM, Findings, speed_range
+from cranktrain.studies.report.findings import QUICK_STEPS, Findings, speed_range
 from cranktrain.studies.report.front import front
 from cranktrain.studies.report.vibration import axial, damper, torsion, torsion_cycles, whole_torsion
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.engine.bearing_limits import BIG_END, JUDGED, MAIN, BearingLimits
 from cranktrain.engine.limits import Limits
 from cranktrain.results.bearings.limits import FAMILIES, SAID, judged
@@ -19,7 +20,7 @@ from cranktrain.results.columns import NOTHING
 from cranktrain.results.run_up.run_up import FLYWHEEL, MEAN, TORSION, RunUp
 from cranktrain.results.run_up.twist import half_range
 from cranktrain.results.tables import Table
-from cranktrain.studies.report.findings import RPM, Findings
+from cranktrain.studies.report.findings import Findings
 
 SAFE = 1.0
 """Safety factor at which a place just lasts, by definition."""

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
 from cranktrain.results.columns import NOTHING
 from cranktrain.results.orders.deviations import deviation_table, deviations, of_another_engine
@@ -24,7 +25,6 @@ from cranktrain.studies.report.elements import paragraph, table
 from cranktrain.studies.report.findings import Asked, Findings, Torsion
 from cranktrain.studies.run_up.report import closing_text
 
-RPM = 30.0 / math.pi
 NEXT = 0.12
 """Relative difference of speed below which cycles of another speed are not shown."""
 SHOWN_CYCLES = 4
@@ -173,7 +173,7 @@ def _measured(run: RunUp, output: str, measured: Mapping[float, tuple[Array, Arr
     for order, (speeds, amplitudes) in measured.items():
         k = int(amplitudes.argmax())
         computed = np.interp(speeds[k], run.speeds, np.abs(run.order(order, output)), math.nan, math.nan)
-        texts = f"{order:g}", f"{speeds[k] * RPM:.0f}", f"{scale * amplitudes[k]:.3g}"
+        texts = f"{order:g}", f"{speeds[k] / RPM:.0f}", f"{scale * amplitudes[k]:.3g}"
         if amplitudes[k] > 0.0 and math.isfinite(computed):
             off = 100.0 * (computed / amplitudes[k] - 1.0)
             rows.append((*texts, f"{scale * computed:.3g}", f"{off:+z.0f} %"))
@@ -183,7 +183,6 @@ def _measured(run: RunUp, output: str, measured: Mapping[float, tuple[Array, Arr
     return Table(f"{what} of the pulley, measured and computed", header, tuple(rows))
 
 
-# In one piece: run-up and output, and what a chart says of them.
 def _orders(
     asked: Asked,
     run: RunUp,
@@ -210,7 +209,7 @@ def _orders(
         colours, named = ["black", *colours], named + 1
     title = f"{what or name + ' of the pulley'}, orders over the speed, {words}"
     points = {
-        f"order {order:g}": (RPM * speeds, scale * sizes, scale * bands)
+        f"order {order:g}": (speeds / RPM, scale * sizes, scale * bands)
         for order, (speeds, sizes, bands) in measured.items()
     }
     labels = "speed / rev/min", f"zero to peak / {unit}"
@@ -261,7 +260,7 @@ def _maps(found: Findings, run: RunUp, words: str) -> list[str]:
     )
     return [
         map_chart(
-            f"{what}, {name} over the speed as colours, {words}", RPM * speeds, y, scale * values,
+            f"{what}, {name} over the speed as colours, {words}", speeds / RPM, y, scale * values,
             ("speed / rev/min", label, f"{unit}, zero to peak"),
         )
         for name, label, y, values in maps
@@ -366,9 +365,9 @@ def _peak(peak: Peak) -> tuple[str, ...]:
     mode = 3 * (NOTHING,)
     if math.isfinite(peak.mode_hz):
         off = 100.0 * (peak.speed / peak.critical_speed - 1.0)
-        mode = f"{peak.kind} {peak.mode_hz:.1f}", f"{peak.critical_speed * RPM:.0f}", f"{off:+z.1f} %"
+        mode = f"{peak.kind} {peak.mode_hz:.1f}", f"{peak.critical_speed / RPM:.0f}", f"{off:+z.1f} %"
     size = f"{math.degrees(peak.amplitude):.3g}"
-    return (f"{peak.order:g}", f"{peak.speed * RPM:.0f}", size, f"{peak.hz:.1f}", *mode)
+    return (f"{peak.order:g}", f"{peak.speed / RPM:.0f}", size, f"{peak.hz:.1f}", *mode)
 
 
 def _levels(run: RunUp) -> str:

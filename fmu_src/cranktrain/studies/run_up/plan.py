@@ -6,13 +6,14 @@ import math
 from collections.abc import Sequence
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.outputs.register import nearest_output, output_counts, output_needs
 from cranktrain.engine.quantities import SLOWEST_RPM
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.run_up.run_up import AXIAL, TORSION
 from cranktrain.structure.assembly import Assembly
-from cranktrain.studies.constant_speed import RPM, Request
+from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.run_up.steady import Job
 
 MOST_SPEEDS = 20_000

@@ -14,6 +14,7 @@ from scipy.ndimage import uniform_filter1d
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.simulation import SLOWEST
 from cranktrain.engine.quantities import SLOWEST_RPM
 from cranktrain.results.orders.harmonics import CYCLE
@@ -47,8 +48,8 @@ def ramp(
     below = speeds[0] ** 2 - 2.0 * rate * room
     if not rate > 0.0 or below < SLOWEST**2:
         raise InputError(
-            f"--ramp {rate * 30.0 / math.pi:g} rev/min per second takes {ROOM} cycles before --from "
-            f"{speeds[0] * 30.0 / math.pi:g} rev/min, from {SLOWEST_RPM:g} rev/min or more; "
+            f"--ramp {rate / RPM:g} rev/min per second takes {ROOM} cycles before --from "
+            f"{speeds[0] / RPM:g} rev/min, from {SLOWEST_RPM:g} rev/min or more; "
             "begin higher, or take a slower ramp"
         )
     step = math.degrees(job.made.settings.step)
@@ -59,7 +60,7 @@ def ramp(
         )
     runs = SteadyRuns(job)
     first, last = math.sqrt(below), math.sqrt(speeds[-1] ** 2 + 2.0 * rate * room)
-    tell(f"steady cycle at {first * 30.0 / math.pi:.0f} rev/min", 0.0)
+    tell(f"steady cycle at {first / RPM:.0f} rev/min", 0.0)
     runs.at(first)
     time, rows = _run_through(runs, job, first, last, rate, tell)
     angle = _mean_rotation(time, rows[:, 0])
@@ -99,7 +100,7 @@ def _run_through(
         if speed >= until:
             until = STRETCH * speed
             step = simulation.settings.step / until
-            tell(f"{speed * 30.0 / math.pi:.0f} rev/min", (speed - first) / (last - first))
+            tell(f"{speed / RPM:.0f} rev/min", (speed - first) / (last - first))
         simulation.inputs[0] = speed
         time += step
         simulation.step(time)

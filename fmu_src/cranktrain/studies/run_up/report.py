@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.simulation import fitted_engine
 from cranktrain.engine.levels import crank_level
 from cranktrain.engine.model import Engine
@@ -35,7 +36,6 @@ from cranktrain.structure.crank.modal import (
 from cranktrain.studies.torsion.line_modes import LINE, line_modes
 from cranktrain.studies.torsion.peak_modes import modes_at_peak
 
-RPM = 30.0 / math.pi
 SHOWN = 12
 """Peaks that a table shows."""
 
@@ -69,7 +69,7 @@ def measured_speeds(found: Sequence[Peak], published: Published | None) -> list[
     for order, speed in zip(published.critical_orders, published.measured_critical_speeds, strict=True):
         of_order = [k for k, peak in enumerate(found) if peak.order == order]
         if speed > 0.0 and of_order:
-            result[min(of_order, key=lambda k: abs(found[k].speed - speed))] = speed * RPM
+            result[min(of_order, key=lambda k: abs(found[k].speed - speed))] = speed / RPM
     return result
 
 
@@ -80,7 +80,7 @@ def without_period(run_up: RunUp) -> NDArray[np.bool_]:
 
 def peak_entry(peak: Peak, measured_rpm: float = math.nan) -> dict[str, Any]:
     """A peak of torsion as JSON has it; the amplitude in degrees. Without a measured speed its two values are null."""
-    rpm = peak.speed * RPM
+    rpm = peak.speed / RPM
     measured = math.isfinite(measured_rpm)
     return {
         "order": peak.order,
@@ -92,7 +92,7 @@ def peak_entry(peak: Peak, measured_rpm: float = math.nan) -> dict[str, Any]:
         "mode": peak.kind,
         "hz": peak.hz,
         "damping_ratio": peak.damping,
-        "critical_rpm": peak.critical_speed * RPM,
+        "critical_rpm": peak.critical_speed / RPM,
         "off_percent": 100.0 * peak.off,
         "mode_in_motion_hz": peak.motion_hz,
         "mode_in_motion_torsion_percent": 100.0 * peak.motion_torsion,

@@ -18,11 +18,11 @@ import numpy as np
 from cranktrain import __version__
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.sources import source_digest
+from cranktrain.core.units import RPM
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.run_up.run_up import RunUp, check_run_up_target, merged
 from cranktrain.store.journal import journal_place
 from cranktrain.store.side_by_side import processors
-from cranktrain.studies.constant_speed import RPM
 from cranktrain.studies.run_up import steady
 from cranktrain.studies.run_up.refine import speeds_between
 from cranktrain.studies.run_up.sequence import Failed, steady_speeds
@@ -78,7 +78,6 @@ class Means:
     anew: bool = False
 
 
-# In one piece: what is asked, where it goes, and who is told.
 def run_up(
     job: Job,
     speeds: Sequence[float],

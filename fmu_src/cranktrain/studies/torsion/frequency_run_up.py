@@ -34,6 +34,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from cranktrain.core.errors import InputError, SolverError, nearest
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import SLOWEST
 from cranktrain.engine.model import Engine
@@ -57,7 +58,6 @@ _AT_ONCE = 20
 _SETTLED, _ROUNDS = 1e-8, 40
 
 
-# In one piece: one request, whose parts every caller knows by name.
 def frequency_run_up(
     engine: Engine,
     body: ReducedBody,
@@ -98,7 +98,7 @@ def frequency_run_up(
         raise InputError(f"rule '{rule}' of a run-up in the frequency domain does not exist; {nearest(rule, RULES)}")
     speeds = np.unique(np.asarray(speeds, dtype=float))
     if not np.all((speeds >= SLOWEST) & np.isfinite(speeds)):
-        raise InputError(f"speeds of a run-up must be finite and at least {SLOWEST * 30.0 / np.pi:.0f} rev/min")
+        raise InputError(f"speeds of a run-up must be finite and at least {SLOWEST / RPM:.0f} rev/min")
     engine.refuse_additions("steady states in the frequency domain")
     places = _halves(orders)
     highest = max(0.5 * float(places.max(initial=1)), HIGHEST_ORDER)
@@ -329,5 +329,5 @@ def _balanced(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> C
         # Changes decrease by a constant factor per iteration, so the change of the next iteration can be predicted.
         ahead = change * np.minimum(change / earlier, 1.0) if np.isfinite(earlier).all() else change
     raise SolverError(
-        f"the orders do not settle at {speeds[0] * 30.0 / np.pi:.0f} rev/min; take the rule linear, or run it in time"
+        f"the orders do not settle at {speeds[0] / RPM:.0f} rev/min; take the rule linear, or run it in time"
     )

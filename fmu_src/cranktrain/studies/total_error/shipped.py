@@ -1,8 +1,8 @@
 """Measured total errors that ship with the package: figures of ``cranktrain tradeoff --total``, for plans to read.
 
 ``python docs/figures.py total_error`` measures and ships them. A file holds the points of one engine with the digest of
-the engine that they were measured on, and of the sources that measured them. Figures of another engine are not used;
-figures of other sources are marked as such.
+the engine that they were measured on, and of the sources of the model. Figures of another engine are not used; figures
+of other sources are marked as such.
 """
 
 from __future__ import annotations
@@ -13,15 +13,14 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
-from pathlib import Path
 
-from cranktrain.core.sources import source_digest
+from cranktrain.core.sources import ROOT, source_digest
 from cranktrain.engine.model import Engine
 from cranktrain.studies.total_error.point import Best, TotalPoint, point_of
 
 FOLDER = "data"
-MEASURED_BY = Path(__file__).parents[1] / "tradeoff" / "total" / "measure.py"
-"""Source that measures the figures. Its digest is taken; it is never imported."""
+MODEL = ROOT / "structure" / "assembly.py"
+"""Source that makes what runs, and rests on what runs it."""
 LATER = (
     ("axial_path", "", None), ("thrust", "closed_stiffness", 0.0), ("main_roller", "mains", ()),
     ("compressor", "", None), ("limits", "", None),
@@ -47,7 +46,7 @@ class Shipped:
     Attributes
     ----------
     points, best : of every scene, and the best model by scene
-    sources : digest of the sources that measured them
+    sources : digest of the sources of the model that was measured
     """
 
     points: tuple[TotalPoint, ...]
@@ -56,8 +55,8 @@ class Shipped:
 
     @property
     def current(self) -> bool:
-        """Whether the sources are still those that measured the figures."""
-        return self.sources == measuring_sources()
+        """Whether the sources are still those of the model that was measured."""
+        return self.sources == model_sources()
 
     @property
     def speeds_rpm(self) -> tuple[float, ...]:
@@ -65,9 +64,9 @@ class Shipped:
         return tuple(sorted({point.speed_rpm for point in self.points}))
 
 
-def measuring_sources() -> str:
-    """Digest of the sources that measure total errors, as they are now."""
-    return source_digest(MEASURED_BY, deferred=True)
+def model_sources() -> str:
+    """Digest of the sources of bodies and running model, as they are now."""
+    return source_digest(MODEL, deferred=True)
 
 
 def engine_digest(engine: Engine) -> str:

@@ -1,0 +1,136 @@
+"""A calibrated engine file: the old one's text with other values, their origins and notes."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.units import unit_factor
+from cranktrain.core.user_file import ending
+from cranktrain.engine import values
+from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import UNITS
+from cranktrain.store.whole_file import Kind, check_place
+
+DIGITS = 4
+NEW = Kind("file to be replaced", lambda path: False)
+"""Kind of a new file, which must not exist yet."""
+
+
+class Written(NamedTuple):
+    """A value for a file: SI or a list of whole numbers, origin and note."""
+
+    value: float | tuple[int, ...]
+    origin: str
+    note: str
+
+
+def rounded(number: float, scale: float = 1.0) -> float:
+    """A number (SI) with as many digits as are written, in a unit of ``scale``."""
+    return float(f"{number / scale:.{DIGITS}g}") * scale
+
+
+def rewritten(text: str, engine: Engine, changes: Mapping[str, Written]) -> str:
+    """Text of an engine file with other values by key; each keeps its unit.
+
+    Raises ``InputError``: for an entry that is not written as ``name = ...`` under its ``[table]``.
+    """
+    lines, document = text.splitlines(), tomllib.loads(text)
+    for key, change in changes.items():
+        table, name, index = re.fullmatch(r"([a-z_]+)\.([a-z0-9_]+)(?:\[(\d+)\])?", key).groups()  # type: ignore[union-attr]
+        old = document.get(table, {}).get(name)
+        note = change.note.replace("\\", "\\\\").replace('"', '\\"')
+        if isinstance(change.value, tuple):
+            entry = f'{name} = {{ value = {list(change.value)}, origin = "{change.origin}", note = "{note}" }}'
+            put(lines, key, table, name, entry)
+            continue
+        rule = values.quantity(engine, key)
+        unit = (old or {}).get("unit", next(iter(UNITS[rule.dimension])))
+        scale, zero, _ = unit_factor(unit, rule.dimension)
+        number = _number((change.value - zero) / scale)
+        if old and isinstance(old["value"], list):
+            entries = [_number(entry) for entry in old["value"]]
+            entries = [number if index in (None, str(i)) else entry for i, entry in enumerate(entries, 1)]
+            old["value"], number = [float(entry) for entry in entries], f"[{', '.join(entries)}]"
+        entry = f'{name} = {{ value = {number}, unit = "{unit}", origin = "{change.origin}", note = "{note}" }}'
+        put(lines, key, table, name, entry)
+    return "\n".join(lines) + "\n"
+
+
+def put(lines: list[str], key: str, table: str, name: str, entry: str) -> None:
+    """Put an entry into the lines of an engine file: in the place of the old one, or behind the last of its table.
+
+    A remark behind the old entry and its indentation are kept. A table that the file does not have is added.
+
+    Raises ``InputError``: for an entry that is not written as ``name = ...`` under ``[table]``.
+    """
+    document = tomllib.loads("\n".join(lines))
+    start = next((i for i, line in enumerate(lines) if re.fullmatch(rf"\s*\[\s*{table}\s*\]\s*(#.*)?", line)), None)
+    if start is None:
+        if table in document:
+            raise InputError(f"{key}: the engine file has no line [{table}]; write the table under such a line")
+        lines += ["", f"[{table}]", entry]
+        return
+    last = at = start + 1
+    while at < len(lines) and not re.match(r"\s*\[", lines[at]):
+        if not lines[at].strip() or lines[at].lstrip().startswith("#"):
+            at += 1
+            continue
+        end = _end(lines, at)
+        if old := re.match(rf"(\s*){name}\s*=", lines[at]):
+            remark = _remark(lines[at:end])
+            lines[at:end] = [old[1] + entry + ("  " + remark if remark else "")]
+            return
+        last = at = end
+    if name in document[table]:
+        raise InputError(f"{key}: is not written as {name} = {{ ... }} under [{table}] in the engine file; write it so")
+    lines.insert(last, entry)
+
+
+def new_path(path: Path) -> Path:
+    """Path of a new engine file; ``InputError`` if the file exists or its name does not end in .toml."""
+    if path.exists():
+        raise InputError(f"{path}: exists and is not overwritten; give another name with --out")
+    if ending(path) != ".toml":
+        raise InputError(f"{path}: an engine file ends in .toml; give such a name with --out")
+    check_place(path)
+    return path
+
+
+def _number(value: float) -> str:
+    """A number as an engine file writes it."""
+    if value == int(value) and abs(value) < 1e6:
+        return str(int(value))
+    digits = f"{value:.{DIGITS}g}"
+    return digits if math.isclose(float(digits), value, rel_tol=1e-9) else repr(value)
+
+
+def _end(lines: list[str], start: int) -> int:
+    """Line behind an entry, whose lists may go over several lines."""
+    for end in range(start + 1, len(lines) + 1):
+        if _parsed("\n".join(lines[start:end])) is not None:
+            return end
+    return start + 1
+
+
+def _remark(lines: list[str]) -> str:
+    """Remark behind an entry; empty if there is none."""
+    text = "\n".join(lines)
+    whole, last = _parsed(text), text.rfind("\n") + 1
+    for place in re.finditer("#", text):
+        if place.start() >= last and _parsed(text[: place.start()]) == whole:
+            return text[place.start() :].rstrip()
+    return ""
+
+
+def _parsed(text: str) -> dict[str, Any] | None:
+    """Document of a text; None where it is no TOML."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return None

@@ -1,0 +1,254 @@
+"""Calibration of an engine against a targets file, from its bodies to a new engine file and a report.
+
+If the engine's own values meet all targets, they are confirmed and there is no search, because a problem with more
+values than targets has many solutions. Otherwise all free values are searched; dimensions act by the linearised change
+of their bodies. If dimensions are free, the bodies of the result are then meshed, and the other values are fitted once
+more. Values are rounded for the new file, and the report is computed from the new file with all modes of its bodies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.reduced_body import Array
+from cranktrain.core.types import Progress
+from cranktrain.dynamics.model.arrays import dimensions
+from cranktrain.engine import values
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.store.engine_text import NEW, Written, new_path, rewritten, rounded
+from cranktrain.store.whole_file import whole_file
+from cranktrain.structure.assembly import assemble
+from cranktrain.structure.block.reduction import reduced_block
+from cranktrain.structure.crank.modal import KINDS
+from cranktrain.structure.crank.reduction import reduced_crankshaft
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain.structure.in_motion.eigenproblem import settled_means
+from cranktrain.studies.in_motion.report import SPRING_LEVELS, film_springs, reference_speed, settled_simulation
+from cranktrain_lab.calibration.geometry import Change, changes
+from cranktrain_lab.calibration.problem import Match, Problem, at_bounds, engine_with, match, sensitivities
+from cranktrain_lab.calibration.search import Found, search
+from cranktrain_lab.calibration.stand_ins import stand_ins
+from cranktrain_lab.calibration.targets import Task, load_targets
+from cranktrain_lab.calibration.train import FilmMeans, Train
+
+CLOSED = "thrust.closed_stiffness"
+RESTS_ON = 0.05
+"""A target rests on the values whose sensitivity is at least this."""
+Follow = Callable[[float, float], None]
+
+
+def calibrate(
+    engine: str | Path,
+    targets: str | Path,
+    out: str | Path | None = None,
+    *,
+    seed: int = 1,
+    evaluations: int = 20000,
+    say: Progress = lambda stage: None,
+    follow: Follow = lambda share, cost: None,
+) -> dict[str, Any]:
+    """Values of an engine that meet targets: a report, JSON-able, and a new engine file where ``out`` is given.
+
+    Raises ``InputError``: files that cannot be used, an ``out`` that exists, dimensions that cannot be meshed.
+
+    Parameters
+    ----------
+    engine, targets : paths, or the name of a shipped engine
+    seed, evaluations : of the search
+    say, follow : get each stage, and the completed fraction of a search with its cost
+
+    Returns
+    -------
+    ``targets`` (ours, deviation, sensitivities d ln f / d ln p, what each rests on), ``parameters``, ``derived``,
+    ``extra_modes_hz``, ``met``, ``confirmed`` (nothing searched), ``interrupted``, ``evaluations``, ``seed``, ``file``,
+    ``refused`` (why the new file was not written, else None)
+    """
+    base, path = load_engine(engine), engine_path(engine)
+    task = load_targets(targets, base)
+    if CLOSED in {p.key for p in task.parameters}:  # which a file may leave open
+        base = replace(base, thrust=replace(base.thrust, closed_stiffness=base.thrust.closed))
+    new = new_path(Path(out)) if out is not None else None
+    if new is not None:
+        check_written(path, base, task)
+    with one_thread():
+        problem, found = _fitted(base, task, seed, evaluations, say, follow)
+        free = np.array([rounded(x, p.scale) for x, p in zip(found.free, task.parameters, strict=True)])
+        report = report_of(problem, free)
+    report |= {"engine": base.name, "seed": seed, "evaluations": found.evaluations, "interrupted": found.interrupted}
+    report |= {"confirmed": found.evaluations == 0, "file": None, "refused": None}
+    if new is not None:
+        # Minutes of search are not lost to a file that cannot be: the report is given all the same.
+        try:
+            with whole_file(new, NEW) as temporary:
+                written = written_values(problem, free, report)
+                temporary.write_text(rewritten(path.read_text("utf-8"), base, written), encoding="utf-8")
+                load_engine(temporary)
+            report["file"] = str(new)
+        except (InputError, StoreError) as error:
+            report["refused"] = str(error)
+    return report
+
+
+def _fitted(
+    base: Engine, task: Task, seed: int, evaluations: int, say: Progress, follow: Follow
+) -> tuple[Problem, Found]:
+    """Values found, and the problem with their bodies; after an interrupt, with the previous bodies."""
+    start = start_values(base, task)
+    before = engine_with(base, task, start, {})
+    dimensions = dict[str, list[Change]]()
+    for p in task.parameters:
+        end = p.low if start[p.key] - p.low > p.high - start[p.key] else p.high
+        after = engine_with(base, task, {**start, p.key: end}, {})
+        try:
+            check_engine(after)
+            tell = lambda stage, text=f"{p.key} {end / p.scale:g} {p.unit}": say(f"{text}: {stage}")  # noqa: E731
+            if found := changes(before, after, end - start[p.key], task.flexible, tell):
+                dimensions[p.key] = found
+        except InputError as error:
+            raise InputError(f"parameters.{p.key}: {end / p.scale:g} {p.unit} is not possible: {error}") from None
+
+    def problem(given: Mapping[str, float]) -> Problem:
+        """Problem at the bodies of given values."""
+        engine = engine_with(base, task, given, {})
+        check_engine(engine)
+        crank = reduced_crankshaft(engine, progress=say)
+        block = reduced_block(engine, progress=say) if task.flexible else None
+        shares = stand_ins(engine, block, axial_hz(task)) if block is not None else {}
+        if task.film_springs:
+            say("stand-in springs of the films")
+            shares |= film_springs(assemble(engine, SPRING_LEVELS, say=say))
+        films = film_means(engine, task.flexible, say) if task.moves else None
+        own = {key: given[key] for key in dimensions}
+        return Problem(engine, Train(engine, crank, block, dimensions, films), task, own, shares)
+
+    first, own = problem(start), np.array(list(start.values()))
+    within = np.allclose(own, np.clip(own, first.low, first.high), rtol=1e-3, atol=0.0)
+    if within and all_met(task, match(task.targets, first.modes(own))):
+        return first, Found(own, 0.0, 0, False)
+    say("search")
+    result = search(first, own, seed, evaluations, follow)
+    if not dimensions:
+        return first, result
+    given = {p.key: rounded(x, p.scale) for p, x in zip(task.parameters, result.free, strict=True)}
+    try:
+        second = problem(given)
+    except KeyboardInterrupt:
+        return first, result._replace(interrupted=True)
+    rest = second.holding({key: given[key] for key in dimensions})
+    if rest.task.parameters and not result.interrupted:
+        say("search with the new bodies")
+        start_again = np.array([given[p.key] for p in rest.task.parameters])
+        again = search(rest, start_again, seed, evaluations // 2, follow)
+        given = rest.given(again.free)
+        result = again._replace(evaluations=result.evaluations + again.evaluations)
+    return second, result._replace(free=np.array([given[p.key] for p in task.parameters]))
+
+
+def film_means(engine: Engine, flexible: bool, say: Progress) -> FilmMeans:
+    """Mean laws of the films of an engine, of films without tilt and on the targets' block level, at full load.
+
+    The speed is that of the largest heat per cycle. Raises ``SolverError`` where the run fails.
+    """
+    say("a cycle in motion")
+    settings = replace(SPRING_LEVELS, block="flexible" if flexible else "ground")
+    simulation = settled_simulation(assemble(engine, settings, say=say), reference_speed(engine))
+    means, hz = settled_means(simulation)
+    mains, collar = simulation.model.bearings.shape[0], dimensions(simulation.model).thrust
+    axial = float(-means.place[collar, 0, 0]), float(-means.velocity[collar, 0, 0])
+    return FilmMeans(-means.place[:mains, :2, :2], -means.velocity[:mains, :2, :2], axial, hz)
+
+
+def start_values(engine: Engine, task: Task) -> dict[str, float]:
+    """An engine's own value of each free one, SI; values without a key are fitted to the derived values."""
+    start = {p.key: values.value(engine, p.key) if p.is_key else 0.5 * (p.low + p.high) for p in task.parameters}
+    names = [p for p in task.parameters if not p.is_key]
+    if not names:
+        return start
+    own = [(d.key, values.value(engine, d.key)) for d in task.derived]
+
+    def missed(scaled: Array) -> Array:
+        given = {p.key: p.low + float(x) * (p.high - p.low) for p, x in zip(names, scaled, strict=True)}
+        trial = engine_with(engine, task, {**start, **given}, {})
+        return np.array([values.value(trial, key) - was for key, was in own]) / [abs(was) or 1.0 for _, was in own]
+
+    found = least_squares(missed, np.full(len(names), 0.5), bounds=(0.0, 1.0), xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    return start | {p.key: p.low + float(x) * (p.high - p.low) for p, x in zip(names, found.x, strict=True)}
+
+
+def all_met(task: Task, found: Match) -> bool:
+    """True if every target is met within its tolerance and no computed mode below the last target is unmatched."""
+    near = (abs(hz / target.hz - 1.0) <= target.tolerance for target, hz in zip(task.targets, found.hz, strict=True))
+    return not found.extra and all(near)
+
+
+def axial_hz(task: Task) -> float:
+    """Frequency of the first axial target, Hz; 0 where there is none."""
+    return min((target.hz for target in task.targets if target.shape == "axial"), default=0.0)
+
+
+def report_of(problem: Problem, free: Array) -> dict[str, Any]:
+    """Report on free values (p,), SI: each target, each value; JSON-able."""
+    task, modes = problem.task, problem.modes(free)
+    found = match(task.targets, modes)
+    slopes = sensitivities(problem, free, modes, found.places)
+    keys, bound = [p.key for p in task.parameters], at_bounds(task.parameters, free)
+    rows: list[dict[str, Any]] = []
+    for k, target in enumerate(task.targets):
+        deviation = float(found.hz[k] / target.hz - 1.0)
+        order = np.argsort(-np.abs(slopes[k]))
+        rows.append(
+            {
+                "name": target.name, "of": target.of, "basis": target.basis, "shape": target.shape,
+                "target_hz": target.hz,
+                "hz": float(found.hz[k]), "deviation_percent": 100.0 * deviation,
+                "met": abs(deviation) <= target.tolerance,
+                "tolerance_percent": 100.0 * target.tolerance, "source": target.source,
+                "order": target.order or None,
+                "rpm": 60.0 * float(found.hz[k]) / target.order if target.order else None,
+                "shares": dict(zip((*KINDS, "block"), modes[target.of].shares[found.places[k]].tolist(), strict=True)),
+                "sensitivities": dict(zip(keys, slopes[k].tolist(), strict=True)),
+                "rests_on": [keys[j] for j in order if abs(slopes[k, j]) >= RESTS_ON],
+            }
+        )  # fmt: skip
+    engine = problem.engine_of(free)
+    return {
+        "targets": rows,
+        "parameters": [
+            {"key": p.key, "value": x / p.scale, "low": p.low / p.scale, "high": p.high / p.scale, "unit": p.unit,
+             "at_bound": p.key in bound}
+            for p, x in zip(task.parameters, free, strict=True)
+        ],
+        "derived": [{"key": d.key, "value": rounded(values.value(engine, d.key))} for d in task.derived],
+        "extra_modes_hz": found.extra,
+        "met": all_met(task, found),
+    }  # fmt: skip
+
+
+def check_written(path: Path, engine: Engine, task: Task) -> None:
+    """Refuse, before the search, an engine file that has no place for a value; ``InputError``."""
+    keys = [*(p.key for p in task.parameters if p.is_key), *(d.key for d in task.derived)]
+    own = {key: Written(values.value(engine, key), "calibrated", "") for key in keys}
+    rewritten(path.read_text("utf-8"), engine, own)
+
+
+def written_values(problem: Problem, free: Array, report: Mapping[str, Any]) -> dict[str, Written]:
+    """Values that a new engine file states, by key; a free one names the targets that rest on it, or all."""
+    task, engine = problem.task, problem.engine_of(free)
+    found = {}
+    for p, x in zip(task.parameters, free, strict=True):
+        if p.is_key:
+            resting = [row for row in report["targets"] if p.key in row["rests_on"]] or report["targets"]
+            names = ", ".join(f"{row['name']} {row['target_hz']:g} Hz" for row in resting)
+            found[p.key] = Written(x, "calibrated", f"to {names}" + (f"; {p.note}" if p.note else ""))
+    for d in task.derived:
+        found[d.key] = Written(rounded(values.value(engine, d.key)), "derived", d.note or d.formula)
+    return found

@@ -1,0 +1,220 @@
+"""A calibration problem: engine as a function of free values, frequencies, targets, and deviations to minimise.
+
+Targets without a number are matched with the lowest modes of the cranktrain, one to one, by the assignment of least
+cost: squared deviations over tolerances, and the energy fraction that a mode lacks for the target's shape. An unmatched
+mode below the last of these targets counts as an extra mode. Numbered torsional targets follow the definitions of
+:mod:`cranktrain.structure.crank.modal`. Bending distributes the second torsion over neighbouring modes, so the search
+uses their mean frequency around the target, weighted by the squared fractions of torsion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import LinAlgError
+from scipy.optimize import linear_sum_assignment
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array
+from cranktrain.engine import values
+from cranktrain.engine.model import Engine
+from cranktrain.structure.crank.modal import KINDS, torsional_frequencies
+from cranktrain_lab.calibration.targets import MOTION, STAND_INS, Parameter, Target, Task
+from cranktrain_lab.calibration.train import Matrices, Modes, Train
+
+NAME_MARGIN = 0.08
+"""Energy fraction by which a mode's own kind must exceed every other kind; a deficit counts like a deviation."""
+EXTRA_REACH = 0.05
+"""Left-over modes count fully below the last target and fade out this far above it."""
+EXTRA_WEIGHT = 2.0
+"""Penalty of an extra mode, in tolerances."""
+BAND = 0.2
+"""Half width of the band in which the search looks for a second torsion, over the target."""
+LOST = 30.0
+"""Deviation, in tolerances, of a mode that cannot be computed."""
+MATCHED = 12
+"""Lowest modes among which targets are matched."""
+
+
+class Match(NamedTuple):
+    """Modes beside the targets.
+
+    ``hz`` (t,), ``deviations`` (t,) in tolerances as the search sees them, ``places`` (t,) of each target's mode in its
+    own list, ``extra`` frequencies of left-over modes below the last matched target, ``penalties`` further residuals
+    """
+
+    hz: Array
+    deviations: Array
+    places: list[int]
+    extra: list[float]
+    penalties: Array
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Engine of some free values; the quick matrices of its train; the task.
+
+    ``dimensions`` are those values that change the bodies, as they are in the bodies of ``train``; ``stand_ins`` what
+    formulas know of the block; ``held`` values of the targets file that are no longer free.
+    """
+
+    engine: Engine
+    train: Train
+    task: Task
+    dimensions: Mapping[str, float]
+    stand_ins: Mapping[str, float]
+    held: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def low(self) -> Array:
+        """Lower bounds of the free values, SI."""
+        return np.array([p.low for p in self.task.parameters])
+
+    @cached_property
+    def high(self) -> Array:
+        """Upper bounds."""
+        return np.array([p.high for p in self.task.parameters])
+
+    def given(self, free: Array) -> dict[str, float]:
+        """All values of the targets file by key."""
+        return {**self.held, **{p.key: float(x) for p, x in zip(self.task.parameters, free, strict=True)}}
+
+    def holding(self, held: Mapping[str, float]) -> Problem:
+        """The problem with some values not free any more."""
+        rest = tuple(p for p in self.task.parameters if p.key not in held)
+        return replace(self, task=replace(self.task, parameters=rest), held=dict(held))
+
+    def engine_of(self, free: Array) -> Engine:
+        """Engine of free values (p,), SI, with all derived values."""
+        return engine_with(self.engine, self.task, self.given(free), self.stand_ins)
+
+    def matrices(self, free: Array) -> tuple[Engine, dict[str, Matrices]]:
+        """Engine of free values, and the bodies that targets are about."""
+        engine, given = self.engine_of(free), self.given(free)
+        differences = {key: given[key] - start for key, start in self.dimensions.items()}
+        found = {"cranktrain": self.train.cranktrain(engine, differences)}
+        if any(target.of == "crankshaft" for target in self.task.targets):
+            found["crankshaft"] = self.train.crankshaft(engine, differences)
+        if self.task.moves:
+            found[MOTION] = self.train.in_motion(engine, differences)
+        return engine, found
+
+    def modes(self, free: Array) -> dict[str, Modes]:
+        """Modes of those bodies."""
+        engine, found = self.matrices(free)
+        of = {
+            "cranktrain": self.train.cranktrain_modes,
+            "crankshaft": self.train.crankshaft_modes,
+            MOTION: self.train.motion_modes,
+        }
+        return {name: of[name](engine, matrices) for name, matrices in found.items()}
+
+    def residuals(self, free: Array) -> Array:
+        """All residuals of a search, in tolerances."""
+        try:
+            found = match(self.task.targets, self.modes(free))
+        except (LinAlgError, InputError):
+            listed = sum(not target.number for target in self.task.targets)
+            return np.full(len(self.task.targets) + (listed + 1 if listed else 0), LOST)
+        return np.concatenate((found.deviations, found.penalties))
+
+
+def engine_with(engine: Engine, task: Task, given: Mapping[str, float], stand_ins: Mapping[str, float]) -> Engine:
+    """Engine with given values by key and what is derived from them; what lacks its ``stand_ins`` stays."""
+    for key, number in given.items():
+        if "." in key:
+            engine = values.with_value(engine, key, number)
+    names = {key: number for key, number in given.items() if "." not in key} | dict(stand_ins)
+    for entry in task.derived:
+        if all(name in names for name in STAND_INS if name in entry.formula):
+            number = values.formula_value(entry.formula, engine, names, f"derived.{entry.key}")
+            # A value that differs only by rounding would need bodies of its own.
+            if not values.holds(engine, entry.key, number):
+                engine = values.with_value(engine, entry.key, number)
+    return engine
+
+
+def match(targets: tuple[Target, ...], modes: Mapping[str, Modes]) -> Match:
+    """Modes beside the targets."""
+    hz, deviations, places = np.zeros(len(targets)), np.zeros(len(targets)), [0] * len(targets)
+    listed = [k for k, target in enumerate(targets) if not target.number]
+    penalties, extra = np.zeros(0), list[float]()
+    if listed:
+        train = modes["cranktrain"]
+        count = min(max(MATCHED, len(listed)), len(train.hz))
+        own = train.shares[:count, : len(KINDS)]
+        own = own / own.sum(axis=1, keepdims=True)
+        wanted = [targets[k] for k in listed]
+        off = np.array([[(train.hz[i] / t.hz - 1.0) / t.tolerance for i in range(count)] for t in wanted])
+        lack = np.array([_lacks(own, KINDS.index(t.shape)) for t in wanted])
+        rows, columns = linear_sum_assignment(off**2 + lack**2)
+        for row, column in zip(rows, columns, strict=True):
+            hz[listed[row]], deviations[listed[row]] = train.hz[column], off[row, column]
+            places[listed[row]] = int(column)
+        last = max(t.hz for t in wanted)
+        left = [float(train.hz[i]) for i in range(count) if i not in columns]
+        extra = [f for f in left if f < last]
+        fade = [min(1.0, max(0.0, 1.0 - (f / last - 1.0) / EXTRA_REACH)) for f in left]
+        penalties = np.append(lack[rows, columns], EXTRA_WEIGHT * np.sqrt(np.sum(np.square(fade))))
+    for k, target in enumerate(targets):
+        if target.number:
+            found = modes[target.of]
+            if target.of == MOTION:
+                hz[k] = found.hz[0]
+                deviations[k] = (hz[k] / target.hz - 1.0) / target.tolerance
+                continue
+            named = torsional_frequencies(found.hz, found.shares)[target.number - 1]
+            if named is None:
+                raise InputError(f"targets: no mode of the {target.of} is torsional mode {target.number}; leave it out")
+            hz[k] = named
+            places[k] = int(np.argmin(np.abs(found.hz - hz[k])))
+            seen = hz[k] if target.number == 1 else _mean_torsion(found, target.hz)
+            deviations[k] = (seen / target.hz - 1.0) / target.tolerance
+    return Match(hz, deviations, places, extra, penalties)
+
+
+def _lacks(own: Array, kind: int) -> Array:
+    """Deficit of modes for a kind, in margins, from fractions (k, kinds) of the crank's energy."""
+    others = np.delete(own, kind, axis=1).max(axis=1)
+    return np.asarray(np.maximum(0.0, others - own[:, kind] + NAME_MARGIN) / NAME_MARGIN)
+
+
+def _mean_torsion(modes: Modes, hz: float) -> float:
+    """Mean frequency around ``hz`` weighted by squared fractions of torsion."""
+    weight = modes.shares[:, KINDS.index("torsional")] ** 2 * (np.abs(modes.hz / hz - 1.0) < BAND)
+    return float(weight @ modes.hz / weight.sum()) if weight.sum() > 1e-6 else hz * (1.0 + BAND)
+
+
+def sensitivities(problem: Problem, free: Array, modes: Mapping[str, Modes], places: list[int]) -> Array:
+    """∂ ln f / ∂ ln p of each target's mode and free value, (t, p): xᵀ (∂K/∂p − ω² ∂M/∂p) x p / (2 ω²), xᵀ M x = 1.
+
+    Differences of the matrices are central, of 1e-4 of the bounds' distance.
+    """
+    targets = problem.task.targets
+    result = np.zeros((len(targets), free.size))
+    for j, step in enumerate(1e-4 * (problem.high - problem.low)):
+        move = np.zeros(free.size)
+        move[j] = step
+        above, below = (problem.matrices(free + side * move)[1] for side in (1.0, -1.0))
+        for k, target in enumerate(targets):
+            if target.of == MOTION:
+                pair = [problem.train.motion_modes(problem.engine, side[MOTION]).hz[0] for side in (above, below)]
+                result[k, j] = math.log(pair[0] / pair[1]) / (2.0 * step) * free[j]
+                continue
+            x, hz = modes[target.of].modes[:, places[k]], modes[target.of].hz[places[k]]
+            stiffness, mass = (a - b for a, b in zip(above[target.of][:2], below[target.of][:2], strict=True))
+            omega2 = (2.0 * np.pi * hz) ** 2
+            result[k, j] = x @ (stiffness - omega2 * mass) @ x / (2.0 * step) * free[j] / (2.0 * omega2)
+    return result
+
+
+def at_bounds(parameters: tuple[Parameter, ...], free: Array) -> list[str]:
+    """Keys of the values within a hundredth of a bound."""
+    return [
+        p.key for p, x in zip(parameters, free, strict=True) if min(x - p.low, p.high - x) < 0.01 * (p.high - p.low)
+    ]

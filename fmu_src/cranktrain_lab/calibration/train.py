@@ -1,0 +1,213 @@
+"""Cranktrain and block in matrices that are quick to build anew: some milliseconds for the modes of an engine.
+
+Bare crankshaft and block are cut once at frequencies well above the targets, with their statics kept under all that is
+fixed to them (:func:`cranktrain.core.reduced_body.truncate`). Flywheel, pulley, clutch, balance weights, rods, heads,
+mounts and bearings then follow the engine's values. Definitions are those of :mod:`cranktrain.structure.crank.modal`
+and :mod:`cranktrain.structure.block.modal`, from which frequencies differ by less than 1e-3 below 700 Hz.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import block_diag, eigh
+
+from cranktrain.core.reduced_body import Array, ReducedBody, truncate
+from cranktrain.core.rigid_slices import skew
+from cranktrain.engine.model import Engine
+from cranktrain.structure.block.modal import RIGID_HZ
+from cranktrain.structure.block.reduction import heads
+from cranktrain.structure.crank import modal
+from cranktrain.structure.crank.modal import at_largest
+from cranktrain.structure.crank.reduction import attached_parts, running_loads
+from cranktrain.structure.in_motion.eigenproblem import Equations, slowest_hz, vibrations
+from cranktrain.structure.in_motion.residues import unit_torques
+from cranktrain_lab.calibration.geometry import BLOCK, CRANK, Change
+
+CRANK_CUTOFF_HZ, BLOCK_CUTOFF_HZ = 3000.0, 1100.0
+MODES = 32
+"""Modes computed of the cranktrain; those of the free crankshaft are half of it."""
+
+
+class Modes(NamedTuple):
+    """Hz (k,), modes of unit modal mass (n, k), shares of the crank's kinds and of the block in the energy (k, 4)."""
+
+    hz: Array
+    modes: Array
+    shares: Array
+
+
+class Matrices(NamedTuple):
+    """Stiffness and mass of a system; damping where it has any."""
+
+    stiffness: Array
+    mass: Array
+    damping: Array | None = None
+
+
+class FilmMeans(NamedTuple):
+    """Linearised films and collar of a run for small motions in the axes of the turning crank.
+
+    Attributes
+    ----------
+    stiffness, damping : (b, 2, 2) of each main, N/m and N s/m
+    collar : stiffness (N/m) and damping (N s/m) along the axis
+    hz : first torsional frequency of the whole eigenproblem, from which that of the train takes its scale
+    """
+
+    stiffness: Array
+    damping: Array
+    collar: tuple[float, float]
+    hz: float
+
+
+class Train:
+    """Cranktrain of bare bodies, on ground where there is no ``block``.
+
+    Parameters
+    ----------
+    engine : defines the parts at the interfaces; its values may change later
+    crank, block : bare reduced bodies
+    changes : of each dimension, per unit
+    films : of a run of the engine, where its modes in motion are wanted
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        crank: ReducedBody,
+        block: ReducedBody | None,
+        changes: Mapping[str, Sequence[Change]],
+        films: FilmMeans | None = None,
+    ) -> None:
+        ends = [(name, component) for name in ("pulley", "flywheel") for component in range(6)]
+        self.crank = truncate(crank, CRANK_CUTOFF_HZ, running_loads(engine) + ends)
+        self.block: ReducedBody | None = None
+        if block is not None:
+            loaded = [name for name in block.interfaces if name.startswith(("bore", "head", "thrust"))]
+            self.block = truncate(block, BLOCK_CUTOFF_HZ, [(name, k) for name in loaded for k in range(6)])
+        bodies = {CRANK: (self.crank, CRANK_CUTOFF_HZ), BLOCK: (self.block, BLOCK_CUTOFF_HZ)}
+        self._changes = {
+            key: [(change.body, *_at_modes(change, *bodies[change.body])) for change in entries]
+            for key, entries in changes.items()
+        }
+        self.films, self._scale = films, 1.0
+        if films is not None:
+            self._scale = films.hz / self._first_in_motion(engine, self.in_motion(engine, {}))
+
+    def crankshaft(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
+        """Free crankshaft with all that is attached; ``dimensions`` as differences from the bodies' own."""
+        found = self._bare(self.crank, CRANK, dimensions)
+        for name, part in attached_parts(engine):
+            inertia = np.diag([part.diametral_inertia, part.diametral_inertia, part.polar_inertia])
+            _attach(found.mass, self.crank, name, part.mass, inertia, (0.0, 0.0, part.offset))
+        if (w := engine.balance_weights) is not None:
+            for main, mass, r, angle, z in zip(w.mains, w.masses, w.radii, w.angles, w.offsets, strict=True):
+                at = (-r * np.sin(angle), r * np.cos(angle), z)
+                _attach(found.mass, self.crank, f"main[{main}]", mass, np.zeros((3, 3)), at)
+        return found
+
+    def cranktrain(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
+        """Crankshaft with its rods in its bearings, on ground or in its block on mounts."""
+        free = self.crankshaft(engine, dimensions)
+        free.mass[:] += modal.rod_masses(engine, self.crank)
+        if self.block is None:
+            return Matrices(free.stiffness + modal.bearing_stiffness(engine, self.crank), free.mass)
+        block = self._bare(self.block, BLOCK, dimensions)
+        for name, mass, inertia, offset in heads(engine):
+            _attach(block.mass, self.block, name, mass, inertia, offset)
+        assert engine.mounts is not None
+        for k, values in enumerate(engine.mounts.stiffness, 1):
+            rows = self.block.shapes[self.block.index(f"mount[{k}]")]
+            block.stiffness[:] += rows.T @ (np.array(values)[:, None] * rows)
+        stiffness = block_diag(free.stiffness, block.stiffness)
+        springs = [(value, k, f"main[{i}]", f"bore[{i}]") for i, own in enumerate(modal.main_springs(engine, False), 1)
+                   for k, value in own.items()]  # fmt: skip
+        springs.append((engine.thrust.closed, 2, "thrust", "thrust"))
+        crank = [np.sqrt(value) * self.crank.shapes[self.crank.index(name), k] for value, k, name, _ in springs]
+        bores = [-np.sqrt(value) * self.block.shapes[self.block.index(name), k] for value, k, _, name in springs]
+        stretch = np.hstack((crank, bores))
+        return Matrices(stiffness + stretch.T @ stretch, block_diag(free.mass, block.mass))
+
+    def in_motion(self, engine: Engine, dimensions: Mapping[str, float]) -> Matrices:
+        """Crankshaft with its rods on the mean laws of its films."""
+        assert self.films is not None
+        free, crank = self.crankshaft(engine, dimensions), self.crank
+        free.mass[:] += modal.rod_masses(engine, crank)
+        damping = np.zeros_like(free.mass)
+        laws = zip(self.films.stiffness, self.films.damping, strict=True)
+        for i, (stiffness, damper) in enumerate(laws, 1):
+            rows = crank.shapes[crank.index(f"main[{i}]"), :2]
+            free.stiffness[:] += rows.T @ stiffness @ rows
+            damping += rows.T @ damper @ rows
+        row = crank.shapes[crank.index("thrust"), 2]
+        free.stiffness[:] += self.films.collar[0] * np.outer(row, row)
+        return Matrices(free.stiffness, free.mass, damping + self.films.collar[1] * np.outer(row, row))
+
+    def motion_modes(self, engine: Engine, of: Matrices) -> Modes:
+        """First torsional mode in motion; a factor on its frequency corrects for the simplified eigenproblem."""
+        hz = self._scale * self._first_in_motion(engine, of)
+        return Modes(np.array([hz]), np.zeros((len(of.mass), 1)), np.array([[0.0, 1.0, 0.0, 0.0]]))
+
+    def _first_in_motion(self, engine: Engine, of: Matrices) -> float:
+        """First torsional frequency of the train in motion, Hz."""
+        assert of.damping is not None
+        rest = self.cranktrain_modes(engine, of)
+        at_rest = modal.torsional_frequencies(rest.hz, rest.shares)[0]
+        n = len(of.mass)
+        equations = Equations(of.mass, of.damping, of.stiffness, n, n)
+        values, shapes, taken = vibrations(equations, slowest_hz(at_rest), unit_torques(engine, self.crank))
+        pulley = self.crank.shapes[self.crank.index("pulley"), 5] @ shapes
+        answers = np.abs(pulley) * np.linalg.norm(taken, axis=1) / -values.real
+        hz, shares = values.imag / (2.0 * np.pi), modal.energy_shares(engine, self.crank, at_largest(shapes), rods=True)
+        return modal.first_torsional(hz, shares, answers=answers)
+
+    def crankshaft_modes(self, engine: Engine, of: Matrices) -> Modes:
+        """Elastic modes of the free crankshaft."""
+        squares, modes = eigh(*of[:2], subset_by_index=[0, min(MODES // 2 + 5, len(of.mass) - 1)])
+        modes = modes[:, 6:]
+        shares = modal.energy_shares(engine, self.crank, modes, rods=False)
+        return Modes(_hz(squares[6:]), modes, np.column_stack((shares, np.zeros(len(shares)))))
+
+    def cranktrain_modes(self, engine: Engine, of: Matrices) -> Modes:
+        """Modes of the cranktrain, free to turn; those of the engine as a whole on its mounts are left out."""
+        squares, modes = eigh(*of[:2], subset_by_index=[1, min(MODES, len(of.mass) - 1)])
+        crank = modes[: self.crank.n_modes]
+        mass = of.mass[: self.crank.n_modes, : self.crank.n_modes]
+        part = np.einsum("ik,ij,jk->k", crank, mass, crank)
+        shares = part[:, None] * modal.energy_shares(engine, self.crank, crank, rods=True)
+        hz = _hz(squares)
+        elastic = hz > (RIGID_HZ if self.block is not None else 1.0)
+        return Modes(hz[elastic], modes[:, elastic], np.column_stack((shares, 1.0 - part))[elastic])
+
+    def _bare(self, body: ReducedBody, name: str, dimensions: Mapping[str, float]) -> Matrices:
+        stiffness, mass = np.diag(body.omega**2), np.eye(body.n_modes)
+        for key, difference in dimensions.items():
+            for of, more_stiffness, more_mass in self._changes[key]:
+                if of == name:
+                    stiffness += difference * more_stiffness
+                    mass += difference * more_mass
+        return Matrices(stiffness, mass)
+
+
+def _at_modes(change: Change, body: ReducedBody | None, cutoff_hz: float) -> tuple[Array, Array]:
+    """Stiffness and mass of a change in a body's modes; what answers statically, above the cut-off, gains no mass."""
+    assert body is not None
+    rows = body.shapes.reshape(-1, body.n_modes)
+    moving = rows * (body.frequencies_hz <= cutoff_hz)
+    return rows.T @ change.stiffness @ rows, moving.T @ change.mass @ moving
+
+
+def _attach(
+    matrix: Array, body: ReducedBody, name: str, mass: float, inertia: Array, offset: Array | Sequence[float]
+) -> None:
+    """Add a rigid part at an interface to a mass matrix; ``inertia`` (3, 3) about its centre of mass."""
+    rows = body.shapes[body.index(name)]
+    centre = rows[:3] - skew(np.asarray(offset)) @ rows[3:]
+    matrix += mass * centre.T @ centre + rows[3:].T @ inertia @ rows[3:]
+
+
+def _hz(squares: Array) -> Array:
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))

@@ -1,0 +1,143 @@
+"""The verb ``harness``: scenarios of coupled FMUs, and what is asserted of them."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.cli.console import bar, say, show_rows
+from cranktrain.store.whole_file import check_place, whole_file
+
+if TYPE_CHECKING:
+    from cranktrain_lab.harness.entries import Harness, Scenario
+    from cranktrain_lab.harness.judgement import Ran
+    from cranktrain_lab.harness.running import Judged
+
+DESCRIPTION = """\
+Run the scenarios of a harness file and check its assertions.
+
+Any FMU may replace any module; units are connected by name or by a map. A scenario may contain steps, ramps, misfires,
+noise, drop-outs and faults of units; every unit runs in a process of its own. FMUs that are not named are built first.
+--json prints {"passed", "scenarios": [{"name", "passed", "ended", "seconds", "result", "assertions": [{"name",
+"quantity", "expected", "found", "unit", "passed"}]}]}. Exit code 0: all assertions passed, 1: some failed, 2: the file
+is invalid.
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add = parser.add_argument
+    add("file", metavar="FILE", help="path of a harness.toml")
+    add("--only", nargs="+", default=[], metavar="NAME", help="run only these, and those they are compared with")
+    add("--output", metavar="FOLDER", help="folder for a result file of each scenario (default: FILE_results)")
+    add("--junit", metavar="OUT.xml", help="write results as JUnit XML")
+    add("--html", metavar="OUT.html", help="write a report with plots, one file")
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Check, build, run and judge; an interrupt keeps what is complete."""
+    from cranktrain.results.figures import check_folder
+    from cranktrain.store.hdf5 import RESULT
+    from cranktrain_lab.harness.file import load_harness
+    from cranktrain_lab.harness.junit import JUNIT
+    from cranktrain_lab.harness.page import PAGE
+    from cranktrain_lab.harness.running import checked_ports, chosen, judged, result_path
+
+    harness = load_harness(options.file)
+    scenarios = chosen(harness, options.only)
+    for path, kind in ((options.junit, JUNIT), (options.html, PAGE)):
+        if path is not None:
+            check_place(Path(path), kind)
+    folder = Path(options.output or f"{harness.path.stem}_results")
+    with tempfile.TemporaryDirectory(prefix="cranktrain-harness-") as scratch:
+        ports = checked_ports(harness, _descriptions(harness, Path(scratch)))
+        check_folder(folder, "--output")
+        for scenario in scenarios:
+            check_place(result_path(folder, scenario), RESULT)
+        runs, interrupted = _runs(harness, scenarios, _fmus(harness, Path(scratch)), folder)
+    found = judged(harness, runs, ports)
+    _write(options, harness, found)
+    passed = all(one.passed for one in found) and not interrupted
+    result = {"passed": passed, "scenarios": [one.as_dict() for one in found], "interrupted": interrupted}
+    if not options.json:
+        _show(harness, found)
+    if interrupted:
+        say(f"interrupted; {folder} holds the results of {len(runs)} of {len(scenarios)} scenarios")
+    return result
+
+
+def _descriptions(harness: Harness, folder: Path) -> dict[str, Path]:
+    """FMUs that are named, and descriptions of those that are to be built."""
+    from cranktrain.fmu.build import describe_fmu
+
+    found = {}
+    for name, entry in harness.units.items():
+        path = entry.fmu
+        if path is None:
+            assert entry.build is not None
+            path = folder / f"{name}.xml"
+            path.write_bytes(describe_fmu(entry.build))
+        found[name] = path
+    return found
+
+
+def _fmus(harness: Harness, folder: Path) -> dict[str, Path]:
+    """FMUs that are named, and those that are not, built once each."""
+    from cranktrain.fmu.build import build_fmu
+    from cranktrain.modules.register import module_path
+
+    built: dict[str, Path] = {}
+    found = {}
+    for name, entry in harness.units.items():
+        source = entry.build
+        if source is not None and source not in built:
+            whole = module_path(source) is not None
+            built[source] = build_fmu(source, folder, film_table=whole, block=whole, say=say)
+        found[name] = entry.fmu if entry.fmu is not None else built[str(source)]
+    return found
+
+
+def _runs(
+    harness: Harness, scenarios: Sequence[Scenario], fmus: Mapping[str, Path], folder: Path
+) -> tuple[dict[str, tuple[Ran, Path | None]], bool]:
+    """Runs of scenarios with their result files, and whether they were interrupted."""
+    from cranktrain_lab.harness.running import keep, run_scenario
+
+    found: dict[str, tuple[Ran, Path | None]] = {}
+    for k, scenario in enumerate(scenarios, 1):
+        with bar(f"{k} of {len(scenarios)}: {scenario.name}") as advance:
+            ran = run_scenario(harness, scenario, fmus, advance)
+        found[scenario.name] = keep(folder, harness, scenario, ran)
+        if ran.interrupted:
+            return found, True
+    return found, False
+
+
+def _write(options: argparse.Namespace, harness: Harness, found: Sequence[Judged]) -> None:
+    """Write JUnit XML and report where they are wanted."""
+    from cranktrain_lab.harness.junit import JUNIT, junit
+    from cranktrain_lab.harness.page import PAGE, page
+
+    if options.junit is not None:
+        with whole_file(options.junit, JUNIT) as temporary:
+            temporary.write_bytes(junit(harness.title, found))
+    if options.html is not None:
+        with whole_file(options.html, PAGE) as temporary:
+            temporary.write_text(page(harness, found), encoding="utf-8")
+
+
+def _show(harness: Harness, found: Sequence[Judged]) -> None:
+    """Print the results for people."""
+    from cranktrain_lab.harness.junit import found_text
+
+    for one in found:
+        verdict = "passed" if one.passed else "FAILED"
+        rows = [
+            ("passed" if outcome.passed else "FAILED", outcome.name, outcome.expected, found_text(outcome))
+            for outcome in one.outcomes
+        ]
+        show_rows(f"{one.scenario.name}: {verdict}", ("verdict", "quantity", "expected", "found"), rows)
+    print(f"{harness.title}: {sum(one.passed for one in found)} of {len(found)} scenarios passed")

@@ -1,0 +1,190 @@
+"""The verb ``identify``: parameters of an engine from measured data, with their intervals."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from cranktrain.cli.console import Interrupted, labelled_bar, number, of_words, say, show_rows
+from cranktrain.core.errors import InputError
+from cranktrain.engine.levels import CRANKS
+from cranktrain_lab.identification.tables import LEVELS, NEXT, NONE
+
+DESCRIPTION = """\
+Find parameters of an engine from measured data: damping, damper, inertias, shafts, load, with 95 % intervals.
+
+MEASURED is a file that lists measured orders, torques, orbits of journals, frequencies, decays and shapes, and the
+parameters sought, with bounds and what is known of them before. A file of [targets] alone is a calibration.
+
+linear            linear run-up of the torsional crank, all speeds and orders at once
+harmonic-balance  the same with the rods' exact torques and the damper's law (default)
+time              runs in time of a crank of any level (--crank), each speed to its steady cycle; orbits of journals
+                  take --crank beam or solid, which run in oil films
+
+The cheap level is fitted; a dear one corrects it in a few answers. An interrupted search keeps the best values so far.
+
+Levels above the fitted one answer once, for what they would move; the next crank that bends among them, whose films
+damp as a damper does (--above).
+
+95 % from, to     interval by the profile: noise, bias of the model over the speed, what levels above would move
+Narrower          of a wide interval: the signal that would narrow it most, and to what
+over noise        residual of an order over the noise; systematic ones have runs of one sign over the speed
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add = parser.add_argument
+    add("engine", metavar="ENGINE", help="name of a shipped engine or path of a .toml file")
+    add("measured", metavar="MEASURED", help="path of a .toml file of measured data and sought parameters")
+    add("--out", metavar="FILE", help="engine file to write; an existing file is not overwritten")
+    level = add("--level", default=LEVELS[1], metavar="LEVEL", help=f"last level: {', '.join(LEVELS)} "
+                f"(default {LEVELS[1]})")  # fmt: skip
+    of_words(level, LEVELS)
+    crank = add("--crank", default="torsional", metavar="LEVEL", help="crank of runs in time (default torsional)")
+    of_words(crank, CRANKS)
+    above = add(
+        "--above", default=NEXT, metavar="LEVEL",
+        help="crank above the fitted one, whose run in time says once what it would move: beam, solid, next that bends "
+        "(default), or none",
+    )  # fmt: skip
+    of_words(above, (NEXT, NONE, *CRANKS))
+    add(
+        "--settle", type=number(1e-8, 0.5, ""), default=1e-3, metavar="SHARE",
+        help="largest settling error of runs in time (default 0.001)",
+    )  # fmt: skip
+    add("--bootstrap", type=number(0, 100_000, "", int), default=400, metavar="N", help="draws (default 400)")
+    add("--no-profile", dest="profile", action="store_false", help="intervals by the covariance alone, which is faster")
+    add(
+        "--seed",
+        type=number(0, 2**32 - 1, "", int),
+        default=1,
+        metavar="N",
+        help="seed of starts and draws (default 1)",
+    )
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Identify, write the engine file, and print the report unless JSON is wanted."""
+    from cranktrain.cli.console import one_of
+    from cranktrain_lab.identification.identify import Request, identify, read_measured_file
+    from cranktrain_lab.identification.ladder import Ask
+
+    one_of("--level", options.level, LEVELS)
+    one_of("--crank", options.crank, CRANKS)
+    one_of("--above", options.above, (NEXT, NONE, *CRANKS))
+    read, _ = read_measured_file(options.measured)
+    if read.targets and not read.has_sets:
+        return _calibrated(options)
+    with labelled_bar("identify") as (tell, follow):
+        report = identify(
+            options.engine, options.measured, options.out,
+            request=Request(
+                Ask(options.level, options.crank, options.settle, options.seed, options.above),
+                options.bootstrap, options.profile,
+            ),
+            say=tell, follow=lambda share, cost: follow(share),
+        )  # fmt: skip
+    if not options.json:
+        _show(report)
+    if report["refused"]:
+        raise InputError(f"{options.out}: not written; the values found are not a valid engine: {report['refused']}")
+    if report["interrupted"]:
+        kept = f"the best values so far are in {report['file']}" if report["file"] else "nothing was written"
+        raise Interrupted(f"interrupted; {kept}")
+    return report
+
+
+def _calibrated(options: argparse.Namespace) -> dict[str, Any]:
+    """A file of targets alone: the calibration, by the same search and with its report."""
+    from cranktrain_lab.cli import calibrate
+    from cranktrain_lab.identification.targets_alone import with_confidence
+
+    given = argparse.Namespace(
+        engine=options.engine, targets=options.measured, out=options.out, seed=options.seed, evaluations=20000,
+        json=options.json,
+    )  # fmt: skip
+    report = with_confidence(calibrate.run(given))
+    if not options.json:
+        rows = [
+            (p["key"], f"{p['value']:.4g}", p["unit"],
+             "" if p["deviation_percent"] is None else f"{p['deviation_percent']:.2g} %")
+            for p in report["parameters"]
+        ]  # fmt: skip
+        show_rows("What the targets say, tolerances as deviations", ("parameter", "found", "unit", "deviation"), rows)
+        for line in report["told_apart"]:
+            print(f"Not told apart: {line}")
+    return report
+
+
+def _show(report: dict[str, Any]) -> None:
+    rows = [
+        (
+            p["key"], f"{p['value']:.4g}", f"{p['low']:.4g}", f"{p['high']:.4g}", p["unit"],
+            "" if p["deviation_percent"] is None else f"{p['deviation_percent']:.2g} %",
+            f"{p['bounds'][0]:.4g} to {p['bounds'][1]:.4g}", "at a bound" * p["at_bound"],
+        )
+        for p in report["parameters"]
+    ]  # fmt: skip
+    header = ("parameter", "found", "95 % from", "to", "unit", "deviation", "bounds", "")
+    show_rows(f"{report['engine']}: identified from {report['measured']}", header, rows)
+    if report["interrupted"]:
+        print("The search was interrupted: intervals are those of a fit that ended here, and say little.")
+    for line in report["told_apart"]:
+        print(f"Not told apart: {line}")
+    for line in report["doubts"]:
+        print(f"Doubtful: {line}")
+    for row in report["advice"]:
+        print(f"Narrower: {row['text']}")
+    keys = [p["key"] for p in report["parameters"]]
+    show_rows(
+        "Levels", ("level", "answers", *keys, ""),
+        [
+            (s["level"], str(s["answers"]), *(f"{s['values'][key]:.4g}" for key in keys), note)
+            for rows, note in ((report["levels"], ""), (report["above"], "not fitted: would move there"))
+            for s in rows
+        ],
+    )  # fmt: skip
+    if report["orders"]:
+        show_rows(
+            "Residuals by order",
+            (
+                "set", "order", "speeds", "of amplitude", "over noise", "largest", "at rev/min", "systematic",
+                "wheel / deg",
+            ),
+            [
+                (
+                    r["set"], f"{r['order']:g}", str(r["points"]), f"{r['residual_percent']:.2g} %",
+                    f"{r['over_noise']:.2g}", f"{r['largest_percent']:.2g} %", f"{r['largest_at_rpm']:.0f}",
+                    "yes" if r["systematic"] else "no",
+                    "–" if r["constant_deg"] is None else f"{r['constant_deg']:.2g} ± {r['constant_band_deg']:.1g}",
+                )
+                for r in report["orders"]
+            ],
+        )  # fmt: skip
+    if report["orbits"]:
+        show_rows(
+            "Residuals of orbits",
+            ("set", "bearing", "rev/min", "points", "of orbit", "over noise", "largest", "at deg", "systematic"),
+            [
+                (
+                    r["set"], r["bearing"], f"{r['rpm']:.0f}", str(r["points"]), f"{r['residual_percent']:.2g} %",
+                    f"{r['over_noise']:.2g}", f"{r['largest_um']:.2g} um", f"{r['largest_at_deg']:.0f}",
+                    "yes" if r["systematic"] else "no",
+                )
+                for r in report["orbits"]
+            ],
+        )  # fmt: skip
+    if report["numbers"]:
+        show_rows(
+            "Frequencies, decays and shapes", ("set", "kind", "measured", "computed", "over deviation"),
+            [(r["set"], r["kind"], f"{r['measured']:.5g}", f"{r['computed']:.5g}", f"{r['over_deviation']:+.2f}")
+             for r in report["numbers"]],
+        )  # fmt: skip
+    if report["held_out"]:
+        inside = sum(row["inside"] for row in report["held_out"])
+        print(f"Held-out points within their 95 % bands: {inside} of {len(report['held_out'])}")
+    if report["systematic"]:
+        print(f"Systematic residuals: {', '.join(report['systematic'])}")
+    if report["file"]:
+        say(f"{report['file']} written")

@@ -1,0 +1,123 @@
+"""What the verb ``new`` does with a STEP file: options, engine file, mesh and picture, and what it says."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.cli.console import number, say, stages
+from cranktrain.core.errors import InputError
+from cranktrain.core.units import RPM
+from cranktrain.engine.file import load_engine
+from cranktrain.store.whole_file import check_place, marked, whole_file
+
+if TYPE_CHECKING:
+    from cranktrain.studies.design.options import Equipment
+    from cranktrain_lab.cad.step_engine import StepEngine
+
+MESH = marked("mesh", "$MeshFormat")
+STATING = ("main_diameter_mm", "pin_diameter_mm", "mains", "pulley_end", "thrust_main", "mesh_size_mm", "step_unit")
+"""Options that state what a STEP file leaves open."""
+
+
+def add_step_options(parser: argparse.ArgumentParser) -> None:
+    """Add ``--step`` and the options that state what a STEP file leaves open."""
+    add = parser.add_argument_group("crankshaft from CAD").add_argument
+    add("--step", metavar="FILE", help="STEP file (.step, .stp) of the crankshaft alone, in any place and unit; layout "
+        "and stroke follow from it")  # fmt: skip
+    add("--main-diameter-mm", type=number(1.0, 5000.0, "mm"), metavar="MM", help="diameter of the main journals, where "
+        "other cylinders are taken for them")  # fmt: skip
+    add("--pin-diameter-mm", type=number(1.0, 5000.0, "mm"), metavar="MM", help="diameter of the pins, likewise")
+    add("--mains", type=number(2, 40, "main journals", int), metavar="N", help="number of main journals, as a check")
+    add("--pulley-end", metavar="END", help="end of the pulley in the file's axes: -x, +x, -y, +y, -z or +z (write "
+        "--pulley-end=-z)")  # fmt: skip
+    add("--thrust-main", type=number(1, 40, "", int), metavar="N", help="main journal of the thrust bearing (default "
+        "the middle one)")  # fmt: skip
+    add("--mesh-size-mm", type=number(0.1, 1000.0, "mm"), metavar="MM", help="largest element edge (default 0.17 of "
+        "the bore)")  # fmt: skip
+    add("--step-unit", metavar="UNIT", help="unit of the coordinates, where the file states a wrong one: mm, m, in")
+
+
+def check_no_step_options(options: argparse.Namespace) -> None:
+    """Refuse options of a STEP file without one; ``InputError``."""
+    given = [key for key in STATING if getattr(options, key) is not None]
+    if given:
+        raise InputError(f"--{given[0].replace('_', '-')} needs --step FILE; leave it out")
+
+
+def step_files(name: str) -> tuple[Path, Path]:
+    """Mesh and picture of an engine's crankshaft."""
+    return Path(f"{name}_crank.msh"), Path(f"{name}_crank.png")
+
+
+def engine_of_step(options: argparse.Namespace, name: str, equipment: Equipment) -> StepEngine:
+    """Find the crank in the STEP file, write engine file, mesh and picture."""
+    from cranktrain.studies.design.rules import document
+    from cranktrain_lab.cad.found_crank import write_crank_mesh
+    from cranktrain_lab.cad.picture import save_found
+    from cranktrain_lab.cad.recognition import Given, find_crank
+    from cranktrain_lab.cad.step_engine import Stated, step_engine
+    from cranktrain_lab.cad.step_file import read_step
+
+    mesh, picture = step_files(name)
+    check_place(mesh, MESH)
+    given = Given(options.main_diameter_mm, options.pin_diameter_mm, options.mains, options.pulley_end)
+    stated = Stated(
+        options.layout, options.bank_angle_deg, _mm(options.bore_mm), _mm(options.stroke_mm), options.fuel,
+        rod=_mm(options.rod_mm), power=None if options.power_kw is None else 1e3 * options.power_kw,
+        rated=None if options.rated_rpm is None else options.rated_rpm * RPM, thrust_main=options.thrust_main,
+        mesh_size=_mm(options.mesh_size_mm),
+    )  # fmt: skip
+    with stages(f"{name}: {options.step}") as stage:
+        stage("surface")
+        solid = read_step(options.step, options.step_unit)
+        made = step_engine(find_crank(solid, given), stated)
+        text = document(name, made.sizes, equipment).text
+        stage("mesh")
+        with whole_file(mesh, MESH) as temporary:
+            write_crank_mesh(temporary, made.found, made.dimensions.crankshaft, made.sizes.thrust_main)
+            with whole_file(Path(f"{name}.toml"), marked("engine file", "[crankshaft]")) as engine:
+                engine.write_text(text, encoding="utf-8")
+                load_engine(engine)
+        save_found(picture, made.found, made.told)
+    return made
+
+
+def _mm(value: float | None) -> float | None:
+    return None if value is None else 1e-3 * value
+
+
+def step_report(made: StepEngine, name: str) -> dict[str, Any]:
+    """What was found, for people and machines; lengths in mm, angles in deg, volume in cm³."""
+    found, crank = made.found, made.dimensions.crankshaft
+    mesh, picture = step_files(name)
+    journals = {
+        kind: [
+            {"diameter_mm": 2.0 * one.cylinder.radius, "width_mm": one.width,
+             "z_mm": 0.5 * (one.start + one.end), "fillets_mm": list(one.fillets)}
+            for one in group
+        ]
+        for kind, group in (("mains", found.mains), ("pins", found.pins))
+    }  # fmt: skip
+    for entry, angle, throw in zip(journals["pins"], crank.throw_angles, crank.throws, strict=True):
+        entry |= {"angle_deg": math.degrees(angle), "throw_mm": 1e3 * throw}
+    return {
+        "mesh": str(mesh), "picture": str(picture), **journals, "pins_between_mains": list(found.bays),
+        "volume_cm3": 1e-3 * found.solid.volume, "ends_mm": list(found.ends), "told": list(made.told),
+        "next": [f"cranktrain reduce {name}.toml --mesh {mesh}", f"cranktrain modal {name}.toml --mesh {mesh}"],
+    }  # fmt: skip
+
+
+def show_step(report: dict[str, Any]) -> None:
+    """Print what was found."""
+    for what, kind in (("Main journals", "mains"), ("Pins", "pins")):
+        rows = report[kind]
+        sizes = ", ".join(sorted({f"{row['diameter_mm']:.2f} x {row['width_mm']:.2f}" for row in rows}))
+        print(f"{what}: {len(rows)}, diameter x width {sizes} mm")
+    throws = ", ".join(f"{pin['throw_mm']:.2f} mm at {pin['angle_deg'] % 360.0:.2f} deg" for pin in report["pins"])
+    print(f"Throws: {throws}")
+    for told in report["told"]:
+        say(f"note: {told}")
+    print(f"Mesh with named surfaces: {report['mesh']}; picture of what was found: {report['picture']}")

@@ -1,0 +1,127 @@
+"""The verb ``tradeoff``: what each choice of method, level and resolution costs, and how far it is off."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from cranktrain.cli.console import Interrupted, labelled_bar, show_rows
+
+DESCRIPTION = """\
+Accuracy against speed: error over cost of methods, levels and resolutions, with the Pareto front.
+
+Without SCENE: the six at 2000 and at 2200 rev/min (near its resonance) and the V8 at 1800; --quick: the six at 2000.
+
+families   integrators, adaptive, modes, ladder, bearings, coupling, schemes, mesh, pressure
+error      RMS of the difference over the last cycle, over the RMS of the reference's alternating part; for pulley
+           torsion, pulley axial motion and the least film of the worst main bearing (null if a model has none).
+           error_kind names the reference: numerical (same model, finer step), model (next level up), top (highest
+           level, or finest resolution), input (inputs known exactly)
+settling   how much the last cycle still changed the output that changed most; counted separately from the error
+start      runs begin in a settled motion; one that did not settle is named with what is left (start_unsettled, of the
+           reference reference_start_unsettled)
+cost       processor seconds per simulated second, median of three interleaved runs (--quick: one)
+
+--total    measure total errors instead of the families: crank x bearings x block x step, each against the best model
+           (top crank and bearings, flexible block, fine grid and step, settled). Errors of torsion, axial motion,
+           forces and least films of the mains, and cover, each split in model, numerical and settling part; and which
+           model to choose for 10 %, 3 % and 1 %. The cost is that of a settled cycle. Without SCENE: the six at 1000
+           and 2000 rev/min (--quick: 2000, without films solved online, reference at the usual grid and step)
+
+Comparison with other solvers (explicit, Radau, SciPy's): python benchmarks/tradeoff.py in the repository.
+Finished runs are kept in the cache; repeat the command to continue after an interruption.
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add = parser.add_argument
+    add("scene", nargs="?", metavar="SCENE", help="scene file (.toml) in place of the usual scenes")
+    add("--family", action="append", metavar="NAME", help="measure this family only; may be given several times")
+    add("--total", action="store_true", help="total error of levels and steps against the best model, and its parts")
+    add("--quick", action="store_true", help="fewer points, one scene, one run each: under three minutes")
+    add("--output", default="out/tradeoff", metavar="FOLDER", help="charts and tables (out/tradeoff)")
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Measure, write the files, and print a table unless JSON is wanted."""
+    if options.total:
+        return _total(options)
+    from cranktrain.results.figures import check_folder
+    from cranktrain.structure.fem.factor import one_thread
+    from cranktrain_lab.tradeoff.choice import choice_text
+    from cranktrain_lab.tradeoff.files import write_files
+    from cranktrain_lab.tradeoff.study import chosen_families, default_scenes, scenes_of, study
+
+    families = chosen_families(options.family, options.quick)
+    scenes = default_scenes(options.quick) if options.scene is None else scenes_of(options.scene, options.quick)
+    folder = Path(options.output)
+    check_folder(folder, "--output")
+    with _counted() as (say, advance), one_thread():
+        found = study(scenes, families, options.quick, say=say, progress=advance)
+    written = write_files(found, folder)
+    if not options.json:
+        for scene in scenes:
+            rows = [_row(point) for point in found.points if point.pareto and point.parameters["scene"] == scene.name]
+            show_rows(
+                f"{scene.name}: Pareto fronts", ("choice", "error against", "s/s", "torsion", "axial", "film"), rows
+            )
+        print(choice_text(found), end="")
+        print("Written: " + ", ".join(str(path) for path in written))
+    return {**found.as_dict(), "files": [str(path) for path in written]}
+
+
+def _total(options: argparse.Namespace) -> dict[str, Any]:
+    """Measure total errors, write the files, and print the tables unless JSON is wanted."""
+    from cranktrain.core.errors import InputError
+    from cranktrain.results.figures import check_folder
+    from cranktrain.structure.fem.factor import one_thread
+    from cranktrain_lab.tradeoff.study import scenes_of
+    from cranktrain_lab.tradeoff.total.choice import choice_text
+    from cranktrain_lab.tradeoff.total.files import document, write_files
+    from cranktrain_lab.tradeoff.total.study import total_scenes, total_study
+
+    if options.family:
+        raise InputError("--family does not go with --total; leave one out")
+    scenes = total_scenes(options.quick) if options.scene is None else scenes_of(options.scene, options.quick)
+    folder = Path(options.output)
+    check_folder(folder, "--output")
+    with _counted() as (say, advance), one_thread():
+        found = total_study(scenes, options.quick, say=say, progress=advance)
+    written = write_files(found, folder)
+    if not options.json:
+        print(choice_text(found), end="")
+        print("Written: " + ", ".join(str(path) for path in written))
+    return {**document(found), "files": [str(path) for path in written]}
+
+
+@contextmanager
+def _counted() -> Iterator[tuple[Callable[[str], None], Callable[[float], None]]]:
+    """A bar with what is at work; an interrupt says how many runs are kept."""
+    measured = 0
+    try:
+        with labelled_bar("tradeoff") as (say, advance):
+
+            def count(stage: str) -> None:
+                nonlocal measured
+                measured += 1
+                say(stage)
+
+            yield count, advance
+    except KeyboardInterrupt:
+        raise Interrupted(
+            f"interrupted after {max(0, measured - 1)} runs, which are kept; repeat the command to continue"
+        ) from None
+
+
+def _row(point: Any) -> list[str]:
+    errors = ["" if value is None else f"{value:.1e}" for value in point.error.values()]
+    kind = {"numerical": "same model, finer", "top": "top level", "input": "exact inputs"}
+    doubt = "" if point.unsettled is None else ", start not settled"
+    return [
+        f"{point.family}: {point.label}{doubt}", kind[point.parameters["error_kind"]],
+        f"{point.seconds_per_simulated_second:.3g}", *errors,
+    ]  # fmt: skip

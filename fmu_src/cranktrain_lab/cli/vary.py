@@ -1,0 +1,153 @@
+"""The verb ``vary``: many variants of an engine by a design, kept one by one, with percentiles and sensitivities."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cranktrain.cli.console import Interrupted, labelled_bar, number, say, show_rows
+from cranktrain.core.errors import SolverError
+
+if TYPE_CHECKING:
+    from cranktrain_lab.variants.results.variants import Variants
+    from cranktrain_lab.variants.running import Means, Outcome
+    from cranktrain_lab.variants.study import Study
+
+DESCRIPTION = """\
+Many variants of an engine: tolerances and choices as distributions; percentiles, sensitivities, Pareto front.
+
+STUDY is a TOML file: an engine, the values that vary with their distributions, outputs, speeds and a design
+(latin-hypercube, sobol, random, grid or sensitivity). Every finished variant is kept: the same command goes on where
+it ended. The result is a folder of Parquet files, which pandas and others read as one table, with a picture beside it.
+
+crank torsional   linear run-up of each variant over all speeds: twist, damper heat, shaft stress, orders
+other cranks      runs in time at each speed; the crank's body is kept, and each run starts from the engine's own motion
+
+5 %, 50 %, 95 %   percentiles of an output's worst value over the speeds
+depends on        values by their total Sobol index (design sensitivity), else by their rank regression coefficient
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's options."""
+    add_study_options(parser, "folder of the variants (default: STUDY_variants); its picture is FOLDER.png")
+
+
+def add_study_options(parser: argparse.ArgumentParser, output: str) -> None:
+    """Add the study and what says how it is run; ``output`` is the help of that option."""
+    add = parser.add_argument
+    add("study", metavar="STUDY.toml", help="path of a study .toml file")
+    add("--output", metavar="FOLDER", help=output)
+    add("--workers", type=number(1, 1024, "", int), metavar="N", help="processes (default: one a processor)")
+    add("--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, e.g. tcp://host:8786")
+    add("--anew", action="store_true", help="replace the folder of another study, and run all variants again")
+
+
+def means_of(options: argparse.Namespace) -> Means:
+    """How a study is run."""
+    from cranktrain_lab.variants.running import Means
+
+    return Means(options.workers, options.scheduler, options.anew)
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Run the variants that the folder does not hold, and show what all of them say."""
+    from cranktrain_lab.variants.study import load_study
+
+    study = load_study(options.study)
+    folder = Path(options.output or f"{study.name}_variants")
+    variants, outcome = found_variants(study, folder, means_of(options))
+    picture = folder.with_name(f"{folder.name}.png")
+    variants.plot(path=picture)
+    said = report(variants, outcome) | {"result": str(folder), "picture": str(picture)}
+    if not options.json:
+        _show(variants, said)
+    return said
+
+
+def found_variants(study: Study, folder: Path, means: Means) -> tuple[Variants, Outcome]:
+    """Variants of a study, run under a bar; whatever ends it early, say what the folder keeps."""
+    from cranktrain_lab.variants.results.variants import Variants
+    from cranktrain_lab.variants.running import Outcome, run_variants
+
+    outcome = Outcome()
+
+    def work(tell_stage: Callable[[str], None], tell: Callable[[str, float], None]) -> Any:
+        return run_variants(study, folder, means, tell_stage, tell, outcome)
+
+    try:
+        files = under_bar("vary", work)
+    except KeyboardInterrupt:
+        count = outcome.finished + outcome.resumed
+        goes_on = "; run the same command again to continue from there" if count else ""
+        raise Interrupted(f"interrupted; {folder} keeps {count} variants{goes_on}") from None
+    variants = Variants(files)
+    if len(variants) and len(variants.failed) == len(variants):
+        raise SolverError(f"all variants failed; the first one: {next(iter(variants.failed.values()))}")
+    if outcome.failed:
+        most = max(outcome.reasons, key=lambda reason: outcome.reasons[reason])
+        say(f"cranktrain: warning: {outcome.failed} variants failed, most often: {most}")
+    return variants, outcome
+
+
+def under_bar(title: str, work: Callable[[Callable[[str], None], Callable[[str, float], None]], Any]) -> Any:
+    """Do work that tells of stages, and of text and share; lines no oftener than every 5 % where there is no bar."""
+    with labelled_bar(title) as (tell_stage, advance):
+        last = -1.0
+
+        def tell(text: str, share: float) -> None:
+            nonlocal last
+            advance(share)
+            if share >= last + 0.05 or share >= 1.0:
+                last = share
+                tell_stage(text)
+
+        return work(tell_stage, tell)
+
+
+def report(variants: Variants, outcome: Outcome) -> dict[str, Any]:
+    """What the variants say, in engineers' units."""
+    import numpy as np
+
+    from cranktrain_lab.variants.results.shown import shown_unit
+    from cranktrain_lab.variants.results.variants import PERCENTILES
+
+    outputs = []
+    for name in variants.outputs:
+        unit, factor = shown_unit(variants.output(name).unit)
+        values = variants[name]
+        shares = factor * np.percentile(values[np.isfinite(values)], PERCENTILES)
+        outputs.append({"output": name, "unit": unit, **{f"percentile_{p:g}": v for p, v in
+                                                         zip(PERCENTILES, shares.tolist(), strict=True)}})  # fmt: skip
+    said: dict[str, Any] = {
+        "engine": variants.about["engine"], "variants": len(variants), "failed": len(variants.failed),
+        "resumed": outcome.resumed, "seconds": outcome.seconds, "workers": outcome.workers, "outputs": outputs,
+        "sensitivities": variants.sensitivities(),
+        "reasons": [{"reason": why, "variants": count} for why, count in sorted(
+            _counted(variants.failed.values()).items(), key=lambda one: -one[1])],
+    }  # fmt: skip
+    if variants.about["pareto"]:
+        said["pareto"] = variants.pareto().drop(columns="failed").reset_index().to_dict("records")
+    return said
+
+
+def _counted(reasons: Any) -> dict[str, int]:
+    counts: dict[str, int] = {}
+    for why in reasons:
+        counts[why] = counts.get(why, 0) + 1
+    return counts
+
+
+def _show(variants: Variants, said: dict[str, Any]) -> None:
+    header = ("output", "unit", "5 %", "50 %", "95 %", "depends on")
+    show_rows(f"{said['engine']}: {said['variants']} variants, {variants.about['method']}", header, variants.rows)
+    if said["reasons"]:
+        rows = [(str(one["variants"]), one["reason"]) for one in said["reasons"][:5]]
+        show_rows(f"{said['failed']} variants failed", ("variants", "quantity"), rows)
+    if "pareto" in said:
+        print(f"Pareto front of {', '.join(variants.about['pareto'])}: {len(said['pareto'])} variants")
+    resumed = f", {said['resumed']} of them from an earlier run" if said["resumed"] else ""
+    workers = "1 worker" if said["workers"] == 1 else f"{said['workers']} workers"
+    print(f"{said['seconds']:.1f} s on {workers}{resumed}. Result: {said['result']}, {said['picture']}")

@@ -1,0 +1,112 @@
+"""Exchange inside a communication step: the last unit calls its master at intermediate points (FMI 3.0).
+
+The other units step to the next intermediate point, the last unit gets their outputs there and goes on to that point,
+within one call of ``step``. Each part is a step of scheme ``gauss-seidel``, so values between the points of a part are
+those that the units themselves know at its ends.
+
+An FMU does not announce its intermediate points. For each size of step the master therefore lets the last unit take one
+step that it takes back again, and notes the points. Points at other places later on are an error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.unit_turns import MEAN, READ, WRITE
+from cranktrain_lab.coupling.unit import Unit, UnitError
+from cranktrain_lab.coupling.updates import Master, Updates
+
+CLOSE = 1.0e-5
+"""Distance of an intermediate point from the expected one, over the length of the step, that is none."""
+DIGITS = 8
+"""Decimal digits to which the sizes of two steps must agree for the same intermediate points."""
+
+
+class Inside(Updates):
+    """Intermediate points of the last unit in a master's order."""
+
+    def __init__(self, order: Sequence[Unit]) -> None:
+        """Listen to the last unit; ``InputError`` if it has no intermediate points or cannot restore its state."""
+        super().__init__(order, "intermediate")
+        if not self._unit.restorable:
+            raise InputError(
+                f"scheme 'intermediate': {self._unit.name} cannot keep and restore its state, so its intermediate "
+                "points cannot be found; take gauss-seidel, or a unit with canGetAndSetFMUState"
+            )
+        self._shares: dict[str, list[float]] = {}
+        self._ends: list[float] = []
+        self._noted: list[float] | None = None
+        self._close = 0.0
+        self._unit.listen(self._guarded(self._called))
+
+    def step(self, master: Master, size: float) -> None:
+        """One communication step (s) of all units; ``UnitError`` names the unit that fails, with the time."""
+        begin = master.time
+        shares = self._found(begin, size)
+        self._ends = [begin + size * share for share in shares] + [begin + size]
+        self._close, self._master = CLOSE * size, master
+        try:
+            self._lead()
+            self._take(begin, size)
+            if len(self._ends) > 1:
+                raise UnitError(
+                    f"{self._unit.name}: no intermediate update at {self._ends[0]:.9g} s, where one was due"
+                )
+            self._read()
+        finally:
+            self._master = None
+
+    def _found(self, begin: float, size: float) -> list[float]:
+        """Intermediate points of a step of this size, as fractions of it."""
+        key = f"{size:.{DIGITS}e}"
+        if key not in self._shares:
+            state = self._unit.keep()
+            self._noted = []
+            try:
+                self._take(begin, size)
+                self._shares[key] = [(time - begin) / size for time in self._noted]
+            finally:
+                self._noted = None
+            self._unit.restore(state)
+        return self._shares[key]
+
+    def _called(self, time: float) -> None:
+        """At an intermediate point."""
+        if self._noted is not None:
+            self._noted.append(time)
+        elif self._master is not None:
+            self._exchange(time)
+
+    def _exchange(self, time: float) -> None:
+        """Complete a part of the step and begin the next one."""
+        master = self._master
+        if len(self._ends) == 1 or not abs(time - self._ends[0]) <= self._close:
+            raise UnitError(
+                f"{self._unit.name}: an intermediate update at {time:.9g} s, but {self._ends[0]:.9g} s was due; its "
+                "points must not move while the step is the same"
+            )
+        self._read()
+        master.time = self._ends.pop(0)
+        master.arrive()
+        self._lead()
+
+    def _lead(self) -> None:
+        """Step the other units to the next point, and write their outputs there to the last unit."""
+        master = self._master
+        size, place, samples = self._part()
+        master.means[:] = samples.mean(samples.places[0], place, master._degree)
+        master._one_by_one(0, self._place, size, place)
+        master._let(WRITE, self._place, self._place + 1, size, place)
+        master.sweeps += 1
+
+    def _read(self) -> None:
+        """Read the last unit's outputs at the next point."""
+        size, place, _ = self._part()
+        self._master._let(READ | MEAN, self._place, self._place + 1, size, place)
+
+    def _part(self) -> tuple[float, float, Any]:
+        """Length of the part of the step, s, abscissa of its end, and the known samples."""
+        size = self._ends[0] - self._master.time
+        return size, self._master._place(size), self._master._samples

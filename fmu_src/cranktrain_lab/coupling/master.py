@@ -1,0 +1,380 @@
+"""The reference master: steps coupled units from one communication point to the next.
+
+All exchanged values are in one vector: the outputs of all units, each in its own unit of measurement. A step uses three
+such vectors, stored one after the other: reconstructed means over the step, newest known values, and values at the
+step's start. The connections of a unit select its inputs from these vectors. Schemes differ in the order in which they
+update them. Units without inputs take their step first in every scheme, because their outputs do not depend on the
+others.
+
+If an output depends on an input without a step, it must belong to the newest inputs. These inputs are therefore set,
+and the outputs read, once more at the communication point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.reduced_body import Array
+from cranktrain.core.unit_turns import MEAN, READ, STEP, WRITE
+from cranktrain_lab.coupling.connections import Connection, checked, wiring
+from cranktrain_lab.coupling.quasi_newton import QuasiNewton
+from cranktrain_lab.coupling.reconstruction import DEGREES, Samples
+from cranktrain_lab.coupling.schemes import INSIDE, SCHEMES
+from cranktrain_lab.coupling.turns import Turns, Vectors
+from cranktrain_lab.coupling.unit import Unit, UnitError
+
+PASSES = 4
+"""Times at most that inputs are handed through outputs which they feed at a communication point."""
+STEADY = 1.0e-12
+"""Relative change of such outputs that ends this iteration."""
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """How values are exchanged.
+
+    Attributes
+    ----------
+    scheme : a name of :data:`SCHEMES`
+    reconstruction : a name of :data:`cranktrain_lab.coupling.reconstruction.DEGREES`
+    abscissa : output over which values are reconstructed, ``(unit, variable)``; None: time
+    tolerance : of scheme ``iterative``: change of an output over its range so far that ends a step
+    sweeps : most of them in a step
+    whole : of scheme ``stages``: units, the first ones, that take each step ahead of the others
+    """
+
+    scheme: str = "gauss-seidel"
+    reconstruction: str = "linear"
+    abscissa: tuple[str, str] | None = None
+    tolerance: float = 1.0e-8
+    sweeps: int = 30
+    whole: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for value, valid, what in (
+            (self.scheme, SCHEMES, "scheme"),
+            (self.reconstruction, DEGREES, "reconstruction"),
+        ):
+            if value not in valid:
+                raise InputError(f"{what} '{value}' does not exist; {nearest(value, valid)}")
+        if self.scheme == "stages" and (self.reconstruction != "hold" or self.abscissa is not None):
+            raise InputError("scheme 'stages' reconstructs nothing; take reconstruction hold, and no abscissa")
+        if not 0.0 < self.tolerance < 1.0:
+            raise InputError(f"tolerance {self.tolerance:g} is not within 0 and 1 of an output's range")
+
+
+class Master:
+    """Units that take steps together.
+
+    Attributes
+    ----------
+    names : outputs of all units, ``unit.variable``
+    ports : those outputs as their units describe them
+    time : of the last communication point, s
+    newest : outputs there, as ``names``
+    sweeps : evaluations of all units so far, in units of steps
+    inside : exchange inside a step of the last unit, for the schemes that have it; None for others
+    """
+
+    def __init__(
+        self, units: Sequence[Unit], connections: Sequence[Connection], exchange: Exchange,
+        outputs: Mapping[str, Sequence[str]] | None = None,
+    ) -> None:  # fmt: skip
+        """Link the units, which have this order; ``outputs`` names those to read beside the connected ones, by unit.
+
+        Raises
+        ------
+        InputError
+            two units of one name, connections that cannot be, a scheme that needs states of units without
+        """
+        by_name = {unit.name: unit for unit in units}
+        if len(by_name) < len(units):
+            raise InputError(f"units {', '.join(unit.name for unit in units)}: names must differ; rename one")
+        checked(by_name, connections)
+        self.exchange, self.time, self.sweeps = exchange, 0.0, 0
+        self._degree = DEGREES[exchange.reconstruction]
+        self._order = _independent_first(units, connections)
+        if exchange.scheme == "iterative":
+            _all_restorable(self._order)
+        self.inside = INSIDE[exchange.scheme](self._order, exchange) if exchange.scheme in INSIDE else None
+        self._parts: dict[str, slice] = {}
+        at: dict[tuple[str, str], int] = {}
+        for unit in self._order:
+            chosen = dict.fromkeys(c.source[1] for c in connections if c.source[0] == unit.name)
+            chosen |= dict.fromkeys((outputs or {}).get(unit.name, ()))
+            first = len(at)
+            at.update({(unit.name, name): first + k for k, name in enumerate(chosen)})
+            self._parts[unit.name] = slice(first, len(at))
+        self._at, n = at, len(at)
+        self.names = tuple(f"{unit}.{name}" for unit, name in at)
+        self.ports = {f"{unit}.{name}": by_name[unit].outputs[name] for unit, name in at}
+        self._wirings = {unit.name: wiring(unit, connections, by_name, at) for unit in units}
+        for unit in units:
+            part = self._parts[unit.name]
+            unit.link(self._wirings[unit.name].names, [name for _, name in list(at)[part]])
+        if exchange.abscissa is not None and exchange.abscissa not in at:
+            raise InputError(f"abscissa {'.'.join(exchange.abscissa)}: is not connected; connect it, or take time")
+        self._feeding = [unit for unit in self._order if self._feeds(unit)]
+        self._known = np.zeros(3 * n)
+        self.means, self.newest, self.start = self._known[:n], self._known[n : 2 * n], self._known[2 * n :]
+        self.written = {name: np.zeros(len(taken.names)) for name, taken in self._wirings.items()}
+        self._samples = Samples(n)
+        self._extremes = np.array([np.full(n, math.inf), np.full(n, -math.inf)])
+        self._coupled = np.unique(np.array([at[c.source] for c in connections if c.judged], dtype=np.intp))
+        self._turned = self._last = 0.0
+        self._quasi_newton = QuasiNewton()
+        self._states: dict[str, Any] = {}
+        self._turns: Turns | None = None
+        self._independent = sum(not self._wirings[unit.name].names for unit in self._order)
+
+    def find(self, unit: str, variable: str) -> tuple[str, int]:
+        """Where :meth:`value` finds an output that is read, or a connected input; ``InputError``: neither."""
+        if (unit, variable) in self._at:
+            return "", self._at[unit, variable]
+        names = self._wirings[unit].names if unit in self._wirings else ()
+        if variable not in names:
+            there = [name for owner, name in self._at if owner == unit] + list(names)
+            raise InputError(f"{unit}.{variable} is neither read nor connected; {nearest(variable, there)}")
+        return unit, names.index(variable)
+
+    def value(self, place: tuple[str, int]) -> float:
+        """Newest value of an output, or what was last written to an input."""
+        values, k = self.vector(place)
+        return float(values[k])
+
+    def vector(self, place: tuple[str, int]) -> tuple[Array, int]:
+        """The vector that holds such a value from the initialization on, and its place there."""
+        unit, k = place
+        return (self.written[unit] if unit else self.newest), k
+
+    def initialize(self, time: float = 0.0) -> None:
+        """Start all units, with their own start values for unconnected inputs, and exchange their first outputs."""
+        self.time = time
+        for unit in self._order:
+            unit.initialize(time)
+            self._read(unit)
+        self.means[:] = self.start[:] = self.newest
+        for _ in range(2):  # what follows from the others' first outputs is read the second time
+            for unit in self._order:
+                self._write(unit)
+                self._read(unit)
+            self.means[:] = self.start[:] = self.newest
+        self._arrive(self.newest)
+        self._take_directly()
+
+    def _take_directly(self) -> None:
+        """Leave the turns of loaded FMUs to compiled code, where their outputs follow from their steps alone."""
+        direct = {unit.name: unit for unit in self._order if unit not in self._feeding}
+        vectors = Vectors(self._known, self._samples.values, self._extremes)
+        turns = Turns(self._order, direct, self._wirings, self._parts, vectors)
+        for name, values in turns.inputs.items():
+            values[:] = self.written[name]
+            self.written[name] = values
+        self._turns = turns if turns.inputs else None
+
+    def step(self, end: float) -> None:
+        """Go to ``end`` (s) in one step; ``UnitError`` or ``SolverError`` where it fails, with unit and time."""
+        size = end - self.time
+        self.start[:] = self.newest
+        SCHEMES[self.exchange.scheme](self, size, self._place(size))
+        self.time = end
+        self._settle_feeds()
+        self._arrive(self.newest)
+
+    def arrive(self) -> None:
+        """Take the newest outputs as those of a point inside a step, at ``time``, and go on from there."""
+        self._settle_feeds()
+        self._arrive(self.newest)
+        self.start[:] = self.newest
+
+    def predicted(self, size: float) -> Array:
+        """Outputs that are expected after a step of this size, (n,)."""
+        return self._samples.at(self._place(size), max(1, self._degree))
+
+    @property
+    def scales(self) -> Array:
+        """Range of each output so far (n,); 1 where it never moved."""
+        span = self._extremes[1] - self._extremes[0]
+        return np.where(span > 0.0, span, 1.0)
+
+    @property
+    def restorable(self) -> bool:
+        """Whether all units can take a step again."""
+        return all(unit.restorable for unit in self._order)
+
+    @property
+    def coupled(self) -> NDArray[np.intp]:
+        """Places of the outputs that go into inputs and are judged."""
+        return self._coupled
+
+    def keep(self) -> Any:
+        """State of all units and of the master, for :meth:`restore`; the next call takes its place."""
+        for unit in self._order:
+            self._states[unit.name] = unit.keep(self._states.get(unit.name))
+        samples = self._samples
+        return self.time, self._known.copy(), samples.values.copy(), list(samples.places), self._turned, self._last
+
+    def restore(self, state: Any) -> None:
+        """Go back to the last state that was kept."""
+        for unit in self._order:
+            unit.restore(self._states[unit.name])
+        self.time, known, values, self._samples.places, self._turned, self._last = state
+        self._known[:], self._samples.values[:] = known, values
+
+    def close(self) -> None:
+        """End all units; ``UnitError`` of the first that did not end well."""
+        self._turns = None
+        failed: list[UnitError] = []
+        for unit in self._order:
+            try:
+                unit.close()
+            except UnitError as error:
+                failed.append(error)
+        if failed:
+            raise failed[0]
+
+    def _feeds(self, unit: Unit) -> bool:
+        """Whether a connected input of a unit changes one of its outputs that is read, without a step."""
+        read = {name for (owner, name) in self._at if owner == unit.name}
+        return any(unit.inputs[name].feeds & read for name in self._wirings[unit.name].names)
+
+    def _place(self, size: float) -> float:
+        """Abscissa of the step's end."""
+        if self.exchange.abscissa is None:
+            return self.time + size
+        # Before the first step its rate is not known, nor does it matter: one point has no slope.
+        return self._samples.places[0] + (self._turned * size or size)
+
+    def _write(self, unit: Unit) -> None:
+        taken = self._wirings[unit.name]
+        if taken.names:
+            values = self.written[unit.name]
+            values[:] = taken.of(self._known, self.time)
+            self._asked(unit, unit.write, values)
+
+    def _read(self, unit: Unit) -> None:
+        part = self._parts[unit.name]
+        if part.stop > part.start:
+            self.newest[part] = self._asked(unit, unit.read)
+
+    def _asked(self, unit: Unit, call: Callable[..., Any], *arguments: Any) -> Any:
+        """Result of a call; an error names the unit and the time."""
+        try:
+            return call(*arguments)
+        except UnitError as error:
+            raise UnitError(f"{unit.name} at {self.time:.6g} s: {error}") from None
+
+    def _advance(self, unit: Unit, size: float) -> None:
+        try:
+            unit.step(self.time, size)
+        except UnitError as error:
+            raise UnitError(f"{unit.name}, step from {self.time:.6g} s to {self.time + size:.6g} s: {error}") from None
+
+    def _one_by_one(self, first: int, end: int, size: float, place: float) -> None:
+        """Step units, by their places, each with the outputs of the previous units at the step's end."""
+        if self._turns is not None:
+            self._turns.weigh(self._samples.weights_to(place, self._degree))
+        self._let(WRITE | STEP | READ | MEAN, first, end, size, place)
+
+    def _let(self, what: int, first: int, end: int, size: float, place: float) -> None:
+        """Let the units from one place to another write, step and read in turn, whatever ``what`` has of it."""
+        k = first
+        while k < end:
+            until = k if self._turns is None else min(end, self._turns.until[k])
+            if until > k:
+                self._let_directly(what, k, until, size)
+            else:
+                self._let_one(self._order[k], what, size, place)
+            k = max(until, k + 1)
+
+    def _let_one(self, unit: Unit, what: int, size: float, place: float) -> None:
+        if what & WRITE:
+            self._write(unit)
+        if what & STEP:
+            self._advance(unit, size)
+        if what & MEAN and unit in self._feeding:
+            self._expect(unit, place)
+        if what & READ:
+            self._read(unit)
+        if what & MEAN:
+            part = self._parts[unit.name]
+            self.means[part] = self._samples.mean_to(place, self.newest[part], part, self._degree)
+
+    def _let_directly(self, what: int, first: int, end: int, size: float) -> None:
+        assert self._turns is not None
+        try:
+            self._turns.take(what, first, end, self.time, size)
+        except UnitError as error:
+            unit, stepped = self._turns.failed
+            when = f", step from {self.time:.6g} s to {self.time + size:.6g} s" if stepped else f" at {self.time:.6g} s"
+            raise UnitError(f"{unit.name}{when}: {error}") from None
+
+    def _expect(self, unit: Unit, place: float) -> None:
+        """Set a unit's inputs to known or extrapolated values at the step's end, for outputs that depend on them."""
+        n = len(self.names)
+        expected = self._samples.at(place, self._degree)
+        before = self._order[: self._order.index(unit)]
+        for other in before:
+            expected[self._parts[other.name]] = self.newest[self._parts[other.name]]
+        self._asked(unit, unit.write, self._wirings[unit.name].of(np.tile(expected, 3)[: 3 * n], self.time))
+
+    def _settle_feeds(self) -> None:
+        """Hand the values at the communication point through outputs that inputs feed."""
+        if not self._feeding:
+            return
+        self.means[:] = self.start[:] = self.newest
+        for _ in range(PASSES):
+            before = self.newest.copy()
+            for unit in self._feeding:
+                self._asked(unit, unit.write, self._wirings[unit.name].of(self._known, self.time))
+                self._read(unit)
+                part = self._parts[unit.name]
+                self.means[part] = self.start[part] = self.newest[part]
+            if np.all(np.abs(self.newest - before) <= STEADY * np.abs(before)):
+                return
+
+    def _arrive(self, values: Array) -> None:
+        """Remember the values of a communication point; ``UnitError`` where one is not a number."""
+        remembered = self._turns is not None and self._turns.arrive()
+        if not remembered:
+            bad = np.flatnonzero(~np.isfinite(values))
+            if bad.size:
+                unit, name = list(self._at)[int(bad[0])]
+                raise UnitError(f"{unit}: {name} is {values[bad[0]]} at {self.time:.6g} s; units before it are finite")
+            low, high = self._extremes
+            np.minimum(low, values, out=low)
+            np.maximum(high, values, out=high)
+        place = self.time
+        if self.exchange.abscissa is not None:
+            place = float(values[self._at[self.exchange.abscissa]])
+            if self._samples.places:
+                gone = self.time - self._last
+                self._turned = (place - self._samples.places[0]) / gone if gone > 0.0 else self._turned
+        self._last = self.time
+        if remembered:
+            self._samples.stand(place)
+        else:
+            self._samples.add(place, values)
+
+
+def _independent_first(units: Sequence[Unit], connections: Sequence[Connection]) -> list[Unit]:
+    """Units without connected inputs, then the others in their order."""
+    driven = {connection.target[0] for connection in connections}
+    return sorted(units, key=lambda unit: unit.name in driven)
+
+
+def _all_restorable(units: Sequence[Unit]) -> None:
+    """Refuse units that cannot take a step again."""
+    fixed = [unit.name for unit in units if not unit.restorable]
+    if fixed:
+        raise InputError(
+            f"scheme 'iterative': {', '.join(fixed)} cannot keep and restore its state; take gauss-seidel, or a unit "
+            "with canGetAndSetFMUstate"
+        )

@@ -1,0 +1,81 @@
+"""A measurement as a unit of the virtual engine: its channels, by the crank angle of the model that runs beside it.
+
+Samples lie at uniform crank angles over whole cycles and repeat after the last one. As
+:class:`cranktrain_lab.coupling.trace_unit.TraceUnit` it extrapolates the crank's angle by its speed over a step and
+outputs the values at the end with the angle that they belong to, so model and measurement are compared at equal
+crank angles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain.loads.gas_pressure import gas_pressure, spline_coefficients
+from cranktrain_lab.coupling.by_angle import ByAngle
+from cranktrain_lab.coupling.unit import Port
+
+AT = "pressure.angle"
+"""Output of the angle that the values belong to."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Measured channels over crank angle.
+
+    Attributes
+    ----------
+    name : of the file
+    cycles : whole cycles of 720 degrees that it covers
+    start : crank angle of the first sample, rad after firing dead centre of the first cylinder
+    values : channel → samples (n,) at ``start + 4π cycles i/n``
+    ports : channel → unit of measurement
+    """
+
+    name: str
+    cycles: int
+    start: float
+    values: Mapping[str, Array]
+    ports: Mapping[str, Port]
+
+    def mean(self, channel: str) -> float:
+        """Mean of a channel."""
+        return float(self.values[channel].mean())
+
+
+class RecordingUnit(ByAngle):
+    """Channels by crank angle."""
+
+    def __init__(self, name: str, recording: Recording) -> None:
+        self.recording = recording
+        self._tables = {key: spline_coefficients(values) for key, values in recording.values.items()}
+        super().__init__(name, {**recording.ports, AT: Port()})
+
+    def at(self, channel: str, angle: float) -> float:
+        """Value of a channel at a crank angle, rad."""
+        own = self.recording
+        return float(gas_pressure((angle - own.start) / own.cycles, self._tables[channel]))
+
+    def read(self) -> Array:
+        """See the protocol."""
+        return np.array([self._angle if name == AT else self.at(name, self._angle) for name in self._read])
+
+
+def without_zero(angle: Array, values: Array) -> Array:
+    """Values (k,) less their mean over the cycle that ends there, over crank angle (k,) rad, which rises.
+
+    In the first cycle the mean is that of the first cycle, of a shorter run that of the run.
+    """
+    cycle = 4.0 * math.pi
+    whole = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(angle) * (values[1:] + values[:-1]))))
+    end = np.maximum(angle, angle[0] + cycle)
+    begin = np.maximum(end - cycle, angle[0])
+    end = np.minimum(end, angle[-1])
+    span = end - begin
+    if not np.all(span > 0.0):
+        return np.asarray(values - values.mean())
+    return np.asarray(values - (np.interp(end, angle, whole) - np.interp(begin, angle, whole)) / span)

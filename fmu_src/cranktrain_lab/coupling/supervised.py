@@ -1,0 +1,284 @@
+"""Coupled runs in a process of their own: a unit that hangs or dies ends its own run only.
+
+The process writes each communication point to a file that is mapped into its memory, and writes the current call and
+unit to shared memory. The supervising process ends it if a call takes too long, or notices that it died, and keeps the
+file. It asks the system for the exit code, because a process that a unit started keeps pipes open. FMU instances and
+their extracted files are removed with the process and its folder.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import tempfile
+import time
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection as Pipe
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from cranktrain.core.errors import CranktrainError, InputError, StoreError
+from cranktrain.store.side_by_side import leave_to_parent, process_context
+from cranktrain_lab.coupling.connections import Connection
+from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.points import PointsFile, read_points
+from cranktrain_lab.coupling.run import Bond, Coupled, Record, Steps, run
+from cranktrain_lab.coupling.unit import EndingError, Unit, UnitError
+from cranktrain_lab.coupling.watch import INITIALIZATION, WORDS, Notes, Watched
+
+LOOK = 0.1
+"""Seconds between two looks at the process."""
+MAKING = 600.0
+"""Seconds that the process may take until it has its units: it starts, imports and reads descriptions."""
+SHORT = 0.01
+"""Seconds between two looks at a process that is ending."""
+GRACE = 5.0
+"""Seconds that a process may take to end by itself."""
+
+
+class System(Protocol):
+    """Units, further input of a master, ``outputs`` to read in addition to connected ones, and exchanged powers."""
+
+    @property
+    def units(self) -> Mapping[str, Unit]: ...  # noqa: D102
+    @property
+    def connections(self) -> Sequence[Connection]: ...  # noqa: D102
+    @property
+    def exchange(self) -> Exchange: ...  # noqa: D102
+    @property
+    def outputs(self) -> Mapping[str, Sequence[str]]: ...  # noqa: D102
+    @property
+    def bonds(self) -> Sequence[Bond]: ...  # noqa: D102
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Wall time, s, that one call of a unit may take: its initialization, which may compile, and any other."""
+
+    start: float = 3600.0
+    step: float = 600.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not value > 0.0:
+                raise InputError(f"limit of a call, {name}: {value:g} s must be above zero")
+
+
+class _Header(NamedTuple):
+    """Description of a run that its process sends before the run begins."""
+
+    units: list[str]
+    outputs: tuple[str, ...]
+    measures: tuple[str, ...]
+    bonds: list[str]
+
+
+def run_supervised(
+    make: Callable[[], System], stop: float, steps: Steps, limits: Limits | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Coupled:  # fmt: skip
+    """Run what ``make`` makes to ``stop`` (s); ``make`` is a function of a module, or a ``partial`` of one.
+
+    Raises
+    ------
+    CranktrainError
+        a unit fails, dies or hangs, or (``StoreError``) the temporary folder is full; its ``found`` holds the run so
+        far where there is any. An interrupt's likewise.
+    """
+    with ExitStack() as held:
+        try:
+            folder = tempfile.TemporaryDirectory(prefix="cranktrain-run-", ignore_cleanup_errors=True)
+            watcher = _Watcher(make, stop, steps, limits or Limits(), Path(held.enter_context(folder)))
+        except OSError as error:
+            raise StoreError(_no_room(error)) from None
+        try:
+            return watcher.follow(progress)
+        except (CranktrainError, KeyboardInterrupt) as error:
+            watcher.end()
+            early = "" if isinstance(error, EndingError) else str(error) or "interrupted"
+            if (found := watcher.found(early)) is not None:
+                error.found = found  # type: ignore[union-attr]
+            raise
+        finally:
+            watcher.end()
+
+
+def _no_room(error: OSError) -> str:
+    """What to say of a run that the system has no place or process for."""
+    try:
+        place = tempfile.gettempdir()
+    except OSError:
+        place = "any"
+    reason = error.strerror or error
+    return (
+        f"temporary folder {place}: the run cannot go on ({reason}); free some space, or set TMPDIR to another folder"
+    )
+
+
+class _Watcher:
+    """One that watches a run's process."""
+
+    def __init__(self, make: Callable[[], System], stop: float, steps: Steps, limits: Limits, folder: Path) -> None:
+        context = process_context()
+        self._limits, self._stop = limits, stop
+        self._notes = context.RawValue(Notes)
+        self._points = folder / "points"
+        self._ear, told = context.Pipe(duplex=False)
+        task = make, stop, steps, self._points, self._notes, told, os.getpid()
+        self._process = context.Process(target=_work, args=task, daemon=True)
+        self._process.start()
+        told.close()
+        self._header: _Header | None = None
+        self._grace = GRACE
+
+    def follow(self, progress: Callable[[float], None] | None) -> Coupled:
+        """The finished run; raises the error that ended it."""
+        heard = self._hear(progress)
+        if isinstance(heard, _Header):
+            self._header = heard
+            heard = self._hear(progress)
+        if isinstance(heard, BaseException):
+            raise heard
+        found = self.found("")
+        if found is None:
+            raise UnitError(f"{self._place()}: the record of the run is gone; a unit removed it, correct the unit")
+        self._closed()
+        return found
+
+    def _hear(self, progress: Callable[[float], None] | None) -> Any:
+        """The next thing that the process says; ``UnitError`` where it dies or hangs before."""
+        count, since = -1, time.monotonic()
+        while not wait([self._ear, self._process.sentinel], timeout=LOOK) and self._process.exitcode is None:
+            now = time.monotonic()
+            if self._notes.count != count:
+                count, since = self._notes.count, now
+                if progress is not None and self._header is not None:
+                    progress(min(1.0, self._notes.time / self._stop))
+            limit = self._limits.start if self._notes.call == INITIALIZATION else self._limits.step
+            limit = MAKING if self._header is None else limit
+            if now - since > limit:
+                self._grace = 0.0
+                raise UnitError(
+                    f"{self._place()}: did not return within {limit:g} s, its process was ended; correct the unit or "
+                    "raise the limit"
+                )
+        with suppress(Exception):  # the pipe is closed, or a unit wrote something into it
+            if self._ear.poll():
+                return self._ear.recv()
+        self._wait(GRACE)
+        self._grace = 0.0
+        raise UnitError(f"{self._place()}: {self._died()}; this unit is the cause; correct it")
+
+    def _wait(self, seconds: float) -> None:
+        """Wait until the process has ended, at most so long."""
+        until = time.monotonic() + seconds
+        while self._process.exitcode is None and time.monotonic() < until:
+            wait([self._process.sentinel], timeout=SHORT)
+            time.sleep(SHORT)
+
+    def _place(self) -> str:
+        """Unit, call and time that the process reported last."""
+        notes = self._notes
+        if self._header is None:
+            return "the units, being made"
+        # A unit may have written over the notes.
+        unit = dict(enumerate(self._header.units)).get(notes.unit, "a unit")
+        return f"{unit}, {dict(enumerate(WORDS)).get(notes.call, 'a call')} at {notes.time:.6g} s"
+
+    def _died(self) -> str:
+        """How the process ended."""
+        code = self._process.exitcode
+        if code is None:
+            return "cut the connection to its process"
+        if code < 0:
+            names = {number.value: number.name for number in signal.Signals}
+            return f"died with {names.get(-code, f'signal {-code}')}"
+        return f"ended its process with code {code}"
+
+    def found(self, ended: str) -> Coupled | None:
+        """The part of the run in the file; None if the run did not begin."""
+        header, notes = self._header, self._notes
+        if header is None or not self._points.is_file():
+            return None
+        b = len(header.bonds)
+        width = 1 + b + len(header.outputs)
+        rows = read_points(self._points, width, notes.points)
+        if not len(rows):
+            return None
+        residuals = {name: rows[1:, 1 + k] for k, name in enumerate(header.bonds)}
+        return Coupled(
+            header.outputs, header.measures, rows[:, 0], rows[:, 1 + b :], residuals,
+            len(rows) - 1, notes.refused, notes.sweeps, notes.seconds, ended,
+        )  # fmt: skip
+
+    def _closed(self) -> None:
+        """Let the units close; ``EndingError`` where one cannot or says so, ``UnitError`` where its error is fatal."""
+        self._wait(GRACE)
+        heard: Any = None
+        with suppress(Exception):  # the pipe is closed
+            if self._ear.poll():
+                heard = self._ear.recv()
+        if isinstance(heard, UnitError):
+            raise type(heard)(f"{heard}; the run itself is complete, correct the unit")
+        if self._process.exitcode != 0:
+            how = "did not return" if self._process.exitcode is None else self._died()
+            raise EndingError(f"{self._place()}: {how}; the run itself is complete, correct the unit")
+
+    def end(self) -> None:
+        """End the process, by itself where it can."""
+        self._notes.stop = 1
+        self._wait(self._grace)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+
+def _work(
+    make: Callable[[], System], stop: float, steps: Steps, points: Path, notes: Notes, told: Pipe, parent: int
+) -> None:
+    """In the process: run, write and report; then close the units and exit at once, without any clean-up."""
+    leave_to_parent(parent)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    os.dup2(2, 1)  # standard output is the parent's own: a unit may print
+    tempfile.tempdir = str(points.parent)
+    master: Master | None = None
+    try:
+        system = make()
+        units = [Watched(unit, k, notes) for k, unit in enumerate(system.units.values())]
+        master = Master(units, system.connections, system.exchange, system.outputs)
+        measures = tuple(master.ports[name].unit for name in master.names)
+        told.send(_Header(list(system.units), master.names, measures, [bond.name for bond in system.bonds]))
+        master.initialize()
+        _run_into(points, master, stop, steps, system.bonds, notes)
+        told.send(None)
+    except (CranktrainError, KeyboardInterrupt) as error:
+        told.send(type(error)(*error.args))
+    except OSError as error:
+        told.send(StoreError(_no_room(error)))
+    except MemoryError as error:
+        told.send(StoreError(f"the memory is not enough ({error or 'none is left'}); take smaller units"))
+    except BaseException:
+        told.send(RuntimeError(traceback.format_exc()))
+    finally:
+        if master is not None:
+            try:
+                master.close()
+            except UnitError as error:  # of a run that has failed before it is not heard
+                told.send(type(error)(*error.args))
+    os._exit(0)
+
+
+def _run_into(points: Path, master: Master, stop: float, steps: Steps, bonds: Sequence[Bond], notes: Notes) -> None:
+    """Run with each communication point written as it comes."""
+    began, file = time.perf_counter(), PointsFile(points, 1 + len(bonds) + len(master.names))
+
+    def tell(record: Record) -> None:
+        notes.points = file.take(record.newest)
+        notes.time, notes.sweeps, notes.refused = master.time, master.sweeps, record.refused
+        notes.seconds = time.perf_counter() - began
+
+    run(master, stop, steps, bonds, told=tell)

@@ -1,0 +1,206 @@
+"""Turns of units that compiled code can call, see :mod:`cranktrain.core.unit_turns`.
+
+A unit that has a method ``direct`` returns a :class:`Direct` from it, or None; all other units are called by the master
+itself. Both ways give the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, NoReturn, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core import unit_turns as at
+from cranktrain.core.kernel import bound_call
+from cranktrain.core.records import address_of
+from cranktrain.core.reduced_body import Array
+from cranktrain_lab.coupling.connections import Wiring
+from cranktrain_lab.coupling.exchanged_values import ExchangedValues
+from cranktrain_lab.coupling.reconstruction import POINTS
+from cranktrain_lab.coupling.unit import Unit
+
+Notes = NDArray[np.int64]
+
+
+class Told(NamedTuple):
+    """What a step of FMI 3.0 tells: whether the simulation has ended, the step has ended too early, and when, s."""
+
+    ended: bool
+    early: bool
+    reached: float
+
+
+class Failed(NamedTuple):
+    """A call of a unit that failed: the kernel's number of it, its status, the inputs (k,) it was given, its step."""
+
+    call: int
+    status: int
+    inputs: Array
+    told: Told
+
+
+class Failing(Protocol):
+    """Raises the error of a call of a unit."""
+
+    def __call__(self, failed: Failed) -> NoReturn: ...  # noqa: D102
+
+
+class Calls(NamedTuple):
+    """A loaded unit's C functions.
+
+    Attributes
+    ----------
+    version : of FMI, ``FMI_2`` or ``FMI_3`` of the kernel
+    set, step, get, component : addresses of ``fmi2SetReal`` or ``fmi3SetFloat64``, of ``fmi2DoStep`` or ``fmi3DoStep``,
+        of ``fmi2GetReal`` or ``fmi3GetFloat64``, and of the instance
+    """
+
+    version: int
+    set: int
+    step: int
+    get: int
+    component: int
+
+
+class Direct(NamedTuple):
+    """A loaded unit for compiled code.
+
+    Attributes
+    ----------
+    calls : its functions
+    given, taken : values of its inputs and outputs, with those that it was linked with
+    no_state_before : whether no earlier state will be set
+    fail : called where a status is not good, or a step of FMI 3.0 ended early or ended the simulation
+    notes, place : where calls are noted, and the unit's number there; None: nowhere
+    """
+
+    calls: Calls
+    given: ExchangedValues
+    taken: ExchangedValues
+    no_state_before: bool
+    fail: Failing
+    notes: Notes | None = None
+    place: int = 0
+
+
+class Vectors(NamedTuple):
+    """Vectors of a master: known values (3 n,), of earlier points (POINTS, n), least and largest so far (2, n)."""
+
+    known: Array
+    samples: Array
+    extremes: Array
+
+
+class Turns:
+    """Turns of the units that are direct, by their places in the order of a master's units.
+
+    Attributes
+    ----------
+    until : of each place, the end of the direct units that follow one another from there; the place itself for others
+    inputs : linked inputs of direct units by their names, as last written
+    arguments : of the kernel
+    """
+
+    def __init__(
+        self, order: Sequence[Unit], asked: Mapping[str, Unit], wirings: Mapping[str, Wiring],
+        parts: Mapping[str, slice], vectors: Vectors,
+    ) -> None:  # fmt: skip
+        """Ask ``asked`` of the units in ``order`` for their functions; they have these wirings and parts of outputs."""
+        known = vectors.known
+        found = {name: _direct(unit) for name, unit in asked.items()}
+        chosen = {name: one for name, one in found.items() if one is not None and not wirings[name].modified}
+        self._chosen, self._order = chosen, order
+        self._units = np.zeros((len(order), at.COLUMNS), dtype=np.int64)
+        count = sum(len(wirings[name].names) for name in chosen)
+        self._wires, self._values = np.zeros((count, at.WIRES)), np.zeros(count)
+        self._places = np.zeros((count, at.ENDS), dtype=np.int64)
+        self._sources = np.zeros(known.size // 3, dtype=np.int64)
+        blocks = [values.values for one in chosen.values() for values in (one.given, one.taken)]
+        self._exchanged = np.concatenate([np.empty(0), *blocks])
+        self.inputs: dict[str, Array] = {}
+        self._fill(wirings, parts)
+        self._control, self._numbers = np.zeros(at.CONTROLS, dtype=np.int64), np.zeros(at.OLD_WEIGHT + POINTS)
+        for slot, own in ((at.EVENT_AT, at.EVENT), (at.ENDED_AT, at.ENDED), (at.EARLY_AT, at.EARLY)):
+            self._control[slot] = address_of(self._control[own:])
+        self._control[at.REACHED_AT] = address_of(self._numbers[at.REACHED :])
+        noted = [one.notes for one in chosen.values() if one.notes is not None]
+        notes = noted[-1] if noted else np.zeros(at.NOTE_SLOTS, dtype=np.int64)
+        tables = self._units, self._wires, self._places, self._values, self._sources, self._exchanged
+        self.arguments = (self._control, self._numbers, *tables, *vectors, notes)
+        self.until = self._ends()
+        if chosen:
+            self._call = bound_call(at.take_turns, self.arguments)
+
+    def _fill(self, wirings: Mapping[str, Wiring], parts: Mapping[str, slice]) -> None:
+        """Rows of the units, and places of their inputs and outputs."""
+        rows = {unit.name: row for unit, row in zip(self._order, self._units, strict=True)}
+        first = begin = 0
+        for name, one in self._chosen.items():
+            row, taken, part = rows[name], wirings[name], parts[name]
+            end = first + len(taken.names)
+            self.inputs[name] = self._values[first:end]
+            self._wires[first:end] = np.column_stack([taken.scale, taken.shift, taken.low, taken.high])
+            self._places[first:end, at.SOURCE] = taken.places
+            row[[at.VERSION, at.SET, at.DO_STEP, at.GET, at.COMPONENT]] = one.calls
+            row[[at.NO_STATE_BEFORE, at.PLACE]] = int(one.no_state_before), one.place
+            row[[at.IN_FIRST, at.IN_END, at.OUT_FIRST, at.OUT_END]] = first, end, part.start, part.stop
+            for values, column in ((one.given, at.IN_REFERENCES), (one.taken, at.OUT_REFERENCES)):
+                where = address_of(self._exchanged[begin:])
+                numbers = address_of(values.references), values.references.size, where, values.values.size
+                row[column : column + len(numbers)] = numbers
+                if values is one.given:
+                    self._places[first:end, at.TARGET] = begin + values.places
+                else:
+                    self._sources[part] = begin + values.places
+                begin += values.values.size
+            first = end
+
+    def _ends(self) -> list[int]:
+        ends = [0] * len(self._order)
+        for k in reversed(range(len(ends))):
+            if self._order[k].name in self._chosen:
+                ends[k] = ends[k + 1] if k + 1 < len(ends) and ends[k + 1] > k + 1 else k + 1
+            else:
+                ends[k] = k
+        return ends
+
+    def weigh(self, weights: Sequence[float]) -> None:
+        """Weights of means over the step to come: of the newest value, then of earlier communication points."""
+        self._control[at.OLDER] = len(weights) - 1
+        self._numbers[at.NEW_WEIGHT : at.NEW_WEIGHT + len(weights)] = weights
+
+    def take(self, what: int, first: int, end: int, time: float, size: float) -> None:
+        """Let the units from place ``first`` to ``end`` write, step and read, whatever ``what`` has of it.
+
+        ``UnitError`` where a call fails, of a message without unit and time; ``KeyboardInterrupt`` if the notes ask.
+        """
+        control, numbers = self._control, self._numbers
+        control[at.WHAT], control[at.FIRST], control[at.END] = what, first, end
+        numbers[at.TIME], numbers[at.SIZE] = time, size
+        found = self._call()
+        if found == at.STOPPED:
+            raise KeyboardInterrupt
+        if found == at.REFUSED:
+            unit = self._order[int(control[at.FAILED])]
+            told = Told(bool(control[at.ENDED]), bool(control[at.EARLY]), float(numbers[at.REACHED]))
+            failed = Failed(int(control[at.CALL]), int(control[at.STATUS]), self.inputs[unit.name], told)
+            self._chosen[unit.name].fail(failed)
+
+    def arrive(self) -> bool:
+        """Remember the newest values as those of a communication point, if all are finite; whether they are."""
+        self._control[at.WHAT], self._control[at.END] = at.ARRIVE, self._control[at.FIRST]
+        return self._call() == at.DONE
+
+    @property
+    def failed(self) -> tuple[Unit, bool]:
+        """The unit whose call failed last, and whether that was its step."""
+        return self._order[int(self._control[at.FAILED])], self._control[at.CALL] == at.STEPPING
+
+
+def _direct(unit: Unit) -> Direct | None:
+    """What a unit offers."""
+    offer = getattr(unit, "direct", None)
+    found: Direct | None = None if offer is None else offer()
+    return found

@@ -1,0 +1,71 @@
+"""The valve train as a unit of the virtual engine: its inputs and outputs.
+
+It steps first and extrapolates the crank's angle by itself. Combustion and cranktrain extrapolate its lifts and torque
+linearly, so these outputs must belong to the step's start. A cranktrain that holds its inputs gets the master's mean.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from cranktrain.core.errors import InputError
+from cranktrain_lab.coupling.connections import MEAN, START, Connection
+from cranktrain_lab.coupling.fmu_unit import FmuUnit, described
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain_lab.coupling.run import Bond
+
+ANGLE, SPEED, TORQUE = "crank.angle", "crank.speed", "valvetrain.torque"
+TORQUE_STEP = "valvetrain.torque_step"
+"""Mean of the torque over a step."""
+LIFTS = {"lift.source": "input"}
+"""Start values of a combustion beside a valve train."""
+READ = (TORQUE, "valvetrain.torque_mean", "contact.loss", "drive.apart", "friction.power")
+"""Outputs that a run records in addition to the connected ones."""
+BOND = Bond("valve_drive", given=[((VALVETRAIN, TORQUE), (VALVETRAIN, SPEED))],
+            taken=[((CRANKTRAIN, TORQUE), (CRANKTRAIN, SPEED))])  # fmt: skip
+
+
+def takes_lifts(combustion: Path) -> bool:
+    """Whether a combustion's FMU has inputs for lifts; one that has none keeps its own."""
+    return any(v.causality == "input" and _is_lift(v.name) for v in described(combustion).modelVariables)
+
+
+def motion_connections(taker: str, staged: bool) -> list[Connection]:
+    """The crank's angle and speed to a unit that goes on from the angle by the speed.
+
+    ``staged``: by the mean speed, which is known ahead with scheme ``stages``.
+    """
+    kinds = {ANGLE: START, SPEED: MEAN if staged else START}
+    return [Connection((CRANKTRAIN, name), (taker, name), kind) for name, kind in kinds.items()]
+
+
+def connections(valvetrain: FmuUnit, cylinders: int, lifted: bool, own: bool, staged: bool = False) -> list[Connection]:
+    """Angle and speed to the valve train, its torque to the cranktrain and, ``lifted``, its lifts to the combustion.
+
+    ``InputError`` for a valve train of another number of cylinders.
+    """
+    lifts = [name for name in valvetrain.outputs if _is_lift(name)]
+    if len(lifts) != 2 * cylinders:
+        raise InputError(
+            f"{valvetrain.path}: {len(lifts)} lifts for {cylinders} cylinders, which have an intake and an "
+            "exhaust lift each; take FMUs of one engine"
+        )
+    found = motion_connections(VALVETRAIN, staged)
+    if lifted:
+        found += [Connection((VALVETRAIN, name), (COMBUSTION, name), START) for name in lifts]
+    given = (VALVETRAIN, TORQUE_STEP) if staged and TORQUE_STEP in valvetrain.outputs else (VALVETRAIN, TORQUE)
+    return [*found, Connection(given, (CRANKTRAIN, TORQUE), START if own else MEAN)]
+
+
+def summary(values: dict[str, Any], residual: float) -> dict[str, float]:
+    """Mean torque (N m), largest share of a cycle without contact and RMS of the bond (W), of a run's end."""
+    return {
+        "torque_nm": float(values["valvetrain.torque_mean"]),
+        "contact_loss": float(values["contact.loss"]),
+        "coupling_residual_w": residual,
+    }
+
+
+def _is_lift(name: str) -> bool:
+    return name.endswith(("intake_lift", "exhaust_lift"))

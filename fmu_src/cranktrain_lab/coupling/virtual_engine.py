@@ -1,0 +1,254 @@
+"""The virtual engine: connections of cranktrain, combustion and valve train.
+
+The combustion extrapolates the angle by the speed and outputs the angle to which its pressures belong. The cranktrain
+reconstructs the pressures by this angle (reconstruction ``own``). With any other reconstruction the master reconstructs
+them over the crank angle, and the cranktrain holds its inputs. With scheme ``stages`` the cranktrain asks for pressures
+and valve torque at the stages of its integrator, and nobody reconstructs anything.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.results.summary import vibration
+from cranktrain_lab.coupling import valve_drive
+from cranktrain_lab.coupling.connections import MEAN, NEWEST, START, Connection
+from cranktrain_lab.coupling.fmu3_unit import open_fmu
+from cranktrain_lab.coupling.fmu_unit import FmuUnit
+from cranktrain_lab.coupling.master import Exchange, Master
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, OWN, RECONSTRUCTIONS, STAGES, VALVETRAIN
+from cranktrain_lab.coupling.run import Bond, Coupled
+from cranktrain_lab.coupling.trace_unit import MeasuredPressures, TraceUnit
+
+ANGLE, SPEED, FRAME_SPEED = "crank.angle", "crank.speed", "frame.speed"
+POLYTROPIC = "polytropic"
+"""The cranktrain's own reconstruction of pressures."""
+INTEGRATOR = "solver.integrator"
+SHORT = math.radians(1.5) * (1.0 + 1.0e-9)
+"""Longest turn of the crank, rad, from one communication point to the next that is a short step.
+
+The cranktrain steps to every point, because its pressures change there. At short steps a method of order three with
+three implicit stages has a smaller error than the exchange of pressures, and takes two thirds of the time of the usual
+method, which is made for 5 degrees.
+"""
+FOR_SHORT_STEPS, FOR_SHORT_STEPS_HELD = "esdirk3", "sdirk3"
+"""Integrators for short steps; the second for inputs that are held over a step."""
+WORK = "gas.work"
+"""Work of the gas since the start, which both sides count."""
+DEVIATIONS, TAKEN = ("volume_deviation", "volume_deviation_rate"), "deviation_taken"
+"""What the cranktrain gives of each cylinder's volume, and what the combustion gives back with its pressure."""
+READ = {
+    CRANKTRAIN: ("pulley.torsion", "pulley.axial", "shaft.torque", "torque.indicated", FRAME_SPEED, WORK),
+    COMBUSTION: ("indicated.pressure_mean", "indicated.torque", "heat.released", "heat.walls", WORK),
+    VALVETRAIN: valve_drive.READ,
+}
+"""Outputs that a run records in addition to the connected ones."""
+PRESSURE_ANGLE = Connection((COMBUSTION, "pressure.angle"), (CRANKTRAIN, "pressure.angle"), NEWEST)
+GAS = Bond("gas", given=[((COMBUSTION, "indicated.torque"), (CRANKTRAIN, SPEED))],
+           taken=[((CRANKTRAIN, "torque.indicated"), (CRANKTRAIN, FRAME_SPEED))])  # fmt: skip
+GAS_WORK = Bond("gas", given=[((COMBUSTION, WORK),)], taken=[((CRANKTRAIN, WORK),)], works=True)
+
+
+@dataclass(frozen=True)
+class Partners:
+    """FMUs of the virtual engine, with a valve train or without, and the start values of their parameters.
+
+    In place of a combustion there may be measured pressures.
+    """
+
+    cranktrain: Path
+    combustion: Path | MeasuredPressures
+    values: Mapping[str, Mapping[str, Any]]
+    valvetrain: Path | None = None
+
+
+class VirtualEngine(NamedTuple):
+    """Units, connections and further input of a master.
+
+    ``values`` are start values and ``outputs`` the outputs to read in addition to connected ones, by unit; ``bonds``
+    are the powers that units exchange.
+    """
+
+    units: dict[str, FmuUnit | TraceUnit]
+    connections: list[Connection]
+    exchange: Exchange
+    values: dict[str, dict[str, Any]]
+    outputs: dict[str, list[str]]
+    bonds: list[Bond]
+
+    @property
+    def one_angle(self) -> str | None:
+        """Path of a combustion that knows one crank angle for all cylinders; None for others."""
+        combustion = self.units[COMBUSTION]
+        if isinstance(combustion, TraceUnit) or any(TAKEN in link.source[1] for link in self.connections):
+            return None
+        taken = any(DEVIATIONS[0] in link.target[1] for link in self.connections)
+        return None if taken else str(combustion.path)
+
+    def master(self) -> Master:
+        """The reference master of these units."""
+        return Master(list(self.units.values()), self.connections, self.exchange, self.outputs)
+
+
+def virtual_engine(
+    partners: Partners, speed: float, scheme: str, reconstruction: str, step: float = math.inf
+) -> VirtualEngine:
+    """Cranktrain, combustion and, where there is one, valve train at a constant speed (rad/s) of the shaft.
+
+    ``step`` is the longest communication step, s: short ones choose the cranktrain's integrator, see :data:`SHORT`.
+    Parts of a step with scheme ``intermediate`` are always short.
+
+    Raises
+    ------
+    InputError
+        FMUs that are no cranktrain, combustion or valve train of equal numbers of cylinders, start values of a valve
+        train that is left out, a reconstruction that does not exist
+    """
+    if reconstruction not in RECONSTRUCTIONS:
+        raise InputError(
+            f"reconstruction '{reconstruction}' does not exist; {nearest(reconstruction, RECONSTRUCTIONS)}"
+        )
+    if partners.valvetrain is None and VALVETRAIN in partners.values:
+        raise InputError("start values are given for the valve train, which is left out; remove them")
+    rule = rule_between(scheme, reconstruction)
+    own, staged = rule == POLYTROPIC, rule == STAGES
+    given = {name: dict(partners.values.get(name, {})) for name in (VALVETRAIN, COMBUSTION, CRANKTRAIN)}
+    given[CRANKTRAIN] = {
+        "speed": speed, "gas.source": "input", "input.reconstruction": rule,
+    } | given[CRANKTRAIN]  # fmt: skip
+    lifted = False
+    combustion: FmuUnit | TraceUnit
+    if isinstance(partners.combustion, MeasuredPressures):
+        if given[COMBUSTION]:
+            raise InputError("start values are given for a combustion, which measured pressures replace; remove them")
+        combustion = TraceUnit(COMBUSTION, partners.combustion)
+    else:
+        lifted = partners.valvetrain is not None and valve_drive.takes_lifts(partners.combustion)
+        given[COMBUSTION] = {SPEED: speed} | (valve_drive.LIFTS if lifted else {}) | given[COMBUSTION]
+        combustion = open_fmu(partners.combustion, COMBUSTION, given[COMBUSTION])
+    cranktrain = open_fmu(partners.cranktrain, CRANKTRAIN, given[CRANKTRAIN])
+    is_open = cranktrain.has(INTEGRATOR) and not {INTEGRATOR, "solver.control"} & given[CRANKTRAIN].keys()
+    if is_open and not staged and (speed * step <= SHORT or scheme == "intermediate"):
+        given[CRANKTRAIN][INTEGRATOR] = FOR_SHORT_STEPS if own else FOR_SHORT_STEPS_HELD
+        cranktrain.set_start(INTEGRATOR, given[CRANKTRAIN][INTEGRATOR])
+    cylinders, taken = (sum(map(_is_pressure, ports)) for ports in (combustion.outputs, cranktrain.inputs))
+    if not cylinders or cylinders != taken:
+        where = "--pressure" if isinstance(combustion, TraceUnit) else combustion.path
+        raise InputError(
+            f"{where}: pressures of {cylinders} cylinders, {partners.cranktrain} takes those of {taken}; "
+            "take FMUs of one engine"
+        )
+    connections, exchange = gas_connections(cylinders, own, staged), gas_exchange(scheme, reconstruction)
+    if takes_deviations(combustion.inputs) and takes_deviations(cranktrain.outputs):
+        connections += volume_connections(cylinders)
+    units: dict[str, FmuUnit | TraceUnit] = {COMBUSTION: combustion, CRANKTRAIN: cranktrain}
+    gas = GAS_WORK if WORK in combustion.outputs and WORK in cranktrain.outputs else GAS
+    bonds = [gas]
+    if partners.valvetrain is not None:
+        given[VALVETRAIN] = {SPEED: speed} | given[VALVETRAIN]
+        valvetrain = open_fmu(partners.valvetrain, VALVETRAIN, given[VALVETRAIN])
+        units = {VALVETRAIN: valvetrain, **units}
+        connections += valve_drive.connections(valvetrain, cylinders, lifted, own, staged)
+        bonds = [gas, valve_drive.BOND]
+        if staged:
+            exchange = replace(exchange, whole=(VALVETRAIN,))
+    outputs = {name: [output for output in READ[name] if output in unit.outputs] for name, unit in units.items()}
+    return VirtualEngine(units, connections, exchange, given, outputs, bonds)
+
+
+def rule_between(scheme: str, reconstruction: str) -> str:
+    """The cranktrain's rule for its inputs between communication points; ``InputError`` where there can be none."""
+    if scheme != STAGES:
+        return POLYTROPIC if reconstruction == OWN else "hold"
+    if reconstruction != OWN:
+        raise InputError(
+            f"scheme '{STAGES}' reconstructs nothing; leave reconstruction '{reconstruction}' out, or choose another"
+        )
+    return STAGES
+
+
+def gas_connections(cylinders: int, own: bool, staged: bool = False) -> list[Connection]:
+    """Motion to the combustion, its pressures to the cranktrain, which reconstructs them by its ``own``."""
+    connections = valve_drive.motion_connections(COMBUSTION, staged)
+    connections += [
+        Connection((COMBUSTION, name), (CRANKTRAIN, name), NEWEST if own else MEAN)
+        for name in (f"cylinder[{c + 1}].pressure" for c in range(cylinders))
+    ]
+    if own:
+        connections.append(PRESSURE_ANGLE)
+    return connections
+
+
+def takes_deviations(names: Iterable[str]) -> bool:
+    """Whether deviations of volumes are among a combustion's inputs, or a cranktrain's outputs, by their names."""
+    return f"cylinder[1].{DEVIATIONS[0]}" in names
+
+
+def volume_connections(cylinders: int) -> list[Connection]:
+    """Deviations of the cylinders' volumes to the combustion, and back to the cranktrain those that it has taken."""
+    of_each = [f"cylinder[{c + 1}]." for c in range(cylinders)]
+    told = [
+        Connection((CRANKTRAIN, head + name), (COMBUSTION, head + name), START, judged=False)
+        for head in of_each
+        for name in DEVIATIONS
+    ]
+    return told + [
+        Connection((COMBUSTION, head + TAKEN), (CRANKTRAIN, head + TAKEN), NEWEST, judged=False) for head in of_each
+    ]
+
+
+def gas_exchange(scheme: str, reconstruction: str) -> Exchange:
+    """Reconstruction by the master between communication points: over the crank's angle, or none."""
+    if scheme == STAGES:
+        return Exchange(scheme, "hold")
+    own = reconstruction == OWN
+    return Exchange(scheme, "hold" if own else reconstruction, None if own else (CRANKTRAIN, ANGLE))
+
+
+def summary(run: Coupled, speed: float) -> dict[str, Any]:
+    """Summary of a coupled run at constant speed (rad/s), over its last cycle; no IMEP if the combustion has none."""
+    mean_pressure = f"{COMBUSTION}.indicated.pressure_mean"
+    angle, cycle = speed * run.times, 4.0 * math.pi / speed
+    last = run.times >= run.times[-1] - cycle * (1.0 + 1.0e-9)
+    residuals = {name: float(np.sqrt(np.mean(values[last[1:]] ** 2))) for name, values in run.residuals.items()}
+    times, steps = run.times[last], np.diff(run.times[last])
+
+    def mean(name: str) -> float:
+        """Over the time of the last cycle, whose communication points need not be equally far apart."""
+        return float(np.trapezoid(run.of(name)[last], times) / (times[-1] - times[0]))
+
+    made = float(np.average(run.residuals[GAS.name][last[1:]][-steps.size :], weights=steps))
+    given = speed * mean(f"{COMBUSTION}.indicated.torque")
+    valves = {}
+    if valve_drive.BOND.name in residuals:
+        end = {name: run.of(f"{VALVETRAIN}.{name}")[-1] for name in valve_drive.READ}
+        valves = {VALVETRAIN: valve_drive.summary(end, residuals[valve_drive.BOND.name])}
+    return {
+        "pulley": {
+            "torsion_deg": vibration(angle, run.of(f"{CRANKTRAIN}.pulley.torsion"), 180.0 / math.pi),
+            "axial_um": vibration(angle, run.of(f"{CRANKTRAIN}.pulley.axial"), 1e6),
+        },
+        "imep_pa": float(run.of(mean_pressure)[-1]) if mean_pressure in run.names else None,
+        "indicated_torque_nm": mean(f"{COMBUSTION}.indicated.torque"),
+        "shaft_torque_nm": mean(f"{CRANKTRAIN}.shaft.torque"),
+        "coupling_residual_w": residuals[GAS.name],
+        "coupling_residual_mean_w": made,
+        "coupling_residual_fraction": made / given if given else None,
+        "real_time_factor": run.seconds / float(run.times[-1] - run.times[0]),
+        "seconds": run.seconds,
+        "steps": run.steps,
+        "refused_steps": run.refused,
+        "sweeps": run.sweeps,
+        **valves,
+    }
+
+
+def _is_pressure(name: str) -> bool:
+    return name.startswith("cylinder[") and name.endswith("].pressure")

@@ -1,0 +1,87 @@
+"""Report of the calls to a process's units, in memory shared with the supervising process."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.unit_turns import (
+    CLOSING,
+    INITIALIZATION,
+    INPUTS,
+    NOTE_SLOTS,
+    NOTHING,
+    OUTPUTS,
+    STATE,
+    STEPPING,
+)
+from cranktrain_lab.coupling.turns import Direct
+from cranktrain_lab.coupling.unit import Around, Unit
+
+WORDS = ("after a call", "initialization", "its inputs", "its outputs", "step", "its state", "its end")
+"""Calls in words."""
+
+
+class Notes(ctypes.Structure):
+    """Entries of the report.
+
+    ``unit`` counts in the master's order, ``call`` as above, ``count`` rises with each call and each end of one;
+    ``points`` counts the communication points in the file, ``time`` (s) is the last one, ``seconds`` the run's wall
+    time, ``stop`` asks the process to end. The first NOTE_SLOTS entries are those of the kernel's notes, in its order.
+    """
+
+    _fields_ = (
+        ("unit", ctypes.c_int64), ("call", ctypes.c_int64), ("count", ctypes.c_int64), ("stop", ctypes.c_int64),
+        ("sweeps", ctypes.c_int64), ("refused", ctypes.c_int64), ("points", ctypes.c_int64), ("time", ctypes.c_double),
+        ("seconds", ctypes.c_double),
+    )  # fmt: skip
+
+
+CALLS = {
+    "initialize": INITIALIZATION, "write": INPUTS, "read": OUTPUTS, "step": STEPPING, "keep": STATE,
+    "restore": STATE, "close": CLOSING,
+}  # fmt: skip
+"""Calls that are reported."""
+
+
+class Watched(Around):
+    """A unit whose calls are reported; a step ends like an interrupt if the process is to stop."""
+
+    def __init__(self, unit: Unit, place: int, notes: Notes) -> None:
+        super().__init__(unit)
+        self._place, self._notes = place, notes
+
+    def direct(self) -> Direct | None:
+        """The unit's own offer to compiled code, which then reports the calls."""
+        offer = getattr(self._unit, "direct", None)
+        found: Direct | None = None if offer is None else offer()
+        if found is None:
+            return None
+        return found._replace(notes=np.frombuffer(memoryview(self._notes), np.int64, NOTE_SLOTS), place=self._place)
+
+    def listen(self, *calls: Callable[[float], None]) -> None:
+        """See :mod:`cranktrain_lab.coupling.intermediate`; the step is reported again when a call has ended."""
+        super().listen(*(partial(self._reported, call) for call in calls))
+
+    def _reported(self, call: Callable[[float], None], time: float) -> None:
+        call(time)
+        self._notes.unit, self._notes.call = self._place, CALLS["step"]
+        self._notes.count += 1
+
+    def _on(self, call: str, *arguments: Any) -> Any:
+        """Call, and report the current call meanwhile."""
+        notes = self._notes
+        if call == "step" and notes.stop:
+            raise KeyboardInterrupt
+        if call not in CALLS:
+            return super()._on(call, *arguments)
+        notes.unit, notes.call = self._place, CALLS[call]
+        notes.count += 1
+        found = super()._on(call, *arguments)
+        notes.call = NOTHING
+        notes.count += 1
+        return found

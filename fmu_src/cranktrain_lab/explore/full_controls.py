@@ -1,0 +1,155 @@
+"""Controls of the full model on the page: levels, speeds, and what goes on in the background."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+
+import panel as pn
+
+from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.core.units import RPM
+from cranktrain.engine.levels import CRANKS
+from cranktrain.engine.model import Engine
+from cranktrain.film.laws.register import BIG_END, MAINS, bearing_levels
+from cranktrain.results.run_up.run_up import RunUp
+from cranktrain_lab.explore.background import Background
+from cranktrain_lab.explore.controls import KNOBS_WIDTH, heading
+from cranktrain_lab.explore.full import FullRun, finished_speeds, spread
+from cranktrain_lab.explore.inside.cycle import InsideCycle
+from cranktrain_lab.explore.inside.recording import LookInside
+
+HALF = 130
+"""Width of a control of which two stand side by side."""
+
+
+class FullControls:
+    """Levels, speeds and buttons of the full model; one job at a time runs in the background.
+
+    Parameters
+    ----------
+    ends : of the speeds of the full model, rad/s
+    speed : at which to look inside at first, rad/s
+    chosen : engine as the knobs stand, and load as a fraction of the full-load burn; errors of the package
+    shown : called where there are other finished speeds
+    looked : called with a cycle to look into
+
+    Attributes
+    ----------
+    found : the finished speeds
+    parts : Panel objects
+    """
+
+    def __init__(
+        self,
+        ends: tuple[float, float],
+        speed: float,
+        chosen: Callable[[], tuple[Engine, float]],
+        shown: Callable[[], None],
+        looked: Callable[[InsideCycle], None],
+    ) -> None:
+        self._ends, self._chosen, self._shown, self._looked = ends, chosen, shown, looked
+        self.found: RunUp | None = None
+        self._job: Background | None = None
+        self._engine: Engine | None = None  # of the job, where it looks inside
+        crank_levels = [name for name, level in CRANKS.items() if level.elastic]
+        self._crank = pn.widgets.Select(name="crank", options=crank_levels, value="solid", width=HALF)
+        self._bearings = pn.widgets.Select(name="bearings", options=["auto", *bearing_levels(*MAINS)], width=HALF)
+        self._big_ends = pn.widgets.Select(
+            name="big ends", options=list(bearing_levels(BIG_END)), value="rigid", width=HALF
+        )
+        self._count = pn.widgets.IntInput(name="speeds", value=9, start=1, end=500, width=HALF)
+        self._speed = pn.widgets.IntInput(
+            name="one speed, rev/min", value=round(speed / RPM / 10.0) * 10, step=50, start=20, width=HALF
+        )
+        self._run, self._inside, self._stop = (
+            pn.widgets.Button(name=name, width=HALF) for name in ("Run full model", "Look inside", "Stop")
+        )
+        self._stop.disabled = True
+        self._run.on_click(lambda event: self._begin(self._full_run))
+        self._inside.on_click(lambda event: self._begin(self._look_inside))
+        self._stop.on_click(lambda event: self._end())
+        self._progress = pn.indicators.Progress(value=0, max=100, width=KNOBS_WIDTH - 30, visible=False)
+        self._said = pn.pane.HTML("", width=KNOBS_WIDTH - 20)
+        self.parts = [
+            heading("Full model"), pn.Row(self._crank, self._bearings), pn.Row(self._big_ends, self._count),
+            self._run, pn.Row(self._speed, pn.Column(pn.Spacer(height=14), self._inside)), self._stop,
+            self._progress, self._said,
+        ]  # fmt: skip
+
+    @property
+    def running(self) -> bool:
+        """Whether a job is at work."""
+        return self._job is not None and self._job.running
+
+    def close(self) -> None:
+        """End what runs, and drop its file."""
+        if self._job is not None:
+            self._job.close()
+
+    def look(self) -> None:
+        """Take in what the job has found; called again and again."""
+        job = self._job
+        if job is None:
+            return
+        if job.look():
+            self._take(job)
+        self._progress.value = int(100.0 * job.share)
+        self._say(job.text, wrong=bool(job.error))
+        self._run.disabled = self._inside.disabled = job.running
+        self._stop.disabled = not job.running
+
+    def _take(self, job: Background) -> None:
+        """What the job has written so far."""
+        if self._engine is None:
+            self.found = finished_speeds(job.path) or self.found
+            self._shown()
+        elif not job.running and not job.error:
+            try:
+                self._looked(InsideCycle.load(job.path, self._engine))
+            except CranktrainError as error:
+                job.error = str(error)
+
+    def _full_run(self) -> FullRun:
+        engine, load = self._chosen()
+        speeds = spread(*self._ends, int(self._count.value or 0))
+        self.found, self._engine = None, None
+        return FullRun(engine, self._crank.value, self._bearings.value, load, speeds, self._big_ends.value)
+
+    def _look_inside(self) -> LookInside:
+        engine, load = self._chosen()
+        self._engine = engine
+        if not self._speed.value:
+            raise InputError("one speed, rev/min: is empty; give the speed to look inside at")
+        return LookInside(
+            engine, self._crank.value, self._bearings.value, self._big_ends.value, load, self._speed.value * RPM
+        )
+
+    def _begin(self, make: Callable[[], FullRun | LookInside]) -> None:
+        """Start a job on the present choice."""
+        self.close()
+        self._job = None
+        try:
+            self._job = Background(make())
+        except CranktrainError as error:
+            self._say(str(error), wrong=True)
+            return
+        self._progress.visible = True
+        self.look()
+
+    def _end(self) -> None:
+        job = self._job
+        if job is None:
+            return
+        job.stop()
+        self._take(job)
+        self.look()
+        if self._engine is None:
+            count = 0 if self.found is None else self.found.speeds.size
+            self._say(f"stopped; {count} finished speeds are kept in the chart")
+        else:
+            self._say("stopped; the cycle was not finished")
+
+    def _say(self, text: str, wrong: bool = False) -> None:
+        colour = "#b00020" if wrong else "#444"
+        self._said.object = f"<span style='color:{colour};overflow-wrap:anywhere'>{html.escape(text)}</span>"

@@ -1,0 +1,227 @@
+"""One cycle of a run as a page looks into it: bearings with loads, orbits and films, the crank's surface, its speed.
+
+It comes from a run that records it, or from a result file of ``simulate``, which holds loads and orbits alone. A file
+of it is a result like others, with the attribute ``look`` among those of the run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError, StoreError
+from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
+from cranktrain.engine.bearing_limits import BIG_END
+from cranktrain.engine.model import Engine
+from cranktrain.results.bearings.cycle import BearingCycle, Sampled, bearing_report
+from cranktrain.results.files import StoredRun
+from cranktrain.results.orders.harmonics import ComplexArray
+from cranktrain.store.hdf5 import read_result, write_result
+from cranktrain_lab.explore.inside.crank_surface import STRESSES, CrankSurface
+from cranktrain_lab.explore.inside.film_record import FilmPressure
+
+FRAME_DEG = 5
+"""Crank angle from frame to frame."""
+LOOK = "cycle"
+"""Attribute ``look`` of files of this module."""
+AGAIN = "make it anew: 'Look inside', then 'Save this cycle'"
+_SIZES = ("diameter", "width", "clearance")
+_CURVES = ("shell", "journal", "orbit")
+
+
+@dataclass(frozen=True, eq=False)
+class BearingLook:
+    """One bearing over a cycle of n samples; f frames of a film (SI).
+
+    Attributes
+    ----------
+    name : ``main[1]``, ``big_end[1]``
+    angle : (n,) crank angle, rad, ascending from 0
+    shell : (n,) load of the journal on its shell, N: of a main in axes at rest, of a big end in the rod's
+    journal : (n,) load of the shell on the journal, N, in axes that turn with the crank
+    orbit : (n,) middle of the journal in its bore over the radial clearance, axes at rest; empty without a film
+    diameter, width, clearance : m; 0 where the bearing has none
+    film : pressure at the frames; None where its level solves no film
+    """
+
+    name: str
+    angle: Array
+    shell: ComplexArray
+    journal: ComplexArray
+    orbit: ComplexArray
+    diameter: float
+    width: float
+    clearance: float
+    film: FilmPressure | None = None
+
+    def sample(self, frame: int) -> int:
+        """Number of the sample that is nearest to a frame's crank angle."""
+        wanted = math.radians(frame * FRAME_DEG)
+        apart = (self.angle - wanted + 2.0 * math.pi) % (4.0 * math.pi) - 2.0 * math.pi
+        return int(np.abs(apart).argmin())
+
+    @property
+    def title(self) -> str:
+        """Name for people."""
+        return self.name.replace("_", " ").replace("[", " ").rstrip("]")
+
+
+@dataclass(frozen=True, eq=False)
+class InsideCycle:
+    """A cycle to look into.
+
+    Attributes
+    ----------
+    engine : name of the engine
+    speed : rad/s
+    levels : fidelity levels, ``crank``, ``bearings``, ``big_ends``
+    bearings : mains from the pulley on, then big ends
+    surface : None where the run has no stresses
+    note : in one line what the source has not, empty where it has all
+    """
+
+    engine: str
+    speed: float
+    levels: Mapping[str, str]
+    bearings: tuple[BearingLook, ...]
+    surface: CrankSurface | None = None
+    note: str = ""
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def rpm(self) -> float:
+        """Speed, rev/min."""
+        return self.speed / RPM
+
+    def level_of(self, bearing: BearingLook) -> str:
+        """Bearing level of a bearing."""
+        return self.levels["big_ends" if bearing.name.startswith(BIG_END) else "bearings"]
+
+    def save(self, path: str | Path) -> Path:
+        """Write the cycle; ``InputError`` for a place that is taken."""
+        target = Path(path)
+        if target.exists():
+            raise InputError(f"{target}: exists already and is not overwritten; give another name")
+        attributes = {
+            **self.attributes, "look": LOOK, "engine": self.engine, "speed": self.speed, "note": self.note,
+            "frame_deg": FRAME_DEG, "bearings_in_file": " ".join(one.name for one in self.bearings), **self.levels,
+        }  # fmt: skip
+        return write_result(target, dict(self._datasets()), attributes)
+
+    def _datasets(self) -> Any:
+        for one in self.bearings:
+            yield f"{one.name}/angle", (one.angle, "rad")
+            yield f"{one.name}/sizes", (np.array([getattr(one, size) for size in _SIZES]), "m")
+            for name, unit in zip(_CURVES, ("N", "N", "1"), strict=True):
+                curve = getattr(one, name)
+                yield f"{one.name}/{name}", (np.column_stack((curve.real, curve.imag)), unit)
+            if one.film is not None:
+                yield f"{one.name}/film/pressure", (one.film.pressure, "Pa")
+                yield f"{one.name}/film/faces", (one.film.faces, "rad")
+                yield f"{one.name}/film/sides", (one.film.sides, "1")
+        if self.surface is not None:
+            own = self.surface
+            for name, unit in (("points", "m"), ("triangles", "1"), ("shapes", "m"), ("coordinates", "1"),
+                               ("turn", "rad")):  # fmt: skip
+                yield f"surface/{name}", (getattr(own, name), unit)
+            for name in STRESSES:
+                yield f"surface/{name}", (own.stresses[name], "Pa")
+
+    @classmethod
+    def load(cls, path: str | Path, engine: Engine) -> InsideCycle:
+        """Read a cycle of an engine, or the last one of a result of ``simulate``.
+
+        Raises ``StoreError``, ``InputError``: a file that is missing, damaged, of another kind or engine.
+        """
+        data, attributes = read_result(path)
+        found = attributes.get("engine")
+        if found != engine.name:
+            raise InputError(f"{path}: of engine '{found}', not '{engine.name}'; explore that engine")
+        if attributes.get("look") == LOOK:
+            try:
+                return _stored(data, attributes)
+            except (KeyError, ValueError, TypeError, IndexError) as error:
+                raise StoreError(f"{path}: lacks a part of its cycle ({error}); {AGAIN}") from None
+        if "angle" not in data or not any(name.startswith("big_end[") for name in data):
+            raise InputError(f"{path}: holds no cycle with bearings; give a result of 'simulate', or {AGAIN}")
+        run = StoredRun.load(path)
+        levels = {name: str(attributes.get(name, "")) for name in ("crank", "bearings", "big_ends")}
+        speed = float(attributes.get("speed", 0.0))
+        return cls(
+            engine.name, speed, levels, bearing_looks(run, engine),
+            note="A result of simulate holds loads and orbits; stresses and film pressure take 'Look inside'.",
+        )  # fmt: skip
+
+
+def _stored(data: Mapping[str, Any], attributes: Mapping[str, Any]) -> InsideCycle:
+    """A cycle as its file has it."""
+    if attributes["frame_deg"] != FRAME_DEG:
+        raise ValueError(f"frames of {attributes['frame_deg']} deg")
+
+    def get(name: str) -> Any:
+        return np.asarray(data[name][0])
+
+    looks = []
+    for name in str(attributes["bearings_in_file"]).split():
+        shell, journal, orbit = (get(f"{name}/{key}") @ (1.0, 1j) for key in _CURVES)
+        film = None
+        if f"{name}/film/pressure" in data:
+            film = FilmPressure(*(get(f"{name}/film/{key}") for key in ("pressure", "faces", "sides")))
+        diameter, width, clearance = get(f"{name}/sizes").tolist()
+        looks.append(BearingLook(name, get(f"{name}/angle"), shell, journal, orbit, diameter, width, clearance, film))
+    surface = None
+    if "surface/points" in data:
+        parts = {key: get(f"surface/{key}") for key in ("points", "triangles", "shapes", "coordinates", "turn")}
+        surface = CrankSurface(**parts, stresses={name: get(f"surface/{name}") for name in STRESSES})
+    levels = {name: str(attributes[name]) for name in ("crank", "bearings", "big_ends")}
+    return InsideCycle(
+        str(attributes["engine"]), float(attributes["speed"]), levels, tuple(looks), surface, str(attributes["note"])
+    )
+
+
+def bearing_looks(
+    run: Sampled, engine: Engine, films: Mapping[str, FilmPressure] | None = None
+) -> tuple[BearingLook, ...]:
+    """All bearings over the last cycle of a run; ``films`` by the bearing's name; ``InputError``."""
+    report = bearing_report(run, engine)
+    return tuple(_look(one, engine, (films or {}).get(one.name)) for one in report.bearings)
+
+
+def _look(found: BearingCycle, engine: Engine, film: FilmPressure | None) -> BearingLook:
+    order = np.argsort(found.angle)
+    of_rod = found.family == BIG_END
+    bearing = engine.big_end_bearing if of_rod else engine.main_bearing
+    if found.specific_load is None:  # rollers, and knuckle pins
+        bearing = None
+    sizes = (0.0, 0.0, 0.0) if bearing is None else (bearing.diameter, bearing.width, bearing.clearance)
+    shell = found.on_rod if found.on_rod is not None else found.on_shell
+    orbit = np.zeros(0, dtype=complex) if found.orbit is None else found.orbit[order]
+    return BearingLook(found.name, found.angle[order], shell[order], found.on_journal[order], orbit, *sizes, film=film)
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """Outputs of a recorded cycle that repeats, with some samples of the cycle before: a run as reports take it."""
+
+    time: Array
+    angle: Array
+    outputs: Mapping[str, Array]
+
+    @classmethod
+    def of(cls, outputs: Mapping[str, Array], chosen: NDArray[np.intp], speed: float) -> Repeated:
+        """From the ``chosen`` samples of one cycle, in the order of the crank angle, at a mean speed, rad/s."""
+        before = 9
+        samples = np.concatenate((chosen[-before:], chosen))
+        angle = outputs["crank.angle"][samples] % (4.0 * math.pi)
+        angle[:before] -= 4.0 * math.pi
+        step = 4.0 * math.pi / speed / chosen.size
+        time = step * (np.arange(samples.size, dtype=float) - before)
+        taken = {name: values[samples] for name, values in outputs.items()}
+        return cls(time, angle, taken | {"crank.angle": angle})

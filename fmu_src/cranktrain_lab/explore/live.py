@@ -1,0 +1,188 @@
+"""Answers of a torsional crank while knobs turn: the linear run-up of :mod:`cranktrain_lab.variants.torsional`.
+
+The bare crank and its measured damping are made once. Each answer then takes some tens of milliseconds for 91 speeds
+and 24 orders. Where an engine's answer takes longer (friction in the drive line is found by iteration), fewer speeds
+are computed while a knob moves, and all of them when it rests. Harmonic balance follows when a knob rests too.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
+from cranktrain.engine.model import Engine
+from cranktrain.loads.damper import required_damper
+from cranktrain.results.run_up.run_up import RunUp
+from cranktrain.results.run_up.shown import DROWNED
+from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
+from cranktrain_lab.explore.frequencies import torsional_frequencies
+from cranktrain_lab.explore.knobs import Chosen, Knob, chosen_engine, knobs_of
+from cranktrain_lab.variants.design import Design
+from cranktrain_lab.variants.distributions import Distribution
+from cranktrain_lab.variants.models import SHAPING, EngineModel
+from cranktrain_lab.variants.study import ENGINE, Study, Varied
+from cranktrain_lab.variants.torsional import HEAT, TORQUE, TORSION, TWIST, structure_of, torsional_answer
+
+SPEEDS, FEWEST = 91, 21
+MOVING = 0.06
+"""Seconds that an answer may take while a knob moves; the rest of 100 ms is for the drawing."""
+ORDERS = tuple(0.5 * k for k in range(1, round(2.0 * HIGHEST_ORDER) + 1))
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Torsion over speed, half of the peak-to-peak value or an order's amplitude.
+
+    Attributes
+    ----------
+    speeds : (s,) rad/s
+    orders : (o, s) amplitude of the pulley's torsion of each of :data:`ORDERS`, rad
+    twist : (s,) pulley against flywheel, rad
+    heat, torque : (s,) of the damper, W and N m; empty without one
+    heat_limit : W that the damper's surface gives off; 0 where the file has no limit
+    hz_speeds, hz : (p,) rad/s, and (p, m) torsional frequencies there with the damper's ring, Hz
+    seconds : that the answer took
+    """
+
+    speeds: Array
+    orders: Array
+    twist: Array
+    heat: Array
+    torque: Array
+    heat_limit: float
+    hz_speeds: Array
+    hz: Array
+    seconds: float
+
+    def order(self, order: float) -> Array:
+        """Amplitudes (s,) of an order, rad."""
+        return np.asarray(self.orders[ORDERS.index(order)])
+
+    def largest_orders(self, count: int) -> list[float]:
+        """Orders, rising: half of them (or one more) with the largest resonances, the others with largest amplitudes.
+
+        Uneven rotation as a whole makes low orders large at low speeds, so amplitudes alone would not show resonances.
+        """
+        peaks = self._resonances()
+        resonant = [k for k in np.argsort(-peaks, kind="stable").tolist() if peaks[k] > 0.0][: count - count // 2]
+        by_size = np.argsort(-np.nan_to_num(self.orders).max(axis=1), kind="stable").tolist()
+        return sorted(ORDERS[k] for k in [*resonant, *(k for k in by_size if k not in resonant)][:count])
+
+    @property
+    def drowned(self) -> bool:
+        """True if the highest resonance is not seen on a linear scale beside the largest amplitude."""
+        return 0.0 < float(self._resonances().max()) < DROWNED * float(np.nan_to_num(self.orders).max())
+
+    def _resonances(self) -> Array:
+        """Highest peak of each order between the ends of the speeds (o,), rad; 0 where it has none."""
+        sizes = np.nan_to_num(self.orders)
+        inside = sizes[:, 1:-1]
+        peak = (inside >= sizes[:, :-2]) & (inside > sizes[:, 2:])
+        return np.asarray(np.where(peak, inside, 0.0).max(axis=1, initial=0.0))
+
+
+class LiveTorsion:
+    """An engine that answers for choices of its knobs.
+
+    Parameters
+    ----------
+    engine : as its file describes it
+    low, high : speeds, rad/s; None: the ends of the engine's range
+    say : told the stages of making the crank
+
+    Attributes
+    ----------
+    engine : the engine that answers; added bodies and connections are left out, which ``notes`` then say
+    knobs : of it
+    notes : what the answers leave out, one line each
+
+    Raises
+    ------
+    InputError
+        speeds that are none, an engine without a linear run-up
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        low: float | None = None,
+        high: float | None = None,
+        say: Callable[[str], None] = lambda stage: None,
+    ) -> None:
+        first, last = (engine.speeds[k] if end is None else end for k, end in enumerate((low, high)))
+        self.notes: list[str] = []
+        self.whole = engine
+        if engine.body or engine.connection:
+            self.notes.append(
+                f"The live answers leave out {len(engine.body)} added bodies and {len(engine.connection)} added "
+                "connections; the full model includes them."
+            )
+            engine = replace(engine, frame=(), body=(), connection=())
+        self.engine, self.knobs = engine, knobs_of(engine)
+        self.speeds: Array = np.linspace(first, last, SPEEDS)
+        varied = tuple(_varied(knob) for knob in self.knobs if knob.key.partition(".")[0] in SHAPING)
+        asked = (TWIST, *(f"{TORSION}.order[{order:g}]" for order in ORDERS))
+        self._outputs = asked if engine.damper is None else (*asked, HEAT, TORQUE)
+        self._model = EngineModel(
+            Study(engine.name, engine.title, ENGINE, varied, ("frequency[1]",), Design(), engine=engine,
+                  speeds=tuple(self.speeds[[0, -1]].tolist())), say,
+        )  # fmt: skip
+        self._count = SPEEDS
+        self.answer(Chosen())  # the first answer includes loading; later ones say how long this engine takes
+
+    def engine_of(self, chosen: Chosen) -> Engine:
+        """Checked engine of a choice, of those that answer; ``InputError``."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return chosen_engine(self.engine, self.knobs, chosen)
+
+    def answer(self, chosen: Chosen, moving: bool = False) -> Curves:
+        """Curves of a choice; ``moving``: at fewer speeds where all of them took too long. Errors of the package."""
+        began = time.perf_counter()
+        speeds = self.speeds if not moving else np.linspace(self.speeds[0], self.speeds[-1], self._count)
+        made = self._model.assembly_of(self.engine_of(chosen), chosen.load)
+        structure = structure_of(made)
+        found = torsional_answer(made, speeds, self._outputs, structure)
+        hz = torsional_frequencies(structure, made.engine, *self.speeds[[0, -1]].tolist())
+        seconds = time.perf_counter() - began
+        # Half of the time or more goes by the number of speeds.
+        self._count = int(np.clip(speeds.size * MOVING / max(seconds, 1e-6), FEWEST, SPEEDS))
+        orders = np.stack([found[name] for name in self._outputs[1 : 1 + len(ORDERS)]])
+        none = np.zeros(0)
+        return Curves(
+            speeds, orders, found[TWIST], found.get(HEAT, none), found.get(TORQUE, none), _heat_limit(made.engine), *hz,
+            seconds,
+        )  # fmt: skip
+
+    def balanced(self, chosen: Chosen) -> RunUp:
+        """Harmonic balance of a choice at every second speed; errors of the package."""
+        made = self._model.assembly_of(self.engine_of(chosen), chosen.load)
+        return frequency_run_up(
+            made.engine, made.body, made.settings, self.speeds[::2], ORDERS, HARMONIC_BALANCE, failed=[]
+        )
+
+
+def _varied(knob: Knob) -> Varied:
+    return Varied(knob.key, Distribution("uniform", (("low", knob.low), ("high", knob.high))), own=knob.own)
+
+
+def _heat_limit(engine: Engine) -> float:
+    if engine.damper is None:
+        return 0.0
+    damper = required_damper(engine)
+    return damper.power_limit * damper.cooling_area
+
+
+def checked_speeds(engine: Engine, from_rpm: float | None, to_rpm: float | None) -> tuple[float, float]:
+    """Ends of the speed range, rad/s; ``InputError`` where they are no range."""
+    low, high = (engine.speeds[k] if given is None else given * RPM for k, given in enumerate((from_rpm, to_rpm)))
+    if not low < high:
+        raise InputError(f"--from {low / RPM:g} is not below --to {high / RPM:g} rev/min; exchange or widen them")
+    return float(low), float(high)

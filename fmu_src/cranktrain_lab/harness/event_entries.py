@@ -1,0 +1,116 @@
+"""Entries of a scenario's events: steps, ramps, signals, misfires; noise, drop-outs; faults."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain_lab.harness.entries import NAN, Change, Dropout, Fault, Noise
+from cranktrain_lab.harness.measures import named
+from cranktrain_lab.harness.places import Times, variable
+from cranktrain_lab.harness.tables import At, Misfire, Ramp, Signal, Step
+
+Entries = Sequence[tuple[str, Any]]
+"""Place of each entry as messages name it, and its table."""
+
+
+def changes(given: Mapping[str, Entries], units: Mapping[str, Any], times: Times, where: str) -> tuple[Change, ...]:
+    """Changes of inputs, sorted by time; ``InputError`` where two of one input overlap."""
+    found = [change for at, table in given["step"] for change in _step(at, table, units, times)]
+    found += [change for at, table in given["ramp"] for change in _ramp(at, table, units, times)]
+    found += [change for at, table in given["signal"] for change in _signal(at, table, units, times)]
+    found += [change for at, table in given["misfire"] for change in _misfire(at, table, times)]
+    found.sort(key=lambda change: (change.target, change.begin, change.end))
+    for one, next_ in pairwise(found):
+        if one.target == next_.target and next_.begin < one.end:
+            raise InputError(
+                f"{where}: {'.'.join(one.target).lstrip('.')} is changed twice between {next_.begin:.6g} s and "
+                f"{one.end:.6g} s; changes of one input must not overlap"
+            )
+    return tuple(found)
+
+
+def _target(at: str, table: Any, units: Mapping[str, Any]) -> tuple[tuple[str, str], str]:
+    return variable(table.input, f"{at}: input", units), named(table.unit, at)
+
+
+def _step(at: str, table: Step, units: Mapping[str, Any], times: Times) -> list[Change]:
+    """An input that jumps to a value."""
+    target, unit = _target(at, table, units)
+    time = times.before_end(table, "at", at)
+    return [Change(target, time, time, table.value, unit)]
+
+
+def _ramp(at: str, table: Ramp, units: Mapping[str, Any], times: Times) -> list[Change]:
+    """An input that goes linearly from what it is to a value."""
+    target, unit = _target(at, table, units)
+    begin, end = times.of(table, "from", at, 0.0), times.of(table, "to", at)
+    if not begin < end:
+        raise InputError(f"{at}: from {begin:g} s must be before to {end:g} s")
+    return [Change(target, begin, end, table.value, unit)]
+
+
+def _signal(at: str, table: Signal, units: Mapping[str, Any], times: Times) -> list[Change]:
+    """An input that goes linearly from point to point; two of one time are a jump."""
+    target, unit = _target(at, table, units)
+    if (table.times_s is None) == (table.times_cycles is None):
+        raise InputError(f"{at}: give times_s or times_cycles, and values")
+    values, in_s = table.values, table.times_s is not None
+    points = (table.times_s if in_s else table.times_cycles) or []
+    if len(points) != len(values) or not points:
+        raise InputError(f"{at}: {len(points)} times for {len(values)} values; give one for each")
+    place = [times.of(At(at_s=point) if in_s else At(at_cycles=point), "at", at) for point in points]
+    if any(one > next_ for one, next_ in pairwise(place)):
+        raise InputError(f"{at}: {'times_s' if in_s else 'times_cycles'} must not decrease")
+    begins = [place[0], *place[:-1]]
+    return [Change(target, begin, end, value, unit) for begin, end, value in zip(begins, place, values, strict=True)]
+
+
+def _misfire(at: str, table: Misfire, times: Times) -> list[Change]:
+    """A cylinder without fuel from a time on, or between two."""
+    begin, end = times.event(table, at)
+    target = "", f"cylinder[{table.cylinder}].fuel_mass"
+    cut = Change(target, begin, begin, 0.0)
+    return [cut] if math.isinf(end) else [cut, Change(target, end, end, None)]
+
+
+def noises(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Noise, ...]:
+    """Noise on inputs."""
+    found = []
+    for at, table in given:
+        target, unit = _target(at, table, units)
+        if table.rms < 0 or table.seed < 0:
+            raise InputError(f"{at}: rms and seed must not be below zero")
+        found.append(Noise(target, *times.event(table, at), table.rms, unit, table.seed))
+    return tuple(found)
+
+
+def dropouts(given: Entries, units: Mapping[str, Any], times: Times) -> tuple[Dropout, ...]:
+    """Drop-outs of connections; ``InputError`` where two of one input overlap."""
+    found: list[Dropout] = []
+    for at, table in given:
+        target = variable(table.input, f"{at}: input", units)
+        one = Dropout(target, *times.event(table, at), table.gives)
+        for other in found:
+            if other.target == one.target and one.begin < other.end and other.begin < one.end:
+                raise InputError(f"{at}: {table.input} has drop-outs that overlap; let one follow the other")
+        found.append(one)
+    return tuple(found)
+
+
+def faults(given: Entries, units: Mapping[str, Any], times: Times, where: str) -> tuple[Fault, ...]:
+    """Faults of units, one each."""
+    found: dict[str, Fault] = {}
+    for at, table in given:
+        unit, kind = table.of, table.kind
+        if unit not in units:
+            raise InputError(f"{at}: there is no unit '{unit}'; {nearest(unit, units)}")
+        if table.output and kind != NAN:
+            raise InputError(f"{at}: output belongs to kind = '{NAN}'; leave it out")
+        if unit in found:
+            raise InputError(f"{where}: unit {unit} has two faults; give each its own scenario")
+        found[unit] = Fault(unit, times.before_end(table, "at", at), kind, table.output)
+    return tuple(found.values())

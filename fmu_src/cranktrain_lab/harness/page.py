@@ -1,0 +1,130 @@
+"""Results of a harness as one HTML file: assertions, and their outputs over time."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.reduced_body import Array
+from cranktrain.results.tables import Table
+from cranktrain.store.whole_file import marked
+from cranktrain.studies.report.chart import bar_chart, line_chart
+from cranktrain.studies.report.elements import paragraph, table
+from cranktrain.studies.report.page import whole_page
+from cranktrain_lab.coupling.modules import CRANKTRAIN
+from cranktrain_lab.coupling.recording_unit import without_zero
+from cranktrain_lab.coupling.run import Coupled
+from cranktrain_lab.harness.entries import ORDER, Harness
+from cranktrain_lab.harness.judgement import order_amplitudes
+from cranktrain_lab.harness.junit import found_text
+from cranktrain_lab.harness.recording import MISFIT, UNIT
+from cranktrain_lab.harness.running import Judged
+from cranktrain_lab.harness.signals import SIGNALS
+
+PAGE = marked("harness report of cranktrain", 'content="cranktrain harness"')
+POINTS = 1200
+"""Most points of a curve."""
+HIGHEST = 12.0
+"""Highest order that is drawn."""
+
+
+def page(harness: Harness, scenarios: Sequence[Judged]) -> str:
+    """The page's text."""
+    by_name = {one.scenario.name: one for one in scenarios}
+    count = sum(one.passed for one in scenarios)
+    rows = tuple(
+        (
+            one.scenario.name, "passed" if one.passed else "FAILED",
+            f"{sum(o.passed for o in one.outcomes)} of {len(one.outcomes)}", f"{one.ran.seconds:.1f}",
+            "" if one.result is None else one.result.name,
+        )
+        for one in scenarios
+    )  # fmt: skip
+    header = ("scenario", "verdict", "assertions passed", "seconds", "result file")
+    body = "<section>" + table(Table(f"{count} of {len(scenarios)} scenarios passed", header, rows)) + "</section>"
+    for k, one in enumerate(scenarios, 1):
+        parts = [table(_assertions(one))]
+        if one.ran.ended:
+            parts.append(paragraph(f"The run ended: {one.ran.ended}"))
+        parts += _charts(harness, one, by_name)
+        name = html.escape(one.scenario.name)
+        body += f'<section id="s{k}"><h2>{k}. {name}</h2>{"".join(parts)}</section>'
+    contents = "".join(
+        f'<li><a href="#s{k}">{html.escape(one.scenario.name)}</a></li>' for k, one in enumerate(scenarios, 1)
+    )
+    return whole_page("harness", f"{harness.title}: harness report", contents, body)
+
+
+def _assertions(one: Judged) -> Table:
+    rows = tuple(
+        (
+            "passed" if outcome.passed else "FAILED",
+            outcome.name,
+            outcome.quantity,
+            outcome.expected,
+            found_text(outcome),
+        )
+        for outcome in one.outcomes
+    )
+    return Table("Assertions", ("verdict", "assertion", "quantity", "expected", "found"), rows)
+
+
+def _charts(harness: Harness, one: Judged, others: Mapping[str, Judged]) -> list[str]:
+    """Each output that is asserted and each input that is changed over the time; orders as bars."""
+    run = one.ran.found
+    if run is None or len(run.times) < 3:
+        return []
+    assertions = [assertion for assertion in one.scenario.assertions if assertion.output is not None]
+    names = dict.fromkeys(name for name in run.names if name.startswith(f"{SIGNALS}."))
+    names |= dict.fromkeys(".".join(assertion.output) for assertion in assertions if assertion.output is not None)
+    compared = {".".join(a.output): a.ratio_to for a in assertions if a.output is not None and a.ratio_to in others}
+    parts = []
+    for name in names:
+        other = others[compared[name]] if name in compared else None
+        parts.append(_over_time(name, one, run, other))
+    spectra = dict.fromkeys(".".join(a.output) for a in assertions if a.output is not None and a.measure == ORDER)
+    for name in spectra:
+        runs = {one.scenario.name: run}
+        if name in compared and (found := others[compared[name]].ran.found) is not None:
+            runs[compared[name]] = found
+        parts += _orders(harness, name, runs)
+    return parts
+
+
+def _over_time(name: str, one: Judged, run: Coupled, other: Judged | None) -> str:
+    unit = run.units[run.names.index(name)]
+    every = max(1, -(-len(run.times) // POINTS))
+    x = run.times[::every]
+    curves: dict[str, Array] = {one.scenario.name: run.of(name)[::every]}
+    if other is not None and other.ran.found is not None:
+        found = other.ran.found
+        curves[other.scenario.name] = np.interp(x, found.times, found.of(name), right=np.nan)
+    if name.startswith(f"{MISFIT}."):
+        output = name.removeprefix(f"{MISFIT}.")
+        for word, source in (("model", CRANKTRAIN), ("measurement", UNIT)):
+            curves[word] = _of_misfit(run, source, output)[::every]
+    label = f"{name.removeprefix(f'{SIGNALS}.')}{f' / {unit}' if unit else ''}"
+    return line_chart(f"{label} over the time", x, curves, ("time / s", label))
+
+
+def _of_misfit(run: Coupled, source: str, output: str) -> Array:
+    """One side of a misfit, without its mean over a cycle, in the model's unit."""
+    angle, model = run.of(f"{CRANKTRAIN}.crank.angle"), run.of(f"{CRANKTRAIN}.{output}")
+    own = without_zero(angle, model)
+    return own if source == CRANKTRAIN else own - run.of(f"{MISFIT}.{output}")
+
+
+def _orders(harness: Harness, name: str, runs: Mapping[str, Coupled]) -> list[str]:
+    """Orders of an output in one run or two; nothing where one has no whole cycle."""
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            bars = {key: order_amplitudes(harness, run, run.of(name), HIGHEST) for key, run in runs.items()}
+    except InputError:
+        return []
+    unit = next(run.units[run.names.index(name)] for run in runs.values())
+    orders = np.asarray(0.5 * np.arange(1, round(2.0 * HIGHEST) + 1))
+    label = f"{name}, zero to peak{f' / {unit}' if unit else ''}"
+    return [bar_chart(f"Orders of {name} over the last cycle", orders, bars, ("order", label))]

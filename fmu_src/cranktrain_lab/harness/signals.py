@@ -1,0 +1,169 @@
+"""Events of a scenario: inputs that depend on time, connections with noise or interruptions, units with faults.
+
+A signal is a unit of its own, without inputs, so that every scheme gives its value at a step's end to that step.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import faulthandler
+import math
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.reduced_body import Array
+from cranktrain_lab.coupling.unit import Around, Port, Unit, UnitError
+from cranktrain_lab.harness.entries import DIES, FAILS, HANGS, LAST, NAN, ZERO, Fault
+
+SIGNALS = "signals"
+"""Name of the unit whose outputs are the signals."""
+_JUST = 1.0 - 1.0e-12
+"""Just before a time, within its rounding."""
+
+
+class Curve:
+    """A piecewise linear value over time. It jumps just after a time that two points share."""
+
+    def __init__(self, start: float) -> None:
+        self.times, self.values = [0.0], [start]
+
+    def go(self, begin: float, end: float, value: float) -> None:
+        """Go on from the last value to another."""
+        self.times += [begin, end]
+        self.values += [self.values[-1], value]
+
+    def at(self, time: float) -> float:
+        """Value at a time, that before a jump; at the start that behind it."""
+        if time <= 0.0:
+            return self.values[max(k for k, at in enumerate(self.times) if at <= 0.0)]
+        k = int(np.searchsorted(self.times, _JUST * time))
+        if k == len(self.times):
+            return self.values[-1]
+        before, after = self.times[k - 1], self.times[k]
+        share = (time - before) / (after - before)
+        return self.values[k - 1] + share * (self.values[k] - self.values[k - 1])
+
+
+class Signals:
+    """Curves as a unit, see :class:`cranktrain_lab.coupling.unit.Unit`; ``ports`` are those of the inputs they feed."""
+
+    restorable = True
+
+    def __init__(self, curves: Mapping[str, Curve], ports: Mapping[str, Port]) -> None:
+        self.name = SIGNALS
+        self.inputs: Mapping[str, Port] = {}
+        self.outputs: Mapping[str, Port] = dict(ports)
+        self._curves, self._time = curves, 0.0
+
+    def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        """See the protocol."""
+        self._read = [self._curves[name] for name in outputs]
+
+    def initialize(self, time: float) -> None:
+        """See the protocol."""
+        self._time = time
+
+    def write(self, values: Array) -> None:
+        """See the protocol."""
+
+    def read(self) -> Array:
+        """See the protocol."""
+        return np.array([curve.at(self._time) for curve in self._read])
+
+    def step(self, time: float, size: float) -> None:
+        """See the protocol."""
+        self._time = time + size
+
+    def keep(self, held: Any = None) -> Any:
+        """See the protocol."""
+        return self._time
+
+    def restore(self, state: Any) -> None:
+        """See the protocol."""
+        self._time = state
+
+    def close(self) -> None:
+        """See the protocol."""
+
+
+class Noisy:
+    """Modifier of a connection: noise of a standard deviation between two times, the same for the same time."""
+
+    def __init__(self, begin: float, end: float, size: float, seed: tuple[int, ...]) -> None:
+        self._begin, self._end, self._size, self._seed = _JUST * begin, _JUST * end, size, seed
+
+    def __call__(self, time: float, value: float) -> float:
+        """The value with noise on it."""
+        if not self._begin <= time < self._end:
+            return value
+        # A step may be repeated: it then gets the same values as before.
+        drawn = np.random.default_rng((*self._seed, *np.array([time]).view(np.uint32).tolist()))
+        return value + self._size * float(drawn.standard_normal())
+
+
+class DroppedOut:
+    """Modifier of a connection: between two times the last value before, zero, or NaN."""
+
+    def __init__(self, begin: float, end: float, gives: str) -> None:
+        self._begin, self._end, self._gives = _JUST * begin, _JUST * end, gives
+        self._last: float | None = None
+
+    def __call__(self, time: float, value: float) -> float:
+        """The value, or its replacement."""
+        if not self._begin <= time < self._end:
+            if time < self._begin:
+                self._last = value
+            return value
+        held = value if self._last is None else self._last
+        self._last = held
+        return {LAST: held, ZERO: 0.0, NAN: math.nan}[self._gives]
+
+
+def in_turn(modifiers: Sequence[Callable[[float, float], float]]) -> Callable[[float, float], float]:
+    """Modifiers one after the other, as one."""
+
+    def modify(time: float, value: float) -> float:
+        for one in modifiers:
+            value = one(time, value)
+        return value
+
+    return modify
+
+
+class Faulty(Around):
+    """A unit that misbehaves from a time on."""
+
+    def __init__(self, unit: Unit, fault: Fault) -> None:
+        super().__init__(unit)
+        self._fault, self._now = fault, -math.inf
+
+    def link(self, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        """See the protocol."""
+        wrong = [k for k, name in enumerate(outputs) if self._fault.output in ("", name)]
+        self._wrong = wrong if self._fault.kind == NAN else []
+        super().link(inputs, outputs)
+
+    def read(self) -> Array:
+        """See the protocol."""
+        found = super().read()
+        if self._wrong and self._now > self._fault.begin:
+            found = found.copy()
+            found[self._wrong] = math.nan
+        return found
+
+    def step(self, time: float, size: float) -> None:
+        """See the protocol."""
+        self._now = _JUST * (time + size)
+        # A fault belongs to the step in which its time lies, for all kinds alike.
+        if self._now > self._fault.begin:
+            if self._fault.kind == FAILS:
+                raise UnitError("fails, as its scenario says")
+            while self._fault.kind == HANGS:
+                clock.sleep(1.0)
+            if self._fault.kind == DIES:
+                faulthandler.disable()
+                ctypes.string_at(0)
+        super().step(time, size)

@@ -1,0 +1,112 @@
+"""Frequencies of the crank that bends, in its block on its mounts: [targets] and mount frequencies beside other sets.
+
+Orders and decays are answered by a crank that only twists. Targets are those of a calibration
+(:mod:`cranktrain_lab.calibration.targets`): modes of the cranktrain at rest, matched by their shapes. Frequencies
+of the engine as a whole on its mounts are the lowest six of the cranktrain in its block, numbered from the lowest. All
+follow the engine's values in some milliseconds (:mod:`cranktrain_lab.calibration.train`), so every answer of an
+identification contains them, whatever the level of the other sets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.linalg import LinAlgError, eigh
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.types import Array, Progress
+from cranktrain.engine.levels import BLOCKS
+from cranktrain.engine.model import Engine
+from cranktrain.structure.block.reduction import reduced_block
+from cranktrain.structure.crank.reduction import reduced_crankshaft
+from cranktrain_lab.calibration.problem import match
+from cranktrain_lab.calibration.targets import MOTION, Target, target_of
+from cranktrain_lab.calibration.train import Modes, Train
+from cranktrain_lab.identification.data import MOUNTS, TARGET, Scalar
+from cranktrain_lab.identification.tables import MeasuredTable
+
+RIGID_MODES = 6
+
+
+def targets_of(read: MeasuredTable) -> tuple[Target, ...]:
+    """Targets of a measured file that has other sets as well; ``InputError`` for those that need a calibration."""
+    if read.derived:
+        raise InputError("derived: serves files of [targets] alone ('cranktrain calibrate'); leave it out beside sets")
+    found = tuple(target_of(name, entry) for name, entry in read.targets.items())
+    for one in found:
+        if one.of == MOTION:
+            raise InputError(
+                f"targets.{one.name}: a frequency in motion is calibrated alone; give the critical speed as "
+                "[[frequencies]] with order and rpm, or make a file of [targets] alone"
+            )
+    return found
+
+
+class Bending:
+    """Crank that bends, bare bodies kept.
+
+    Parameters
+    ----------
+    engine : as it is before the search
+    read : the measured file, its block level
+    scalars : all measured numbers
+    say : told the stages of making the bodies
+
+    Raises
+    ------
+    InputError
+        no block or mounts where the file asks for them
+    """
+
+    def __init__(self, engine: Engine, read: MeasuredTable, scalars: Sequence[Scalar], say: Progress) -> None:
+        self.targets, self._mounts = targets_of(read), [one for one in scalars if one.kind == MOUNTS]
+        if read.block not in BLOCKS:
+            raise InputError(f"block: level '{read.block}' does not exist; the levels are {', '.join(BLOCKS)}")
+        flexible = bool(self._mounts) or read.block != next(iter(BLOCKS))
+        if flexible and (engine.block is None or engine.mounts is None):
+            raise InputError(
+                f"engine '{engine.name}' has no [block] with [mounts], of which the file gives frequencies; add the "
+                "tables to the engine file"
+            )
+        plain = engine.without_additions
+        block = reduced_block(plain, progress=say) if flexible else None
+        self._train = Train(plain, reduced_crankshaft(plain, progress=say), block, {})
+        self._last: tuple[Any, Array] | None = None
+
+    def frequencies(self, engine: Engine) -> Array:
+        """Hz (t + m,) of all targets, then of the mounts' modes, of an engine; ``SolverError``."""
+        # A damper's ring and the damping of twist move none of them.
+        key = replace(engine, damper=None, damping=replace(engine.damping, torsional_ratios=()))
+        if self._last is None or self._last[0] != key:
+            try:
+                self._last = key, self._found(engine.without_additions)
+            except (LinAlgError, InputError) as error:
+                raise SolverError(f"the cranktrain that bends has no such modes: {error}") from None
+        return self._last[1]
+
+    def _found(self, engine: Engine) -> Array:
+        train = self._train
+        whole = train.cranktrain(engine, {})
+        found = np.zeros(0)
+        if self.targets:
+            modes: dict[str, Modes] = {"cranktrain": train.cranktrain_modes(engine, whole)}
+            if any(one.of == "crankshaft" for one in self.targets):
+                modes["crankshaft"] = train.crankshaft_modes(engine, train.crankshaft(engine, {}))
+            found = match(self.targets, modes).hz
+        if not self._mounts:
+            return found
+        squares = eigh(*whole[:2], eigvals_only=True, subset_by_index=[1, RIGID_MODES])  # 0 is the turn of the crank
+        hz = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
+        return np.concatenate((found, hz[[one.number - 1 for one in self._mounts]]))
+
+
+def target_scalars(targets: Sequence[Target], names: Sequence[str]) -> tuple[Scalar, ...]:
+    """Targets as measured numbers: their tolerances are deviations."""
+    found = []
+    for one in targets:
+        name = f"targets.{one.name}" if one.name in names else one.name
+        found.append(Scalar(name, TARGET, one.number, one.hz, one.tolerance, False))
+    return tuple(found)

@@ -1,0 +1,221 @@
+"""What is refused: data of another engine, parameters that nothing excites, sets that contradict each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from cranktrain.core.errors import CranktrainError, InputError
+from cranktrain.core.types import Array
+from cranktrain.engine.levels import CRANKS
+from cranktrain.engine.model import Engine
+from cranktrain.results.orders.measured import LEAST
+from cranktrain_lab.identification.comparison import Comparison, Piece
+from cranktrain_lab.identification.confidence import contradictions, unexcited
+from cranktrain_lab.identification.data import RATIO, Orbit, Strand
+from cranktrain_lab.identification.estimate import Estimate
+from cranktrain_lab.identification.model import TorsionalModel
+from cranktrain_lab.identification.parameters import RATIOS, outer_values
+
+Remedy = Callable[[Estimate, int], str]
+SAMPLES = 16
+"""Points within the bounds at which frequencies of the model are looked at, besides those of least and most."""
+REACH = 0.05
+"""Distance between a measured frequency and the model's, over it, from which the data are of another engine."""
+EXPLAINED = 0.5
+"""Least part of the squared amplitudes that a fit must explain."""
+FACTOR, MISSED = 3.0, 5.0
+"""Factor between a measured damping ratio and that of the best fit, also in deviations, from which it is refused."""
+SAME_MODE = 0.5
+"""Least MAC of a measured shape with that of the best fit."""
+CLEAR = 3.0
+"""A resonance is a peak this many times above the median of its order."""
+
+
+def check_crank(engine: Engine, keys: Iterable[str], crank: str) -> None:
+    """Refuse parameters ``keys`` that the crank of runs in time does not have; ``InputError``."""
+    own = "damping.ratio" if engine.damping.kind == "modal" else "damping.beta"
+    for key in keys:
+        if CRANKS[crank].bends and key.startswith(RATIOS):
+            raise InputError(
+                f"parameters.'{key}': crank level '{crank}' bends and has '{own}' for all its modes; seek that, "
+                "or take --crank torsional"
+            )
+
+
+def check_estimate(comparison: Comparison, found: Estimate, remedy: Remedy = lambda found, k: "") -> None:
+    """Refuse an estimate of data that are not the engine's; ``InputError``.
+
+    ``remedy`` says what would tell a parameter that nothing in the data depends on, by its number.
+    """
+    if found.interrupted:
+        return
+    check_explained(comparison, found)
+    check_excited(comparison, found, remedy)
+    check_sets(comparison, found)
+    check_numbers(comparison, found)
+
+
+def check_excited(comparison: Comparison, found: Estimate, remedy: Remedy) -> None:
+    """Refuse parameters that nothing in the data depends on; ``InputError``."""
+    for k in unexcited(comparison, found):
+        one = comparison.sought[k]
+        moved = math.sqrt(found.information[k, k]) * (comparison.high[k] - comparison.low[k])
+        raise InputError(
+            f"parameters.'{one.key}': nothing in the data depends on it; from {one.text(one.low)} to "
+            f"{one.text(one.high)} it moves them by {moved:.2g} of their deviation; leave it out{remedy(found, k)}"
+        )
+
+
+def check_numbers(comparison: Comparison, found: Estimate) -> None:
+    """Refuse decays and shapes that the best fit misses by far: of another mode, or of what is not sought.
+
+    ``InputError``. Frequencies are compared before the search.
+    """
+    pieces = found.pieces[len(comparison.data.strands) :]
+    for one, piece in zip(comparison.data.scalars, pieces, strict=False):
+        away = float(piece.rows[0, 0])
+        if one.kind == RATIO and abs(away) > max(math.log(FACTOR), MISSED * one.deviation):
+            key = "damper.viscosity" if one.damper else f"{RATIOS}[{one.number}]"
+            sought = any(key.startswith(other.key) for other in comparison.sought)
+            remedy = f"widen the bounds of '{key}'" if sought else f"seek '{key}' as well"
+            raise InputError(
+                f"'{one.name}': its damping ratio, {one.value:.3g}, is {math.exp(away):.2g} times that of the best "
+                f"fit; it is of another mode, or {remedy}"
+            )
+    for shape, piece in zip(comparison.data.shapes, pieces[len(comparison.data.scalars) :], strict=True):
+        own = shape.values - piece.rows[:, 0]
+        mac = float((own @ shape.values) ** 2 / (own @ own))
+        if mac < SAME_MODE:
+            raise InputError(
+                f"'{shape.name}': its shape has a MAC of {mac:.2f} with mode {shape.number} of the best fit; it is of "
+                "another mode, or its places are exchanged"
+            )
+
+
+def check_sets(comparison: Comparison, found: Estimate) -> None:
+    """Refuse sets that contradict each other; ``InputError``."""
+    against = contradictions(comparison, found)
+    if not against:
+        return
+    one = against[0]
+    sought = comparison.sought[one.parameter]
+    wants = [
+        sought.text(
+            sought.value(float(np.clip(u, comparison.low[one.parameter] - 5.0, comparison.high[one.parameter] + 5.0)))
+        )
+        for u in one.wants
+    ]
+    raise InputError(
+        f"'{one.first}' and '{one.second}' contradict each other: chi-square {one.distance:.0f} for {one.freedom} "
+        f"degrees of freedom, probability {one.probability:.1g}; of {sought.key} the first wants {wants[0]}, the "
+        f"second {wants[1]}; correct or leave out one of them, or state a larger deviation"
+    )
+
+
+def check_explained(comparison: Comparison, found: Estimate) -> None:
+    """Refuse orders of which the best fit explains less than half; ``InputError``."""
+    for name in comparison.data.order_sets:
+        of = [k for k, one in enumerate(comparison.data.strands) if one.name == name]
+        rows = [(comparison.data.strands[k], found.pieces[k]) for k in of]
+        left = sum(float(np.sum(piece.rows[~one.held] ** 2)) for one, piece in rows)
+        whole = sum(float(np.sum(np.abs(_varying(one, piece)[~one.held]) ** 2)) for one, piece in rows)
+        if left > (1.0 - EXPLAINED) * whole:
+            worst = max(rows, key=lambda row: float(np.sum(row[1].rows[~row[0].held] ** 2)))[0]
+            part = 100.0 * max(0.0, 1.0 - left / whole) if whole > 0.0 else 0.0
+            least = "" if isinstance(worst, Orbit) else f", least of order {worst.order:g}"
+            raise InputError(
+                f"'{name}': the best parameters within their bounds explain {part:.0f} % of its squared amplitudes"
+                f"{least}; the data are of another engine, load or "
+                f'reference of phase (sought by "zero.{name}")'
+            )
+
+
+def _varying(one: Strand, piece: Piece) -> NDArray[np.complex128]:
+    """Measured values (n,) of an order less the constant of a wheel."""
+    return one.values if piece.constant is None else one.values - piece.constant.number
+
+
+def check_frequencies(model: TorsionalModel, comparison: Comparison, seed: int) -> None:
+    """Refuse resonances and frequencies that no parameters within their bounds give; ``InputError``."""
+    points = _points(comparison, seed)
+    numbers = [found for found in (_numbers(model, point) for point in points) if found is not None]
+    for k, scalar in enumerate(model.data.scalars if numbers else ()):
+        if scalar.kind != RATIO:
+            own = [float(found[k]) for found in numbers]
+            reach = max(REACH, 3.0 * scalar.deviation)
+            _check(f"'{scalar.name}'", scalar.value, min(own), max(own), comparison, reach)
+    peaks = [(one, hz) for one in model.data.strands if (hz := peak_hz(one.speeds, np.abs(one.values), one.order))]
+    if not peaks:
+        return
+    answers = []
+    for point in points:
+        with suppress(CranktrainError, ArithmeticError, np.linalg.LinAlgError):
+            answers.append(model.answers(point).strands)
+    for one, hz in peaks:
+        k = model.data.strands.index(one)
+        own = [found for found in (peak_hz(one.speeds, np.abs(a[k]), one.order) for a in answers) if found]
+        if len(own) == len(answers) and own:  # all within the measured speeds, so that their range is known
+            where = f"'{one.name}': the peak of order {one.order:g} at {60.0 * hz / one.order:.0f} rev/min,"
+            _check(where, hz, min(own), max(own), comparison, REACH + _step(one))
+
+
+def _step(one: Strand) -> float:
+    """Step of the speeds over the mean speed."""
+    return float(np.median(np.diff(np.unique(one.speeds))) / np.mean(one.speeds))
+
+
+def _check(where: str, hz: float, low: float, high: float, comparison: Comparison, reach: float) -> None:
+    if low * (1.0 - reach) <= hz <= high * (1.0 + reach):
+        return
+    keys = ", ".join(one.key for one in comparison.sought)
+    raise InputError(
+        f"{where} {hz:.1f} Hz, is not the engine's: with {keys} within their bounds it has {low:.1f} to {high:.1f} Hz; "
+        "the data are of another engine or mode, or widen the bounds"
+    )
+
+
+def _points(comparison: Comparison, seed: int) -> list[Array]:
+    """Values (p,), SI, spread over the bounds, with the two ends of each parameter."""
+    p = comparison.low.size
+    shares = list(qmc.Sobol(p, rng=np.random.default_rng(seed)).random(SAMPLES))
+    for k in range(p):
+        for end in (0.0, 1.0):
+            share = np.full(p, 0.5)
+            share[k] = end
+            shares.append(share)
+    width = comparison.high - comparison.low
+    return [outer_values(comparison.sought, comparison.low + share * width) for share in shares]
+
+
+def _numbers(model: TorsionalModel, values: Array) -> Array | None:
+    if not model.data.scalars:
+        return None
+    try:
+        return model.numbers(values)
+    except (CranktrainError, ArithmeticError, np.linalg.LinAlgError):
+        return None
+
+
+def peak_hz(speeds: Array, sizes: Sequence[float] | Array, order: float) -> float | None:
+    """Frequency, Hz, of a clear resonance of an order within its speeds (n,) rad/s; None where there is none."""
+    by_speed = np.argsort(speeds, kind="stable")
+    own, at = np.asarray(sizes)[by_speed], speeds[by_speed]
+    k = int(np.argmax(own))
+    if k in (0, own.size - 1) or own[k] < CLEAR * float(np.median(own)):
+        return None
+    return float(order * at[k] / (2.0 * math.pi))
+
+
+def check_data(strands: Sequence[Strand]) -> None:
+    """Refuse orders that are zero, or too small for their squares, at all speeds; ``InputError``."""
+    for one in strands:
+        largest = float(np.abs(one.values).max())
+        if largest < LEAST:
+            said = "0" if largest == 0.0 else f"{largest:.2g} (SI) or less"
+            raise InputError(f"'{one.name}': order {one.order:g} is {said} at all speeds; leave it out of orders")

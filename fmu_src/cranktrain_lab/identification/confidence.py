@@ -1,0 +1,308 @@
+"""How sure the identified parameters are: covariance, profiles, bootstrap, and what the data cannot tell apart.
+
+With the information A = Jᵀ C⁻¹ J of the data and P of what was known before (priors, and the bounds as uniform
+distributions), the covariance of u is
+
+    S = (A + P)⁻¹ + Σ d dᵀ,
+
+d being what each level of the model above the fitted one would move, beyond the level below it
+(:mod:`cranktrain_lab.identification.ladder`). Intervals take
+Student's t with the number of independent residuals less that of the parameters. A profile fixes one parameter, fits
+all others and ends where the sum of squares has risen by t². The bootstrap draws blocks of residuals at neighbouring
+speeds, or single ones among repeated runs of a speed, and draws of what was known before, and maps each draw by the
+linear estimate.
+
+Sources: G. A. F. Seber, C. J. Wild, *Nonlinear Regression* (1989), ch. 5; H. R. Künsch, Ann. Statist. 17 (1989) 1217,
+blocks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2, t
+
+from cranktrain.core.types import Array
+from cranktrain_lab.identification.bias import effective_count
+from cranktrain_lab.identification.comparison import Comparison, Piece
+from cranktrain_lab.identification.estimate import Estimate, information_of
+from cranktrain_lab.identification.ladder import linear_move
+
+Integers = NDArray[np.intp]
+LEVEL = 0.95
+"""Probability of all intervals."""
+WEAK = 0.3
+"""Relative deviation of a combination of parameters above which the data do not determine it."""
+PART = 0.3
+"""Part of a combination from which a parameter is named."""
+ENTANGLED = 3.0
+"""Deviation of a parameter over that with all others known, from which it is named with others."""
+UNLIKELY = 1e-4
+"""Probability below which sets contradict each other."""
+FEWEST = 3.0
+"""Least degrees of freedom of an interval."""
+_STEPS = 5
+
+
+@dataclass(frozen=True)
+class Confidence:
+    """Confidence of an estimate: covariance (p, p) of u, the degrees of freedom, and half an interval in deviations."""
+
+    covariance: Array
+    freedom: float
+
+    @property
+    def reach(self) -> float:
+        """Half of an interval over a standard deviation."""
+        return float(t.ppf(0.5 + 0.5 * LEVEL, self.freedom))
+
+    @property
+    def deviations(self) -> Array:
+        """Standard deviations (p,) of u."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+class Direction(NamedTuple):
+    """A combination of parameters: its relative deviation by the data alone, and its parts (p,), of unit length."""
+
+    deviation: float
+    parts: Array
+
+
+class Contradiction(NamedTuple):
+    """Test of two sets.
+
+    ``distance`` is the squared distance of what each wants, of ``freedom`` degrees and ``probability``; ``parameter``
+    the one on which they differ most, ``wants`` the u that each wants of it.
+    """
+
+    first: str
+    second: str
+    distance: float
+    freedom: int
+    probability: float
+    parameter: int
+    wants: tuple[float, float]
+
+
+def confidence_of(comparison: Comparison, found: Estimate, moves: Array) -> Confidence:
+    """Covariance of an estimate, widened by what levels above would move, (n, p) in u."""
+    own = np.linalg.inv(found.information + comparison.known)
+    count = float(len(comparison.data.scalars) + sum(one.values.size for one in comparison.data.shapes))
+    sizes = [np.abs(own) for own in comparison.own(found.inner)]
+    for k, one in enumerate(comparison.data.strands):
+        keep = np.flatnonzero(~one.held)
+        count += effective_count(comparison.covariance_of(k, sizes[k])[np.ix_(keep, keep)]) * (2 if one.phases else 1)
+    free = count - comparison.constants - found.inner.size + int((np.diag(comparison.prior) > 0.0).sum())
+    # Deviations of numbers and shapes are stated, not found from residuals.
+    freedom = max(free, FEWEST) if comparison.data.strands else 1e6
+    return Confidence(own + moves.T @ moves, freedom)
+
+
+def directions(information: Array) -> list[Direction]:
+    """Combinations of parameters by what the data say of them, ``information`` (p, p), the least known first."""
+    values, vectors = np.linalg.eigh(information)
+    least = 1e-12 * max(float(values[-1]), 1e-300)
+    return [
+        Direction(1.0 / math.sqrt(value) if value > least else math.inf, vector)
+        for value, vector in zip(values.tolist(), vectors.T, strict=True)
+    ]
+
+
+def unexcited(comparison: Comparison, found: Estimate) -> list[int]:
+    """Parameters that move the data by less than a standard deviation over all of their bounds."""
+    moved = np.sqrt(np.diag(found.information)) * (comparison.high - comparison.low)
+    return [int(k) for k in np.flatnonzero(moved < 1.0)]
+
+
+def told_apart(information: Array, known: Array, keys: Sequence[str]) -> list[str]:
+    """What data cannot tell apart of parameters (p,), in words.
+
+    Parameters
+    ----------
+    information, known : (p, p) in u, that of the data, and that of priors and bounds
+    keys : of the parameters
+    """
+    weak = [one for one in directions(information) if one.deviation >= WEAK]
+    if not weak:
+        return []
+    # Several unknown directions are one space: any of their combinations is unknown as well.
+    share = np.sqrt(np.sum([one.parts**2 for one in weak], axis=0))
+    alone = np.sqrt(np.diag(np.linalg.inv(information + known)) * np.diag(information))
+    named = [int(k) for k in np.argsort(-share, kind="stable") if share[k] >= PART or alone[k] >= ENTANGLED]
+    least = min(one.deviation for one in weak)
+    far = f"{100.0 * least:.0f} %" if least < 10.0 else "any factor"
+    if len(named) <= len(weak):
+        return [f"{keys[k]} is not determined: known to {far} from the data alone" for k in named]
+    listed = f"{', '.join(keys[k] for k in named[:-1])} and {keys[named[-1]]}"
+    better = _combinations(information, keys, named, len(named) - len(weak))
+    return [f"{listed} cannot be told apart: changed together they keep the data up to {far}; known is {better}"]
+
+
+def _combinations(information: Array, keys: Sequence[str], named: Sequence[int], count: int) -> str:
+    """The ``count`` combinations of some parameters that the data know best, in words."""
+    values, vectors = np.linalg.eigh(information[np.ix_(named, named)])
+    texts = []
+    for value, parts in list(zip(values.tolist(), vectors.T, strict=True))[: -count - 1 : -1]:
+        parts = parts / parts[np.argmax(np.abs(parts))]
+        text = " · ".join(f"{keys[k]}^{part:.2g}" for k, part in zip(named, parts, strict=True) if abs(part) > 0.05)
+        texts.append(f"{text}, to {100.0 / math.sqrt(max(value, 1e-300)):.2g} %")
+    return "; ".join(texts)
+
+
+def profiles(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[tuple[float, float]]:
+    """Interval of each parameter in u by its profile, widened as the covariance is; ends at a bound where it is met."""
+    slopes = np.concatenate(comparison.whitened([piece.slopes for piece in found.pieces]))
+    weak = np.sqrt(np.diag(comparison.prior))
+    jacobian = np.vstack((-slopes, np.diag(weak)[weak > 0.0]))
+    least = float(np.sum(comparison.residuals(found.inner) ** 2))
+    own = np.sqrt(np.diag(np.linalg.inv(found.information + comparison.known)))
+    wide = confidence.deviations / own
+    rise = confidence.reach**2
+    result = []
+    for k in range(found.inner.size):
+        ends = []
+        for side in (-1.0, 1.0):
+            far = _end(comparison, found.inner, jacobian, (k, side * own[k] * confidence.reach), least, rise)
+            far = found.inner[k] + (far - found.inner[k]) * max(1.0, wide[k])
+            ends.append(float(np.clip(far, comparison.low[k], comparison.high[k])))
+        result.append((ends[0], ends[1]))
+    return result
+
+
+def _end(
+    comparison: Comparison, inner: Array, jacobian: Array, ahead: tuple[int, float], least: float, rise: float
+) -> float:  # fmt: skip
+    """The u of a parameter, ``ahead`` its number and first step, at which the sum of squares has risen by ``rise``."""
+    k, step = ahead
+    others = np.delete(np.arange(inner.size), k)
+    by = jacobian[:, others]
+    # Bounds keep what the data do not determine where it is.
+    factor = np.linalg.solve(by.T @ by + comparison.known[np.ix_(others, others)], by.T)
+    along = -factor @ jacobian[:, k]  # how the others follow
+    share = 1.0
+    bound = comparison.high[k] if step > 0.0 else comparison.low[k]
+    for _ in range(_STEPS):
+        point = inner.copy()
+        point[k] += share * step
+        if (point[k] - bound) * np.sign(step) >= 0.0:
+            point[k] = bound
+        point[others] = np.clip(
+            inner[others] + along * (point[k] - inner[k]), comparison.low[others], comparison.high[others]
+        )
+        rows = comparison.residuals(point)
+        if others.size:
+            point[others] = np.clip(point[others] - factor @ rows, comparison.low[others], comparison.high[others])
+            rows = comparison.residuals(point)
+        risen = max(float(rows @ rows) - least, 1e-12)
+        ratio = math.sqrt(rise / risen)
+        if abs(ratio - 1.0) < 0.03 or (point[k] == bound and ratio > 1.0):
+            return float(point[k])
+        share = (point[k] - inner[k]) / step * min(max(ratio, 0.3), 3.0)
+    return float(inner[k] + share * step)
+
+
+def bootstrap(comparison: Comparison, found: Estimate, draws: int, seed: int) -> Array:
+    """Draws (b, p) of u: residuals of each order in blocks over the speed, or among runs at the same speed.
+
+    What was known before is drawn too, as one more measurement of each parameter; draws of the data alone would scatter
+    less than the covariance wherever a prior counts.
+    """
+    rng, before = np.random.default_rng(seed), np.random.default_rng([seed, 1])
+    known = np.sqrt(np.diag(comparison.known))
+    spread = np.linalg.inv(found.information + comparison.known)
+    result = np.zeros((draws, found.inner.size))
+    blocks = [_block(comparison, piece, k) for k, piece in enumerate(found.pieces)]
+    scale = math.sqrt(comparison.count / max(comparison.count - comparison.constants - found.inner.size, 1))
+    for b in range(draws):
+        drawn = []
+        for k, piece in enumerate(found.pieces):
+            rows = piece.rows.copy()
+            if k < len(comparison.data.strands):
+                keep = np.flatnonzero(~piece.held)
+                rows[keep] = scale * rows[keep[_drawn(comparison, k, keep, blocks[k], rng)]]
+            else:
+                own = comparison.data.deviations[k - len(comparison.data.strands)]
+                rows = own * rng.normal(size=rows.shape)
+            drawn.append(rows)
+        result[b] = linear_move(comparison, found.pieces, found.information, drawn)
+        result[b] += spread @ (known * before.normal(size=known.size))
+    return found.inner + result - result.mean(axis=0)
+
+
+def _block(comparison: Comparison, piece: Piece, k: int) -> int:
+    """Points of a block: twice the length of the bias over the step of the speeds."""
+    if k >= len(comparison.data.strands):
+        return 1
+    one = comparison.data.strands[k]
+    steps = np.diff(np.unique(one.speeds))
+    length = comparison.biases[one.name].length
+    return int(np.clip(round(2.0 * length / float(np.median(steps))), 1, max(1, int((~piece.held).sum()) // 3)))
+
+
+def _drawn(comparison: Comparison, k: int, keep: Integers, block: int, rng: np.random.Generator) -> Integers:
+    """Places among ``keep`` whose residuals take the places of all."""
+    speeds = comparison.data.strands[k].speeds[keep]
+    repeated = [np.flatnonzero(speeds == one) for one in np.unique(speeds)]
+    if all(places.size > 1 for places in repeated):
+        result = np.empty(keep.size, dtype=np.intp)
+        for places in repeated:
+            result[places] = rng.choice(places, places.size)
+        return result
+    starts = rng.integers(0, keep.size, -(-keep.size // block))
+    return np.asarray((starts[:, None] + np.arange(block)).ravel()[: keep.size] % keep.size)
+
+
+def contradictions(comparison: Comparison, found: Estimate) -> list[Contradiction]:
+    """Pairs of sets that want different parameters, the least likely first."""
+    names, result = comparison.data.names, []
+    wanted = {name: _wanted(comparison, found, name) for name in names}
+    for i, first in enumerate(names):
+        for second in names[i + 1 :]:
+            one = _test(found, first, second, wanted[first], wanted[second])
+            if one is not None and one.probability < UNLIKELY:
+                result.append(one)
+    return sorted(result, key=lambda one: one.probability)
+
+
+def _wanted(comparison: Comparison, found: Estimate, name: str) -> tuple[Array, Array]:
+    """Information (p, p) of a set and its slope (p,) at the estimate."""
+    slopes, rows = (comparison.whitened([getattr(one, part) for one in found.pieces]) for part in ("slopes", "rows"))
+    chosen = [k for k, one in enumerate(found.pieces) if one.name == name]
+    by, own = np.concatenate([slopes[k] for k in chosen]), np.concatenate([rows[k] for k in chosen])
+    return information_of(comparison, found.pieces, name), np.asarray(by.T @ own)
+
+
+def _test(
+    found: Estimate, first: str, second: str, one: tuple[Array, Array], other: tuple[Array, Array]
+) -> Contradiction | None:  # fmt: skip
+    """Test of two sets in the combinations of parameters that both determine; None where there are none."""
+    # In scales by which the sum of both has unit information, those that both determine have a part of neither 0 nor 1.
+    values, vectors = np.linalg.eigh(one[0] + other[0])
+    good = values > 1e-9 * values[-1]
+    if not good.any():
+        return None
+    scale = vectors[:, good] / np.sqrt(values[good])
+    parts, turned = np.linalg.eigh(scale.T @ one[0] @ scale)
+    both = (parts > 1e-6) & (parts < 1.0 - 1e-6)
+    if not both.any():
+        return None
+    ways = scale @ turned[:, both]
+    share = parts[both]
+    apart = (ways.T @ one[1]) / share - (ways.T @ other[1]) / (1.0 - share)
+    square = apart**2 / (1.0 / share + 1.0 / (1.0 - share))
+    most = ways[:, np.argmax(square)]
+    k = int(np.argmax(np.abs(most) * np.sqrt(np.diag(one[0] + other[0]))))
+    wants = tuple(
+        float(found.inner[k] + (ways @ (ways.T @ slope / part))[k])
+        for slope, part in ((one[1], share), (other[1], 1 - share))
+    )
+    return Contradiction(
+        first, second, float(square.sum()), int(both.sum()), float(chi2.sf(square.sum(), both.sum())), k,
+        (wants[0], wants[1]),
+    )  # fmt: skip

@@ -1,0 +1,90 @@
+"""Damping ratio of a measured free decay, from the samples of a channel over time."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+from cranktrain.studies.run_up.free_decay import decaying_parts
+from cranktrain_lab.measured.channels import TIME, Channel, of_array
+from cranktrain_lab.measured.decimation import decimated
+from cranktrain_lab.measured.reading import read_measured
+
+MOST_SAMPLES = 2000
+"""Samples of a free decay that are analysed: a longer signal is thinned, and cut."""
+PER_CYCLE = 32.0
+"""Samples a cycle of the strongest oscillation to which a signal may be thinned."""
+EXPLAINED = 0.2
+"""Least part of a signal's energy that its largest decaying oscillation holds."""
+FALL = 0.05
+"""Least part by which an oscillation falls over the recording, so that noise is not taken for its decay."""
+ROUNDED = 0.05
+"""Difference of a step of time from the mean one, over it, up to which it is one of rounding."""
+
+
+def measured_damping_ratio(path: Path, name: str | None, where: str) -> float:
+    """Damping ratio of the largest decaying oscillation of a channel, from its largest sample on.
+
+    What comes before the largest sample, such as the time before a trigger, does not count. ``name`` is that of the
+    channel; None for a file of one channel. Raises ``InputError``: several channels, none over even times, none that
+    decays.
+    """
+    found = read_measured(path, channels=None if name is None else [name])
+    if len(found.channels) != 1:
+        raise InputError(f"{where}: name the channel of {path.name} that decays: {', '.join(found.names)}")
+    channel = _even(found.channels[0], where)
+    if not np.isfinite(channel.values()).all():
+        raise InputError(f"{where}: channel {channel.name} of {path.name} has samples that are no numbers")
+    signal, step = _from_the_largest(channel)
+    if signal.size < 16 or not np.any(signal):
+        raise InputError(f"{where}: channel {channel.name} of {path.name} holds no decaying oscillation")
+    exponents, energies = decaying_parts(signal, step)
+    hz = exponents.imag / (2.0 * math.pi)
+    energies = np.where((hz > 1.0 / (signal.size * step)) & (exponents.real < 0.0), energies, 0.0)
+    best = int(np.argmax(energies))
+    # An oscillation has two exponents, which are conjugate.
+    part = 2.0 * float(energies[best]) / float(signal @ signal)
+    if part < EXPLAINED:
+        raise InputError(
+            f"{where}: channel {channel.name} of {path.name} holds no decaying oscillation: the largest, of "
+            f"{hz[best]:.4g} Hz, is {100.0 * part:.0f} % of its energy; cut the recording to the decay"
+        )
+    fall = -float(exponents[best].real) * signal.size * step
+    if fall < FALL:
+        raise InputError(
+            f"{where}: channel {channel.name} of {path.name} does not decay: its largest oscillation, of "
+            f"{hz[best]:.4g} Hz, falls by {100.0 * fall:.1g} % in {signal.size * step:.3g} s; record a longer decay"
+        )
+    return float(-exponents[best].real / abs(exponents[best]))
+
+
+def _even(channel: Channel, where: str) -> Channel:
+    """A channel whose times rise by even steps but for their rounding; ``InputError``."""
+    if math.isfinite(channel.rate):
+        return channel
+    times = channel.abscissae() if channel.abscissa == TIME else np.zeros(1)
+    step = float(times[-1] - times[0]) / max(times.size - 1, 1)
+    if step <= 0.0 or np.max(np.abs(np.diff(times) - step)) > ROUNDED * step:
+        raise InputError(
+            f"{where}: channel {channel.name} of {channel.source} has no even steps of time; export it at even times"
+        )
+    return Channel(channel.name, channel.unit, channel.size, channel.source, channel.read, float(times[0]), step)
+
+
+def _from_the_largest(channel: Channel) -> tuple[Array, float]:
+    """Samples (n,) from the largest on without their mean, thinned to ``MOST_SAMPLES`` or fewer, and their step, s."""
+    values = channel.values()
+    values = values[int(np.argmax(np.abs(values - np.median(values)))) :]
+    if values.size > MOST_SAMPLES:
+        spectrum = np.abs(np.fft.rfft(values - values.mean()))
+        strongest = max(int(np.argmax(spectrum)), 1) / (values.size * channel.step)
+        rest = Channel("", "", values.size, "", of_array(values), 0.0, channel.step)
+        _, step, thin = decimated(rest, max(PER_CYCLE * strongest, channel.rate * MOST_SAMPLES / values.size))
+        # The filter sees no samples before the first one: its first half is left out.
+        values = thin[16 if step > channel.step else 0 :][:MOST_SAMPLES]
+        return np.asarray(values - values.mean()), step
+    return np.asarray(values - values.mean()), channel.step

@@ -1,0 +1,291 @@
+"""Identification of an engine's parameters from measured data: from the measured file to a report and an engine file.
+
+A file of ``[targets]`` alone is a calibration: the same search, with the intervals that the targets' tolerances give.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, SolverError, StoreError
+from cranktrain.core.typed_file import record
+from cranktrain.core.types import Array, Progress
+from cranktrain.core.units import RPM
+from cranktrain.core.user_file import read_toml, user_path
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.engine.model import Engine
+from cranktrain.store.engine_text import new_path
+from cranktrain.structure.assembly import assemble
+from cranktrain.structure.fem.factor import one_thread
+from cranktrain_lab.identification import checks
+from cranktrain_lab.identification.advice import advised, remedy_for
+from cranktrain_lab.identification.bending import Bending, target_scalars, targets_of
+from cranktrain_lab.identification.comparison import Comparison
+from cranktrain_lab.identification.confidence import (
+    Confidence,
+    bootstrap,
+    confidence_of,
+    profiles,
+    told_apart,
+)
+from cranktrain_lab.identification.data import MOUNTS, Orbit, read_data
+from cranktrain_lab.identification.doubts import doubtful_values
+from cranktrain_lab.identification.ladder import Ask, Climbed, climb
+from cranktrain_lab.identification.model import TIME, TorsionalModel
+from cranktrain_lab.identification.orbit_runs import check_films
+from cranktrain_lab.identification.orbits import check_orbits, read_orbits
+from cranktrain_lab.identification.parameters import RATIOS, Sought, outer_values, sought_parameters
+from cranktrain_lab.identification.residuals import held_out, number_rows, orbit_rows, residual_rows
+from cranktrain_lab.identification.tables import MeasuredTable
+from cranktrain_lab.identification.written import identified_text, write_identified
+
+Follow = Callable[[float, float], None]
+AT_BOUND = 1e-3
+"""Distance to a bound, over the bounds' distance, within which a parameter lies on it."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked besides the data: levels and seed, draws of the bootstrap, and whether profiles are made."""
+
+    ask: Ask
+    draws: int = 400
+    profile: bool = True
+
+
+def read_measured_file(path: str | Path) -> tuple[MeasuredTable, Path]:
+    """A measured file and its path; ``InputError``: one line with file and key."""
+    place = user_path(path)
+    document = read_toml(place, "measured file", "give the path of a MEASURED.toml")
+    try:
+        return record(MeasuredTable, document), place
+    except InputError as error:
+        raise InputError(f"{place.name}: {error}") from None
+
+
+def identify(
+    engine: str | Path, measured: str | Path, out: str | Path | None = None, *, request: Request | None = None,
+    say: Progress = lambda stage: None, follow: Follow = lambda share, cost: None,
+) -> dict[str, Any]:  # fmt: skip
+    """Parameters of an engine from a measured file: a report, JSON-able, and a new engine file where ``out`` is given.
+
+    Raises ``InputError``: files that cannot be used, an ``out`` that exists, data of another engine, a parameter that
+    nothing depends on, sets that contradict each other; ``SolverError`` where the model has no answer.
+
+    Returns
+    -------
+    ``parameters`` (value, interval, deviation, profile, bootstrap), ``told_apart`` in words, ``levels``, ``above``
+    (values to which levels above the fitted one would move, each after the one below it), ``advice`` (what would narrow
+    wide intervals most), ``doubts`` (of values at their bounds, in words), ``orders``, ``numbers``, ``held_out``,
+    ``systematic``, ``interrupted``, ``file``, ``refused`` (why the new file was not written)
+    """
+    request = request or Request(Ask())
+    _ = request.ask.crank_above  # refused before the work
+    read, place = read_measured_file(measured)
+    base, path = load_engine(engine), engine_path(engine)
+    new = new_path(Path(out)) if out is not None else None
+    try:
+        with one_thread():
+            if read.orbit:
+                check_films(request.ask.level, request.ask.crank)
+            if request.ask.level == TIME:
+                checks.check_crank(base, read.parameters, request.ask.crank)
+            model, comparison = prepared(base, read, place, say)
+            text = partial(_text, path, base, model, place.name)
+            if new is not None:
+                text([parameter_of_start(one) for one in model.sought])  # before minutes of search
+            check = partial(checks.check_estimate, comparison, remedy=partial(remedy_for, model, comparison))
+            # What orbits alone depend on moves nothing before there are runs in time.
+            first = partial(checks.check_explained, comparison) if read.orbit else check
+            found = climb(model, comparison, request.ask, say, follow, first)
+            report = report_of(model, comparison, found, request, say)
+    except InputError as error:
+        said = str(error)
+        raise InputError(said if said.startswith(place.name) else f"{place.name}: {said}") from None
+    report |= {"engine": base.name, "measured": place.name, "seed": request.ask.seed, "file": None, "refused": None}
+    if new is None:
+        return report
+    # Minutes of search are not lost to a file that cannot be: the report is given all the same.
+    try:
+        found_text = text(report["parameters"], interrupted=report["interrupted"])
+        write_identified(new, found_text, path.parent, model.sought, report["parameters"])
+        report["file"] = str(new)
+    except (InputError, StoreError) as error:
+        report["refused"] = str(error)
+    return report
+
+
+def _text(
+    path: Path, base: Engine, model: TorsionalModel, data: str, rows: Sequence[Mapping[str, Any]],
+    *, interrupted: bool = False,
+) -> str:  # fmt: skip
+    """Text of the engine file with the values of ``rows``; ``InputError`` where the old file has no place for one."""
+    engine = replace(base, damping=model.engine.damping)
+    old = path.read_text("utf-8")
+    return identified_text(old, engine, model.sought, rows, data, path.name, interrupted=interrupted)
+
+
+def parameter_of_start(one: Sought) -> dict[str, Any]:
+    """Row of a parameter before the search: its start and its bounds."""
+    return {
+        "key": one.key, "value": one.shown(one.start), "unit": one.unit,
+        "low": one.shown(one.low), "high": one.shown(one.high),
+    }  # fmt: skip
+
+
+def prepared(base: Engine, read: MeasuredTable, place: Path, say: Progress) -> tuple[TorsionalModel, Comparison]:
+    """Model and data of a measured file, with what needs no search refused; ``InputError``."""
+    if not read.has_sets:
+        if read.targets:
+            raise InputError("has [targets] alone, which are a calibration; use 'cranktrain calibrate'")
+        raise InputError("has no data; add [[orders]], [[torque]], [[orbit]], [[frequencies]], [[decay]] or [[modes]]")
+    targets, data = targets_of(read), read_data(base, read, place)
+    # Numbers of the crank that bends last, in the order of their answers.
+    mounts = [one for one in data.scalars if one.kind == MOUNTS]
+    twist = [one for one in data.scalars if one.kind != MOUNTS]
+    data = replace(data, scalars=(*twist, *target_scalars(targets, data.names), *mounts))
+    checks.check_data(data.strands)
+    damper = base.damper is not None if read.damper is None else read.damper
+    engine = with_ratios(base, read, damper, say)
+    data = replace(data, orbits=read_orbits(base, read.orbit, place, data.names))
+    sought = sought_parameters(engine, read.parameters, data.order_sets, read.load)
+    check_orbits(base, data.orbits, sought)
+    bending = Bending(base, read, data.scalars, say) if targets or mounts else None
+    model = TorsionalModel(engine, data, sought, read.load, damper, read.inherit, say, bending)
+    values = np.array([one.start for one in sought])
+    model.check(values)
+    try:
+        model.answers(values)
+    except SolverError as error:
+        raise InputError(f"the model has no answer at the start: {error}") from None
+    comparison = Comparison(model, data, sought)
+    say("frequencies within the bounds")
+    checks.check_frequencies(model, comparison, 1)
+    return model, comparison
+
+
+def with_ratios(engine: Engine, read: MeasuredTable, damper: bool, say: Progress) -> Engine:
+    """The engine with damping ratios that are sought: its own, those of the level above, or the structure's."""
+    if not any(key.startswith(RATIOS) for key in read.parameters) or engine.damping.torsional_ratios:
+        return engine
+    plain = engine.without_additions
+    settings = Settings(crank="torsional", damper="fitted" if damper else "none")
+    records = assemble(plain, settings, say=say, inherit=read.inherit).body.records
+    own = engine.damping.ratio or 0.01
+    ratios = np.asarray(records["inherited_damping"])[:, 1].tolist() if "inherited_damping" in records else [own, own]
+    return replace(engine, damping=replace(engine.damping, torsional_ratios=tuple(ratios)))
+
+
+def report_of(
+    model: TorsionalModel, comparison: Comparison, climbed: Climbed, request: Request, say: Progress
+) -> dict[str, Any]:
+    """Report of an identification, JSON-able; refuses what the data cannot be. ``InputError``."""
+    found = climbed.estimate
+    checks.check_estimate(comparison, found)
+    confidence = confidence_of(comparison, found, climbed.moves)
+    profile = draws = None
+    advice: list[dict[str, Any]] = []
+    try:
+        if request.profile and not found.interrupted:
+            say("profiles")
+            profile = profiles(comparison, found, confidence)
+        draws = bootstrap(comparison, found, request.draws, request.ask.seed) if request.draws else None
+        advice = advised(model, comparison, climbed, confidence, request.ask)
+    except KeyboardInterrupt:
+        found = replace(found, interrupted=True)  # the values are found, and an hour of runs in time is not lost
+    values = outer_values(comparison.sought, found.inner)
+    model.check(values)
+    rows = [
+        parameter_row(one, k, found.inner, confidence, profile, draws, climbed.moves)
+        for k, one in enumerate(comparison.sought)
+    ]
+    keys, around = (
+        [one.key for one in comparison.sought],
+        {one.name for one in comparison.data.strands if isinstance(one, Orbit)},
+    )
+    orders, held = residual_rows(comparison, found, confidence), held_out(comparison, found, confidence)
+    orbits = orbit_rows(comparison, found)
+    levels, above = (
+        [
+            {
+                "level": step.level,
+                "answers": step.answers,
+                "values": {
+                    one.key: one.shown(one.value(float(u))) for one, u in zip(model.sought, step.inner, strict=True)
+                },
+            }
+            for step in steps
+        ]
+        for steps in (climbed.steps, climbed.beyond)
+    )
+    return {
+        "parameters": rows, "told_apart": told_apart(found.information, comparison.known, keys),
+        "correlations": correlations(confidence, comparison.sought), "levels": levels, "above": above,
+        "advice": advice, "doubts": list(doubtful_values(rows, bool(comparison.data.strands))),
+        "orders": orders, "orbits": orbits, "numbers": number_rows(comparison, found), "held_out": held,
+        "systematic": [
+            *(f"order {row['order']:g} of {row['set']}" for row in orders if row["systematic"]),
+            *(f"orbit {row['set']}" for row in orbits if row["systematic"]),
+        ],
+        "bias": {
+            name: {
+                "noise": own.noise, "relative_percent": 100.0 * own.relative,
+                **({"length_deg": math.degrees(own.length)} if name in around else {"length_rpm": own.length / RPM}),
+            }
+            for name, own in comparison.biases.items()
+        },
+        "degrees_of_freedom": min(confidence.freedom, 1e6), "interrupted": found.interrupted,
+        "evaluations": model.evaluations,
+    }  # fmt: skip
+
+
+def parameter_row(
+    one: Sought, k: int, inner: Array, confidence: Confidence, profile: Sequence[tuple[float, float]] | None,
+    draws: Array | None, moves: Array,
+) -> dict[str, Any]:  # fmt: skip
+    """Value and intervals of a parameter in its unit: that of the covariance, of the profile, of the bootstrap."""
+    reach = confidence.reach * float(confidence.deviations[k])
+
+    def shown(u: float) -> float:
+        return one.shown(min(max(one.value(u), one.low), one.high))
+
+    ends = (float(inner[k]) - reach, float(inner[k]) + reach)
+    best = profile[k] if profile is not None else ends
+    near = AT_BOUND * (one.inner(one.high) - one.inner(one.low))
+    own = float(inner[k])
+    at_bound = own - one.inner(one.low) < near or one.inner(one.high) - own < near
+    percentiles = None if draws is None else np.percentile(draws[:, k], (2.5, 97.5)).tolist()
+    relative = float(confidence.deviations[k]) * (
+        1.0 if one.log else (one.high - one.low) / max(abs(one.value(own)), 1e-300)
+    )
+    # Of an angle about zero there is no relative deviation.
+    known = math.isfinite(relative) and (one.log or abs(own) > float(confidence.deviations[k]))
+    return {
+        "key": one.key, "value": one.shown(one.value(own)), "unit": one.unit,
+        "low": shown(best[0]), "high": shown(best[1]),
+        "deviation_percent": 100.0 * relative if known else None,
+        "covariance": [shown(end) for end in ends], "profile": None if profile is None else [shown(u) for u in best],
+        "bootstrap": None if percentiles is None else [shown(u) for u in percentiles],
+        "next_level_percent": 100.0 * float(moves[:, k].sum()) if one.log else None,
+        "bounds": [one.shown(one.low), one.shown(one.high)], "start": one.shown(one.start), "at_bound": bool(at_bound),
+    }  # fmt: skip
+
+
+def correlations(confidence: Confidence, sought: Sequence[Sought]) -> list[dict[str, Any]]:
+    """Pairs of parameters whose estimates are correlated by more than 0.9."""
+    spread = confidence.deviations
+    matrix = confidence.covariance / np.outer(spread, spread)
+    return [
+        {"first": sought[i].key, "second": sought[k].key, "correlation": float(matrix[i, k])}
+        for i in range(len(sought))
+        for k in range(i + 1, len(sought))
+        if abs(matrix[i, k]) > 0.9
+    ]

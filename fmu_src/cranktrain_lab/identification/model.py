@@ -1,0 +1,348 @@
+"""What the model answers for sought values: orders, frequencies, decays and shapes beside the measured ones.
+
+Three levels. ``linear`` is the run-up of :mod:`cranktrain_lab.variants.torsional`, all speeds and orders at once;
+``harmonic-balance`` takes the rods' exact torques and the damper's law; ``time`` runs a crank of any level to its
+steady cycle at each speed. The levels above the first are asked a few times only, see
+:mod:`cranktrain_lab.identification.ladder`.
+
+Modes are those of the cranktrain with mean rods, free to turn, without its drive line, as in
+:mod:`cranktrain.structure.crank.modal`.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.types import Array, Progress
+from cranktrain.core.units import RPM
+from cranktrain.dynamics.model.arrays import structural_damping
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.model import Engine
+from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION
+from cranktrain.structure.assembly import Assembly, assemble
+from cranktrain.structure.crank.modal import cranktrain_matrices
+from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns
+from cranktrain.studies.torsion.damped_modes import damped_modes
+from cranktrain.studies.torsion.damper_link import DamperLink
+from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
+from cranktrain.studies.torsion.shaft_orders import ShaftOrders
+from cranktrain_lab.identification.bending import Bending
+from cranktrain_lab.identification.data import FREQUENCY, RATIO, Data, Scalar, Shape, Strand
+from cranktrain_lab.identification.parameters import CRANK, LOAD, SCALE, ZERO, Sought, engine_with
+from cranktrain_lab.identification.tables import LEVELS, TWIST
+from cranktrain_lab.variants.design import Design
+from cranktrain_lab.variants.distributions import Distribution
+from cranktrain_lab.variants.models import EngineModel
+from cranktrain_lab.variants.study import ENGINE, Levels, Study, Varied
+from cranktrain_lab.variants.torsional import SolvedOrders, against_frame, solved_orders, structure_of
+
+ComplexArray = NDArray[np.complex128]
+LINEAR, BALANCE, TIME = LEVELS
+_TWISTS = slice(5, None)
+"""Coordinates of a torsional crank that twist: rotation about the axis, and the elastic modes."""
+_KEPT = 6
+"""Cranks that are kept: derivatives by values of the damper or the load take the same one."""
+_FEWEST_ORDERS = 12.0
+"""Highest order of the linear level at least: higher ones hardly twist the damper, so lower ones do not feel them."""
+_ROUNDS = 6
+"""Iterations of a frequency with a damper whose stiffness depends on it."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Answers of the model, one for each set of data: complex orders, frequencies and damping ratios, shapes."""
+
+    strands: tuple[ComplexArray, ...]
+    scalars: Array
+    shapes: tuple[Array, ...]
+
+
+class TorsionalModel:
+    """A torsional crank that answers for sought values.
+
+    Parameters
+    ----------
+    engine : with the values that are not sought; added bodies and connections are left out
+    data, sought : what is compared, and by which parameters
+    load : fraction of the full-load burn where it is not sought
+    damper : whether it is fitted
+    inherit : whether the crank takes the damping of the level above
+    say : told the stages of making the crank
+    bending : what answers for targets and for the engine on its mounts
+
+    Raises
+    ------
+    InputError
+        a parameter that shapes the finite elements of the crank, an engine without linear run-up
+    """
+
+    def __init__(
+        self, engine: Engine, data: Data, sought: Sequence[Sought], load: float, damper: bool, inherit: bool,
+        say: Progress = lambda stage: None, bending: Bending | None = None,
+    ) -> None:  # fmt: skip
+        self._bending = bending
+        self.engine, self.data, self.sought, self._load = engine.without_additions, data, tuple(sought), load
+        self.damper, self._inherit = damper, inherit
+        self._place(data)
+        speeds = self.speeds
+        varied = tuple(
+            Varied(one.key, Distribution("uniform", (("low", one.low), ("high", one.high))), own=one.start)
+            for one in sought
+            if one.in_file
+        )
+        ends = tuple(speeds[[0, -1]].tolist()) if speeds.size > 1 else self.engine.speeds
+        try:
+            self._variants = EngineModel(
+                Study(engine.name, engine.title, ENGINE, varied, ("frequency[1]",), Design(), engine=self.engine,
+                      speeds=ends, levels=Levels(damper=damper, inherit=inherit), load=load), say,
+            )  # fmt: skip
+        except InputError as error:
+            raise InputError(str(error).replace("vary.'", "parameters.'")) from None
+        self.evaluations = 0
+        self._bodies: list[tuple[Any, Any]] = []
+        self._structures: list[tuple[Any, ShaftOrders]] = []
+
+    def _place(self, data: Data) -> None:
+        """Speeds of the data, all of them, and the highest order that the linear level takes."""
+        self.speeds: Array = np.unique(np.concatenate([np.zeros(0), *(one.speeds for one in data.strands)]))
+        self._rows = [np.searchsorted(self.speeds, one.speeds) for one in data.strands]
+        self._highest = max([_FEWEST_ORDERS, *(one.order for one in data.strands)])
+
+    def beside(self, data: Data) -> TorsionalModel:
+        """The same model that answers for other data, of twist alone."""
+        other = copy(self)
+        other.data, other._bending = data, None
+        if other._highest < max([0.0, *(one.order for one in data.strands)]):
+            other._structures = []
+        other._place(data)
+        return other
+
+    def seeking(self, sought: Sequence[Sought]) -> TorsionalModel:
+        """The same model for other parameters, of which those of the engine file are among its own."""
+        other = copy(self)
+        other.sought = tuple(sought)
+        return other
+
+    def check(self, values: Array) -> Engine:
+        """Checked engine of sought values (p,), SI; ``InputError`` for values that do not fit together."""
+        engine = self.engine_of(values)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            check_engine(engine)
+        return engine
+
+    def engine_of(self, values: Array) -> Engine:
+        """Engine of sought values (p,), SI, not checked: each of them is within the range of its quantity."""
+        return engine_with(self.engine, self.sought, values.tolist())
+
+    def assembly(self, values: Array) -> Assembly:
+        """Torsional crank of sought values; ``InputError``."""
+        named, engine = self._named(values), self.engine_of(values)
+        damper, ratios = engine.damper, engine.damping.torsional_ratios
+        # The crank carries the damper's housing, and nothing else of the damper; its damping ratios are put on last.
+        key = (
+            replace(engine, damper=None, damping=replace(engine.damping, torsional_ratios=ratios[:0])), len(ratios),
+            None if damper is None else (damper.housing_inertia, damper.mass),
+        )  # fmt: skip
+        body = next((kept for made_from, kept in self._bodies if made_from == key), None)
+        made = self._variants.assembly_of(engine, named.get(LOAD, self._load), body)
+        if body is None:
+            self._bodies = [(key, made.body), *self._bodies[: _KEPT - 1]]
+        return made if CRANK not in named else replace(made, body=_stiffer(made.body, named[CRANK]))
+
+    def _structure(self, made: Assembly) -> ShaftOrders:
+        """Linear structure of an assembly, from a kept one that differs in load, viscosity, damping or stiffness."""
+        engine, damper, body = made.engine, made.engine.damper, made.body
+        key = (
+            replace(engine, damper=None, damping=replace(engine.damping, torsional_ratios=())),
+            None if damper is None else damper.ring_inertia, body.shapes.shape,
+        )  # fmt: skip
+        found = next((kept for made_from, kept in self._structures if made_from == key), None)
+        if found is None:
+            found = structure_of(made, self._highest)
+            self._structures = [(key, found), *self._structures[: _KEPT - 1]]
+        squares, damping = body.omega[_TWISTS] ** 2, structural_damping(engine, body)[_TWISTS]
+        return found.with_crank(squares, damping).at_load(made.settings.gas_load)
+
+    def answers(self, values: Array) -> Answers:
+        """Linear answers for sought values (p,), SI; ``InputError``, ``SolverError``."""
+        self.evaluations += 1
+        if not self.data.of_pieces:
+            return Answers((), np.zeros(0), ())
+        made, named = self.assembly(values), self._named(values)
+        strands = tuple(
+            self._measured(one, self._orders(one, solved)[rows], named)
+            for solved in ([solved_orders(made, self.speeds, self._structure(made))] if self.data.strands else [])
+            for one, rows in zip(self.data.strands, self._rows, strict=True)
+        )
+        return Answers(strands, self._scalars(made, values), self._shapes(made))
+
+    def balanced(self, values: Array) -> tuple[ComplexArray, ...]:
+        """Orders of each strand by harmonic balance; ``InputError``, ``SolverError``."""
+        made, named = self.assembly(values), self._named(values)
+        orders = sorted({one.order for one in self.data.strands})
+        found = frequency_run_up(made.engine, made.body, made.settings, self.speeds, orders, HARMONIC_BALANCE)
+        return tuple(
+            self._measured(one, _of_run_up(one, found.amplitudes, orders)[rows], named)
+            for one, rows in zip(self.data.strands, self._rows, strict=True)
+        )
+
+    def in_time(
+        self, values: Array, crank: str, settle: float, tell: Progress = lambda stage: None,
+        cycles: dict[float, CycleStart] | None = None,
+    ) -> tuple[ComplexArray, ...]:  # fmt: skip
+        """Orders of each strand of a crank of any level, run to its steady cycle at each speed.
+
+        ``cycles`` of a run-up with other values, by speed, are where those of this one start, which replace them.
+        """
+        named, made = self._named(values), self.made_in_time(values, crank)
+        outputs = sorted({name for one in self.data.strands for name in _needed(one.output)})
+        runs = SteadyRuns(Job(made, None, settle, HIGHEST_ORDER, tuple(outputs)))
+        found: dict[str, list[ComplexArray]] = {name: [] for name in outputs}
+        starts: list[CycleStart] = []
+        cycles = {} if cycles is None else cycles
+        for speed in self.speeds.tolist():
+            tell(f"{crank} crank in time at {speed / RPM:.0f} rev/min")
+            steady = runs.at(speed, [cycles[speed]] if speed in cycles else starts[-2:][::-1])
+            starts.append(steady.start)
+            cycles[speed] = steady.start
+            for name in outputs:
+                found[name].append(steady.amplitudes[name])
+        whole = {name: np.array(rows) for name, rows in found.items()}
+        orders = [0.5 * k for k in range(1, round(2.0 * HIGHEST_ORDER) + 1)]
+        return tuple(
+            self._measured(one, _of_run_up(one, whole, orders)[rows], named)
+            for one, rows in zip(self.data.strands, self._rows, strict=True)
+        )
+
+    def made_in_time(self, values: Array, crank: str, bearings: str = "auto") -> Assembly:
+        """Crank and mains of any level with sought values (p,), SI, for runs in time; ``InputError``."""
+        named, engine = self._named(values), self.check(values)
+        damper, load = "fitted" if self.damper else "none", named.get(LOAD, self._load)
+        settings = Settings(crank=crank, bearings=bearings, damper=damper, gas_load=load)
+        made = assemble(engine, settings, inherit=self._inherit)
+        return made if CRANK not in named else replace(made, body=_stiffer(made.body, named[CRANK]))
+
+    def _named(self, values: Array) -> dict[str, float]:
+        """Sought values that are none of the engine file, by key."""
+        return {one.key: float(v) for one, v in zip(self.sought, values, strict=True) if not one.in_file}
+
+    def _measured(self, one: Strand, values: ComplexArray, named: dict[str, float]) -> ComplexArray:
+        """Orders as the encoder and the amplifier of their set show them."""
+        turn, factor = named.get(f"{ZERO}.{one.name}", 0.0), named.get(f"{SCALE}.{one.name}", 1.0)
+        return np.asarray(factor * np.exp(1j * one.order * turn) * values)
+
+    def _orders(self, one: Strand, solved: SolvedOrders) -> ComplexArray:
+        """One order of an output at all speeds, (s,)."""
+        structure, at = solved.structure, round(2.0 * one.order)
+        _, pulley, _, flywheel = structure.ends_rows()
+        if one.output == TWIST:
+            return np.asarray((solved.motion @ (pulley - flywheel))[:, at])
+        if one.output in (TORSION, FLYWHEEL):
+            return against_frame(solved, self.speeds, pulley if one.output == TORSION else flywheel)[:, at]
+        twists = solved.motion @ structure.shaft_rows().T
+        torques = structure.shaft_torques(self.speeds, twists, structure.friction(self.speeds))
+        names = [f"shaft[{name}].torque" for name in structure.shafts]
+        return np.asarray(torques[:, at, names.index(one.output)])
+
+    def numbers(self, values: Array) -> Array:
+        """Frequencies (Hz) and damping ratios beside all measured numbers; ``InputError``, ``SolverError``."""
+        return self._scalars(self.assembly(values), values)
+
+    def _scalars(self, made: Assembly, values: Array) -> Array:
+        """Frequency, Hz, or damping ratio beside each measured one; those of the crank that bends last."""
+        found = []
+        for one in self.data.scalars:
+            if one.kind in (FREQUENCY, RATIO):
+                found.append(mode_of(made, one)[0 if one.kind == FREQUENCY else 1])
+        bent = [] if self._bending is None else self._bending.frequencies(self.engine_of(values)).tolist()
+        return np.array([*found, *bent])
+
+    def _shapes(self, made: Assembly) -> tuple[Array, ...]:
+        """Shape of unit length beside each measured one, of the same sign."""
+        return tuple(shape_of(made, one) for one in self.data.shapes)
+
+
+def _needed(output: str) -> tuple[str, ...]:
+    """Outputs of a run of which a measured one is made."""
+    return (TORSION, FLYWHEEL) if output == TWIST else (output,)
+
+
+def _of_run_up(one: Strand, amplitudes: Any, orders: Sequence[float]) -> ComplexArray:
+    """One order of an output at all speeds, (s,), of a run-up's amplitudes (s, o)."""
+    at = list(orders).index(one.order)
+    if one.output == TWIST:
+        return np.asarray(amplitudes[TORSION][:, at] - amplitudes[FLYWHEEL][:, at])
+    return np.asarray(amplitudes[one.output][:, at])
+
+
+def _stiffer(body: Any, factor: float) -> Any:
+    """A crank that is stiffer by a factor, its masses and damping ratios being the same."""
+    root = math.sqrt(factor)
+    return replace(body, omega=body.omega * root, damping=body.damping * root)
+
+
+def mode_of(made: Assembly, one: Scalar) -> tuple[float, float]:
+    """Frequency (Hz) and damping ratio of a torsional mode; ``SolverError`` where there are fewer modes."""
+    stiffness, damping, mass = _matrices(made)
+    found = damped_modes(stiffness, damping, mass)
+    if one.damper:
+        found = _with_ring(made, one, (stiffness, damping, mass))
+    if found.hz.size < one.number:
+        raise SolverError(f"'{one.name}': the model has {found.hz.size} torsional modes, no number {one.number}")
+    k = one.number - 1
+    return float(np.abs(found.values[k]) / (2.0 * math.pi)), float(found.damping_ratios[k])
+
+
+def _matrices(made: Assembly) -> tuple[Array, Array, Array]:
+    """K, C, M (n, n) of the cranktrain's torsion, without the damper's ring."""
+    stiffness, mass = (matrix[_TWISTS, _TWISTS] for matrix in cranktrain_matrices(made.engine, made.body))
+    return stiffness, np.diag(structural_damping(made.engine, made.body)[_TWISTS]), mass
+
+
+def _with_ring(made: Assembly, one: Scalar, matrices: tuple[Array, Array, Array]) -> Any:
+    """Modes with the damper's ring, its stiffness that of the mode's own frequency."""
+    if made.settings.damper != "fitted" or made.engine.damper is None:
+        raise InputError(f"'{one.name}': asks for a mode with the damper, which is not fitted; set damper = true")
+    stiffness, damping, mass = matrices
+    n, speed = mass.shape[0], one.speed or made.engine.speeds[1]
+    twist = np.append(made.body.shapes[made.body.index("pulley"), 5, _TWISTS], -1.0)
+    whole = np.zeros((n + 1, n + 1))
+    whole[:n, :n], whole[n, n] = mass, made.engine.damper.ring_inertia
+    hz, found = 2.0 * math.pi * one.value if one.kind == FREQUENCY else 0.0, None
+    hz = hz or float(2.0 * math.pi * damped_modes(stiffness, damping, mass).hz[0])
+    for _ in range(_ROUNDS):
+        law = DamperLink(made.engine, made.settings, np.array([speed]), np.array([[0.0, hz]])).stiffness[0, 1]
+        k, c = np.pad(stiffness, (0, 1)), np.pad(damping, (0, 1))
+        outer = np.outer(twist, twist)
+        found = damped_modes(k + law.real * outer, c + law.imag / hz * outer, whole)
+        if found.hz.size < one.number:
+            break
+        before, hz = hz, float(np.abs(found.values[one.number - 1]))
+        if abs(hz - before) < 1e-9 * hz:
+            break
+    return found
+
+
+def shape_of(made: Assembly, one: Shape) -> Array:
+    """Shape of a torsional mode at the measured places, of unit length and the sign of the measured one."""
+    stiffness, _, mass = _matrices(made)
+    squares, shapes = eigh(stiffness, mass)
+    elastic = np.flatnonzero(squares > 1e-6 * squares[-1])
+    if elastic.size < one.number:
+        raise SolverError(f"'{one.name}': the model has {elastic.size} torsional modes, no number {one.number}")
+    rows = made.body.shapes[[made.body.index(place) for place in one.places], 5, _TWISTS]
+    found = rows @ shapes[:, elastic[one.number - 1]]
+    found = found / np.linalg.norm(found)
+    return np.asarray(found * (1.0 if found @ one.values >= 0.0 else -1.0))

@@ -1,0 +1,225 @@
+"""Measured orbits of journals: displacement of a main journal in its bore over the crank angle of whole cycles.
+
+    crank_angle [deg], x [um], y [um]
+    0,   -3.1, -24.2
+    4,   -2.7, -24.9
+
+x is across the engine, y upwards along the cylinders, the crank turns from x to y, and angle 0 is firing dead centre of
+cylinder 1. Probes that stand elsewhere are turned by ``probe_angle``. Cycles are laid over each other, and samples are
+averaged in up to :data:`MOST` steps of a cycle.
+
+Probes do not know the middle of the bore: it moves with temperature, and their zero drifts. Therefore the mean place of
+an orbit is free unless ``centre`` is ``bore``: the means of both orbits, measured and computed, are taken away.
+
+In the fit an orbit is a complex curve z = x + i y over the crank angle, as an order is one over the speed. Its bias is
+one over the crank angle (:mod:`cranktrain_lab.identification.bias`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.column_names import kind_of
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.stated_units import begins_as_number, in_unit, stated
+from cranktrain.core.text_header import chosen, plain_name
+from cranktrain.core.text_table import TextTable, read_table
+from cranktrain.core.types import Array
+from cranktrain.core.units import RPM, UNITS, known_factor
+from cranktrain.core.user_file import beside
+from cranktrain.engine.model import Engine
+from cranktrain_lab.identification.data import BEYOND, Orbit, name_of_set
+from cranktrain_lab.identification.parameters import Sought
+from cranktrain_lab.identification.tables import OrbitTable
+
+MOST = 180
+"""Points of an orbit that are fitted, at most."""
+WIDEST = math.radians(10.0)
+"""Widest step of the crank angle: films close and open within some ten degrees."""
+NEVER = 1.5
+"""Width of an orbit over that of the clearance, from which it is none of the bearing; elastic bores give way less."""
+STILL = 1e-6
+"""Width of an orbit over the clearance, below which nothing was measured."""
+CLEARANCE = "main_bearing.clearance"
+FREE, BORE = "free", "bore"
+_REMEDY = "give lines of crank_angle [deg], x [um], y [um] under this header"
+
+
+class _Cycle(NamedTuple):
+    """Samples over the crank angle of one cycle, rising (n,) rad, and how many each is the mean of (n,)."""
+
+    angles: Array
+    values: NDArray[np.complex128]
+    counts: Array
+
+
+def read_orbits(engine: Engine, tables: Sequence[OrbitTable], path: Path, names: Sequence[str]) -> tuple[Orbit, ...]:
+    """Orbits of a measured file at ``path``, whose other sets have ``names``; ``InputError``."""
+    taken, found = list(names), []
+    for table in tables:
+        name = name_of_set(table.name or Path(table.file).stem, taken)
+        found.append(_orbit(engine, table, name, path))
+    return tuple(found)
+
+
+def _orbit(engine: Engine, table: OrbitTable, name: str, path: Path) -> Orbit:
+    where = f"[[orbit]] '{name}'"
+    bearing, speed = _bearing(engine, table.bearing, where), table.rpm * RPM
+    low, high = engine.speeds
+    if not low * (1.0 - BEYOND) <= speed <= high * (1.0 + BEYOND):
+        raise InputError(
+            f"{where}: {table.rpm:g} rev/min lies outside the speeds of '{engine.name}', {low / RPM:.0f} to "
+            f"{high / RPM:.0f} rev/min"
+        )
+    cycle = _cycle(engine, table, where, path)
+    noise = math.nan if table.noise is None else _length(table.noise, f"{where}.noise")
+    values = cycle.values * np.exp(1j * _turn(table.probe_angle, f"{where}.probe_angle"))
+    values = values - values.mean() if table.centre == FREE else values
+    still = np.zeros(cycle.angles.size, dtype=bool)
+    return Orbit(
+        name, f"bearing[{bearing}].position", 0.0, cycle.angles, np.asarray(values), noise / np.sqrt(cycle.counts),
+        still, True, bearing, speed, table.centre == FREE,
+    )  # fmt: skip
+
+
+def _bearing(engine: Engine, name: str, where: str) -> int:
+    """Number of a main bearing with a film, from 1; ``InputError``."""
+    names = [f"main[{i + 1}]" for i in range(len(engine.crankshaft.main_widths))]
+    if name not in names:
+        raise InputError(f"{where}: no main bearing is called {shown(name)}; {nearest(name, names)}")
+    number = names.index(name)
+    if number not in engine.plain_numbers:
+        plain = ", ".join(names[i] for i in engine.plain_numbers)
+        raise InputError(
+            f"{where}: {name} of '{engine.name}' runs on rollers, whose orbit no oil film determines; "
+            + (f"valid: {plain}" if plain else "none of its mains has a film")
+        )
+    return number + 1
+
+
+def _cycle(engine: Engine, table: OrbitTable, where: str, path: Path) -> _Cycle:
+    """One cycle of an orbit's file; ``InputError``."""
+    name = Path(table.file).name
+    read = read_table(beside(path, table.file), "file of a journal's orbit", _REMEDY)
+    columns = _columns(read, table, f"{where}: {name}")
+    scale = []
+    for k, dimension, usual in zip(columns, ("angle", "length", "length"), ("deg", "", ""), strict=True):
+        unit = read.units[k] or usual
+        own = known_factor(unit, dimension) if unit else None
+        if own is None:
+            said = f"is in {shown(unit)}" if unit else "states no unit"
+            near = nearest(unit, UNITS[dimension]) if unit else f"write '{read.names[k]} [um]' in its header"
+            raise InputError(f"{where}: {name}, column '{read.names[k]}' {said}, no {dimension}; {near}")
+        scale.append(own.scale)
+    rows = read.values[:, columns] * scale
+    if rows.shape[0] < 2 or not np.isfinite(rows).all():
+        lacking = int((~np.isfinite(rows)).any(axis=1).sum())
+        raise InputError(f"{where}: {name} has {rows.shape[0]} lines, {lacking} of them without a number; {_REMEDY}")
+    return _laid_over(rows[:, 0], rows[:, 1] + 1j * rows[:, 2], engine.cylinders.cycle, f"{where}: {name}")
+
+
+def _columns(read: TextTable, table: OrbitTable, where: str) -> list[int]:
+    """Columns of angle, x and y, as the table names them or by their own names; ``InputError``."""
+    if table.columns:
+        if len(table.columns) != 3:
+            raise InputError(f"{where}: columns names {len(table.columns)}; name three, of angle, x and y")
+        return [chosen(one, read.names, read.units, where) for one in table.columns]
+    angles = [k for k, name in enumerate(read.names) if kind_of(name, ("angle",))]
+    found = [angles, *([k for k, name in enumerate(read.names) if plain_name(name) == axis] for axis in "xy")]
+    for places, what in zip(found, ("crank_angle", "x", "y"), strict=True):
+        if len(places) != 1:
+            said = "several columns" if places else "no column"
+            named = ", ".join(read.names)
+            raise InputError(f"{where} has {said} {what} among {named}; name angle, x and y in columns")
+    return [places[0] for places in found]
+
+
+def _laid_over(angle: Array, values: NDArray[np.complex128], cycle: float, where: str) -> _Cycle:
+    """Samples (n,) of whole cycles over one; ``InputError`` for parts of a cycle, and for steps that are too wide."""
+    # Angles that begin anew with each cycle, or with each revolution, go on.
+    turn = 2.0 * math.pi
+    steps = np.diff(angle)
+    steps = np.where(steps < -0.5 * turn, np.mod(steps, turn), steps)
+    if np.any(steps <= 0.0):
+        k = int(np.argmax(steps <= 0.0)) + 1
+        raise InputError(f"{where}: the crank angle does not rise at sample {k + 1}; sort the samples by their time")
+    angle = angle[0] + np.concatenate(([0.0], np.cumsum(steps)))
+    step, degrees = float(np.median(steps)), math.degrees(cycle)
+    if steps.max() > WIDEST:
+        raise InputError(
+            f"{where}: its crank angles are up to {math.degrees(steps.max()):.3g} deg apart; an orbit takes steps of "
+            f"{math.degrees(WIDEST):.0f} deg or less"
+        )
+    covered = (angle[-1] - angle[0] + step) / cycle
+    whole = round(covered - 0.5 * step / cycle)  # a last sample that is the first one again is no further cycle
+    if whole < 1 or abs(covered - whole) * cycle > 1.5 * step:
+        raise InputError(
+            f"{where}: its crank angles cover {covered:.3g} cycles of {degrees:.0f} deg; an orbit is measured over "
+            "whole cycles"
+        )
+    phase = np.mod(angle, cycle)
+    count = min(MOST, max(8, round(cycle / step)))
+    bins = (phase * (count / cycle) + 1e-6).astype(int) % count
+    counts = np.bincount(bins, minlength=count)
+    full = counts > 0
+
+    def mean(own: Array) -> Array:
+        return np.asarray(np.bincount(bins, own, count)[full] / counts[full])
+
+    return _Cycle(mean(phase), np.asarray(mean(values.real) + 1j * mean(values.imag)), counts[full].astype(float))
+
+
+def _length(value: float | str, where: str) -> float:
+    """A positive length, m; ``InputError``."""
+    if begins_as_number(value):
+        try:
+            value = in_unit(stated(str(value), "0.5 um"), "m", "length", True)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+    if not isinstance(value, int | float) or not 0.0 < value < math.inf:
+        raise InputError(f"{where}: {shown(value)} is no standard deviation; write '0.5 um'")
+    return float(value)
+
+
+def _turn(value: float | str, where: str) -> float:
+    """An angle, rad; numbers are degrees. ``InputError``."""
+    if begins_as_number(value) and isinstance(value, str):
+        try:
+            return in_unit(stated(value, "45 deg"), "rad", "angle")
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+    if isinstance(value, str) or not math.isfinite(value):
+        raise InputError(f"{where}: {shown(value)} is no angle; write '45 deg'")
+    return math.radians(value)
+
+
+def check_orbits(engine: Engine, orbits: Sequence[Orbit], sought: Sequence[Sought]) -> None:
+    """Refuse orbits that do not fit into their bearing, whatever its sought clearance; ``InputError``."""
+    for one in orbits:
+        assert engine.main_bearing is not None
+        own = [s.high for s in sought if s.key == CLEARANCE] or [engine.main_bearing.clearance]
+        width = _width(one.values) if one.free else 2.0 * float(np.abs(one.values).max())
+        if width < STILL * own[0]:
+            raise InputError(
+                f"[[orbit]] '{one.name}': the journal does not move: its orbit is {1e6 * width:.2g} um wide; check "
+                "that the file holds displacements, and their unit"
+            )
+        if width > NEVER * 2.0 * own[0]:
+            what = "width" if one.free else "twice its largest distance from the bore's middle"
+            raise InputError(
+                f"[[orbit]] '{one.name}': {what} is {1e6 * width:.4g} um, {width / (2.0 * own[0]):.3g} times the "
+                f"{'largest sought ' if len(own) and own[0] != engine.main_bearing.clearance else ''}diametral "
+                f"clearance of main[{one.bearing}], {2e6 * own[0]:.4g} um; check the unit and the gain of the probes, "
+                f"or that they do not measure against a moving block"
+            )
+
+
+def _width(values: NDArray[np.complex128]) -> float:
+    """Largest distance of two points (n,), m."""
+    return float(np.abs(values[:, None] - values).max())

@@ -1,0 +1,234 @@
+"""Sought parameters: values of the engine file by their keys, and others that belong to the measurement.
+
+    table.key, table.key[2]         a number of the engine file
+    damping.torsional_ratios[1]     damping ratio of the first torsional mode of the cranktrain, without its damper
+    load                            fraction of the full-load burn
+    crank.stiffness                 factor on the torsional stiffness of the crank
+    zero.SET, scale.SET             angle from which a set's encoder counts, rad, and factor on its amplitudes
+
+A parameter with a positive lower bound is sought as its logarithm u = ln θ, so that deviations are relative; any other
+one as u = θ/(high − low).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest, shown
+from cranktrain.core.stated_units import begins_as_number, in_unit, stated
+from cranktrain.core.types import Array
+from cranktrain.core.units import UNITS
+from cranktrain.core.user_file import is_number
+from cranktrain.engine import values as places
+from cranktrain.engine.model import Engine
+from cranktrain.engine.quantities import OFFSETS
+from cranktrain_lab.identification.tables import SoughtTable
+
+LOAD, CRANK = "load", "crank.stiffness"
+ZERO, SCALE = "zero", "scale"
+RATIOS = "damping.torsional_ratios"
+WIDE = 4.0
+"""Bounds of a parameter whose file gives none: its start over and times this."""
+FARTHEST = 1e15
+"""Largest bound, SI: squares of what is sought within it are finite."""
+_TURN = math.radians(30.0)
+"""Bounds of an encoder's zero where the file gives none, rad."""
+
+
+@dataclass(frozen=True)
+class Sought:
+    """A parameter that is sought.
+
+    Attributes
+    ----------
+    key : as the file names it
+    start, low, high : SI
+    prior : relative standard deviation about ``start`` of what is known before; infinite if nothing is
+    unit, scale, zero : shown value = (SI value − zero) / scale
+    in_file : whether it is a value of the engine file
+    note : of the file
+    """
+
+    key: str
+    start: float
+    low: float
+    high: float
+    prior: float
+    unit: str
+    scale: float
+    zero: float = 0.0
+    in_file: bool = True
+    note: str = ""
+
+    @property
+    def log(self) -> bool:
+        """Whether it is sought as its logarithm."""
+        return self.low > 0.0 and not self.zero
+
+    def inner(self, value: float) -> float:
+        """Coordinate u of a value, SI."""
+        return math.log(value) if self.log else value / (self.high - self.low)
+
+    def value(self, inner: float) -> float:
+        """Value, SI, of a coordinate u."""
+        return math.exp(inner) if self.log else inner * (self.high - self.low)
+
+    @property
+    def prior_inner(self) -> float:
+        """Standard deviation of u that is known before."""
+        if self.log or not math.isfinite(self.prior):
+            return self.prior
+        return self.prior * abs(self.start or self.high) / (self.high - self.low)
+
+    def shown(self, value: float) -> float:
+        """A value (SI) in the parameter's unit."""
+        return (value - self.zero) / self.scale
+
+    def text(self, value: float) -> str:
+        """A value (SI) with its unit, as messages say it."""
+        return f"{self.shown(value):.4g}{'' if self.unit == '1' else ' ' + self.unit}"
+
+
+def sought_parameters(
+    engine: Engine, tables: Mapping[str, SoughtTable], sets: Sequence[str], load: float
+) -> tuple[Sought, ...]:
+    """Parameters of a file; ``sets`` are the names of its data sets. ``InputError``."""
+    if not tables:
+        raise InputError('parameters: none is given; name at least one, e.g. "damper.viscosity" = {}')
+    found = tuple(_sought(engine, key, table, sets, load) for key, table in tables.items())
+    for one in found:
+        whole, _, index = one.key.partition("[")
+        if index and any(other.key == whole for other in found):
+            raise InputError(f"parameters.'{one.key}': is sought twice, as '{whole}' too; leave one of them out")
+    return found
+
+
+def _sought(engine: Engine, key: str, table: SoughtTable, sets: Sequence[str], load: float) -> Sought:
+    where = f"parameters.'{key}'"
+    dimension, unit, own, rule = _measured(engine, key, sets, load, where)
+    unit = table.unit if table.unit != "1" else unit
+    factor = places.to_si(1.0, unit, where, dimension)
+    zero = OFFSETS.get(unit, 0.0)
+
+    def number(value: Any, side: str) -> float:
+        if is_number(value):
+            return float(value) * factor + zero
+        if not begins_as_number(value):
+            raise InputError(f"{where}.{side}: {shown(value)} is no number; write 0.2, '30 kg' or '-10 %'")
+        text = stated(value, f"20 {unit}")
+        signed = value.strip()[0] in "+-"
+        # "80 %" of a load or a factor is 0.8; with a sign it is a change, as of all others.
+        if text.unit == "%" and (signed or dimension != "1"):
+            return own * ((1.0 if signed else 0.0) + 0.01 * text.number)
+        try:
+            return in_unit(text, next(iter(UNITS[dimension])), dimension)
+        except InputError as error:
+            raise InputError(f"{where}.{side}: {error}") from None
+
+    start = own if table.start is None else number(table.start, "start")
+    ends = [
+        None if value is None else number(value, side) for side, value in (("low", table.low), ("high", table.high))
+    ]
+    low, high = _bounds(ends, start, key, where)
+    if rule is not None:
+        least, largest = _range(rule)
+        low, high = (
+            end if given is not None else min(max(end, least), largest)
+            for end, given in zip((low, high), ends, strict=True)
+        )
+        for end in (low, high):
+            if wrong := rule.wrong(end):
+                raise InputError(f"{where}: {wrong}")
+    for end in (low, high, start):
+        if not abs(end) <= FARTHEST or (end < 0.0 and rule is None and not key.startswith(f"{ZERO}.")):
+            raise InputError(
+                f"{where}: {end / factor:.4g} is no value of it; write low and high as it may be, or leave them out"
+            )
+    found = Sought(
+        key, start, low, high, table.prior or math.inf, unit, factor, zero,
+        in_file=key not in (LOAD, CRANK) and key.partition(".")[0] not in (ZERO, SCALE), note=table.note,
+    )  # fmt: skip
+    if not low < high:
+        raise InputError(f"{where}: low {found.text(low)} is not below high {found.text(high)}")
+    if table.start is None and not low <= start <= high:
+        start = math.sqrt(low * high) if low > 0.0 else 0.5 * (low + high)
+    if not low <= start <= high:
+        raise InputError(
+            f"{where}: start {found.text(start)} is not within {found.text(low)} to {found.text(high)}; "
+            "move one of them"
+        )
+    return replace(found, start=start)
+
+
+def _range(rule: Any) -> tuple[float, float]:
+    """Range of a field of the engine file, SI."""
+    unit = rule.unit or next(iter(UNITS[rule.dimension]))
+    scale, zero = UNITS[rule.dimension][unit], OFFSETS.get(unit, 0.0)
+    return rule.low * scale + zero, rule.high * scale + zero
+
+
+def _bounds(ends: Sequence[float | None], start: float, key: str, where: str) -> tuple[float, float]:
+    """Bounds, SI; where the file gives none a factor of four about the start."""
+    low, high = ends
+    if (low is None or high is None) and start <= 0.0 and not key.startswith(f"{ZERO}."):
+        raise InputError(f"{where}: its own value is {start:g}, from which no bounds follow; give low and high")
+    if key.startswith(f"{ZERO}."):
+        return -_TURN if low is None else low, _TURN if high is None else high
+    return start / WIDE if low is None else low, start * WIDE if high is None else high
+
+
+def _measured(engine: Engine, key: str, sets: Sequence[str], load: float, where: str) -> tuple[str, str, float, Any]:
+    """Dimension, unit of messages, own value and quantity of a parameter; ``InputError``."""
+    kind, _, name = key.partition(".")
+    if key in (LOAD, CRANK):
+        return "1", "1", load if key == LOAD else 1.0, None
+    if kind in (ZERO, SCALE):
+        if name not in sets:
+            raise InputError(f"{where}: no set of orders is called '{name}'; {nearest(name, sets)}")
+        return ("angle", "deg", 0.0, None) if kind == ZERO else ("1", "1", 1.0, None)
+    if "." not in key or kind == CRANK.partition(".")[0]:
+        near = nearest(key, (LOAD, CRANK, f"{RATIOS}[1]", "damper.viscosity"))
+        raise InputError(f"{where}: is not a key of an engine file; {near}")
+    try:
+        rule, own = places.quantity(engine, key), places.value(engine, key)
+    except InputError as error:
+        raise InputError(f"parameters.{str(error).replace('calibrate numbers', 'identify numbers')}") from None
+    return rule.dimension, rule.unit or next(iter(UNITS[rule.dimension])), own, rule
+
+
+def engine_with(engine: Engine, sought: Sequence[Sought], values: Sequence[float]) -> Engine:
+    """The engine with sought values (p,), SI, and what follows from them, not checked."""
+    found = engine
+    for one, value in zip(sought, values, strict=True):
+        if one.in_file:
+            found = places.with_value(found, one.key, float(value))
+            for key, number in following(engine, sought, one, float(value)).items():
+                found = places.with_value(found, key, number)
+    return found
+
+
+def following(engine: Engine, sought: Sequence[Sought], one: Sought, value: float) -> dict[str, float]:
+    """Values of the engine file (SI) that follow a sought one: more material has more inertia about all axes."""
+    table, _, name = one.key.partition(".")
+    key = f"{table}.diametral_inertia"
+    part = getattr(engine, table, None)
+    if name != "polar_inertia" or not hasattr(part, "diametral_inertia") or any(other.key == key for other in sought):
+        return {}
+    own = places.value(engine, one.key)
+    return {key: places.value(engine, key) * value / own} if own > 0.0 else {}
+
+
+def inner_values(sought: Sequence[Sought], values: Sequence[float]) -> Array:
+    """Coordinates u (p,) of values (p,), SI."""
+    return np.array([one.inner(float(value)) for one, value in zip(sought, values, strict=True)])
+
+
+def outer_values(sought: Sequence[Sought], inner: Array) -> Array:
+    """Values (p,), SI, of coordinates u (p,), within their bounds."""
+    found = [one.value(float(u)) for one, u in zip(sought, inner, strict=True)]
+    return np.array([min(max(v, one.low), one.high) for v, one in zip(found, sought, strict=True)])

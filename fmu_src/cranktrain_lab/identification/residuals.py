@@ -1,0 +1,180 @@
+"""What an identification leaves: residuals by order and speed, systematic ones, and held-out speeds with bands."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from typing import Any
+
+import numpy as np
+from scipy.stats import f as fisher
+from scipy.stats import norm
+
+from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
+from cranktrain_lab.identification.comparison import Comparison, Piece
+from cranktrain_lab.identification.confidence import LEVEL, Confidence
+from cranktrain_lab.identification.data import Orbit
+from cranktrain_lab.identification.estimate import Estimate
+
+RARE = 0.01
+"""Probability below which residuals of an order are called systematic."""
+MATTERS = 0.02
+"""Systematic residuals count from this fraction of the order's amplitudes on."""
+
+
+def residual_rows(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[dict[str, Any]]:
+    """A row for each order: points, residual over amplitude and noise, whether it is systematic, its constant."""
+    rows = []
+    for one, piece in zip(comparison.data.strands, found.pieces, strict=False):
+        if isinstance(one, Orbit):
+            continue
+        keep = ~one.held
+        own, speeds = piece.rows[keep], one.speeds[keep]
+        size = math.sqrt(float(np.mean(np.abs(one.values[keep]) ** 2)))
+        left = np.sqrt(np.sum(own**2, axis=1))
+        noise = np.where(np.isfinite(one.noise[keep]), one.noise[keep], comparison.biases[one.name].noise)
+        lack = lack_of_fit(own, speeds)
+        runs = runs_probability(own, speeds)
+        rms = math.sqrt(float(np.mean(left**2)))
+        largest = int(np.argmax(left))
+        systematic = (runs < RARE or (lack is not None and lack < RARE)) and rms > MATTERS * size
+        rows.append(
+            {
+                "set": one.name, "output": one.output, "order": one.order, "points": int(keep.sum()),
+                "residual_percent": 100.0 * rms / size if size else None,
+                "over_noise": rms / math.sqrt(own.shape[1] * float(np.mean(noise**2))),
+                "largest_percent": 100.0 * float(left[largest]) / size if size else None,
+                "largest_at_rpm": float(speeds[largest] / RPM),
+                "runs_probability": runs, "lack_of_fit_probability": lack, "systematic": bool(systematic),
+                **_constant(piece, confidence),
+            }
+        )  # fmt: skip
+    return rows
+
+
+def _constant(piece: Piece, confidence: Confidence) -> dict[str, float | None]:
+    """Constant of a wheel that was found: size, deg, half width of its 95 % interval, and phase, deg."""
+    if (found := piece.constant) is None:
+        return {"constant_deg": None, "constant_band_deg": None, "constant_phase_deg": None}
+    spread = found.spread + found.slopes @ confidence.covariance @ found.slopes.T
+    band = region(2, confidence.freedom) * math.sqrt(float(np.linalg.eigvalsh(spread)[-1]))
+    return {
+        "constant_deg": math.degrees(abs(found.number)), "constant_band_deg": math.degrees(band),
+        "constant_phase_deg": math.degrees(cmath.phase(found.number)),
+    }  # fmt: skip
+
+
+def orbit_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
+    """A row for each orbit: points, residual, where it is largest, and whether it is systematic over the angle."""
+    rows = []
+    for one, piece in zip(comparison.data.strands, found.pieces, strict=False):
+        if not isinstance(one, Orbit):
+            continue
+        left = np.sqrt(np.sum(piece.rows**2, axis=1))
+        rms, size = math.sqrt(float(np.mean(left**2))), math.sqrt(float(np.mean(np.abs(one.values) ** 2)))
+        noise = np.where(np.isfinite(one.noise), one.noise, comparison.biases[one.name].noise)
+        runs, largest = runs_probability(piece.rows, one.speeds), int(np.argmax(left))
+        rows.append(
+            {
+                "set": one.name, "bearing": f"main[{one.bearing}]", "rpm": one.speed / RPM, "points": left.size,
+                "centre_free": one.free, "residual_um": 1e6 * rms, "residual_percent": 100.0 * rms / size,
+                "over_noise": rms / math.sqrt(2.0 * float(np.mean(noise**2))), "largest_um": 1e6 * float(left[largest]),
+                "largest_at_deg": math.degrees(one.speeds[largest]), "runs_probability": runs,
+                "systematic": bool(runs < RARE and rms > MATTERS * size),
+            }
+        )  # fmt: skip
+    return rows
+
+
+def number_rows(comparison: Comparison, found: Estimate) -> list[dict[str, Any]]:
+    """A row for each measured number and shape: measured, computed, and the residual over its deviation."""
+    rows: list[dict[str, Any]] = []
+    first = len(comparison.data.strands)
+    for one, piece in zip(comparison.data.scalars, found.pieces[first:], strict=False):
+        away = float(piece.rows[0, 0])
+        rows.append(
+            {"set": one.name, "kind": one.kind, "number": one.number, "measured": one.value,
+             "computed": one.value * math.exp(-away), "over_deviation": away / one.deviation}
+        )  # fmt: skip
+    for shape, piece in zip(comparison.data.shapes, found.pieces[first + len(comparison.data.scalars) :], strict=True):
+        own = shape.values - piece.rows[:, 0]
+        rows.append(
+            {"set": shape.name, "kind": "mac", "number": shape.number, "measured": 1.0,
+             "computed": float((own @ shape.values) ** 2 / (own @ own)),
+             "over_deviation": float(np.sqrt(np.mean(piece.rows**2))) / shape.deviation}
+        )  # fmt: skip
+    return rows
+
+
+def runs_probability(rows: Array, speeds: Array) -> float:
+    """Probability of as few changes of sign along the speed as residuals (n, c) have, were they independent.
+
+    Wald and Wolfowitz, Ann. Math. Statist. 11 (1940) 147; all components together.
+    """
+    signs = rows[np.argsort(speeds, kind="stable")] > 0.0
+    runs = mean = variance = 0.0
+    for column in signs.T:
+        up, n = int(column.sum()), column.size
+        down = n - up
+        if not up or not down:
+            if n > 5:
+                runs, mean, variance = runs + 1.0, mean + 0.5 * n + 1.0, variance + 0.25 * (n - 1.0)
+            continue
+        runs += 1.0 + float(np.count_nonzero(column[1:] != column[:-1]))
+        mean += 1.0 + 2.0 * up * down / n
+        variance += 2.0 * up * down * (2.0 * up * down - n) / (n**2 * (n - 1.0))
+    return float(norm.cdf((runs - mean) / math.sqrt(variance))) if variance > 0.0 else 1.0
+
+
+def lack_of_fit(rows: Array, speeds: Array) -> float | None:
+    """Probability of residuals (n, c) as large beside the scatter of repeated speeds, were the model right.
+
+    None where no speed was repeated.
+    """
+    different = np.unique(speeds)
+    c = rows.shape[1]
+    pure, between = 0.0, 0.0
+    for one in different:
+        own = rows[speeds == one]
+        pure += float(np.sum((own - own.mean(axis=0)) ** 2))
+        between += own.shape[0] * float(np.sum(own.mean(axis=0) ** 2))
+    free = c * (speeds.size - different.size)
+    if free < 2 or pure <= 0.0:
+        return None
+    return float(fisher.sf((between / (c * different.size)) / (pure / free), c * different.size, free))
+
+
+def region(parts: int, freedom: float) -> float:
+    """Reach, in standard deviations, of the region of 95 % of a point of one or two parts.
+
+    A complex order has two parts, and both of them lie within 95 % intervals of their own for 90 % of the points only.
+    """
+    return math.sqrt(parts * float(fisher.ppf(LEVEL, parts, freedom)))
+
+
+def held_out(comparison: Comparison, found: Estimate, confidence: Confidence) -> list[dict[str, Any]]:
+    """A row for each held-out point: measured, predicted, half of the band of 95 %, whether it is inside.
+
+    The band is the largest half width of the region of 95 % of the complex amplitude.
+    """
+    rows: list[dict[str, Any]] = []
+    sizes = [np.abs(own) for own in comparison.own(found.inner)]
+    for j, (one, piece, size) in enumerate(zip(comparison.data.strands, found.pieces, sizes, strict=False)):
+        own = np.diag(comparison.covariance_of(j, size))
+        for k in np.flatnonzero(piece.held).tolist():
+            slopes = piece.slopes[k]
+            spread = slopes @ confidence.covariance @ slopes.T + own[k] * np.eye(slopes.shape[0])
+            if piece.constant is not None:
+                spread += piece.constant.by[k] @ piece.constant.spread @ piece.constant.by[k].T
+            reach = region(slopes.shape[0], confidence.freedom)
+            left = piece.rows[k]
+            rows.append(
+                {
+                    "set": one.name, "order": one.order, "rpm": float(one.speeds[k] / RPM),
+                    "measured": float(abs(one.values[k])), "predicted": float(size[k]),
+                    "band": reach * math.sqrt(float(np.linalg.eigvalsh(spread)[-1])),
+                    "inside": bool(left @ np.linalg.solve(spread, left) <= reach**2),
+                }
+            )  # fmt: skip
+    return rows

@@ -1,0 +1,1 @@
+"""Functions of the library whose calls differ from their verbs."""

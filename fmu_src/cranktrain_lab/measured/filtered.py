@@ -1,0 +1,113 @@
+"""Orders over speed by the Vold–Kalman filter, for orders that beat or cross a resonance within a few cycles.
+
+Signals are taken at even steps of time: channels as they are, torsional vibration by a cubic through the pulses. Long
+recordings are filtered in pieces that overlap by a few decay times of the filter. Envelopes are averaged in bins of the
+mean speed; half a decay time at either end of a recording is left out.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
+from cranktrain_lab.measured.channels import Channel
+from cranktrain_lab.measured.decimation import decimated
+from cranktrain_lab.measured.rotation import Rotation
+from cranktrain_lab.measured.tracking import ComplexArray, Orders, Points, check_orders
+from cranktrain_lab.measured.vold_kalman import MOST_UNKNOWNS, POLES, envelopes
+
+OVERLAP, END = 3.0, 1.0
+"""Overlap of pieces, and length of an end that is left out, over the reciprocal of the bandwidth."""
+SAMPLES = 6.0
+"""Samples a period of the highest order."""
+
+
+def filtered_orders(
+    source: Rotation | Channel, turning: Rotation, orders: Array, bandwidth: float, step_rpm: float = 0.0
+) -> Orders:
+    """Orders of a place's torsion or of a channel; ``InputError`` as of :func:`cranktrain_lab.measured.tracking.track`.
+
+    Parameters
+    ----------
+    source : a rotation, whose torsional vibration is taken, or a channel
+    turning : gives the mean rotation
+    bandwidth : Hz, of the envelopes
+    step_rpm : width of a bin, rev/min; a 40th of the speed range by default
+    """
+    wanted = np.atleast_1d(np.asarray(orders, dtype=np.float64))
+    fastest = turning.speed_range[1] / math.tau
+    rate = SAMPLES * float(wanted.max()) * fastest
+    if isinstance(source, Rotation):
+        times, values, step = _torsion(source, rate)
+        resolved, name, unit = 0.5 * source.wheel.pulses, f"{source.name} torsion", "rad"
+    else:
+        start, step, values = decimated(source, rate)
+        times = start + step * np.arange(values.size, dtype=np.float64)
+        resolved, name, unit = 0.4 / (step * fastest), source.name, source.unit
+    inside = (times >= turning.mean.times[0]) & (times <= turning.mean.times[-1])
+    times, values = times[inside], values[inside]
+    phase = turning.mean.at(times) if times.size else times
+    check_orders(wanted, Points(phase, values, resolved, name, unit))
+    if times.size < 32 or np.ptp(times) < 4.0 / bandwidth:
+        raise InputError(
+            f"{name}: {np.ptp(times) if times.size else 0.0:.3g} s are too short for a bandwidth of {bandwidth:g} Hz, "
+            f"which needs {4.0 / bandwidth:.3g} s"
+        )
+    found = _in_pieces(phase, values - np.mean(values), step, wanted, bandwidth)
+    return _binned(found, times, turning, (wanted, bandwidth, step_rpm), (name, unit))
+
+
+def _torsion(place: Rotation, rate: float) -> tuple[Array, Array, float]:
+    """Times, torsional vibration and step at about a rate, Hz."""
+    from scipy.interpolate import CubicSpline
+
+    count = max(8, math.ceil(float(np.ptp(place.times)) * rate))
+    times = np.linspace(place.times[0], place.times[-1], count)
+    return times, np.asarray(CubicSpline(place.times, place.torsion)(times)), float(times[1] - times[0])
+
+
+def _in_pieces(phase: Array, values: Array, step: float, orders: Array, bandwidth: float) -> ComplexArray:
+    """Envelopes (t, o), piece by piece; pieces are joined in the middle of their overlap."""
+    a_sample = (2 * orders.size * POLES + 1) * 2 * orders.size
+    overlap = math.ceil(OVERLAP / bandwidth / step)
+    length = max(4 * overlap, MOST_UNKNOWNS // 4 // a_sample)
+    parts, first = [], 0
+    while first < values.size:
+        last = min(values.size, first + length)
+        if values.size - last < 2 * overlap:
+            last = values.size
+        low, high = max(0, first - overlap), min(values.size, last + overlap)
+        found = envelopes(phase[low:high], values[low:high], step, orders, bandwidth)
+        parts.append(found[first - low : last - low])
+        first = last
+    return np.concatenate(parts)
+
+
+def _binned(
+    found: ComplexArray,
+    times: Array,
+    turning: Rotation,
+    asked: tuple[Array, float, float],
+    words: tuple[str, str],
+) -> Orders:
+    """Means of envelopes in bins of the speed; samples count as independent once in half a decay time."""
+    orders, bandwidth, step_rpm = asked
+    low, high = turning.speed_range
+    width = step_rpm * RPM if step_rpm > 0.0 else max(10.0 * RPM, (high - low) / 40.0)
+    keep = (times >= times[0] + END / bandwidth) & (times <= times[-1] - END / bandwidth)
+    speeds, kept = turning.mean.speed(times[keep]), found[keep]
+    rows = []
+    for key in np.unique(np.rint(speeds / width)):
+        own = np.rint(speeds / width) == key
+        part = kept[own]
+        mean, power = part.mean(axis=0), np.mean(np.abs(part) ** 2, axis=0)
+        free = max(1.0, 2.0 * bandwidth * np.count_nonzero(own) * float(times[1] - times[0]))
+        scatter = np.sqrt(np.maximum(power - np.abs(mean) ** 2, 0.0) / 2.0 / free)
+        coherence = np.abs(mean) ** 2 / np.where(power > 0.0, power, 1.0)
+        rows.append((float(speeds[own].mean()), mean, scatter, coherence, max(1, round(free))))
+    speed, amplitudes, errors, coherence, fits = (np.array([row[k] for row in rows]) for k in range(5))
+    return Orders(speed, orders, amplitudes, errors, coherence, fits, 0, *words)

@@ -1,0 +1,162 @@
+"""Named arrays of a file as channels: which of them is the time, and which are matrices of columns."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.types import Array
+from cranktrain_lab.measured.channels import (
+    MANY,
+    Channel,
+    Reader,
+    long_time_base,
+    of_array,
+    rising_times,
+    time_base,
+    timed,
+)
+from cranktrain_lab.measured.counters import second_of
+
+TIME_NAMES = ("time", "zeit", "t", "time_s", "timestamps", "timestamp", "x_time", "t_s")
+RATE_NAMES = ("fs", "rate", "sample_rate", "sampling_rate", "samplerate", "samplingrate", "f_s", "fsample")
+STEP_NAMES = ("dt", "delta_t", "step", "increment", "xincrement", "x_increment", "ts", "wf_increment")
+START_NAMES = (
+    "t0",
+    "start",
+    "start_time",
+    "t_start",
+    "tstart",
+    "x0",
+    "xstart",
+    "x_start",
+    "wf_start_offset",
+    "offset_s",
+)
+TIME_UNITS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0, "h": 3600.0, "ns": 1e-9}
+
+
+class Named(NamedTuple):
+    """An array of a file: name, unit, samples, columns, and how rows are read, (first, last) → (rows,) of a column."""
+
+    name: str
+    unit: str
+    size: int
+    columns: int
+    read: Callable[[int, int, int], Array]
+    step: float = math.nan
+    start: float = 0.0
+    began: int | None = None
+
+
+def as_channels(arrays: Sequence[Named], scalars: Mapping[str, float], source: str) -> tuple[list[Channel], list[str]]:
+    """Channels of arrays, each with the time array or the stated rate nearest to it.
+
+    These are, in turn, the time array of its own length and group, the step of the array itself, the rate or step of
+    its group, the only time array of its length in the file, and the rate or step of the groups around its own.
+    ``scalars`` are single numbers by ``group/name``. A time array that is nobody's holds times of pulses.
+    """
+    remarks: list[str] = []
+    found: list[Channel] = []
+    bases = {(_group(one.name), one.size): one for one in arrays if one.columns == 1 and is_time(one.name)}
+    sizes = Counter(one.size for one in arrays if one not in bases.values())
+    bases = {key: one for key, one in bases.items() if sizes[one.size]}
+    clocks = {key: _clock(base, source, remarks) for key, base in bases.items()}
+    for one in arrays:
+        if one in bases.values():
+            continue
+        group = _group(one.name)
+        alone = [known for known in bases if known[1] == one.size]
+        own = one.step if math.isfinite(one.step) else _step(group, scalars)
+        clock = clocks.get((group, one.size))
+        if clock is None and not math.isfinite(own):
+            clock = clocks[alone[0]] if len(alone) == 1 else None
+            own = next((step for above in _above(group) if math.isfinite(step := _step(above, scalars))), math.nan)
+        start, step, places, order = clock or (_start(one, scalars), own, None, None)
+        over = "time"
+        if places is None and not math.isfinite(step):
+            start, step, over = 0.0, 1.0, "sample"
+            if not (one.columns == 1 and second_of(one.unit)):
+                told = "states no time and no rate; its samples are counted from 0"
+                remarks.append(f"{source}, channel {one.name}: {told}")
+        for k in range(one.columns):
+            name = one.name if one.columns == 1 else f"{one.name}:{k + 1}"
+            size = one.size if order is None else order.size
+            found.append(
+                Channel(name, one.unit, size, source, _column(one, k, order), start,
+                        math.nan if places is not None else step, places,
+                        over, "s" if over == "time" else "1", began=one.began)
+            )  # fmt: skip
+    return found, remarks
+
+
+def _step(group: str, scalars: Mapping[str, float]) -> float:
+    """Step that the single numbers of a group state, s; not a number where they state none."""
+    own = {name.rpartition("/")[2].lower(): value for name, value in scalars.items() if _group(name) == group}
+    step = next((own[name] for name in STEP_NAMES if own.get(name, 0.0) > 0.0), math.nan)
+    rate = next((own[name] for name in RATE_NAMES if own.get(name, 0.0) > 0.0), math.nan)
+    return step if math.isfinite(step) else 1.0 / rate
+
+
+def _start(one: Named, scalars: Mapping[str, float]) -> float:
+    """Time of an array's first sample, s, by the single numbers of its own or its group, or as it says itself."""
+    groups = (one.name, _group(one.name))
+    own = {name.rpartition("/")[2].lower(): value for name, value in scalars.items() if _group(name) in groups}
+    return next((own[name] for name in START_NAMES if math.isfinite(own.get(name, math.nan))), one.start)
+
+
+def _above(group: str) -> list[str]:
+    """Groups around a group, the nearest first."""
+    parts = group.split("/") if group else []
+    return ["/".join(parts[:k]) for k in range(len(parts) - 1, -1, -1)]
+
+
+def is_time(name: str) -> bool:
+    """Whether a name is that of a time base."""
+    return name.rpartition("/")[2].partition("[")[0].partition("(")[0].strip().lower() in TIME_NAMES
+
+
+def _clock(
+    base: Named, source: str, remarks: list[str]
+) -> tuple[float, float, Reader | None, NDArray[np.int64] | None]:
+    """Start, step, times where they are uneven, and their order where they are not sorted."""
+    scale, where = TIME_UNITS.get(base.unit.strip().lower(), 1.0), f"{source}, channel {base.name}"
+
+    def read(first: int, last: int) -> Array:
+        return base.read(first, last, 0) * scale
+
+    if base.size > MANY:
+        if (even := long_time_base(read, base.size)) is not None:
+            return *even, None, None
+        if (told := rising_times(read, base.size, where)) is not None:
+            remarks += told
+            return float(read(0, 1)[0]), math.nan, read, None
+    times = read(0, base.size)
+    order, told = timed(times, where)
+    remarks += told
+    times = times if order is None else times[order]
+    start, step, own, told = time_base(times, where)
+    remarks += told
+    if own is not None and own.size > 1 and np.any(np.diff(own) < 0.0):
+        rising = np.argsort(own, kind="stable")
+        order = rising if order is None else order[rising]
+        own = own[rising]
+        start = float(own[0])
+    return start, step, None if own is None else of_array(own), order
+
+
+def _group(name: str) -> str:
+    return name.rpartition("/")[0]
+
+
+def _column(one: Named, k: int, order: NDArray[np.int64] | None) -> Callable[[int, int], Array]:
+    """Reader of one column; sorted by time where the file is not."""
+    if order is None:
+        return lambda first, last: one.read(first, last, k)
+    held = one.read(0, one.size, k)[order]
+    return lambda first, last: held[first:last]

@@ -1,0 +1,101 @@
+"""MATLAB files up to version 7 by scipy; version 7.3 is HDF5.
+
+Structures of signals are opened: a field of numbers is a channel named ``structure.field``. Fields called ``unit`` give
+the unit of the other fields beside them. One variable at a time is in memory, which the format limits to 2 GB; it is
+read again when samples of another one were asked for meanwhile.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.types import Array
+from cranktrain_lab.measured.channels import Channel
+from cranktrain_lab.measured.formats import hdf
+from cranktrain_lab.measured.formats.arrays import Named, as_channels
+
+HELD = 100_000
+"""Values of an array that stays in memory."""
+
+
+def channels(path: Path) -> tuple[list[Channel], list[str]]:
+    """List the channels of a file, and remarks."""
+    with path.open("rb") as file:
+        if file.read(10) == b"MATLAB 7.3":
+            return hdf.channels(path)
+    from scipy.io import whosmat
+
+    arrays: list[Named] = []
+    scalars: dict[str, float] = {}
+    remarks: list[str] = []
+    held: dict[str, list[Named]] = {}
+    for name, _, _ in whosmat(str(path)):
+        own: list[Named] = []
+        _add(name, _variable(path, name), "", (own, scalars, remarks), path.name)
+        for k, one in enumerate(own):
+            again = one.size * one.columns > HELD
+            arrays.append(one._replace(read=_later(path, name, k, held)) if again else one)
+    found, told = as_channels(arrays, scalars, path.name)
+    return found, remarks + told
+
+
+def _variable(path: Path, name: str) -> Any:
+    """One variable of a file."""
+    from scipy.io import loadmat
+
+    return loadmat(str(path), squeeze_me=True, struct_as_record=True, variable_names=[name])[name]
+
+
+def _later(path: Path, name: str, k: int, held: dict[str, list[Named]]) -> Any:
+    """Reader of the k-th array of a variable, which is read when it is asked for; ``held`` keeps the last one."""
+
+    def read(first: int, last: int, column: int) -> Array:
+        if name not in held:
+            held.clear()
+            own: list[Named] = []
+            _add(name, _variable(path, name), "", (own, {}, []), path.name)
+            held[name] = own
+        return held[name][k].read(first, last, column)
+
+    return read
+
+
+def _add(name: str, value: Any, unit: str, into: tuple[list[Named], dict[str, float], list[str]], source: str) -> None:
+    """Add a variable, or the fields of a structure."""
+    arrays, scalars, remarks = into
+    value = np.asarray(value)
+    if value.dtype.names:
+        for k, one in enumerate(np.atleast_1d(value)):
+            begin = name if value.ndim == 0 else f"{name}({k + 1})"
+            own = {key: np.asarray(one[key]) for key in value.dtype.names}
+            said = next((str(own[key]) for key in own if key.lower() in ("unit", "units")), "")
+            for key, held in own.items():
+                if held.dtype.kind not in "US":
+                    _add(f"{begin}/{key}", held[()], said, into, source)
+        return
+    if value.dtype == object and value.size == 1 and value.ndim:
+        _add(name, value.ravel()[0], unit, into, source)
+        return
+    if value.dtype.kind not in "biuf":
+        if value.dtype.kind not in "US" or value.size > 1:
+            remarks.append(f"{source}, channel {name}: holds no plain numbers and is left out")
+        return
+    if value.size == 1:
+        scalars[name] = float(value.ravel()[0])
+        return
+    if not value.size:
+        remarks.append(f"{source}, channel {name}: is empty and left out")
+        return
+    if value.ndim > 2:
+        remarks.append(f"{source}, channel {name}: is an array of {value.shape}, no signal, and left out")
+        return
+    columns = value if value.ndim == 2 else value[:, None]
+    columns = columns.T if columns.shape[1] > columns.shape[0] else columns
+    arrays.append(Named(name, unit, columns.shape[0], columns.shape[1], _reader(columns)))
+
+
+def _reader(columns: np.ndarray) -> Any:
+    return lambda first, last, k: np.asarray(columns[first:last, k], dtype=np.float64)

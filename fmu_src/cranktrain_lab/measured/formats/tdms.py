@@ -1,0 +1,110 @@
+"""TDMS by npTDMS: samples are read from the file in blocks."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain_lab.measured.channels import Channel, sampled
+
+EARLIEST = 315_532_800_000_000_000
+"""Start times before 1980, ns since 1970: programs write a clock's zero, 1904 or 1970, for one that was not set."""
+
+
+def channels(path: Path) -> tuple[list[Channel], list[str]]:
+    """List the channels of numbers of a file, and remarks."""
+    from nptdms import TdmsFile
+
+    file = TdmsFile.open(str(path))
+    found: list[Channel] = []
+    remarks: list[str] = []
+    for group in file.groups():
+        own = group.channels()
+        base = next((channel for channel in own if _is_time(channel)), None)
+        for channel in own:
+            if channel is base and len(own) > 1:
+                continue
+            if not len(channel):
+                remarks.append(f"{path.name}, channel {channel.name}: is empty and left out")
+                continue
+            if np.dtype(channel.dtype or object).kind not in "biuf":
+                remarks.append(f"{path.name}, channel {channel.name}: holds no plain numbers and is left out")
+                continue
+            made, told = _channel(channel, base, path.name, group.name)
+            found.append(made)
+            remarks += told
+    if _incomplete(file):
+        remarks.append(f"{path.name}: is cut short; the samples up to the cut were read")
+    return found, remarks
+
+
+def _incomplete(file: Any) -> bool:
+    """Whether the last segment of a file has less data than its head says."""
+    try:
+        return bool(file.file_status.incomplete_final_segment)
+    except AttributeError:
+        return False
+
+
+def _is_time(channel: Any) -> bool:
+    """Whether a channel is the time base of its group."""
+    return "wf_increment" not in channel.properties and channel.name.strip().lower() in (
+        "time",
+        "zeit",
+        "t",
+        "x",
+        "time [s]",
+    )
+
+
+def _channel(channel: Any, base: Any, source: str, group: str) -> tuple[Channel, list[str]]:
+    """One channel with its waveform's step, the time channel of its group, or none."""
+    held = channel.properties
+    unit = str(held.get("unit_string") or held.get("NI_UnitDescription") or "")
+
+    def read(first: int, last: int) -> np.ndarray:
+        return np.asarray(channel.read_data(first, last - first), dtype=np.float64)
+
+    step, start = (_number(held.get(key)) for key in ("wf_increment", "wf_start_offset"))
+    began = _instant(held.get("wf_start_time"))
+    if step > 0.0:
+        return Channel(channel.name, unit, len(channel), source, read, start, step, about=group, began=began), []
+    if base is not None and len(base):
+        told = []
+        if len(base) != len(channel):
+            told = [
+                f"{source}, channel {channel.name}: {len(channel)} samples and {len(base)} times; the shorter counts"
+            ]
+        n = min(len(base), len(channel))
+        times, own = np.asarray(base[:n]), None
+        if times.dtype.kind == "M":
+            own = _instant(times[0])
+            times = (times - times[0]) / np.timedelta64(1, "s")
+        made, more = sampled(channel.name, unit, times, read(0, n), source, group, began if own is None else own)
+        return made, told + more
+    stated = f"a step of {held['wf_increment']}" if "wf_increment" in held else "no sampling"
+    told = [f"{source}, channel {channel.name}: states {stated}; its samples are counted from 0, one a second"]
+    made = Channel(
+        channel.name, unit, len(channel), source, read, 0.0, 1.0, abscissa="sample", abscissa_unit="1", about=group
+    )
+    return made, told if math.isfinite(made.step) else []
+
+
+def _instant(value: Any) -> int | None:
+    """Time that a file states, ns since 1970 UTC; None where it states none, or one of before such files."""
+    if not isinstance(value, np.datetime64) or np.isnat(value):
+        return None
+    found = int(value.astype("datetime64[ns]").astype(np.int64))
+    return found if found > EARLIEST else None
+
+
+def _number(value: Any) -> float:
+    """A property as a number; 0 where it is none."""
+    try:
+        number = float(value or 0.0)
+    except (TypeError, ValueError):
+        return 0.0
+    return number if math.isfinite(number) else 0.0

@@ -1,0 +1,388 @@
+"""Orders of measured points over the mean rotation: fits around places of interest, with their confidence.
+
+Points need not be equidistant: pulses of a wheel with a gap, or samples over time. Around each place
+
+    x(φ) = trend + Re Σ_n (a_n + a_n' τ + a_n'' τ²) exp(i n φ),   τ = φ − φ₀,
+
+is fitted by least squares under a window cos⁴ with all half orders up to the highest one wanted, so neighbours do not
+leak into one another at any change of speed. Points are taken where they are, so nothing is interpolated. The standard
+error of an order follows from the residual and the fit; where several fits share a bin of speed, from their scatter.
+
+Few lines are there, fewer change within a window, but a_n, a_n' and a_n'' of all lines take the noise in; in the gap
+of a wheel, where there are no points, lines that are not there cancel those that are. So all places are fitted twice.
+The first fits, in which all are free, show the variance of each about its noise among the fits of a bin and its
+neighbours; the second fits hold each near zero by that variance (empirical Bayes: C. N. Morris, J. Am. Stat. Assoc. 78
+(1983) 47). A line in a resonance stays free to change, one that does not change gets the noise of a constant amplitude,
+one that is not there leaves the others alone. Each line's own amplitude is that with this line free, so none is drawn
+to zero.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
+from cranktrain_lab.measured.channels import Channel
+from cranktrain_lab.measured.decimation import decimated, integrated
+from cranktrain_lab.measured.rotation import Rotation
+from cranktrain_lab.measured.wheel import CYCLE
+
+ComplexArray = NDArray[np.complex128]
+CYCLES, DEGREE = 4, 2
+STEADY = 0.005
+"""Relative change of speed below which the amplitudes of a fit do not vary."""
+TREND = 3
+WEIGHT = 0.42
+"""Points that count under the window, as a fraction of all."""
+SPARE = 1.25
+"""Points that count, over the unknowns of a fit, at least."""
+SURE = 2.0
+"""Standard deviations by which squares of changes exceed those of noise where a line is free to change."""
+ABSENT = 0.01
+"""Variance of a line that noise may be, over that of the noise."""
+DENSEST = 4
+"""Largest overlap of fits, over half a window: in fast ramps a peak would lie between two of them."""
+POOLED = 8
+"""Fits by whose changes a line is judged, besides those of its bin."""
+MOST_CYCLES = 64
+MOST_FITS = 48
+"""Fits in a bin of speed; they are spread over the bin's time."""
+BAND = 1.96
+"""Standard errors of a band that holds 95 %."""
+
+
+class Points(NamedTuple):
+    """Values (k,) at mean rotations (k,) rad, rising; the highest order that they resolve; name and unit."""
+
+    phase: Array
+    values: Array
+    resolved: float
+    name: str
+    unit: str
+
+
+class FitShape(NamedTuple):
+    """Cycles that a fit spans, degree of its amplitudes, and its lines (o,): half orders up to beyond the highest."""
+
+    cycles: int
+    degree: int
+    lines: Array
+
+
+@dataclass(frozen=True)
+class Orders:
+    """Orders over speed.
+
+    Attributes
+    ----------
+    speeds : (s,) rad/s, rising
+    orders : (o,)
+    amplitudes : (s, o) complex, zero to peak, x = Re Σ a exp(i n φ); not a number where the points do not have them
+    errors : (s, o) standard error of |a|
+    coherence : (s, o) |mean a|² / mean |a|² of the fits in a bin; of less than three fits with the error in place of
+        scatter
+    fits : (s,) fits in each bin
+    cycles : cycles that a fit spans
+    name, unit : of the signal
+    """
+
+    speeds: Array
+    orders: Array
+    amplitudes: ComplexArray
+    errors: Array
+    coherence: Array
+    fits: NDArray[np.int64]
+    cycles: int
+    name: str
+    unit: str
+
+    @property
+    def bands(self) -> tuple[Array, Array]:
+        """Lower and upper end (s, o) of the 95 % band of the amplitudes."""
+        size = np.abs(self.amplitudes)
+        return np.maximum(0.0, size - BAND * self.errors), size + BAND * self.errors
+
+
+def torsion_points(rotation: Rotation) -> Points:
+    """Torsional vibration at the pulses, rad, without half a cycle at either end, which has no mean rotation."""
+    phase = rotation.phase
+    first, last = rotation.mean.inner
+    inside = (phase >= first) & (phase <= last)
+    phase, torsion = phase[inside], (rotation.angle - phase)[inside]
+    rising = np.concatenate(([True], np.diff(phase) > 0.0))
+    return Points(phase[rising], torsion[rising], 0.5 * rotation.wheel.pulses, f"{rotation.name} torsion", "rad")
+
+
+def channel_points(channel: Channel, rotation: Rotation, highest: float, integrals: int = 0) -> Points:
+    """Samples of a channel over the mean rotation, low-passed and thinned to what the highest order needs.
+
+    ``integrals``: times that the samples are integrated over time: 1 for a vibrometer's velocity, 2 for acceleration.
+    Raises ``InputError``: a channel without a sampling rate, aliasing, no time in common.
+    """
+    where = f"{channel.source}, channel {channel.name}"
+    if not math.isfinite(channel.rate):
+        raise InputError(f"{where}: its samples have no even step in time; orders need one")
+    fastest = rotation.speed_range[1] / math.tau
+    needed = 2.0 * highest * fastest
+    if channel.rate < 1.25 * needed:
+        raise InputError(
+            f"{where}: {channel.rate:g} Hz resolve order {0.4 * channel.rate / fastest:.3g} at "
+            f"{60 * fastest:.0f} rev/min, "
+            f"not {highest:g} (aliasing)"
+        )
+    # Integrals want some 25 samples a period, the fit 5.
+    start, step, values = decimated(channel, (12.5 if integrals else 2.5) * needed)
+    if integrals:
+        values = integrated(values, step, integrals)
+    times = start + step * np.arange(values.size, dtype=np.float64)
+    inside = (times >= rotation.mean.times[0]) & (times <= rotation.mean.times[-1])
+    if np.count_nonzero(inside) < 32:
+        raise InputError(
+            f"{where}: runs from {times[0]:.4g} to {times[-1]:.4g} s, the rotation from "
+            f"{rotation.mean.times[0]:.4g} to "
+            f"{rotation.mean.times[-1]:.4g} s; take channels of one recording"
+        )
+    phase = rotation.mean.at(times[inside])
+    return Points(phase, values[inside], 0.4 / (step * fastest), channel.name, channel.unit)
+
+
+def track(
+    points: Points,
+    rotation: Rotation,
+    orders: Array,
+    *,
+    step_rpm: float = 0.0,
+    cycles: int | None = None,
+    degree: int | None = None,
+) -> Orders:
+    """Orders of points in bins of the mean speed.
+
+    Raises ``InputError``: orders that are no multiples of a half or that the points do not resolve, too short
+    recordings.
+
+    Parameters
+    ----------
+    orders : (o,) wanted
+    step_rpm : width of a bin, rev/min; by default a 40th of the speed range, 10 rev/min at least
+    cycles : cycles that a fit spans; as many as it needs by default, 4 or more
+    degree : of the polynomial by which an amplitude varies within a fit; 0 where the speed changes by less than 0.5 %
+    """
+    wanted = np.atleast_1d(np.asarray(orders, dtype=np.float64))
+    check_orders(wanted, points)
+    cycles, degree, lines = fit_shape(points, rotation, wanted, cycles, degree)
+    low, high = rotation.speed_range
+    width = step_rpm * RPM if step_rpm > 0.0 else max(10.0 * RPM, (high - low) / 40.0)
+    places = _places(points, cycles)
+    dense = min(DENSEST, math.ceil((high - low) / width / places.size))
+    places = _places(points, cycles, dense)
+    speeds = _speeds_at(rotation, places)
+    bins = np.rint((speeds) / width).astype(np.int64)
+    members = []
+    for key in np.unique(bins):
+        own = np.flatnonzero(bins == key)
+        members.append(own[np.unique(np.linspace(0, own.size - 1, min(own.size, MOST_FITS)).astype(int))])
+    shape = FitShape(cycles, degree, lines)
+    fits = [[_fit(points, places[k], shape) for k in own] for own in members]
+    fits = [[_fit(points, places[k], shape, held) for k in own] for own, held in zip(members, _held(fits), strict=True)]
+    rows = [(float(np.mean(speeds[own])), *_joined(found), own.size) for own, found in zip(members, fits, strict=True)]
+    keep = np.rint(2.0 * wanted).astype(int) - 1
+    found, errors, coherence = (np.array([row[k] for row in rows])[:, keep] for k in (1, 2, 3))
+    return Orders(np.array([row[0] for row in rows]), wanted, found, errors, coherence,
+                  np.array([row[4] for row in rows]), cycles, points.name, points.unit)  # fmt: skip
+
+
+def fit_shape(
+    points: Points, rotation: Rotation, wanted: Array, cycles: int | None = None, degree: int | None = None
+) -> FitShape:
+    """Cycles, degree and lines of the fits that determine some orders; ``InputError`` where none does."""
+    low, high = rotation.speed_range
+    steady = (high - low) / high < STEADY
+    degree = (0 if steady else DEGREE) if degree is None else degree
+    highest = float(wanted.max())
+    reach = math.floor(2.0 * min(highest + 1.0, 0.96 * points.resolved) + 1e-9)
+    lines = np.arange(1, max(reach, round(2.0 * highest)) + 1, dtype=np.float64) / 2.0
+    a_cycle = points.phase.size / max(1e-9, np.ptp(points.phase)) * CYCLE
+    unknowns = TREND + 2 * lines.size * (degree + 1)
+    least = max(CYCLES, math.ceil(SPARE * unknowns / (WEIGHT * a_cycle)))
+    cycles = least if cycles is None else cycles
+    if cycles <= degree:
+        raise InputError(
+            f"{points.name}: {cycles} cycles do not tell half orders of changing amplitude apart; a fit spans "
+            f"{degree + 1} or more while the speed changes"
+        )
+    if cycles > MOST_CYCLES or WEIGHT * a_cycle * cycles < unknowns:
+        raise InputError(
+            f"{points.name}: {a_cycle:.3g} points a cycle over {cycles} cycles do not determine orders up to "
+            f"{highest:g} ({unknowns} unknowns); ask for lower orders, more cycles or degree 0"
+        )
+    return FitShape(cycles, degree, lines)
+
+
+def check_orders(orders: Array, points: Points) -> None:
+    """Refuse orders that are no multiples of a half, or that the points do not resolve."""
+    for order in orders:
+        if not (order >= 0.5 and abs(2.0 * order - round(2.0 * order)) < 1e-9):
+            raise InputError(f"order {order:g} is not a multiple of 0.5 from 0.5 on")
+    if orders.max() > 0.95 * points.resolved:
+        raise InputError(
+            f"{points.name}: too few points for order {orders.max():g}; they resolve orders up to "
+            f"{math.floor(1.9 * points.resolved) / 2:g}"
+        )
+
+
+def _places(points: Points, cycles: int, dense: int = 1) -> Array:
+    """Middles of fits, half a window apart or ``dense`` times closer; the first and the last at an end."""
+    half = 0.5 * cycles * CYCLE
+    first, last = points.phase[0] + half, points.phase[-1] - half
+    if last < first:
+        raise InputError(f"{points.name}: {np.ptp(points.phase) / CYCLE:.2g} cycles are recorded; a fit spans {cycles}")
+    count = max(1, math.floor(dense * (last - first) / half))
+    return np.asarray(first + (last - first) / count * np.arange(count + 1)) if last > first else np.array([first])
+
+
+def _speeds_at(rotation: Rotation, phase: Array) -> Array:
+    """Mean speed where the mean rotation has these values, (n,) rad/s."""
+    times = np.interp(phase, rotation.mean.angle, rotation.mean.times)
+    reach = CYCLE / 2
+    before = np.interp(phase - reach, rotation.mean.angle, rotation.mean.times)
+    after = np.interp(phase + reach, rotation.mean.angle, rotation.mean.times)
+    inside = (phase - reach >= rotation.mean.angle[0]) & (phase + reach <= rotation.mean.angle[-1])
+    return np.where(inside, 2.0 * reach / np.maximum(after - before, 1e-300), rotation.mean.speed(times))
+
+
+class Fit(NamedTuple):
+    """One fit: amplitudes (o,) and their standard errors.
+
+    ``squares`` and ``noise`` (degree + 1, o) have mean squares of amplitudes and of their changes, and their variances.
+    """
+
+    amplitudes: ComplexArray
+    errors: Array
+    squares: Array
+    noise: Array
+
+
+def _fit(points: Points, place: float, shape: FitShape, held: Array | None = None) -> Fit:
+    """Fit all lines at a place; ``held``: variances (degree + 1, o) about zero of amplitudes and of their changes.
+
+    The amplitude of each line is that of a fit in which this line is free and the others are held.
+    """
+    cycles, degree, lines = shape
+    half = 0.5 * cycles * CYCLE
+    first, last = np.searchsorted(points.phase, (place - half, place + half))
+    phase, x = points.phase[first:last], points.values[first:last]
+    tau = (phase - place) / half
+    root = np.cos(0.5 * math.pi * tau) ** 2
+    powers = tau[:, None] ** np.arange(TREND)
+    base = np.exp(0.5j * phase)
+    waves = np.cumprod(np.broadcast_to(base[:, None], (phase.size, lines.size)), axis=1)
+    pairs = np.concatenate((waves.real, -waves.imag), axis=1)
+    basis = np.concatenate([powers] + [pairs * tau[:, None] ** k for k in range(degree + 1)], axis=1)
+    weighted = basis * root[:, None]
+    normal = weighted.T @ weighted
+    right = weighted.T @ (root * x)
+    found, inverse = _solved(normal, right)
+
+    def noise_of(solution: Array, unknowns: float) -> float:
+        left = x - basis @ solution
+        free = max(1.0, float(np.sum(root**2)) ** 2 / float(np.sum(root**4)) - unknowns * WEIGHT)
+        return float(np.sum(root**2 * left**2) / np.sum(root**2)) * max(1.0, phase.size * WEIGHT / free)
+
+    s2 = noise_of(found, basis.shape[1])
+    count = lines.size
+    freed = np.broadcast_to(np.eye(2), (count, 2, 2))
+    if held is not None:
+        penalty = np.zeros(basis.shape[1])
+        penalty[TREND:] = s2 / np.maximum(np.repeat(held, 2, axis=0).ravel(), 1e-9 * s2 + 1e-300)
+        used = normal + np.diag(penalty)
+        found, inverse = _solved(used, right)
+        # The trace of the hat matrix is the number of unknowns that the fit has left.
+        s2 = noise_of(found, float(np.sum(inverse * normal)))
+        freed = _freed(inverse, penalty[TREND : TREND + count])
+    # Weights are those of interpolation, not of noise: the error of the estimate is s² N⁻¹ (Bᵀ W² B) N⁻¹.
+    spread = weighted * root[:, None]
+    middle = spread.T @ spread
+    rows = inverse[TREND:].copy()
+    sizes = found[TREND:].reshape(degree + 1, 2, count).copy()
+    own = np.stack((rows[:count], rows[count : 2 * count]), axis=1)
+    own = np.einsum("lij,ljk->lik", freed, own)
+    rows[:count], rows[count : 2 * count] = own[:, 0], own[:, 1]
+    sizes[0] = np.einsum("lij,jl->il", freed, sizes[0])
+    variance = (s2 * np.sum((rows @ middle) * rows, axis=1)).reshape(degree + 1, 2, count)
+    return Fit(sizes[0, 0] + 1j * sizes[0, 1], np.sqrt(variance[0].mean(axis=0)),
+               np.mean(sizes**2, axis=1), np.mean(variance, axis=1))  # fmt: skip
+
+
+def _freed(inverse: Array, penalty: Array) -> Array:
+    """Matrices (o, 2, 2) that turn the held amplitudes of each line into those with this line alone free.
+
+    With C the inverse of a line's 2 x 2 block in the held fit and p the penalty, C⁻¹ − p is what the points say of it.
+    """
+    count = penalty.size
+    cosine, sine = TREND + np.arange(count), TREND + count + np.arange(count)
+    block = np.empty((count, 2, 2))
+    block[:, 0, 0], block[:, 1, 1] = inverse[cosine, cosine], inverse[sine, sine]
+    block[:, 0, 1], block[:, 1, 0] = inverse[cosine, sine], inverse[sine, cosine]
+    inner = np.linalg.inv(block)
+    return np.asarray(np.linalg.solve(inner - penalty[:, None, None] * np.eye(2), inner))
+
+
+def _held(fits: list[list[Fit]]) -> list[Array]:
+    """Variances (degree + 1, o) of amplitudes and their changes in each bin, without noise.
+
+    Where noise may be all, an amplitude is held by ``ABSENT`` of its noise, and a change is zero. The larger one of the
+    bin's own and of that with its neighbours counts, so a resonance that one bin has stays free.
+    """
+    squares = [np.sum([one.squares for one in own], axis=0) for own in fits]
+    noises = [np.sum([one.noise for one in own], axis=0) for own in fits]
+    found = []
+    for k in range(len(fits)):
+        sizes = []
+        for near in (range(k, k + 1), _around(k, fits)):
+            count = sum(len(fits[j]) for j in near)
+            total, noise = (sum(one[j] for j in near) / count for one in (squares, noises))
+            least = np.zeros_like(noise)
+            least[0] = ABSENT * noise[0]
+            sizes.append(np.where(total > (1.0 + SURE / math.sqrt(count)) * noise, total - noise, least))
+        found.append(np.maximum(*sizes))
+    return found
+
+
+def _around(k: int, fits: list[list[Fit]]) -> range:
+    """Bins around bin k, its neighbours at least, with ``POOLED`` fits or all."""
+    for reach in range(1, len(fits) + 1):
+        near = range(max(0, k - reach), min(len(fits), k + reach + 1))
+        if sum(len(fits[j]) for j in near) >= POOLED:
+            break
+    return near
+
+
+def _solved(normal: Array, right: Array) -> tuple[Array, Array]:
+    """Solution and inverse of a positive definite matrix; by singular values where it is not."""
+    try:
+        inverse = np.linalg.inv(normal)
+    except np.linalg.LinAlgError:
+        inverse = np.linalg.pinv(normal)
+    return np.asarray(inverse @ right), np.asarray(inverse, dtype=np.float64)
+
+
+def _joined(fits: list[Fit]) -> tuple[ComplexArray, Array, Array]:
+    """Mean, standard error and coherence of the fits in a bin. Neighbouring fits overlap by half a window."""
+    found = np.array([one.amplitudes for one in fits])
+    own = np.array([one.errors for one in fits])
+    mean = found.mean(axis=0)
+    power = np.mean(np.abs(found) ** 2, axis=0)
+    coherence = np.where(power > 0.0, np.abs(mean) ** 2 / np.where(power > 0.0, power, 1.0), 0.0)
+    if len(fits) < 3:
+        noise = 2.0 * np.mean(own**2, axis=0)  # of both parts of an amplitude; a few fits do not show their scatter
+        single = np.abs(mean) ** 2 / np.maximum(np.abs(mean) ** 2 + noise, 1e-300)
+        return mean, np.sqrt(np.mean(own**2, axis=0) / len(fits)), single
+    scatter = np.sqrt(np.sum(np.abs(found - mean) ** 2, axis=0) / (len(fits) - 1) / 2.0)
+    return mean, np.maximum(scatter, 0.0) / math.sqrt(len(fits)), coherence

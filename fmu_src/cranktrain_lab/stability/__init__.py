@@ -1,0 +1,37 @@
+"""Maps of where methods fail: each computed with the product's own kernels and compared with theory.
+
+One module per map, each with ``compute(quick, progress)``; :data:`MAPS` finds it by name and imports it when called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+
+from cranktrain_lab.stability.stability_map import Axis, Boundary, Progress, StabilityMap
+
+__all__ = ["MAPS", "Axis", "Boundary", "Progress", "StabilityMap"]
+
+NAMES = (
+    "step_film_stiffness",
+    "contact_ringing",
+    "oil_whirl",
+    "rotating_damping",
+    "variable_inertia",
+    "cosimulation",
+    "combustion_steps",
+    "mode_truncation",
+    "cold_start",
+)
+
+
+def _lazily(name: str) -> Callable[[bool, Progress], StabilityMap]:
+    def compute(quick: bool, progress: Progress) -> StabilityMap:
+        computed: StabilityMap = import_module(f"{__name__}.{name}").compute(quick, progress)
+        return computed
+
+    return compute
+
+
+MAPS: dict[str, Callable[[bool, Progress], StabilityMap]] = {name: _lazily(name) for name in NAMES}
+"""By name: a function of ``quick`` (a coarse map, some 20 s at most) and ``progress`` that computes the map."""

@@ -1,0 +1,105 @@
+"""A case: everything that decides one run, so that equal cases need not run twice."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from cranktrain.core.units import RPM
+from cranktrain.dynamics.model.settings import Settings, resolved
+from cranktrain.engine.model import Engine
+
+CYCLES = 6
+"""Cycles of a run from a settled start, after which the transient due to its own method and step has decayed."""
+GRID_DEG = 1.0
+COMMUNICATION_DEG = 3.0
+"""Outputs are kept every 3 degrees or at the next multiple of the step: no method pays for more than another."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run; angles rad.
+
+    Attributes
+    ----------
+    settings : levels, integrator and step
+    cutoff_hz : of the crank's elastic modes; None as the engine file says
+    interval_deg : degrees between kept outputs; None: see ``COMMUNICATION_DEG``
+    coupled_deg : communication step of a master that gives the pressures; None: built-in trace
+    scheme, exchange : of a master that couples the cranktrain with the combustion, and who reconstructs pressures
+        (:data:`cranktrain_lab.coupling.modules.RECONSTRUCTIONS`); None: the master's pressures are those of the trace
+    trace_deg, trace_rule : spacing of the pressure trace's samples, and between them a ``spline`` or ``linear``
+    table : resolution of the film table
+    film_grid : intervals around and across of films solved in the loop; None as they are
+    """
+
+    engine: Engine
+    speed: float
+    settings: Settings
+    cycles: int = CYCLES
+    cutoff_hz: float | None = None
+    interval_deg: float | None = None
+    coupled_deg: float | None = None
+    scheme: str | None = None
+    exchange: str | None = None
+    trace_deg: float | None = None
+    trace_rule: str = "spline"
+    table: str = "default"
+    film_grid: tuple[int, int] | None = None
+
+    @property
+    def levels(self) -> Settings:
+        """Settings with nothing left open."""
+        return resolved(self.settings, self.engine)
+
+    @property
+    def step_deg(self) -> float:
+        """Internal step, degrees."""
+        return round(math.degrees(self.levels.step), 9)
+
+    @property
+    def kept_deg(self) -> float:
+        """Degrees between kept outputs."""
+        if self.interval_deg is not None:
+            return self.interval_deg
+        if self.coupled_deg is not None:
+            return self.coupled_deg * math.ceil(COMMUNICATION_DEG / self.coupled_deg - 1e-9)
+        return self.step_deg * math.ceil(COMMUNICATION_DEG / self.step_deg - 1e-9)
+
+    @property
+    def period(self) -> float:
+        """Length of a cycle, s."""
+        return 4.0 * math.pi / self.speed
+
+    @property
+    def simulated(self) -> float:
+        """Simulated seconds."""
+        return self.cycles * self.period
+
+    def parameters(self) -> dict[str, Any]:
+        """The choice in numbers and names, as points hold it."""
+        levels = self.levels
+        found: dict[str, Any] = {
+            "speed_rpm": round(self.speed / RPM, 6),
+            "crank": levels.crank,
+            "bearings": levels.bearings,
+            "block": levels.block,
+            "big_ends": levels.big_ends,
+            "damper": levels.damper,
+            "cutoff_hz": self.cutoff_hz or self.engine.reduction.running_cutoff_hz,
+            "integrator": levels.integrator,
+            "step_deg": self.step_deg,
+            "cycles": self.cycles,
+        }
+        if self.coupled_deg is not None:
+            found |= {"communication_deg": self.coupled_deg, "reconstruction": self.exchange or levels.reconstruction}
+        if self.scheme is not None:
+            found["scheme"] = self.scheme
+        if self.trace_deg is not None:
+            found |= {"trace_deg": self.trace_deg, "trace_rule": self.trace_rule}
+        if levels.bearings == "table":
+            found["table"] = self.table
+        if self.film_grid is not None:
+            found["film_grid"] = list(self.film_grid)
+        return found

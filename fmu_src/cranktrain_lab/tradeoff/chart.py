@@ -1,0 +1,263 @@
+"""Pictures of the study: a chart for each family, and all that belongs together in one with its Pareto front."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from cranktrain_lab.tradeoff.pareto import pareto_front
+from cranktrain_lab.tradeoff.point import INPUT, MODEL, NUMERICAL, OUTPUTS, TOP, Point, in_scene
+
+NAMES = {"pulley_torsion": "pulley torsion", "pulley_axial": "pulley axial motion", "bearing_film": "least film"}
+COST = "processor s per simulated s / 1"
+ERROR = "relative error, RMS over the last cycle / 1"
+AXES = {
+    "coupling": ("communication_deg", "communication step / deg"),
+    "schemes": ("communication_deg", "communication step / deg"),
+    "mesh": ("mesh_size_mm", "largest element edge / mm"),
+    "pressure": ("trace_deg", "spacing of the trace's samples / deg"),
+}
+"""Families whose choices cost nearly the same are drawn over the chosen quantity instead of the cost."""
+KINDS = {
+    NUMERICAL: "numerical error: same model, finer step",
+    TOP: "model error: against the top of its ladder",
+    MODEL: "model error: against the next level up",
+    INPUT: "error of the inputs: against inputs known exactly",
+}
+MARKS = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "p", "h", "*")
+LEAST = 1.0e-9
+"""Errors below it are drawn there."""
+FARTHEST = 30.0
+"""Errors above this only mean that the answer is lost, so they are not drawn."""
+MARK = 6.0
+"""Half the size of a mark in a picture's dots, as labels see it."""
+PLACES = (
+    (-6, -9), (7, 4), (7, -11), (7, 15), (-7, -12), (-7, 6), (7, -22), (-7, 18), (-7, -24), (-22, -5), (-22, -16),
+    (-22, 7), (-34, -5), (-34, -16), (-34, -27), (-34, 10), (7, 27), (7, -34), (-14, 44), (-14, -48),
+)  # fmt: skip
+"""Where a label is tried, in points from its mark."""
+FAR = 14
+"""Points from which on a line leads from mark to label."""
+Labels = list[tuple[float, float, str]]
+
+
+def series(point: Point) -> str:
+    """Name of the line that a point belongs to in a chart."""
+    p = point.parameters
+    if point.family == "integrators":
+        if point.solver:
+            return point.solver
+        return f"{p['integrator']}, tight" if point.label.endswith("tight") else str(p["integrator"])
+    if point.family == "adaptive":
+        return f"{p['integrator']}, {p['control']}"
+    if point.family == "coupling":
+        return str(p["reconstruction"])
+    if point.family == "schemes":
+        return f"{p['scheme']}, {p['reconstruction']}"
+    if point.family == "pressure":
+        return str(p["trace_rule"])
+    if point.family == "bearings":
+        if p.get("film_grid"):
+            return "grid of films in the loop"
+        if point.label.startswith("table, "):
+            return "resolution of the table"
+    if "ladder" in p:
+        ending = ", against the next one up" if p["error_kind"] == MODEL else ""
+        return f"{p['ladder']} levels{ending}"
+    return {"modes": "cut-off of the crank's modes", "mesh": "mesh of the crank"}.get(point.family, point.family)
+
+
+def family_figure(points: Sequence[Point], family: str, scenes: Sequence[str]) -> Any:
+    """Error of each output over cost, or over what is chosen; a column for each scene, a row for each output."""
+    own = [point for point in points if point.family == family and _drawn(point)]
+    columns = [scene for scene in scenes if in_scene(own, scene)] or list(scenes[:1])
+    rows = [name for name in OUTPUTS if any(point.error[name] for point in own)] or [OUTPUTS[0]]
+    names = list(dict.fromkeys(series(point) for point in own))
+    kinds = [text for kind, text in KINDS.items() if any(p.parameters["error_kind"] == kind for p in own)]
+
+    def draw(ax: Any, r: int, c: int, handles: dict[str, Any]) -> Labels:
+        if r == 0:
+            ax.set_title(columns[c], fontsize=10, loc="left", parse_math=False)
+        if c == 0:
+            ax.set_ylabel(f"{NAMES[rows[r]]}\n{ERROR}", fontsize=8)
+        if r == len(rows) - 1:
+            ax.set_xlabel(AXES[family][1] if family in AXES else COST, fontsize=8)
+        return plot_family(ax, in_scene(own, columns[c]), family, rows[r], names, handles)
+
+    size = (4.6 * len(columns) + 2.6, 3.3 * len(rows) + 0.7)
+    return _figure(size, (len(rows), len(columns)), draw, 7, f"{family}: {'; '.join(kinds)}")
+
+
+def plot_family(
+    ax: Any, points: Sequence[Point], family: str, output: str, names: Sequence[str], handles: dict[str, Any]
+) -> Labels:
+    """Draw one output's errors of a family; lines of like choices, the front through them, the default ringed.
+
+    Returns the labels that it wants.
+    """
+    parameter = AXES[family][0] if family in AXES else None
+
+    def place(point: Point) -> float:
+        return float(point.parameters[parameter]) if parameter else _cost(point)
+
+    shown = [point for point in points if point.error[output] is not None]
+    for k, name in enumerate(names):
+        line = sorted((point for point in shown if series(point) == name), key=place)
+        if not line:
+            continue
+        x, y = [place(point) for point in line], [_level(point, output) for point in line]
+        style = {"marker": MARKS[k % len(MARKS)], "color": f"C{k % 10}", "ms": 4.5}
+        if line[0].parameters["error_kind"] == MODEL:
+            style["mfc"] = "none"
+        (handles[name],) = ax.plot(x, y, lw=1.0, ls="-" if k < 10 else "--", **style)
+    if parameter is None:
+        like = [point for point in shown if point.parameters["error_kind"] != MODEL]
+        front = [like[k] for k in pareto_front([_cost(p) for p in like], [_level(p, output) for p in like])]
+        if front:
+            (handles["Pareto front"],) = ax.plot(
+                [_cost(p) for p in front], [_level(p, output) for p in front], color="black", lw=2.5, alpha=0.25,
+                zorder=0,
+            )  # fmt: skip
+    _finish(ax, shown, place, lambda point: _level(point, output), handles)
+    if family not in ("ladder", "bearings", "mesh"):
+        return []
+    return [(place(p), _level(p, output), p.label) for p in shown if p.parameters["error_kind"] != MODEL]
+
+
+def overall_figure(points: Sequence[Point], scenes: Sequence[str]) -> Any:
+    """All points of a scene over their cost, by kind of error, with the front marked and labelled."""
+    drawn = [point for point in points if _drawn(point)]
+    found = {point.parameters["error_kind"] for point in drawn}
+    kinds = [kind for kind in KINDS if kind in found and kind != MODEL] or [NUMERICAL]
+    columns = [scene for scene in scenes if in_scene(drawn, scene)] or list(scenes[:1])
+    families = list(dict.fromkeys(point.family for point in points))
+
+    def draw(ax: Any, r: int, c: int, handles: dict[str, Any]) -> Labels:
+        ax.set_title(f"{columns[c]}\n{KINDS[kinds[r]]}", fontsize=9, loc="left", parse_math=False)
+        ax.set_ylabel(f"largest of the outputs' errors\n{ERROR}", fontsize=8)
+        ax.set_xlabel(COST, fontsize=8)
+        shown = [p for p in in_scene(drawn, columns[c]) if p.parameters["error_kind"] == kinds[r]]
+        return plot_overall(ax, shown, families, handles)
+
+    return _figure((6.8 * len(columns) + 1.8, 4.6 * len(kinds) + 0.6), (len(kinds), len(columns)), draw, 8)
+
+
+def _figure(
+    size: tuple[float, float], shape: tuple[int, int], draw: Callable[..., Labels], fontsize: int, title: str = ""
+) -> Any:
+    """Figure of axes drawn by ``draw(ax, row, column, handles)``, one legend beside them, points named."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, dpi=130, layout="constrained")
+    axes = figure.subplots(*shape, squeeze=False, sharex="col" if title else False)
+    handles: dict[str, Any] = {}
+    labels = [(axes[r][c], draw(axes[r][c], r, c, handles)) for c in range(shape[1]) for r in range(shape[0])]
+    figure.legend(list(handles.values()), list(handles), loc="outside right upper", fontsize=fontsize, frameon=False)
+    if title:
+        figure.suptitle(title, fontsize=11, x=0.01, ha="left")
+    name_points(figure, labels)
+    return figure
+
+
+def plot_overall(ax: Any, points: Sequence[Point], families: Sequence[str], handles: dict[str, Any]) -> Labels:
+    """Draw the largest errors over cost, families by colour, other solvers hollow, and the front through the best.
+
+    Returns the numbers by which the front is listed beside.
+    """
+    for k, family in enumerate(families):
+        for hollow in (False, True):
+            chosen = [p for p in points if p.family == family and bool(p.solver) == hollow]
+            if not chosen:
+                continue
+            face = {"mfc": "none"} if hollow else {}
+            name = f"{family}: other solvers" if hollow else family
+            (handles[name],) = ax.plot(
+                [_cost(p) for p in chosen], [_worst(p) for p in chosen], ls="none", marker=MARKS[k % len(MARKS)],
+                color=f"C{k}", ms=5, **face,
+            )  # fmt: skip
+    front = sorted((p for p in points if p.pareto), key=_cost)
+    if front:
+        (handles["Pareto front"],) = ax.plot(
+            [_cost(p) for p in front], [_worst(p) for p in front], color="black", lw=1.2, alpha=0.7, zorder=0
+        )
+    _finish(ax, points, _cost, _worst, handles)
+    named = [f"{k}  {_named(p)}" for k, p in enumerate(front, 1)]
+    ax.text(1.02, 1.0, "\n".join(["Pareto front", *named]), transform=ax.transAxes, fontsize=6.5, va="top")
+    return [(_cost(p), _worst(p), str(k)) for k, p in enumerate(front, 1)]
+
+
+def _named(point: Point) -> str:
+    """Label of a point among those of other families."""
+    family = "" if point.parameters["error_kind"] == NUMERICAL else f"{point.family}: "
+    return f"{family}{point.label}{' (default)' if point.parameters.get('default') else ''}"
+
+
+def _drawn(point: Point) -> bool:
+    return point.usable and (point.worst or 0.0) < FARTHEST
+
+
+def _cost(point: Point) -> float:
+    return point.seconds_per_simulated_second or LEAST
+
+
+def _level(point: Point, output: str) -> float:
+    return max(point.error[output] or 0.0, LEAST)
+
+
+def _worst(point: Point) -> float:
+    return max(point.worst or 0.0, LEAST)
+
+
+def name_points(figure: Any, wanted: Sequence[tuple[Any, Labels]], fontsize: float = 6.5) -> None:
+    """Write labels beside points once the figure is laid out; each clear of marks and other labels, or left out."""
+    from matplotlib.transforms import Bbox
+
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for ax, labels in wanted:
+        at = ax.transData.transform([(x, y) for line in ax.lines for x, y in line.get_xydata()])
+        taken = [Bbox.from_extents(x - MARK, y - MARK, x + MARK, y + MARK) for x, y in at]
+        for x, y, text in sorted(labels):
+            for dx, dy in PLACES:
+                note = ax.annotate(
+                    text, (x, y), textcoords="offset points", xytext=(dx, dy), fontsize=fontsize,
+                    color="#333",
+                    ha="left" if dx > 0 else "right",
+                )  # fmt: skip
+                box = note.get_window_extent()
+                if not any(box.overlaps(other) for other in taken) and _inside(ax, box):
+                    taken.append(box)
+                    if max(abs(dx), abs(dy)) > FAR:
+                        line = {"arrowstyle": "-", "lw": 0.4, "color": "#777"}
+                        ax.annotate("", (x, y), textcoords="offset points", xytext=(dx, dy + 2), arrowprops=line)
+                    break
+                note.remove()
+
+
+def _inside(ax: Any, box: Any) -> bool:
+    frame = ax.get_window_extent()
+    return bool(frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1)
+
+
+def _finish(
+    ax: Any, points: Sequence[Point], x: Callable[[Point], float], y: Callable[[Point], float], handles: dict[str, Any]
+) -> None:
+    """Ring the default settings; logarithmic axes, in plain numbers where they span little."""
+    from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
+
+    ax.set(xscale="log", yscale="log")
+    for point in points:
+        if point.parameters.get("default"):
+            (handles["default settings"],) = ax.plot(x(point), y(point), "o", ms=13, mfc="none", mec="black", ls="none")
+    ax.margins(x=0.22, y=0.12)
+    ax.autoscale_view()
+    low, high = ax.get_xlim()
+    decades = high / low < 30.0
+    ax.xaxis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0) if decades else (1.0,)))
+    if decades:
+        ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    else:
+        ax.xaxis.set_major_formatter(LogFormatterSciNotation())
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.tick_params(labelsize=7)
+    ax.grid(which="both", alpha=0.2)

@@ -1,0 +1,46 @@
+"""What the study asks of a method besides the stage solver: whoever knows such a method hands it over in its entries.
+
+``benchmarks/tradeoff.py`` of the repository does so with explicit methods, Radau and SciPy's solvers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from cranktrain.core.errors import SolverError
+from cranktrain.core.reduced_body import Array
+from cranktrain.dynamics.simulation import Simulation
+from cranktrain_lab.tradeoff.case import Case
+
+Started = Callable[[Case], Simulation]
+"""Makes the simulation of a case at its start."""
+
+
+class Unstable(SolverError):
+    """A run that left all bounds."""
+
+
+class OtherMethod(Protocol):
+    """A method with its own choices, which runs cases on the model that their simulation holds."""
+
+    @property
+    def key(self) -> str:
+        """All that decides its runs besides the case: its choices and its sources."""
+
+    def run(self, case: Case, started: Started) -> tuple[Array, float, dict[str, int]]:
+        """Run a case.
+
+        Returns
+        -------
+        values (2 + b, samples) of pulley torsion, axial motion and least films at the ends of the case's intervals,
+        processor seconds, counts
+
+        Raises
+        ------
+        Unstable, SolverError, InputError
+            a run that leaves all bounds, one that fails, a model that the method does not know
+        """
+
+    def judged(self, case: Case, started: Started) -> tuple[str, dict[str, Any]]:
+        """Status of a run that came to its end, ``ok`` or ``unstable``, and what else a point says of it."""

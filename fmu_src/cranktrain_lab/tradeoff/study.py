@@ -1,0 +1,134 @@
+"""The whole study: families over scenes, references with their own error, and what it comes to."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.units import RPM
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.engine.file import load_engine
+from cranktrain.store.kept import Kept
+from cranktrain_lab.tradeoff.families import FAMILIES, StudyScene
+from cranktrain_lab.tradeoff.measure import Entry, measured
+from cranktrain_lab.tradeoff.pareto import marked
+from cranktrain_lab.tradeoff.point import OUTPUTS, Point
+from cranktrain_lab.tradeoff.reference import error_estimate, reference_case
+
+REPEATS = 3
+"""Runs of a point in a full study, whose median is its cost."""
+
+Estimates = dict[str, dict[str, float | None]]
+
+
+@dataclass(frozen=True)
+class Study:
+    """What was measured.
+
+    ``estimates`` gives each scene's error of its reference by output.
+    """
+
+    scenes: tuple[StudyScene, ...]
+    points: tuple[Point, ...]
+    estimates: Estimates
+
+    def as_dict(self) -> dict[str, Any]:
+        """The study as JSON holds it; the reference's error is the largest of all scenes."""
+        worst: dict[str, float | None] = {}
+        for name in OUTPUTS:
+            found = [value for entry in self.estimates.values() if (value := entry.get(name)) is not None]
+            worst[name] = max(found) if found else None
+        return {
+            "points": [point.as_dict() for point in self.points],
+            "reference": {"error_estimate": worst, "scenes": self.estimates},
+        }
+
+
+def default_scenes(quick: bool) -> list[StudyScene]:
+    """The six at 2000 rev/min; in a full study also near its resonance, and the V8 at its nominal speed."""
+    wanted = [("diesel_i6", 2000.0)] if quick else [("diesel_i6", 2000.0), ("diesel_i6", 2200.0), ("diesel_v8", 1800.0)]
+    return [StudyScene(f"{name} {rpm:g}", load_engine(name), rpm * RPM, Settings()) for name, rpm in wanted]
+
+
+def scenes_of(path: str, quick: bool) -> list[StudyScene]:
+    """Scenes of a scene file: each of its speeds, in a quick study the first; its levels where it fixes them."""
+    from cranktrain.studies.scene import load_scene
+
+    scene = load_scene(path)
+    if scene.pressure is not None:
+        warnings.warn(
+            f"{scene.path.name}: the study runs on the built-in pressure trace, not on gas.pressure_file", stacklevel=2
+        )
+    plain = Settings()
+    settings = Settings(
+        crank=scene.crank or plain.crank, bearings=scene.bearings or plain.bearings, block=scene.block,
+        pistons=scene.pistons, big_ends=scene.big_ends, damper=scene.damper, gas_load=scene.load,
+    )  # fmt: skip
+    speeds = scene.speeds[:1] if quick else scene.speeds
+    return [
+        StudyScene(f"{scene.name} {speed / RPM:.0f}", scene.engine, speed, settings, scene.cutoff) for speed in speeds
+    ]
+
+
+def chosen_families(names: Sequence[str] | None, quick: bool) -> list[str]:
+    """Families to be measured; ``InputError`` for one that does not exist."""
+    for name in names or ():
+        if name not in FAMILIES:
+            raise InputError(f"--family '{name}' does not exist; {nearest(name, FAMILIES)}")
+    return list(names or FAMILIES)
+
+
+def study(
+    scenes: Sequence[StudyScene],
+    families: Sequence[str],
+    quick: bool = False,
+    store: Kept | None = None,
+    say: Callable[[str], None] | None = None,
+    progress: Callable[[float], None] | None = None,
+    others: Callable[[StudyScene, bool], Sequence[Entry]] | None = None,
+) -> Study:
+    """Measure the families in the scenes; what is in the store is not run again.
+
+    Parameters
+    ----------
+    say : told each run before it starts
+    progress : called with the share of runs done
+    others : of a scene, and whether the study is quick: entries of other solvers beside the family ``integrators``
+    """
+    kept = store or Kept("tradeoff")
+    repeats = 1 if quick else REPEATS
+    plan = [(scene, FAMILIES[family](scene, quick)) for family in families for scene in scenes]
+    if others is not None and "integrators" in families:
+        plan += [(scene, list(others(scene, quick))) for scene in scenes]
+    total = repeats * sum(len(entries) for _, entries in plan) + len(scenes)
+    done = 0
+
+    def advance() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done / max(total, 1))
+
+    estimates: Estimates = {}
+    for scene in scenes:
+        if say is not None:
+            say(f"{scene.name}: reference")
+        estimates[scene.name] = {
+            name: value
+            for name, value in error_estimate(reference_case(scene.case, quick), kept, say).items()
+            if name in OUTPUTS
+        }
+        advance()
+    points: list[Point] = []
+    for scene, entries in plan:
+        told = None if say is None else _prefixed(say, scene.name)
+        for point in measured(entries, kept, repeats, told, advance):
+            points.append(replace(point, parameters={"scene": scene.name, **point.parameters}))
+    return Study(tuple(scenes), tuple(marked(points)), estimates)
+
+
+def _prefixed(say: Callable[[str], None], name: str) -> Callable[[str], None]:
+    return lambda stage: say(f"{name}: {stage}")

@@ -1,0 +1,116 @@
+"""Recommended choice for an accuracy: the cheapest measured choice with a total error within it, by family."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from cranktrain.studies.total_error.families import FAMILIES
+from cranktrain.studies.total_error.point import TotalPoint, at_scene, shown
+from cranktrain_lab.tradeoff.total.study import TotalStudy
+
+ACCURACIES = (0.1, 0.03, 0.01)
+NONE = "–"
+
+
+def cheapest(points: Iterable[TotalPoint], accuracies: dict[str, float]) -> TotalPoint | None:
+    """Cheapest point whose total error is within the accuracy in every family that is named; None where none is."""
+    within = []
+    for point in points:
+        totals = {family: total for family in accuracies if (total := point.total(family)) is not None}
+        if len(totals) == len(accuracies) and all(total <= accuracies[name] for name, total in totals.items()):
+            within.append((point.cost or 0.0, max(totals.values(), default=0.0), point))
+    return min(within, key=lambda entry: entry[:2], default=(0.0, 0.0, None))[2]
+
+
+def closest(points: Iterable[TotalPoint], family: str) -> TotalPoint | None:
+    """Point with the least total error of a family; None where none has its outputs."""
+    return min(shown(points, family), key=lambda p: p.total(family) or 0.0, default=None)
+
+
+def table_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
+    """A row for each family that was measured: its title, and what to take for each of ``ACCURACIES``."""
+    rows = []
+    for name, family in FAMILIES.items():
+        best = closest(points, name)
+        if best is None:
+            continue
+        row = [family.title]
+        for accuracy in ACCURACIES:
+            found = cheapest(points, {name: accuracy})
+            row.append(said(found, name) if found is not None else f"none; closest {said(best, name)}")
+        rows.append(row)
+    return rows
+
+
+def said(point: TotalPoint, family: str) -> str:
+    """A choice with its cost and total error, for people."""
+    return f"{point.label}: {rate(point.cost)}, {percent(point.total(family))}"
+
+
+def rate(cost: float | None) -> str:
+    """A cost for people, two digits and no exponent."""
+    value = float(f"{cost or 0.0:.2g}")
+    return f"{value:.0f} s/s" if value >= 10.0 else f"{value:g} s/s"
+
+
+def percent(value: float | None) -> str:
+    """An error for people, with two digits."""
+    if value is None:
+        return NONE
+    shown = 100.0 * value
+    return f"{shown:.0f} %" if shown >= 9.95 else f"{shown:.1f} %" if shown >= 0.995 else f"{shown:.2g} %"
+
+
+def default_rows(points: Sequence[TotalPoint]) -> list[list[str]]:
+    """The default in each family: its error, whether it is on the front, and cheaper choices that are as close.
+
+    The last row is of all families together: what is as close in each of them for less.
+    """
+    rows = []
+    own = next((p for p in points if p.default), None)
+    totals: dict[str, float] = {}
+    for name, family in FAMILIES.items():
+        total = None if own is None else own.total(name)
+        if own is None or total is None:
+            continue
+        totals[name] = total
+        other = cheapest(points, {name: total})
+        on = name in own.front
+        better = "on the front" if on or other is None else f"{said(other, name)}"
+        rows.append([family.title, percent(total), *(percent(value) for value in _parts(own, name)), better])
+    other = cheapest(points, totals)
+    if own is not None and other is not None:
+        better = "on the front" if other == own else f"{other.label}: {rate(other.cost)}"
+        rows.append(["all of these together", *[NONE] * 4, better])
+    return rows
+
+
+def _parts(point: TotalPoint, family: str) -> tuple[float | None, ...]:
+    found = point.errors[family]
+    return (None, None, None) if found is None else (found.model, found.numerical, found.settling)
+
+
+HEADER = ("outputs", *(f"for {100 * accuracy:g} %" for accuracy in ACCURACIES))
+
+
+def choice_text(study: TotalStudy) -> str:
+    """Text for each scene: the best model, what to take for each accuracy, and how the default stands."""
+    lines = [
+        "What to choose for a total error, from the measured points. Errors are RMS of the difference over the last",
+        "cycle over the RMS of the alternating part, against the best model there is; cost is in processor seconds per",
+        "simulated second of a settled cycle.",
+    ]
+    for scene in study.scenes:
+        points, best = at_scene(study.points, scene.name), study.best[scene.name]
+        grid = ", fine grid" if best.fine_grid else ""
+        lines += ["", f"{scene.name}, against {best.name}, {best.integrator} {best.step_deg:g} deg{grid}"]
+        for title, *cells in table_rows(points):
+            lines.append(f"  {title}")
+            lines += [f"    {what}  {cell}" for what, cell in zip(HEADER[1:], cells, strict=True)]
+        own = next((p for p in points if p.default), None)
+        if own is not None:
+            lines.append(f"  the default, {own.label} at {rate(own.cost)}")
+            for title, total, model, numerical, settling, better in default_rows(points):
+                parts = f"{total} (model {model}, numerical {numerical}, settling {settling}); "
+                lines.append(f"    {title}: {parts if total != NONE else ''}{better}")
+    return "\n".join(lines) + "\n"

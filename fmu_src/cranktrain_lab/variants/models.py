@@ -1,0 +1,299 @@
+"""What answers for one variant: an engine at a fidelity level, two masses in closed form, or a function of a script.
+
+The crank's bare body is made once, for the engine that is varied: pulley, flywheel, damper and all that is attached to
+it change at no cost. Values that shape the body itself are told of, and varied only where the body takes no finite
+elements, or where the study says ``reshape = true``. Damping that a torsional crank inherits is measured once, and the
+damping ratios hold for all variants. So does the factor of a crank whose stiffness is tuned to the solid in motion,
+unless the study says ``retune = true``.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Protocol, cast
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.types import Array
+from cranktrain.dynamics.model.settings import Settings, needed_parts
+from cranktrain.dynamics.simulation import fitted_engine
+from cranktrain.engine import values as places
+from cranktrain.engine.checks.engine import check_engine
+from cranktrain.engine.levels import crank_level
+from cranktrain.engine.model import Engine
+from cranktrain.film.table.database import bearing_settings
+from cranktrain.structure.assembly import Assembly, assemble
+from cranktrain.structure.crank import level as crank
+from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaft
+from cranktrain.structure.in_motion.inherited_damping import Decay, with_damping, with_stated_damping
+from cranktrain_lab.variants.in_time import TimeAnswers, split_output, time_outputs
+from cranktrain_lab.variants.study import ENGINE, LOAD, TWO_MASS, Study
+from cranktrain_lab.variants.torsional import (
+    FREQUENCY,
+    UNITS_OF,
+    base_name,
+    check_torsional_output,
+    torsional_answer,
+    with_load,
+)
+from cranktrain_lab.variants.two_mass import OUTPUTS, two_mass_answer
+
+SHAPING = ("crankshaft", "material", "thrust", "reduction")
+"""Tables of an engine file from which a crank of beams or discs is made."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """An output of a study: SI unit, whether it has a value for each speed, and which of these is the worst."""
+
+    name: str
+    unit: str
+    over_speed: bool = False
+    worst: str = "largest"
+
+
+class Model(Protocol):
+    """Answers for variants."""
+
+    outputs: tuple[Output, ...]
+
+    def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
+        """Outputs at these values (SI), (s,) or (1,) each; errors of the package where there are none."""
+
+
+def model_of(study: Study, say: Callable[[str], None] = lambda stage: None) -> Model:
+    """Model of a study, made or from the cache; ``InputError`` for what it cannot do."""
+    if study.model == ENGINE:
+        return EngineModel(study, say)
+    if study.model == TWO_MASS:
+        return TwoMassModel(study)
+    return FunctionModel(study)
+
+
+class TwoMassModel:
+    """Two masses in closed form."""
+
+    def __init__(self, study: Study) -> None:
+        from cranktrain.core.errors import nearest
+
+        for output in study.outputs:
+            if output not in OUTPUTS:
+                raise InputError(f"outputs: two masses have no '{output}'; {nearest(output, OUTPUTS)}")
+        self.outputs, self._study = tuple(Output(name, "1") for name in study.outputs), study
+
+    def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
+        """See :class:`Model`."""
+        known = dict(values)
+        for key, formula in self._study.derived:
+            known[key] = places.formula_value(formula, cast("Engine", None), known, f"derived.'{key}'")
+        found = two_mass_answer(known)
+        return {output.name: np.array([found[output.name]]) for output in self.outputs}
+
+
+class FunctionModel:
+    """A function of a script: a mapping of values to a mapping of outputs."""
+
+    def __init__(self, study: Study) -> None:
+        self.outputs, self._study = tuple(Output(name, "1") for name in study.outputs), study
+
+    def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
+        """See :class:`Model`."""
+        assert self._study.function is not None
+        found = self._study.function(dict(values))
+        if missing := [output.name for output in self.outputs if output.name not in found]:
+            raise InputError(f"the function returns no '{missing[0]}'; it returns {', '.join(found) or 'nothing'}")
+        return {output.name: np.atleast_1d(np.asarray(found[output.name], dtype=float)) for output in self.outputs}
+
+
+class EngineModel:
+    """An engine at a fidelity level, its bare crank kept.
+
+    Attributes
+    ----------
+    outputs : of each variant
+    reshaping : varied values that shape the crank's body
+    """
+
+    def __init__(self, study: Study, say: Callable[[str], None] = lambda stage: None) -> None:
+        assert study.engine is not None
+        engine, levels = study.engine, study.levels
+        self._study, self._engine, self._speeds = study, engine, np.array(study.speeds)
+        damper = engine.damper is not None if levels.damper is None else levels.damper
+        settings = Settings(
+            crank=levels.crank, bearings=levels.bearings, big_ends=levels.big_ends,
+            damper="fitted" if damper else "none", gas_load=study.load,
+        )  # fmt: skip
+        self._torsional = levels.crank == "torsional"
+        if self._torsional:
+            engine.refuse_additions("a linear run-up of variants")
+            for output in study.outputs:
+                check_torsional_output(output, damper)
+        else:
+            names = time_outputs(engine, study.outputs)
+        self.reshaping = self._shaping_values()
+        self._settings = self._checked(settings)
+        # All else is refused by now.
+        self._base = assemble(engine, settings, say=say, inherit=levels.inherit)
+        self._bare = None if self.reshaping or self._on_bearings() or levels.retune else self._bare_crank(engine)
+        self._last: tuple[Any, Any] | None = None
+        self._decay = self._inherited()
+        if self._torsional:
+            worst = {name: Output(name, UNITS_OF[base_name(name)], base_name(name) != FREQUENCY)
+                     for name in study.outputs}  # fmt: skip
+            self.outputs = tuple(worst.values())
+            # What fails for the engine itself is told before a thousand variants fail by it.
+            torsional_answer(self.assembly_of(engine, study.load), self._speeds, study.outputs)
+        else:
+            say(f"steady motion of '{engine.name}'")
+            self.outputs = tuple(
+                Output(name, unit, True, "least" if split_output(name)[0] == "least" else "largest")
+                for name, unit in names.items()
+            )
+            self._runs = TimeAnswers(self.assembly_of(engine, study.load), self._speeds, list(names), levels.settle)
+
+    def answer(self, values: Mapping[str, float]) -> dict[str, Array]:
+        """See :class:`Model`."""
+        engine, load = variant_engine(self._study, values)
+        made = self.assembly_of(engine, load)
+        if not self._torsional:
+            return self._runs.answer(made)
+        return torsional_answer(made, self._speeds, tuple(output.name for output in self.outputs))
+
+    def assembly_of(self, engine: Engine, load: float, body: Any = None) -> Assembly:
+        """Assembly of a variant of the engine, which differs in varied values or in parts attached to the crank.
+
+        ``body`` is its running crank where that is known but for damping ratios that the engine states.
+        """
+        fitted = fitted_engine(engine, self._base.settings)
+        own = fitted if self._torsional else engine  # a run in time adds the housing itself
+        if body is None:
+            body = self._running(fitted, engine)
+        elif self._torsional and engine.damping.torsional_ratios:
+            body = with_stated_damping(fitted, body)
+        return with_load(replace(self._base, engine=own, body=body), load)
+
+    @property
+    def inherited(self) -> Decay | None:
+        """Damping that the crank takes from the level above."""
+        return self._decay
+
+    def _running(self, fitted: Engine, engine: Engine) -> Any:
+        """Running crank of a variant, ``fitted`` with the damper's housing."""
+        level = self._study.levels.crank
+        bare = self._reshaped(engine) if self._bare is None else self._bare
+        body = crank.running_crank(fitted, level, bare)
+        if crank_level(level).inherits and engine.damping.torsional_ratios:
+            body = with_stated_damping(fitted, body)
+        elif self._decay is not None:
+            body = with_damping(fitted, body, crank_level(level).inherits, self._decay)
+        return body
+
+    def _reshaped(self, engine: Engine) -> Any:
+        """Bare crank of a variant: that of the last one where all that it is made from is the same."""
+        if self._on_bearings() or self._study.levels.retune:
+            return self._bare_crank(engine)
+        made_from = tuple(getattr(engine, table) for table in SHAPING)
+        if self._last is None or self._last[0] != made_from:
+            self._last = made_from, self._bare_crank(engine)
+        return self._last[1]
+
+    def _bare_crank(self, engine: Engine) -> Any:
+        """Bare crank of an engine; a tuned one is tuned with the parts of this engine."""
+        level = self._study.levels.crank
+        fitted = fitted_engine(engine, self._base.settings)
+        solid = reduced_crankshaft(fitted) if crank_level(level).needs_solid(engine) else None
+        return crank.bare_crank(fitted, level, solid)
+
+    def _on_bearings(self) -> bool:
+        """Whether values vary on which a torsional crank's stiffness depends, though not its finite elements."""
+        own = ("main_bearing", "main_roller") if self._engine.reduction.torsional_source == "solid-on-bearings" else ()
+        return self._torsional and any(one.key.partition(".")[0] in own for one in self._study.varied)
+
+    def _inherited(self) -> Decay | None:
+        """Damping in motion of the level above, which the engine that is varied has."""
+        records = self._base.body.records
+        if "inherited_damping" not in records:
+            return None
+        hz, ratio = np.asarray(records["inherited_damping"]).T
+        return Decay(hz, ratio, float(records["inherited_at"][0]))
+
+    def _shaping_values(self) -> tuple[str, ...]:
+        """Varied and derived values that shape the bare crank."""
+        keys = [one.key for one in self._study.varied] + [key for key, _ in self._study.derived]
+        solid = crank_level(self._study.levels.crank).needs_solid(self._engine)
+        found = []
+        for key in keys:
+            if key.partition(".")[0] not in SHAPING:
+                continue
+            if not solid:
+                found.append(key)
+                continue
+            own = places.value(self._engine, key)
+            other = places.with_value(self._engine, key, own * 1.001 if own else 1e-3)
+            if input_digest(other) != input_digest(self._engine):
+                found.append(key)
+        if found and solid and not self._study.levels.reshape:
+            raise InputError(
+                f"vary.'{found[0]}': shapes the crankshaft's finite elements, so each variant takes a new mesh, about "
+                "a minute; set reshape = true to let it, or set reduction.torsional_source to ker-wilson in the engine"
+            )
+        return tuple(found)
+
+    def _checked(self, settings: Settings) -> Settings:
+        """Settings with nothing left open, refused where variants would need other parts than the engine's."""
+        from cranktrain.structure.assembly import checked
+
+        settings = checked(self._engine, settings)
+        wanted = needed_parts(self._engine, settings)
+        if other := [name for name in ("bore", "big_end_bore") if name in wanted]:
+            raise InputError(
+                f"bearings '{settings.bearings}', big ends '{settings.big_ends}': variants do not make elastic bores "
+                f"({other[0]}); take impedance, table or reynolds"
+            )
+        for part, name in (("main_bearing", "table"), ("big_end_bearing", "big_end_table")):
+            own = getattr(self._engine, part)
+            for one in self._study.varied:
+                if name in wanted and one.key.startswith(f"{part}."):
+                    number = places.value(self._engine, one.key) * 1.001
+                    changed = getattr(places.with_value(self._engine, one.key, number), part)
+                    if bearing_settings(changed) != bearing_settings(own):
+                        raise InputError(f"vary.'{one.key}': shapes the film table; take bearings impedance")
+        if self._torsional and settings.damper == "none" and any(o.startswith("damper.") for o in self._study.outputs):
+            raise InputError("outputs: there is no damper; leave damper.* out")
+        return settings
+
+
+def variant_engine(study: Study, values: Mapping[str, float]) -> tuple[Engine, float]:
+    """Checked engine of a variant, and its load; ``InputError``."""
+    assert study.engine is not None
+    engine, names, load = study.engine, dict[str, float](), study.load
+    for key, value in values.items():
+        if key == LOAD:
+            load = value
+        elif "." in key:
+            engine = places.with_value(engine, key, value)
+        else:
+            names[key] = value
+    for key, formula in study.derived:
+        engine = places.with_value(engine, key, places.formula_value(formula, engine, names, f"derived.'{key}'"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        check_engine(engine)
+    return engine, load
+
+
+def answered(model: Model, values: Mapping[str, float]) -> dict[str, Array] | str:
+    """Outputs of a variant, or in one line why it has none: one variant that fails must not end a study."""
+    try:
+        found = model.answer(values)
+    except (InputError, SolverError) as error:
+        return str(error)
+    except (ArithmeticError, np.linalg.LinAlgError, ValueError) as error:
+        return f"{type(error).__name__}: {' '.join(str(error).split())}"[:300]
+    for name, value in found.items():
+        if not np.all(np.isfinite(value)):
+            return f"{name} is not finite"
+    return found

@@ -1,0 +1,69 @@
+"""Orders of an engine's torsion in any case of :mod:`cranktrain_lab.watch.defects`, by a torsional crank."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cranktrain.core.types import Array, Progress
+from cranktrain.dynamics.model.settings import Settings
+from cranktrain.dynamics.simulation import fitted_engine
+from cranktrain.engine.model import Engine
+from cranktrain.loads.gas_pressure import GasTrace
+from cranktrain.results.run_up.run_up import FLYWHEEL, TORSION
+from cranktrain.structure.assembly import assemble
+from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, frequency_run_up
+from cranktrain_lab.watch.defects import Case
+
+ComplexArray = NDArray[np.complex128]
+TWIST = "twist"
+OUTPUTS = (TORSION, FLYWHEEL, TWIST)
+"""Outputs that may be watched."""
+
+
+class Place(NamedTuple):
+    """Where torsion is looked at: its output, speeds (s,) rad/s and orders (o,)."""
+
+    output: str
+    speeds: Array
+    orders: Array
+
+
+class TorsionalAnswers:
+    """A torsional crank that answers for the healthy engine and for its defects.
+
+    Parameters
+    ----------
+    engine : healthy; added bodies and connections are left out
+    load : fraction of the full-load burn
+    damper : whether it is fitted
+    rule : ``linear`` or ``harmonic-balance``
+    inherit : whether the crank takes the damping of the level above
+
+    Raises
+    ------
+    InputError
+        an engine without a torsional crank
+    """
+
+    def __init__(
+        self, engine: Engine, load: float, damper: bool, rule: str = HARMONIC_BALANCE, inherit: bool = True,
+        say: Progress = lambda stage: None,
+    ) -> None:  # fmt: skip
+        self.engine, self.damper, self._rule = engine.without_additions, damper, rule
+        settings = Settings(crank="torsional", damper="fitted" if damper else "none", gas_load=load)
+        self._made = assemble(self.engine, settings, say=say, inherit=inherit)
+        self.healthy = Case(self.engine, GasTrace.from_engine(self.engine))
+
+    def orders(self, case: Case, place: Place) -> ComplexArray:
+        """Complex orders (s, o), rad: order n is Re[a exp(i n θ)]; ``InputError``, ``SolverError``."""
+        made, speeds = self._made, np.unique(place.speeds)
+        engine = fitted_engine(case.engine, made.settings)
+        found = frequency_run_up(engine, made.body, made.settings, speeds, list(place.orders), self._rule, case.gas)
+        values = found.amplitudes[FLYWHEEL if place.output == FLYWHEEL else TORSION]
+        if place.output == TWIST:
+            values = values - found.amplitudes[FLYWHEEL]
+        turned = values * np.exp(1j * case.zero * np.asarray(place.orders))
+        return np.asarray(turned[np.searchsorted(speeds, place.speeds)])

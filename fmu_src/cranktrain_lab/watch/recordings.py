@@ -1,0 +1,158 @@
+"""Recordings of a watch: complex orders of one output at the same speeds, one recording a file.
+
+Speeds of the watched recordings give the operating points; points of a file that lie within ``NEAR`` of one are its
+mean. What the model changes between a file's own speed and the operating point is added to the measured orders, so
+speeds need not agree exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from cranktrain.core.errors import InputError, nearest
+from cranktrain.core.types import Array
+from cranktrain.core.units import RPM
+from cranktrain.engine.model import Engine
+from cranktrain.results.orders.measured import MeasuredOrders, read_measured_orders
+from cranktrain.studies.torsion.frequency_run_up import HIGHEST_ORDER
+from cranktrain_lab.watch.model import ComplexArray, Place
+
+NEAR = 0.02
+"""Distance of speeds, over the speed, up to which they are one operating point."""
+BEYOND = 0.05
+"""Distance beyond the engine's speeds, over them, up to which speeds are taken."""
+
+
+class Recordings(NamedTuple):
+    """Recordings at operating points.
+
+    Attributes
+    ----------
+    place : output, speeds (s,) and orders (o,)
+    watched, healthy : complex orders (m, s, o) and (n, s, o), rad
+    """
+
+    place: Place
+    watched: ComplexArray
+    healthy: ComplexArray
+
+
+class _File(NamedTuple):
+    """One recording: order → speeds (k,) and complex orders (k,)."""
+
+    name: str
+    points: dict[float, tuple[Array, ComplexArray]]
+
+
+def read_recordings(
+    engine: Engine, watched: Sequence[str | Path], healthy: Sequence[str | Path], output: str,
+    orders: Sequence[float], corrected: Callable[[Place], ComplexArray],
+) -> Recordings:  # fmt: skip
+    """Recordings of files; ``corrected`` gives the model's orders (s, o) at a place.
+
+    Raises
+    ------
+    InputError
+        orders without phase, orders or speeds that a file lacks, speeds that the engine does not run at, a recording
+        that is given twice
+    """
+    files = [_read(path, output) for path in (*watched, *healthy)]
+    common = [order for order in sorted(files[0].points) if all(order in file.points for file in files)]
+    wanted = np.array(sorted(set(orders)) or [order for order in common if 0.5 <= order <= HIGHEST_ORDER])
+    for order in wanted.tolist():
+        for file in files:
+            if order not in file.points:
+                near = nearest(f"{order:g}", [f"{one:g}" for one in file.points])
+                raise InputError(f"{file.name}: has no order {order:g} of {output}; {near}")
+    if not wanted.size:
+        raise InputError(
+            f"{files[0].name}: no order is in all files; analyse all of them by 'cranktrain measured' with one --orders"
+        )
+    speeds = _operating_points([file.points[order][0] for file in files[: len(watched)] for order in wanted.tolist()])
+    _check_speeds(engine, speeds, files[0].name)
+    place = Place(output, speeds, wanted)
+    own = corrected(place)
+    values = [_at_points(file, place, own, corrected) for file in files]
+    for recordings in (range(len(watched)), range(len(watched), len(files))):
+        _check_different(files, values, recordings)
+    return Recordings(place, np.array(values[: len(watched)]), np.array(values[len(watched) :]))
+
+
+def _read(path: str | Path, output: str) -> _File:
+    """One file's orders of an output; ``InputError``."""
+    name, found = Path(path).name, read_measured_orders(path)
+    assert isinstance(found, MeasuredOrders)
+    if output not in found:
+        raise InputError(f"{name}: has no orders of {output}; {nearest(output, found)}")
+    points = {}
+    for order, (speeds, sizes) in found[output].items():
+        phases = found.phases[output][order]
+        if missing := int(np.isnan(phases).sum()):
+            raise InputError(
+                f"{name}: order {order:g} has no phase at {missing} of {phases.size} speeds; amplitudes alone do not "
+                "tell cylinders apart, so measure against a tacho with an index"
+            )
+        points[order] = speeds, sizes * np.exp(1j * phases)
+    return _File(name, points)
+
+
+def _check_different(files: Sequence[_File], values: Sequence[ComplexArray], recordings: Sequence[int]) -> None:
+    """Refuse recordings of equal orders: scatter found in them would be too small; ``InputError``."""
+    for second in recordings:
+        for first in recordings[: second - recordings[0]]:
+            if np.array_equal(values[first], values[second]):
+                raise InputError(
+                    f"{files[second].name}: holds the same orders as {files[first].name}; a recording counts once, so "
+                    "leave one of them out"
+                )
+
+
+def _operating_points(speeds: Sequence[Array]) -> Array:
+    """Means (s,) of groups of speeds that lie within ``NEAR`` of each other, rad/s."""
+    groups: list[list[float]] = []
+    for speed in np.sort(np.concatenate(speeds)).tolist():
+        if groups and speed <= groups[-1][0] * (1.0 + NEAR):
+            groups[-1].append(speed)
+        else:
+            groups.append([speed])
+    return np.array([float(np.mean(group)) for group in groups])
+
+
+def _check_speeds(engine: Engine, speeds: Array, name: str) -> None:
+    low, high = engine.speeds
+    outside = (speeds < low * (1.0 - BEYOND)) | (speeds > high * (1.0 + BEYOND))
+    if outside.any():
+        raise InputError(
+            f"{name}: {int(outside.sum())} of {speeds.size} speeds, {speeds.min() / RPM:.0f} to "
+            f"{speeds.max() / RPM:.0f} rev/min, lie outside those of '{engine.name}', {low / RPM:.0f} to "
+            f"{high / RPM:.0f} rev/min; leave them out"
+        )
+
+
+def _at_points(
+    file: _File, place: Place, own: ComplexArray, corrected: Callable[[Place], ComplexArray]
+) -> ComplexArray:
+    """Orders (s, o) of a recording at the operating points."""
+    all_speeds = np.unique(np.concatenate([file.points[order][0] for order in place.orders.tolist()]))
+    moved = not np.isin(all_speeds, place.speeds).all()
+    there = corrected(place._replace(speeds=all_speeds)) if moved else None
+    found = np.empty(own.shape, dtype=complex)
+    for k, speed in enumerate(place.speeds.tolist()):
+        for o, order in enumerate(place.orders.tolist()):
+            speeds, values = file.points[order]
+            near = np.abs(speeds - speed) <= NEAR * speed
+            if not near.any():
+                raise InputError(
+                    f"{file.name}: order {order:g} was not recorded at {speed / RPM:.0f} rev/min, its speeds are "
+                    f"{speeds.min() / RPM:.0f} to {speeds.max() / RPM:.0f} rev/min; record it there, or leave the "
+                    "speed out of the watched file"
+                )
+            row = values[near]
+            if there is not None:
+                row = row + own[k, o] - there[np.searchsorted(all_speeds, speeds[near]), o]
+            found[k, o] = row.mean()
+    return found

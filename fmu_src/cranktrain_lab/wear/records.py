@@ -1,0 +1,134 @@
+"""History of wear of an engine's main bearings, as ``cranktrain run-in --hours`` finds it: rows and their file."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import StoreError
+from cranktrain.core.reduced_body import Array
+from cranktrain.core.units import RPM
+from cranktrain.store.wear_file import REMEDY, read_wear, write_wear
+from cranktrain.store.whole_file import marked, whole_file
+
+HOUR = 3600.0
+TABLE = marked("table of a wear history", "cranktrain wear history")
+OVER_TIME: dict[str, str] = {
+    "time": "s", "speed": "rad/s", "gas_load": "1", "sigma": "m", "volume": "m^3", "contact_work": "J",
+    "contact_load": "N", "load": "N", "contact_power": "W", "friction_power": "W", "largest_pressure": "Pa",
+    "least_gap": "m", "profile": "m",
+}  # fmt: skip
+"""Values of each row with their units; those behind ``gas_load`` are of each bearing."""
+
+
+@dataclass(frozen=True)
+class WearHistory:
+    """Wear of b bearings at s times; SI.
+
+    Attributes
+    ----------
+    bearings : (b,) their numbers, from 1
+    zeta : (n,) slices over the width, −1 to 1; ``weight`` (n,) of an integral over it, m
+    time, speed, gas_load : (s,) s, rad/s and fraction of the full-load burn; each row is the wear so far, and the cycle
+        that follows with it
+    sigma : (s, b) roughness, m
+    volume : (s, b) worn so far, m³
+    contact_work : (s, b) ∫∫ p v dA dt so far, J
+    contact_load, load : (s, b) of the asperities, and of the bearing; means over the cycle of that row, N
+    contact_power, friction_power : (s, b) of the asperities, and of film and asperities, W
+    largest_pressure, least_gap : (s, b) of the asperities, Pa, and between mean planes, m; extremes of the cycle
+    profile : (s, b, n) relief of the shells, m
+    worn : (b, angles, n) worn depth over the circumference (axes at rest) and width at the last row, m
+    attributes : what was run
+    settled : whether wear had ended at the last row
+    """
+
+    bearings: Array
+    zeta: Array
+    weight: Array
+    time: Array
+    speed: Array
+    gas_load: Array
+    sigma: Array
+    volume: Array
+    contact_work: Array
+    contact_load: Array
+    load: Array
+    contact_power: Array
+    friction_power: Array
+    largest_pressure: Array
+    least_gap: Array
+    profile: Array
+    worn: Array
+    attributes: dict[str, str | int | float] = field(default_factory=dict)
+    settled: bool = False
+
+    @property
+    def hours(self) -> Array:
+        """Times (s,), h."""
+        return np.asarray(self.time / HOUR)
+
+    @property
+    def contact_share(self) -> Array:
+        """Fraction (s, b) of the bearings' mean load that asperities carry."""
+        return np.asarray(self.contact_load / self.load)
+
+    @property
+    def deepest(self) -> Array:
+        """Largest worn depth (s, b), m."""
+        return np.asarray((self.profile - self.profile[0]).max(axis=2))
+
+    def with_row(self, worn: Array, settled: bool, **values: Any) -> WearHistory:
+        """With one row more; ``values`` are those of ``OVER_TIME``."""
+        added: dict[str, Any] = {
+            name: np.concatenate([getattr(self, name), np.asarray(values[name])[None]]) for name in OVER_TIME
+        }
+        return replace(self, worn=worn, settled=settled, **added)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the file, whole or not at all; ``InputError`` for a place that it must not take, ``StoreError``."""
+        units = OVER_TIME | {"bearings": "1", "zeta": "1", "weight": "m", "worn": "m"}
+        datasets = {name: (np.asarray(getattr(self, name)), unit) for name, unit in units.items()}
+        return write_wear(path, datasets, {**self.attributes, "settled": int(self.settled)})
+
+    @classmethod
+    def load_file(cls, path: str | Path) -> WearHistory:
+        """Read what :meth:`save` wrote; ``StoreError`` for another or a damaged file."""
+        data, attributes = read_wear(path)
+        wanted = {one.name for one in fields(cls)} - {"attributes", "settled"}
+        if missing := sorted(wanted - set(data)):
+            raise StoreError(f"{path}: '{missing[0]}' is missing; {REMEDY}")
+        settled = bool(attributes.pop("settled", 0))
+        return cls(**{name: data[name] for name in wanted}, attributes=attributes, settled=settled)
+
+    def write_table(self, path: str | Path) -> Path:
+        """Write a CSV table with a line for each time, in the units of engineers; as :meth:`save`."""
+        columns = {"hours": self.hours, "speed_rpm": self.speed / RPM, "load": self.gas_load}
+        for k, number in enumerate(self.bearings.astype(int)):
+            own = {
+                "depth_um": 1e6 * self.deepest[:, k], "roughness_um": 1e6 * self.sigma[:, k],
+                "volume_mm3": 1e9 * self.volume[:, k], "contact_work_j": self.contact_work[:, k],
+                "contact_share": self.contact_share[:, k], "contact_power_w": self.contact_power[:, k],
+                "friction_power_w": self.friction_power[:, k],
+                "contact_pressure_mpa": 1e-6 * self.largest_pressure[:, k],
+                "least_gap_um": 1e6 * self.least_gap[:, k],
+            }  # fmt: skip
+            columns |= {f"main[{number}].{name}": values for name, values in own.items()}
+        with whole_file(path, TABLE) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+            file.write("# cranktrain wear history\n")
+            writer = csv.writer(file)
+            writer.writerow(columns)
+            writer.writerows([[f"{value:.8g}" for value in row] for row in np.array(list(columns.values())).T])
+        return Path(path)
+
+
+def no_history(bearings: Array, zeta: Array, weight: Array, worn: Array, attributes: dict[str, Any]) -> WearHistory:
+    """A history without rows."""
+    b, n = len(bearings), len(zeta)
+    shapes = {name: (0,) if name in ("time", "speed", "gas_load") else (0, b) for name in OVER_TIME}
+    empty: dict[str, Any] = {name: np.zeros(shape) for name, shape in (shapes | {"profile": (0, b, n)}).items()}
+    return WearHistory(bearings=bearings, zeta=zeta, weight=weight, worn=worn, attributes=attributes, **empty)

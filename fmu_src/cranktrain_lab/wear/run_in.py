@@ -1,0 +1,157 @@
+"""Running in: the relief that a straight shell wears until its edges no longer touch.
+
+At the lowest speed of the full-load range films are thinnest. Each pass runs the engine at level ``reynolds``, takes
+the least gap of every slice ζ over one cycle and all mains, both ends alike, and wears the shell where that is less
+than half the roughness:
+
+    g(ζ) += 0.7 max(0, ½ σ − least gap(ζ)),
+
+smoothed over neighbouring slices. All shells wear alike, as one set of shells is ordered for an engine. To the worn
+shape the profile of :mod:`cranktrain.film.contact.gap` is fitted by least squares.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cranktrain.core.errors import InputError
+from cranktrain.core.kernel import keep_record
+from cranktrain.core.reduced_body import Array
+from cranktrain.core.units import RPM
+from cranktrain.dynamics.simulation import Parts, Settings, Simulation
+from cranktrain.engine.file import engine_path, load_engine
+from cranktrain.film.contact.asperity import HIGHEST
+from cranktrain.film.contact.gap import relief
+from cranktrain.film.contact.journal import REACH2, RELIEF
+from cranktrain.film.contact.journal import ZETA as LINE_ZETA
+from cranktrain.film.journal.grid import FACE_PROFILE, FACE_ZETA, PROFILE, ZETA
+from cranktrain.film.laws.rigid_bore import rigid_bore
+from cranktrain.store.engine_text import NEW, Written, new_path, rewritten
+from cranktrain.store.whole_file import whole_file
+from cranktrain.structure import assembly
+
+PASSES, CYCLES, PER_CYCLE = 9, 3, 288
+"""Passes of wear; cycles of a run, of which the last is read, and its samples."""
+WEAR, WANTED = 0.7, 0.5
+"""Fraction of the missing gap that a pass wears, and the wanted gap over the roughness."""
+SLICES = 101
+SMOOTHING = np.array([0.25, 0.5, 0.25])
+
+
+def run_in(
+    engine: str | Path,
+    out: str | Path | None = None,
+    *,
+    speed_rpm: float | None = None,
+    crank: str = "solid",
+    passes: int = PASSES,
+    cycles: int = CYCLES,
+    say: Callable[[str], None] = lambda stage: None,
+    follow: Callable[[float], None] = lambda share: None,
+) -> dict[str, Any]:
+    """Wear the shells of an engine's mains: figures, JSON-able, and a new engine file where ``out`` is given.
+
+    Raises ``InputError``: an engine without plain mains, a speed that is not positive, an ``out`` that exists.
+
+    Parameters
+    ----------
+    engine : path, or the name of a shipped engine
+    speed_rpm : the lowest speed at which oil temperatures are given where None
+    crank : fidelity level of the crank, one that bends
+    passes, cycles : of wear, and of each run
+    say, follow : told each pass, and its share of the work
+
+    Returns
+    -------
+    ``speed_rpm``, ``relief_depth_um``, ``relief_share``, ``relief_exponent``, ``fit_error_um`` (RMS), ``zeta`` and
+    ``worn_um`` (the shape itself), ``least_gap_um`` of each pass, ``file``
+    """
+    base, path = load_engine(engine), engine_path(engine)
+    bearing = base.plain_mains
+    speed = speed_rpm or base.oil.temperature_speeds[0] / RPM
+    if not speed > 0.0:
+        raise InputError(f"run-in: speed {speed:g} rev/min must be above zero; give the lowest speed at full load")
+    new = new_path(Path(out)) if out is not None else None
+    straight = replace(base, main_bearing=replace(bearing, relief_depth=0.0))
+    settings = assembly.checked(straight, Settings(crank=crank, bearings="reynolds"))
+    body = assembly.running_crank(assembly.fitted_engine(straight, settings), crank, say=say)
+    zeta = np.linspace(0.0, 1.0, SLICES)
+    worn, gaps = np.zeros(SLICES), []
+    for k in range(passes):
+        simulation = Simulation(straight, body, settings, parts=Parts())
+        simulation.inputs[0] = speed * RPM
+        simulation.initialize()
+        _put_profile(simulation, zeta, worn)
+        least = least_gaps(simulation, zeta, worn, cycles)
+        gaps.append(1e6 * float(least.min()))
+        say(f"pass {k + 1} of {passes}: least gap {gaps[-1]:.3f} um, relief {1e6 * worn[-1]:.2f} um")
+        follow((k + 1) / passes)
+        missing = WEAR * np.maximum(0.0, WANTED * bearing.roughness - least)
+        worn += np.convolve(np.pad(missing, 1, mode="edge"), SMOOTHING, mode="valid")
+    depth, share, exponent = fitted_profile(zeta, worn)
+    fitted = np.array([relief(place, (depth, share, exponent)) for place in zeta])
+    if new is not None:
+        note = f"run-in at {speed:.6g} rev/min, {passes} passes of wear; see cranktrain run-in"
+        found = {"relief_depth": depth, "relief_share": share, "relief_exponent": exponent}
+        changes = {f"main_bearing.{key}": Written(value, "derived", note) for key, value in found.items()}
+        with whole_file(new, NEW) as temporary:
+            temporary.write_text(rewritten(path.read_text("utf-8"), base, changes), encoding="utf-8")
+        load_engine(new)
+    return {
+        "engine": base.name, "speed_rpm": speed, "relief_depth_um": 1e6 * depth, "relief_share": share,
+        "relief_exponent": exponent, "fit_error_um": 1e6 * float(np.sqrt(np.mean((fitted - worn) ** 2))),
+        "zeta": zeta.tolist(), "worn_um": (1e6 * worn).tolist(), "least_gap_um": gaps,
+        "file": str(new) if new is not None else None,
+    }  # fmt: skip
+
+
+def _put_profile(simulation: Simulation, zeta: Array, worn: Array) -> None:
+    """Let the films of a simulation see a worn shape, m, at |ζ| from 0 to 1."""
+    model = simulation.model
+    bearing = simulation.engine.plain_mains
+    bore = rigid_bore(bearing, model.bearings, None, model.laws.solved)
+    for row, of in ((PROFILE, ZETA), (FACE_PROFILE, FACE_ZETA)):
+        bore.grid.axial[row] = np.interp(np.abs(bore.grid.axial[of]), zeta, worn) / bearing.clearance
+    line = bore.contact.line
+    line[RELIEF] = np.interp(np.abs(line[LINE_ZETA]), zeta, worn)
+    reach = bearing.clearance + line[RELIEF] - HIGHEST * bearing.roughness
+    line[REACH2] = reach**2
+    model.laws.entry[list(simulation.engine.plain_numbers), 1] = keep_record(bore, model.laws.entry)
+
+
+def least_gaps(simulation: Simulation, zeta: Array, worn: Array, cycles: int) -> Array:
+    """Least gap (m) of slices at ±ζ over the last of so many cycles, all mains and both ends."""
+    clearance = simulation.engine.plain_mains.clearance
+    begin, h = simulation.time, 4.0 * math.pi / simulation.inputs[0] / PER_CYCLE
+    least = np.full(zeta.size, np.inf)
+    for k in range(cycles * PER_CYCLE):
+        simulation.step(begin + (k + 1) * h)
+        if k < (cycles - 1) * PER_CYCLE:
+            continue
+        place = simulation.model.films.place[:, :, None]
+        for end in (zeta, -zeta):
+            far = np.hypot(place[:, 0] + end * place[:, 2], place[:, 1] + end * place[:, 3]).max(axis=0)
+            least = np.minimum(least, clearance + worn - far)
+    return least
+
+
+def fitted_profile(zeta: Array, worn: Array) -> tuple[float, float, float]:
+    """Depth (m), share and exponent of the profile nearest to a worn shape, by least squares; straight: depth 0."""
+    if not worn.max() > 0.0:
+        return 0.0, 0.5, 2.0
+    best, least = (float(worn[-1]), 1.0, 2.0), math.inf
+    for share in np.linspace(0.05, 1.0, 96):
+        rise = np.maximum(zeta - 1.0 + share, 0.0) / share
+        for exponent in np.linspace(1.0, 4.0, 61):
+            form = rise**exponent
+            depth = float(form @ worn / (form @ form))
+            error = float(((depth * form - worn) ** 2).sum())
+            if error < least:
+                best, least = (depth, float(share), float(exponent)), error
+    return best
