@@ -2,6 +2,7 @@
 
 import pickle
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -164,17 +165,18 @@ def test_pictures(name, request, tmp_path):
 @pytest.mark.parametrize("name", ["run", "run_up", "diagram", "modes"])
 def test_interactive_pictures(name, request):
     found = request.getfixturevalue(name)
-    try:
-        import plotly.graph_objects as plotly
-    except ImportError:
-        with pytest.raises(
-            ct.InputError, match=r"iplot needs plotly; pip install plotly, or cranktrain\[interactive\]"
-        ):
-            found.iplot()
-        return
+    bokeh = pytest.importorskip("bokeh.plotting")
     figure = found.iplot()
-    assert isinstance(figure, plotly.Figure) and len(figure.data) >= 1
-    assert "/" in figure.layout.yaxis.title.text and all(len(one.x) == len(one.y) for one in figure.data)
+    assert isinstance(figure, bokeh.figure) and len(figure.renderers) >= 1
+    assert "/" in figure.yaxis[0].axis_label
+    for line in figure.renderers:
+        assert line.name and len(line.data_source.data["x"]) == len(line.data_source.data["y"]) > 1
+
+
+def test_interactive_pictures_say_what_they_need(run, monkeypatch):
+    monkeypatch.setitem(sys.modules, "bokeh.plotting", None)
+    with pytest.raises(ct.InputError, match=r"iplot needs bokeh; pip install bokeh, or cranktrain\[explore\]"):
+        run.iplot()
 
 
 def test_an_interactive_picture_has_one_unit(run):

@@ -86,7 +86,7 @@ class OrdersOverSpeed(RunUp):
         return for_notebook(figure)
 
     def iplot(self, name: str = TORSION, orders: Sequence[float] = ()) -> Any:
-        """Plotly figure of orders over speed; ``InputError`` where plotly is not installed."""
+        """Bokeh figure of orders over speed; ``InputError`` where Bokeh is not installed."""
         found, unit = self[name], output_unit(name)
         if unit == "rad":
             found, unit = found.to("deg"), "deg"

@@ -5,14 +5,16 @@ from __future__ import annotations
 import html
 from collections.abc import Mapping, Sequence
 from importlib import import_module
+from itertools import cycle
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cranktrain.core.errors import InputError
+from cranktrain.results.plots import CYCLE_COLOURS
 
-EXTRAS = {"plotly.graph_objects": "interactive", "xarray": "xarray"}
+EXTRAS = {"bokeh.plotting": "explore", "xarray": "xarray"}
 """Modules of optional packages, and the extra of this package that installs them."""
 
 
@@ -41,9 +43,12 @@ def for_notebook(figure: Any) -> Any:
 
 
 def interactive_lines(x: ArrayLike, lines: Mapping[str, ArrayLike], across: str, up: str, title: str) -> Any:
-    """Plotly figure of lines over x by their names; ``across`` and ``up`` name the axes with their units."""
-    plotly = optional("plotly.graph_objects", "iplot")
-    traces = [plotly.Scatter(x=np.asarray(x), y=np.asarray(y), name=name, mode="lines") for name, y in lines.items()]
-    figure = plotly.Figure(traces)
-    figure.update_layout(title=title, xaxis_title=across, yaxis_title=up)
+    """Bokeh figure of lines over x by their names; ``across`` and ``up`` name the axes with their units."""
+    figure = optional("bokeh.plotting", "iplot").figure(
+        title=title, x_axis_label=across, y_axis_label=up, width=900, height=420,
+        tooltips=[("", "$name"), (across, "$x{0.[000]}"), (up, "$y{0.[000000]}")],
+    )  # fmt: skip
+    for colour, (name, y) in zip(cycle(CYCLE_COLOURS[:-1]), lines.items(), strict=False):
+        figure.line(np.asarray(x), np.asarray(y), name=name, legend_label=name, color=colour, line_width=1.5)
+    figure.legend.click_policy = "hide"
     return figure

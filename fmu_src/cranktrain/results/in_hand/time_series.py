@@ -71,7 +71,7 @@ class TimeSeries:
         return for_notebook(figure)
 
     def iplot(self, *names: str) -> Any:
-        """Plotly figure of outputs of one unit over the crank angle; ``InputError`` where plotly is not installed."""
+        """Bokeh figure of outputs of one unit over the crank angle; ``InputError`` where Bokeh is not installed."""
         chosen = {name: self[name] for name in names or ("pulley.torsion",)}
         units = {one.unit: name for name, one in chosen.items()}
         if len(units) > 1:
