@@ -9,7 +9,7 @@ free journal has m (x, y)¨ = W(t) + F with F = −∫ u (cos φ, sin φ) dφ.
 Rules of a stage s of a Runge-Kutta method, g = hγ:
 
 * START: voids by backward Euler from the start of the step, (θH − (θH)_n)/(c_s h) or, in nodes full then,
-  Ḣ + (θ − 1) H/(c_s h); what elastic films did before decision 70;
+  Ḣ + (θ − 1) H/(c_s h); what elastic films did before decision 0017;
 * STAGES: (θH − (θH)_n − h Σ_{j<s} a_sj F_j)/g with F_j minus the divergence of the flow of stage j.
 """
 

@@ -822,7 +822,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "native_build": ("fmu.md", native_build),
     "cost_law": ("benchmarks.md", cost_law),
     "peers": ("peers.md", peers),
-    "inherited_damping": ("decisions/0020-inherited-damping.md", inherited_damping),
+    "inherited_damping": ("decisions/0021-modes-in-motion.md", inherited_damping),
 }
 """Document and maker of each part that stands between marks."""
 WHOLE: dict[str, Callable[[], None]] = {

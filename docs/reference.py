@@ -1,7 +1,7 @@
 """Pages of the site that are made from the code when it is built, and its equations.
 
-MkDocs calls this file as a hook (``mkdocs.yml``). Command line and library, FMU variables, and the index of decisions
-are never written by hand. Equations become MathML here, so that the site needs no script and no network.
+MkDocs calls this file as a hook (``mkdocs.yml``). Command line, library and FMU variables are never written
+by hand. Equations become MathML here, so that the site needs no script and no network.
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ def on_files(files: Any, config: Any) -> Any:
         "reference/command_line.md": command_help.page(ROOT),
         "reference/library.md": library(),
         "reference/fmu_variables.md": fmu_variables(),
-        "decisions/index.md": decisions(),
         "contributing.md": of_the_root("CONTRIBUTING.md"),
         "changelog.md": of_the_root("CHANGELOG.md"),
     }
@@ -85,13 +84,6 @@ def _variables(title: str, folder: Path) -> str:
     place = (folder / "interface.toml").relative_to(ROOT)
     head = f"## {title}\n\nMade from `{place.as_posix()}`.\n\n| name | causality | unit | |\n"
     return head + "| --- | --- | --- | --- |\n" + "\n".join(rows) + "\n"
-
-
-def decisions() -> str:
-    """Titles of all decisions."""
-    files = sorted((ROOT / "docs" / "decisions").glob("0*.md"))
-    titles = [f"* [{file.read_text('utf-8').splitlines()[0].lstrip('# ')}]({file.name})" for file in files]
-    return "# Decisions\n\nWhy things are as they are, half a page each.\n\n" + "\n".join(titles) + "\n"
 
 
 def of_the_root(name: str) -> str:

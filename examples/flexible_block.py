@@ -27,8 +27,8 @@ Made by
 and, for one engine and with all modes, `cranktrain modal diesel_i6 --block flexible`. The block of each engine file is
 meshed from its table `[block]` (`cranktrain/structure/block/shape.py`) or read from a file with named surfaces
 (`--block-mesh`), reduced by the crankshaft's path and put on the mounts of `[mounts]`. The engines are calibrated in
-their blocks ([how](how-to/calibrate.md), [why](decisions/0017-calibration.md)). Linear main bearings join journals and
-bores; the thrust bearing acts with collar and shells. On ground `main_bearing.block_stiffness_x`,
+their blocks ([how](how-to/calibrate.md), [why](decisions/0022-calibration-and-stand-ins.md)). Linear main bearings join
+journals and bores; the thrust bearing acts with collar and shells. On ground `main_bearing.block_stiffness_x`,
 `block_stiffness_y` and `thrust.block_stiffness` stand in series for the block, which brings its own. Of the six, ground
 holds torsion and axial motion to 2 %, bending to 7 %: it does not move against the crank. The V8's rollers have no such
 share.

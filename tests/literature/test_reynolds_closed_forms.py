@@ -128,7 +128,7 @@ def test_short_bearing_is_ocvirks(row):
     assert np.degrees(np.arctan2(-across, along)) == pytest.approx(attitude, abs=0.01)
 
 
-# Rupture and reformation in one dimension: docs/decisions/0005-mass-conserving-film.md derives both solutions.
+# Rupture and reformation in one dimension: docs/decisions/0013-oil.md derives both solutions.
 
 ETA, MEAN_SPEED, LENGTH = 0.02, 2.0, 0.02
 

@@ -409,7 +409,7 @@ def test_no_measured_model_is_cheaper_than_a_shipped_default_and_as_close(name):
     """In all families together, at the default's own step and by a tenth of its cost, at every speed.
 
     The default is what a run takes of which nothing is chosen. Its step is chosen by more than the total error, see
-    docs/decisions/0044-default-level.md.
+    docs/decisions/0023-default-levels.md.
     """
     engine = load_engine(name)
     known = shipped.shipped(engine)

@@ -21,7 +21,7 @@ FILES = {
     str(path.relative_to(ROOT)): path.read_text("utf-8")
     for path in sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 }
-GENERATED = re.compile(r"docs/(reference/\w+|decisions/index|contributing|changelog|notebooks/\w+)\.md")
+GENERATED = re.compile(r"docs/(reference/\w+|contributing|changelog|notebooks/\w+)\.md")
 """Pages that ``docs/reference.py`` and ``docs/notebook_pages.py`` add to the site."""
 EXAMPLES = "docs/how-to/library_examples.md"
 COMMAND = re.compile(r"^(?: {4})?cranktrain ((?:(?!\.\.\.).)*?)(?:\s*#.*)?$", re.MULTILINE)
@@ -52,6 +52,11 @@ def test_links_lead_somewhere(name):
         path = (ROOT / name).parent.joinpath(place).resolve() if place else ROOT / name
         assert path.exists() or GENERATED.fullmatch(str(path.relative_to(ROOT))), link
         assert not anchor or anchor in anchors(path.read_text("utf-8")), link
+
+
+def test_every_decision_is_in_the_index():
+    pages = {Path(name).name for name in FILES if name.startswith("docs/decisions/0")}
+    assert set(re.findall(r"^\* \[\d{4}: .*\]\((\S+)\)$", FILES["docs/decisions/README.md"], re.MULTILINE)) == pages
 
 
 @pytest.mark.parametrize("name", sorted(FILES.keys() - {"CHANGELOG.md"}))

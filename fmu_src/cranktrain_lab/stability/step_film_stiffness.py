@@ -180,5 +180,5 @@ def _explanation(marched: Array, eccentricities: Array, rejected: Array) -> str:
         f"What ends an implicit step is Newton's iteration on a film that closes. {newton}\n"
         f"So accuracy chooses the step, not stability. The default, {default_method()} at {default_step():g} deg, "
         "halves none of its steps in fired cycles of a single, a four, a six and a V12 up to their highest speeds "
-        "(decision 0080)."
+        "(decision 0018)."
     )
