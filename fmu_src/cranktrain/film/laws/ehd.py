@@ -106,7 +106,7 @@ if TYPE_CHECKING:
 SHAPES = 7
 """Bore shapes that a running film carries; with the load they fill one block of right-hand sides."""
 IN_LOOP = ElasticGrid(24, 8, 0.5)
-"""Of level ``ehd``: enough nodes for forces and motion (docs/decisions/0071-two-levels-of-elastic-films.md)."""
+"""Of level ``ehd``: enough nodes for forces and motion (docs/decisions/0016-grids-of-elastic-films.md)."""
 FINE = ElasticGrid(56, 8, 0.5, lands=(0.40, 0.63, 0.81))
 """Of level ``ehd:fine``: chosen by least films and largest pressures, ``python -m benchmarks.worst_film``."""
 SMALLEST = ElasticGrid(12, 5)

@@ -12,7 +12,7 @@ spline of h² S over ln h. A pad sees the collar at its middle.
 The film of a pad that is pulled apart ruptures: with an absolute pressure of zero or more it pulls with F/√(1 +
 (F/F_a)²), where F_a is ambient pressure on the pad. At gaps below ``contact_height`` the collar touches. The contact is
 a linear spring (the bearing's stiffness in series with the block's) and a damper, distributed to the pads.
-docs/decisions/0006-thrust-film.md lists the effects that are left out, and their size.
+docs/decisions/0012-thrust-film.md lists the effects that are left out, and their size.
 
 The closed bearing beside main bearings without clearance is a spring of its own stiffness and the same damper.
 Source: Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication (2004), fixed-incline slider.
