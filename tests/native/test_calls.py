@@ -7,6 +7,7 @@ from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_void_p
 import pytest
 from mock_unit import GUID, REFERENCE
 from raw_unit import DISCARD, ERROR, LAST_TIME, MODEL_EXCHANGE, OK, PENDING, STATUS, TERMINATED
+from some import some
 
 V = REFERENCE
 PHASES = ("instantiated", "initializing", "stepped", "failed", "terminated")
@@ -65,7 +66,7 @@ def calls(one):
 
 @pytest.mark.parametrize("phase", PHASES)
 def test_calls_are_allowed_as_the_standard_says(unit, phase):
-    for k, (name, _, phases) in enumerate(calls(unit())):
+    for k, (name, _, phases) in some(enumerate(calls(unit()))):
         one = brought(unit("a unit"), phase)
         _, arguments, _ = calls(one)[k]
         status = one.call(name, *arguments)
@@ -99,7 +100,7 @@ def test_calls_out_of_turn_say_what_is_due(unit, phase, name, arguments, words):
 
 def test_a_call_without_an_instance_is_refused(unit):
     one = unit()
-    for name, arguments, _ in calls(one):
+    for name, arguments, _ in some(calls(one)):
         function = getattr(one.library, f"fmi2{name}")
         given = [c_double(a) if isinstance(a, float) else a for a in arguments]
         assert function(None, *given) == ERROR, name
@@ -284,7 +285,7 @@ def test_no_piece_of_memory_may_lack(unit):
     """Wherever memory ends, the host hears of it, and nothing is lost of what it gave."""
     whole = Heap()
     life(unit(memory=(whole.allocate, whole.release)))
-    for last in range(whole.given):
+    for last in some(range(whole.given)):
         heap = Heap(last)
         one = unit(memory=(heap.allocate, heap.release))
         assert one.component is None or life(one) == ERROR

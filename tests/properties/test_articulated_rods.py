@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from some import some
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model import slots as at
@@ -117,7 +118,7 @@ def test_with_knuckles_in_the_middle_all_rods_run_on_the_pin(name, crank, bearin
     body = running_crank(plain, crank)
     found = [simulate(one, body, settings, 150.0, cycles=1) for one in (made, plain)]
     masters = {str(engine.cylinders.pins.index(pin) + 1) for pin in engine.cylinders.pins}
-    for key, wanted in found[1].outputs.items():
+    for key, wanted in some(found[1].outputs.items()):
         if key.startswith("big_end[") and key[8 : key.index("]")] in masters:
             pin = engine.cylinders.pins[int(key[8 : key.index("]")]) - 1]
             shared = [c + 1 for c, own in enumerate(engine.cylinders.pins) if own == pin]
@@ -145,7 +146,7 @@ def test_tangents_are_those_of_differences(cylinder, angle):
     ])  # fmt: skip
     _, pin, out = pin_force(joint, motion, rod, 2e4)
     scale = np.array([1e-6, 1e-6, 1e-3, 1e-3, 1.0, 1.0])
-    for k, way in enumerate(np.eye(6)):
+    for k, way in some(enumerate(np.eye(6))):
         ahead, behind = (pin_force(joint, motion + s * scale[k] * way, rod, 2e4)[0][:2] for s in (1.0, -1.0))
         wanted = (ahead - behind) / (2.0 * scale[k])
         found = np.array(force_change(joint, pin, out, *way))
@@ -203,7 +204,7 @@ def test_the_load_of_a_knuckle_pin_is_that_of_its_rod_and_piston(engine):
     simulation.initialize()
     simulation.step(4.1e-3)
     out = dict(zip(simulation.output_names, simulation.outputs.tolist(), strict=True))
-    for c, joint in enumerate(engine.articulations):
+    for c, joint in some(enumerate(engine.articulations)):
         if joint is None:
             continue
         bank, rod = np.exp(1j * engine.cylinders.bank_angles[c]), engine.rods[c]
@@ -253,7 +254,7 @@ def test_tangents_over_a_cycle_are_those_of_displaced_pins(engine):
     angle, speed = np.linspace(0.1, 12.0, 9), 120.0
     found = rod_forces(engine, body, speed, angle, gas, 1.0)
     rods = Rods.of_engine(engine, body, 0.0)
-    for c, pin in enumerate(engine.cylinders.pins):
+    for c, pin in some(enumerate(engine.cylinders.pins)):
         x, y = body.positions[body.index(f"pin[{pin}]"), :2]
         # A rotation by φ: T' = −½ J'' Ω² − (h p A)', of the place's tangent at x = φ e_z × X, and −x·f.
         turn = np.array([-y, x])
@@ -276,7 +277,7 @@ def test_the_moment_about_the_axis_goes_with_a_pin_that_is_displaced(engine):
     gas = replace(gas, motored=np.full(gas.motored.size, 4.0e6), fired=np.full(gas.motored.size, 4.0e6), own=())
     angle, speed, step = np.linspace(0.1, 12.0, 9), 120.0, 1e-6
     found = rod_forces(engine, body, speed, angle, gas, 1.0)
-    for c, pin in enumerate(engine.cylinders.pins):
+    for c, pin in some(enumerate(engine.cylinders.pins)):
         place = body.index(f"pin[{pin}]")
         x, y = body.positions[place, :2]
 
@@ -367,7 +368,7 @@ def test_piston_outputs_follow_the_path():
 @pytest.mark.parametrize("engine", [V12, SKEW], ids=["v12", "skew"])
 def test_lean_of_a_rod_is_that_of_its_ends(engine):
     angle = np.linspace(0.0, 2.0 * math.pi, 50)
-    for c in range(engine.n_cylinders):
+    for c in some(range(engine.n_cylinders)):
         along = Geometry(engine).bodies(c, angle)[2]
         lean, slope = rod_lean(engine, c, angle)
         np.testing.assert_allclose(np.exp(1j * lean), along / 1j, atol=1e-12)

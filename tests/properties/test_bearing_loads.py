@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from some import some
 
 import cranktrain as ct
 from cranktrain.cli.main import main
@@ -58,7 +59,7 @@ def made_up(engine=ENGINE, start=0.3, **changes):
 
 def test_a_load_that_turns_with_the_crank_is_a_circle_on_the_shell_and_a_point_on_the_journal():
     run = made_up(main={"force": lambda crank, i: 5e3 * i * np.exp(1j * crank)})
-    for bearing in bearing_report(run, ENGINE).mains:
+    for bearing in some(bearing_report(run, ENGINE).mains):
         force = 5e3 * bearing.number
         assert np.abs(bearing.on_shell) == pytest.approx(force, rel=1e-12)
         turned = np.unwrap(np.angle(bearing.on_shell))
@@ -86,7 +87,7 @@ def test_friction_power_is_torque_times_speed_and_fmep_that_of_a_known_torque():
 def test_a_pin_turns_in_its_big_end_by_the_crank_less_the_rod():
     """A torque that follows the crank angle finds the rod's swing in the mean of its power."""
     run = made_up(big_end={"friction_torque": lambda crank, i: 3.0 + np.cos(2 * crank)})
-    for c, bearing in enumerate(bearing_report(run, ENGINE).big_ends):
+    for c, bearing in some(enumerate(bearing_report(run, ENGINE).big_ends)):
         crank = run.outputs["crank.angle"]
         lean = rod_lean(ENGINE, c, crank)[0]
         relative = SPEED - CubicSpline(run.time, lean).derivative()(run.time)
@@ -100,7 +101,7 @@ def test_a_load_along_the_rod_points_at_the_small_end(name):
     engine = load_engine(name)
     angle = np.linspace(0.0, CYCLE, 97)
     cylinders = engine.cylinders
-    for c, dead_centre in enumerate(engine.firing_angles):
+    for c, dead_centre in some(enumerate(engine.firing_angles)):
         up = 1j * np.exp(1j * cylinders.bank_angles[c])
         pin = (
             1j * engine.crankshaft.throw * np.exp(1j * (angle + engine.crankshaft.throw_angles[cylinders.pins[c] - 1]))
@@ -116,7 +117,7 @@ def test_a_load_along_the_rod_points_at_the_small_end(name):
 
 def test_the_rods_frame_shows_where_its_shell_is_loaded():
     run = made_up(big_end={"force": lambda crank, i: -2e4j * np.exp(1j * rod_lean(ENGINE, i - 1, crank)[0])})
-    for bearing in bearing_report(run, ENGINE).big_ends:
+    for bearing in some(bearing_report(run, ENGINE).big_ends):
         assert bearing.on_rod == pytest.approx(np.full(SAMPLES, 2e4j), rel=1e-9)
         assert bearing.load.place == pytest.approx(0.5 * math.pi, abs=1e-9)
         assert bearing.load.value == pytest.approx(2e4, rel=1e-12)
@@ -131,7 +132,7 @@ def test_squeezing_a_damper_takes_its_power():
             "force": lambda crank, i: -d * 1j * SPEED * e * np.exp(1j * crank),
         }
     )
-    for bearing in bearing_report(run, ENGINE).big_ends:
+    for bearing in some(bearing_report(run, ENGINE).big_ends):
         assert bearing.squeeze_power == pytest.approx(d * (e * SPEED) ** 2, rel=1e-4)
         assert np.abs(bearing.orbit) == pytest.approx(e / ENGINE.big_end_bearing.clearance, rel=1e-12)
 

@@ -9,6 +9,7 @@ from bodies import rigid_crank
 from scipy.linalg import eigh
 from small_block import single
 from solids import STEEL, ring
+from some import some
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import rigid, rigid_coordinates
@@ -209,7 +210,7 @@ def test_own_mesh_gives_the_same_surfaces(plan, mesh, tmp_path):
     spelled = str.maketrans({"[": "_", "]": None, ".": "_"})
     write_mesh(path, mesh, {name: name.translate(spelled).upper() for name in interface_places(plan)})
     found = read_block_mesh(path, plan)
-    for name in interface_places(plan):
+    for name in some(interface_places(plan)):
         area, centroid = surface_area(mesh, name)
         assert surface_area(found, name)[0] == pytest.approx(area, rel=1e-12)
         assert surface_area(found, name)[1] == pytest.approx(centroid, abs=1e-12)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import free_six
+from some import some
 
 from cranktrain.core.reduced_body import rigid
 from cranktrain.dynamics.settled.judging import Settling
@@ -145,7 +146,7 @@ def test_torque_is_what_the_shaft_carries():
     loads, names = crank_loads(cycle), shaft_nodes(engine)
     z = [cycle.body.positions[cycle.body.index(name), 2] for name in names]
     about_axis = (loads.moments + np.cross(loads.places, loads.forces))[..., 2]
-    for i, stiffness in enumerate(cycle.body.records["shaft_stiffness"]):
+    for i, stiffness in some(enumerate(cycle.body.records["shaft_stiffness"])):
         twist = cycle.motion(names[i + 1])[:, 5] - cycle.motion(names[i])[:, 5]
         # A load at z is in front of the share of the span that lies behind it.
         share = np.clip((z[i + 1] - loads.z) / (z[i + 1] - z[i]), 0.0, 1.0)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from browser import needs_browser
 from live_browser import LivePage
+from some import some
 
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.engine.file import load_engine
@@ -142,7 +143,7 @@ def test_a_film_of_a_rigid_bore_is_solved_where_the_journal_was(online):
     """Pressure times area is the film's recorded force at every frame; cells go round the shell once."""
     engine, cycle, run, _ = online
     bearing = engine.main_bearing
-    for look in cycle.bearings[:2]:
+    for look in some(cycle.bearings[:2]):
         number = look.name[5:-1]
         force = run.outputs[f"bearing[{number}].force.x"] + 1j * run.outputs[f"bearing[{number}].force.y"]
         recorded_force = force[run.last_samples]

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from some import some
 
 from cranktrain.core.kernel import RECORDS
 from cranktrain.dynamics.model.settings import Settings
@@ -126,7 +127,7 @@ def films(request: pytest.FixtureRequest) -> Films:
 def test_a_lane_holds_what_a_single_film_does(films: Films) -> None:
     which = list(range(min(films.count, 8)))
     outs, _, _ = films.together(which)
-    for i in which:
+    for i in some(which):
         known, found = films.alone(i), outs[i]
         if not outs[i].any():
             assert known[one.PRESSURE_MAX] > THICK
@@ -154,10 +155,12 @@ def test_no_digit_of_a_film_depends_on_its_neighbours(films: Films) -> None:
 
 def test_the_cut_lies_where_the_film_is_ruptured(films: Films) -> None:
     n_z = int(films.film.constants[one.N_Z])
+    cuts = []
     for i in range(films.count):
         columns = films.start[i].reshape(-1, n_z)
         free = films.film.supply.reshape(-1, n_z) == 0.0
         ruptured = np.array([(u[f] < 0.0).all() for u, f in zip(columns, free, strict=True)])
         cut = int(choose_cut(films.film, films.start[i]))
         if (ruptured & np.roll(ruptured, 1) & np.roll(ruptured, 2)).any():
-            assert ruptured[cut] and ruptured[cut - 1]
+            cuts.append(ruptured[cut] and ruptured[cut - 1])
+    assert cuts and all(cuts)

@@ -14,6 +14,7 @@ from film_tables import (
     path_across,
     solved,
 )
+from some import some
 
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, journal_film
 from cranktrain.film.journal.grid import Motion, cold_start, journal_work
@@ -99,7 +100,7 @@ def test_an_aligned_journal_carries_more_whichever_way_it_tilts(table):
 @pytest.mark.parametrize("states", [400, pytest.param(4000, marks=pytest.mark.slow)])
 def test_no_power_is_made(table, states):
     rng = np.random.default_rng(3)
-    for _ in range(states):
+    for _ in some(range(states)):
         state, _ = off_family(rng, tilt=0.9, highest=0.95, spread=1.5)
         force = law(table, state)[0][:4]
         assert force @ state[4:] < 0.0
@@ -108,7 +109,7 @@ def test_no_power_is_made(table, states):
 @pytest.mark.parametrize("states", [20, pytest.param(80, marks=pytest.mark.slow)])
 def test_tangents_are_derivatives_at_any_rate(table, states):
     rng = np.random.default_rng(4)
-    for _ in range(states):
+    for _ in some(range(states)):
         state, _ = off_family(rng, spread=1.5)
         eps = np.hypot(*state[:2])
         out, _ = law(table, state)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from some import some
 
 from cranktrain.film.contact.gap import STRAIGHT, relief
 from cranktrain.film.laws.gap_motion import (
@@ -45,7 +46,7 @@ def film(place, phi, zeta):
 def test_least_gap_is_the_smallest_of_the_whole_film():
     phi = np.linspace(-np.pi, np.pi, 7201)[:, None]
     zeta = np.linspace(-1.0, 1.0, 41)[None, :]
-    for place, velocity, *speeds in random_states(50, 1):
+    for place, velocity, *speeds in some(random_states(50, 1)):
         out = motion(place, velocity, *speeds)
         h = film(place, phi, zeta)
         i, j = np.unravel_index(h.argmin(), h.shape)
@@ -78,7 +79,7 @@ def test_least_gap_of_a_relieved_shell(profile):
 
 def test_rates_are_the_derivatives_of_gap_and_angle():
     step = 1e-7
-    for place, velocity, *speeds in random_states(50, 2):
+    for place, velocity, *speeds in some(random_states(50, 2)):
         out = motion(place, velocity, *speeds)
         after, before = (motion(place + s * velocity, velocity) for s in (step, -step))
         if after[LEAST_SIDE] != before[LEAST_SIDE]:
@@ -91,7 +92,7 @@ def test_rates_are_the_derivatives_of_gap_and_angle():
 
 
 def test_effective_velocity_is_made_of_radial_motion_and_effective_speed():
-    for place, velocity, *speeds in random_states(50, 3):
+    for place, velocity, *speeds in some(random_states(50, 3)):
         out = motion(place, velocity, *speeds)
         e = math.hypot(*place[:2])
         radial = (place[0] * velocity[0] + place[1] * velocity[1]) / e
@@ -129,7 +130,7 @@ def test_the_film_force_goes_with_the_effective_velocity_alone():
     """States of one place and one v, by squeeze or by turning: the same force."""
     _, kappa2, factor = film_geometry(0.08, 0.04, C, 0.01)
     film = MapFilm(C, factor, 0.0, 0.0, impedance_map(kappa2))
-    for place, velocity, *speeds in random_states(10, 4):
+    for place, velocity, *speeds in some(random_states(10, 4)):
         x, y = place[:2]
         half = 0.5 * sum(speeds)
         turned, squeezed = np.zeros(16), np.zeros(16)
@@ -142,7 +143,7 @@ def test_the_film_force_goes_with_the_effective_velocity_alone():
 
 
 def test_turning_the_axes_turns_the_angle_and_nothing_else():
-    for place, velocity, *speeds in random_states(20, 5):
+    for place, velocity, *speeds in some(random_states(20, 5)):
         out = motion(place, velocity, *speeds)
         turn = np.array([[math.cos(1.1), -math.sin(1.1)], [math.sin(1.1), math.cos(1.1)]])
         both = [(turn @ v.reshape(2, 2).T).T.ravel() for v in (place, velocity)]

@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from some import some
 
 import cranktrain
 
@@ -91,7 +92,7 @@ def assigned(statement: ast.stmt) -> list[str]:
 def test_no_module_gives_an_imported_name_another_meaning():
     """A fixture that took the later one ran for none of its engines, and passed."""
     sources = [path for folder in (SOURCES, Path(__file__).parents[1]) for path in folder.rglob("*.py")]
-    for path in sources:
+    for path in some(sources):
         statements = ast.parse(path.read_text("utf-8")).body
         names = {name for one in statements for name in imported(one)}
         assert not names & {name for one in statements for name in assigned(one)}, path.name
@@ -193,3 +194,66 @@ def test_no_kernel_asks_which_law_it_is(folder):
         if isinstance(test, ast.Compare) and names & {name.id for name in ast.walk(test) if isinstance(name, ast.Name)}
     ]
     assert found == []
+
+
+def asserts(node: ast.AST) -> bool:
+    """True if a statement has an ``assert``, ``np.testing.assert_…``, or an error that is expected, in it."""
+    calls = [one.func for one in ast.walk(node) if isinstance(one, ast.Call)]
+    names = [call.attr if isinstance(call, ast.Attribute) else getattr(call, "id", "") for call in calls]
+    known = any(name.startswith("assert_") or name in ("raises", "warns", "fail") for name in names)
+    return known or any(isinstance(one, ast.Assert) for one in ast.walk(node))
+
+
+def written_out(items: ast.expr, constants: set[str]) -> bool:
+    """True if the items of a loop stand in the file, or are taken by ``some``, which fails where there is none."""
+    if isinstance(items, ast.Tuple | ast.List | ast.Set | ast.Dict | ast.Constant):
+        return True
+    if isinstance(items, ast.Name):
+        return items.id.isupper() or items.id in constants
+    if isinstance(items, ast.Attribute):
+        return items.attr.isupper() or written_out(items.value, constants)
+    if not isinstance(items, ast.Call):
+        return False
+    if isinstance(items.func, ast.Name) and items.func.id == "some":
+        return True
+    of = [items.func.value] if isinstance(items.func, ast.Attribute) else []
+    return any(written_out(one, constants) for one in [*of, *items.args])
+
+
+def certain(body: list[ast.stmt], constants: set[str]) -> bool:
+    """True if one of the statements asserts whatever the data are."""
+    for statement in body:
+        if isinstance(statement, ast.For):
+            found = written_out(statement.iter, constants) and certain(statement.body, constants)
+        elif isinstance(statement, ast.If):
+            found = certain(statement.body, constants) and certain(statement.orelse, constants)
+        elif isinstance(statement, ast.With):
+            found = any(map(asserts, statement.items)) or certain(statement.body, constants)
+        elif isinstance(statement, ast.Try):
+            ends = [[*statement.body, *statement.orelse], *(handler.body for handler in statement.handlers)]
+            found = all(certain(end, constants) for end in ends) or certain(statement.finalbody, constants)
+        else:
+            found = asserts(statement)
+        if found:
+            return True
+    return False
+
+
+def test_no_test_passes_on_nothing():
+    """A loop over data that may be empty, or a condition that may not hold, is no assertion; ``some`` makes it one."""
+    found = []
+    for path in sorted(Path(__file__).parents[1].rglob("test_*.py")):
+        for test in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if not (isinstance(test, ast.FunctionDef) and test.name.startswith("test_") and asserts(test)):
+                continue
+            constants = {name for node in ast.walk(test) for name in assigned_literally(node)}
+            if not certain(test.body, constants):
+                found.append(f"{path.name}:{test.lineno}")
+    assert found == []
+
+
+def assigned_literally(node: ast.AST) -> list[str]:
+    """Names that a statement gives items which stand in it."""
+    if not (isinstance(node, ast.Assign) and written_out(node.value, set())):
+        return []
+    return [target.id for target in node.targets if isinstance(target, ast.Name)]

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from some import some
 
 from cranktrain.structure.fem.factor import one_thread
 from cranktrain_lab.identification.bias import Bias, Residue, _unlikely, covariance, effective_count, estimated_bias
@@ -122,7 +123,7 @@ def test_profiles_are_the_intervals_of_the_covariance_where_the_model_is_nearly_
     comparison = compared(noisy(np.random.default_rng(2), one_mass(TRUE.values())))
     found = estimate(comparison)
     sure = confidence_of(comparison, found, np.zeros(3))
-    for k, (low, high) in enumerate(profiles(comparison, found, sure)):
+    for k, (low, high) in some(enumerate(profiles(comparison, found, sure))):
         half = sure.reach * sure.deviations[k]
         assert (found.inner[k] - low, high - found.inner[k]) == pytest.approx((half, half), rel=0.15)
 
@@ -253,7 +254,7 @@ def test_derivatives_of_the_restricted_likelihood_are_its_differences():
     ]  # fmt: skip
     at = np.array([-1.0, 3.0, -2.0, -1.0, -2.5])
     own = _unlikely(at, parts, np.eye(3))[1]
-    for k, step in enumerate(1e-5 * np.eye(5)):
+    for k, step in some(enumerate(1e-5 * np.eye(5))):
         ends = [_unlikely(at + side * step, parts, np.eye(3))[0] for side in (1.0, -1.0)]
         assert own[k] == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-5)
 

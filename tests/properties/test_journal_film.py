@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from journal_films import film, journal_grid
+from some import some
 
 from cranktrain.core.errors import InputError
 from cranktrain.film.contact.gap import STRAIGHT, open_gap
@@ -36,7 +37,7 @@ def test_tangents_are_those_of_differences(rupture):
     tolerance = {"reynolds": 1e-6, "full": 1e-6, "guembel": 2e-2}[rupture]
     grid = journal_grid(48, 12, grading=0.0, rupture=rupture)
     step = 1e-6
-    for e, v, t, w in states(6, seed=3, largest=0.9):
+    for e, v, t, w in some(states(6, seed=3, largest=0.9)):
         x = np.concatenate([e, t, v, w])
 
         def at(y, grid=grid):
@@ -71,7 +72,7 @@ def test_tangents_with_nodes_that_follow_the_journal_converge():
 
 
 def test_damping_is_symmetric_and_dissipates():
-    for e, v, t, w in states(40, seed=1):
+    for e, v, t, w in some(states(40, seed=1)):
         f = film(GRID, 0.4, e, v, t, w)
         np.testing.assert_allclose(f.by_velocity, f.by_velocity.T, rtol=1e-9, atol=1e-12 * np.abs(f.by_velocity).max())
         assert np.linalg.eigvalsh(-f.by_velocity).min() > 0.0
@@ -79,7 +80,7 @@ def test_damping_is_symmetric_and_dissipates():
 
 
 def test_force_is_homogeneous_in_the_velocity():
-    for e, v, t, w in states(10, seed=2):
+    for e, v, t, w in some(states(10, seed=2)):
         one, three = film(GRID, 0.4, e, v, t, w), film(GRID, 0.4, e, 3.0 * v, t, 3.0 * w)
         np.testing.assert_allclose(three.force, 3.0 * one.force, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(one.by_velocity @ np.concatenate([v, w]), one.force, rtol=1e-9, atol=1e-12)
@@ -87,7 +88,7 @@ def test_force_is_homogeneous_in_the_velocity():
 
 def test_result_does_not_depend_on_the_start():
     rng = np.random.default_rng(7)
-    for e, v, t, w in states(60, seed=4):
+    for e, v, t, w in some(states(60, seed=4)):
         cold = film(GRID, 0.4, e, v, t, w)
         assert cold.passes > 0
         for active in (rng.integers(0, 2, cold.active.shape).astype(float), np.ones_like(cold.active)):
@@ -114,7 +115,7 @@ def test_random_jumps_of_state_always_settle():
 
 
 def test_pressure_is_complementary():
-    for e, v, t, w in states(20, seed=6):
+    for e, v, t, w in some(states(20, seed=6)):
         f = film(GRID, 0.4, e, v, t, w)
         n = GRID.axial.shape[1] - 1
         p = f.work.pressure[:, :n]
@@ -125,7 +126,7 @@ def test_pressure_is_complementary():
 def test_symmetries():
     mirror = np.array([1.0, -1.0])
     turn = np.array([[math.cos(0.7), -math.sin(0.7)], [math.sin(0.7), math.cos(0.7)]])
-    for e, v, t, w in states(15, seed=8):
+    for e, v, t, w in some(states(15, seed=8)):
         f = film(GRID, 0.4, e, v, t, w).force
         close = {"rtol": 1e-7, "atol": 1e-9 * np.abs(f).max()}
         other_end = film(GRID, 0.4, e, v, -t, -w).force
@@ -138,7 +139,7 @@ def test_symmetries():
 
 def test_half_the_width_is_the_whole_without_tilt():
     half = journal_grid(64, 12, half=True)
-    for e, v, _, _ in states(10, seed=9):
+    for e, v, _, _ in some(states(10, seed=9)):
         one, two = film(half, 0.4, e, v), film(GRID, 0.4, e, v)
         np.testing.assert_allclose(one.force, two.force, rtol=1e-9, atol=1e-11)
         np.testing.assert_allclose(one.by_place[:2, :2], two.by_place[:2, :2], rtol=1e-8, atol=1e-10)
@@ -272,7 +273,7 @@ def test_squeeze_at_touching_edges_dissipates_what_the_journal_gives():
     """Power of the force on the journal against what the pressure's flow loses in the gaps: equal, node by node."""
     for profile in (RUN_IN, STRAIGHT):
         grid = shell_grid(GRID, profile, ROUGH)
-        for e, v, t, w in states(20, seed=9, largest=1.05):
+        for e, v, t, w in some(states(20, seed=9, largest=1.05)):
             f = film(grid, 0.4, e, v, t, w)
             n, p = grid.axial.shape[1] - 1, f.work.pressure
             around, along = f.work.conduct

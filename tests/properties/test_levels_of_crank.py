@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from some import some
 from threadpoolctl import threadpool_limits
 
 from cranktrain.core.errors import InputError
@@ -71,13 +72,13 @@ def test_misspelt_outputs_and_levels_are_refused_with_the_nearest():
 
 def test_the_lowest_levels_answer_and_none_below_does():
     plain = bearing_levels(PLAIN)
-    for output, lowest in variables().items():
+    for output, lowest in some(variables().items()):
         chosen = lowest_levels([output])
         refuse_beyond(chosen, [output])
-        for below in list(CRANKS)[: list(CRANKS).index(lowest.crank)]:
+        for below in some(list(CRANKS)[: list(CRANKS).index(lowest.crank)]):
             with pytest.raises(InputError):
                 refuse_beyond(replace(chosen, crank=below), [output])
-        for below in plain[: plain.index(lowest.bearings)]:
+        for below in some(plain[: plain.index(lowest.bearings)]):
             with pytest.raises(InputError):
                 refuse_beyond(replace(chosen, bearings=below), [output])
 

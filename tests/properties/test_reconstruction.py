@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from bodies import rigid_crank
 from numba import njit
+from some import some
 
 import cranktrain as ct
 from cranktrain.core import build_mark as marks
@@ -71,7 +72,7 @@ def test_the_gas_has_the_volume_of_the_engine_file(name):
     simulation = rigid(name)
     engine = simulation.engine
     for angle in np.linspace(-1.0, 13.0, 9):
-        for c in range(engine.n_cylinders):
+        for c in some(range(engine.n_cylinders)):
             expected = cylinder_volume(engine, np.array([angle - engine.firing_angles[c]]))[0][0]
             assert gas_volume(simulation.model, c, angle) == pytest.approx(expected, rel=1e-9)
 
@@ -88,7 +89,7 @@ def test_a_parabola_of_p_v_to_the_n_is_met_exactly_where_the_delay_is_told(delay
     for k, angle in enumerate(points):
         before = points[max(k - 1, 0)]
         inputs.sample(angle, exact(angle - delay * (angle - before)))
-    for angle in points[-1] + np.array([0.0, 0.03, 0.07]):
+    for angle in some(points[-1] + np.array([0.0, 0.03, 0.07])):
         np.testing.assert_allclose(inputs.pressures(angle), exact(angle), rtol=1e-9)
     if delay > 0.0:
         untold = Inputs()

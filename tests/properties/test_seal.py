@@ -53,6 +53,7 @@ def test_files_of_any_length(tmp_path, size):
     path.write_bytes(bytes(size))
     seal(path)
     check_seal(path)
+    assert path.read_bytes().startswith(bytes(size)) and path.stat().st_size > size
     if size:
         content = bytearray(path.read_bytes())
         content[size - 1] ^= 1

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from some import some
 from test_loss_factors import (
     ENGINES,
     ETA,
@@ -116,8 +117,8 @@ def test_orders_with_a_rubber_damper_are_those_of_the_complex_stiffness(name):
     twist = free[..., structure.pins] / (1.0 + link * by_link[..., structure.pins])
     moved = free - (link * twist)[..., None] * by_link
     names, rows = [*pins_of(engine), "pulley"], [*range(structure.pins), structure.at.pulley]
-    for i, speed in enumerate(speeds):
-        for j, order in enumerate(0.5 * orders):
+    for i, speed in some(enumerate(speeds)):
+        for j, order in some(enumerate(0.5 * orders)):
             load = np.zeros(len(mass))
             load[chain.names.index("pin[1]")] = 1.0
             own = np.linalg.solve(stiffness - (order * speed) ** 2 * mass, load)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
+from some import some
 from tests.bodies import rigid_crank
 
 import cranktrain as ct
@@ -158,7 +159,7 @@ def law_parts(law, data):
 def test_tangents_are_derivatives(law):
     links, rng = law_parts(law, CASES[law]), np.random.default_rng(5)
     scale = 1e-2 if law == "coupling" else 3e-5
-    for (address, record, index), row in zip(links.entry.tolist(), links.rows, strict=True):
+    for (address, record, index), row in some(zip(links.entry.tolist(), links.rows, strict=True)):
         for _ in range(12):
             place, velocity = rng.normal(size=4) * scale, rng.normal(size=4)
             numbers, out = rng.normal(size=NUMBERS), np.zeros(SIZE)
@@ -169,7 +170,7 @@ def test_tangents_are_derivatives(law):
                 return found[:4].copy()
 
             law_at(address, record, index, place, velocity, numbers, out)
-            for k in range(int(row[at.SIZE])):
+            for k in some(range(int(row[at.SIZE]))):
                 step = np.zeros(4)
                 step[k] = 1e-4 * scale
                 by_place = (force(place + step, velocity) - force(place - step, velocity)) / (2e-4 * scale)

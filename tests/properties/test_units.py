@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from some import some
 
 from cranktrain.core.errors import InputError
 from cranktrain.core.units import ATMOSPHERE, UNITS, base_powers, is_unit, to_si, unit_factor
@@ -67,8 +68,8 @@ SPELLINGS = {
 
 @pytest.mark.parametrize("dimension", SPELLINGS)
 def test_spellings_mean_their_definition(dimension):
-    for factor, spellings in SPELLINGS[dimension].items():
-        for spelling in spellings:
+    for factor, spellings in some(SPELLINGS[dimension].items()):
+        for spelling in some(spellings):
             found = unit_factor(spelling, dimension)
             assert found.scale == pytest.approx(factor, rel=1e-13), spelling
             assert found.zero == 0.0 and found.si == next(iter(UNITS[dimension])), spelling

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from some import some
 
 import cranktrain as ct
 from cranktrain.core.errors import InputError
@@ -50,7 +51,7 @@ def test_every_defect_is_named_where_noise_is_small(engine, request):
     watch, answers = request.getfixturevalue(engine)
     rng = np.random.default_rng(1)
     detector = watch.detector(noisy(watch.own, 8, rng), 1, 0.01)
-    for k, defect in enumerate(watch.defects):
+    for k, defect in some(enumerate(watch.defects)):
         severity = defect.severities[-1]
         if not detector.smallest(k) < 0.5 * severity:
             assert defect.kind == "shaft"  # behind a heavy flywheel
