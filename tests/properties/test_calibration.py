@@ -7,9 +7,10 @@ import pytest
 from some import some
 
 from cranktrain.core.errors import InputError
+from cranktrain.engine import values
 from cranktrain.engine.file import engine_path, load_engine
 from cranktrain.store.engine_text import Written, new_path, rewritten
-from cranktrain_lab.calibration import calibrate, values
+from cranktrain_lab.calibration import calibrate
 from cranktrain_lab.calibration.calibrate import report_of
 from cranktrain_lab.calibration.geometry import Change, changes, digests
 from cranktrain_lab.calibration.problem import Problem, match, sensitivities

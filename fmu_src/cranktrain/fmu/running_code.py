@@ -47,7 +47,7 @@ def running_code(running: str = RUNNING) -> dict[str, bytes]:
         if name in found:
             continue
         found[name] = file.read_bytes()
-        waiting += re.findall(r'"(cranktrain[.\w]+):\w+"', found[name].decode())
+        waiting += re.findall(r'"(cranktrain\.[.\w]+):\w+"', found[name].decode())
         waiting += [".".join(module.split(".")[:n]) for n in range(1, module.count(".") + 1)]
         for imported in _imports(found[name], module):
             top = imported.split(".")[0]
