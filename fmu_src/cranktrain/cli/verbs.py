@@ -50,8 +50,8 @@ VERBS = {
     "vibration, bearings, origins.",
     "couple": "Couple cranktrain, combustion and valve train as FMUs, and run cycles at constant speed.",
     "harness": "Run the scenarios of a harness file and check its assertions.",
-    "schema": "The JSON schema of a kind of file: engine, scene, superelement, combustion, valve-train, harness, study, "
-    "targets, measured.",
+    "schema": "The JSON schema of a kind of file: engine, scene, superelement, combustion, valve-train, harness, "
+    "study, targets, measured.",
     "new": "Write a complete engine file from a layout and a few sizes.",
     "engines": "The engines that ship with the package: name, title, layout, displacement and firing order.",
 }
