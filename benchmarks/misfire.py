@@ -23,6 +23,7 @@ import cranktrain as ct
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.engine.model import Engine
+from cranktrain.loads.cylinder_volume import cylinder_volume
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.harmonics import order_amplitudes
@@ -40,6 +41,8 @@ POINTS = round(720.0 / STEP_DEG)
 ORDERS = 0.5 * np.arange(1, 13)
 """Orders that are listed."""
 SETTLED, ROUNDS = 1e-9, 200
+BY_RATE = 0.01
+"""Weight of a volume's rate beside the volume, where both tell the angle of a pin."""
 
 
 def coupled(fmus: tuple[Path, Path], speed: float, misfire: bool) -> Coupled:
@@ -62,17 +65,34 @@ class Estimate:
     def __init__(self, engine: Engine, speed: float) -> None:
         body = running_crank(engine, "torsional")
         self.structure = ShaftOrders(engine, body, Settings(crank="torsional"), GasTrace.from_engine(engine), HIGHEST)
-        self.speeds = np.array([speed])
+        self.engine, self.speeds = engine, np.array([speed])
         self._transfer = self.structure.transfer(self.speeds, np.arange(self.structure.orders.size))[..., :-1]
 
     def pushes(self, run: Coupled, angles: Array) -> Array:
         """Gauge pressure times piston area, N, of all cylinders at crank angles of their own, (N, c) rad."""
         structure, found = self.structure, []
-        turned = last(run, f"{CRANKTRAIN}.crank.angle") % (4.0 * math.pi)
         for c in range(structure.throw.size):
+            turned = self.pin_angles(run, c) % (4.0 * math.pi)
             pressure = last(run, f"{COMBUSTION}.cylinder[{c + 1}].pressure")
             found.append(np.interp(angles[:, c], turned, pressure, period=4.0 * math.pi))
         return (np.stack(found, axis=1) - structure.crankcase) * structure.area
+
+    def pin_angles(self, run: Coupled, c: int) -> Array:
+        """Angles of a cylinder's pin, to which its pressures belong, from how far its volume and the rate deviate.
+
+        The volume tells the angle except at dead centres, where its rate does.
+        """
+        crank, speed = last(run, f"{CRANKTRAIN}.crank.angle"), self.speeds[0]
+        name = f"{CRANKTRAIN}.cylinder[{c + 1}].volume_deviation"
+        further, faster = last(run, name), last(run, f"{name}_rate") / speed
+        phase, turn = self.engine.firing_angles[c], np.zeros(POINTS)
+        volume, rise = cylinder_volume(self.engine, crank - phase, c)[:2]
+        for _ in range(4):
+            there, slope = cylinder_volume(self.engine, crank + turn - phase, c)[:2]
+            bend = (cylinder_volume(self.engine, crank + turn + 1e-4 - phase, c)[1] - slope) / 1e-4
+            off, off_rate = further - (there - volume), BY_RATE * (faster - (slope - rise))
+            turn = turn + (slope * off + BY_RATE * bend * off_rate) / (slope**2 + (BY_RATE * bend) ** 2)
+        return np.asarray(crank + turn)
 
     def linear(self, run: Coupled) -> Array:
         """Complex orders 0.5, 1, … of the pulley's torsion, rad, with the mean of the rods' inertia."""
