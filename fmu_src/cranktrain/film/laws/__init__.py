@@ -1,1 +1,1 @@
-"""Force laws of bearings: the register, and one file a law."""
+"""Force laws of bearings: their register, and one module for each law."""

@@ -7,11 +7,11 @@ With the slip velocity v of the flywheel against the shaft the force on the flyw
 with the stiffness k and damping c of the teeth before they slide, the coefficient of friction μ, the radius r of the
 spline and the torque T that the springs of the drive line carry. z is the elastic deflection of the teeth. It tends to
 F_max/k as the joint slides one way (Dahl's model of dry friction), so a joint that sticks is a spring and one that
-slides a constant force. z belongs to the state and follows the stage's own rule, z = Δ + g ż, from which
+slides is a constant force. z belongs to the state and is integrated by the rule of the stage, z = Δ + g ż. This gives
 
     z = (Δ + g v) / (1 + g k |v| / F_max).
 
-A bolted joint has F_max = ∞: z is the displacement of the flywheel against the shaft, whatever the past.
+A bolted joint has F_max = ∞, so z is the displacement of the flywheel against the shaft and has no history.
 
 Source: P. R. Dahl, A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1 (1968).
 """
@@ -39,16 +39,16 @@ from cranktrain.film.laws.films import (
 )
 
 LEAST_LIMIT = 1.0e-3
-"""Friction limit (N) without a torque that presses the teeth together."""
+"""Friction limit (N) if no torque presses the teeth together."""
 DEFLECTION, DEFLECTION_RATE, REMEMBERED = range(3)
-"""Values in the state: z (m) and ż (m/s)."""
+"""Indices of the joint's values in the state: z (m) and ż (m/s)."""
 SLIP, WINDUP_TORQUE = range(2)
-"""Place: displacement of the flywheel against the shaft (m), torque that the drive line's springs carry (N m)."""
+"""Indices of ``place``: displacement of flywheel against shaft (m), torque in the springs of the drive line (N m)."""
 STIFFNESS, DAMPING, LIMIT_BY_TORQUE = range(3)
 
 
 class AxialJoint(NamedTuple):
-    """Data and memory of the joint."""
+    """Constants of the axial joint and its memory within a step."""
 
     constants: Array  # (3,) k (N/m), c (N s/m), μ/r (1/m; negative: bolted)
     start: Array  # (1,) z at the step's start, m
@@ -58,7 +58,7 @@ class AxialJoint(NamedTuple):
 
 
 def axial_joint(path: AxialPath) -> AxialJoint:
-    """The joint of an engine file."""
+    """Make the axial joint of an engine file."""
     limit = path.friction / path.spline_radius if path.joint == "spline" else -1.0
     z = np.zeros
     return AxialJoint(np.array([path.joint_stiffness, path.joint_damping, limit]), z(1), z(1), z(1), z(8))
@@ -69,9 +69,9 @@ _read = record_reader(AxialJoint(*(np.zeros(1) for _ in range(5))))
 
 @law_kernel
 def axial_joint_law(record, action, i, place, velocity, numbers, memory, out):
-    """Force on the flywheel along the axis and its tangent; see :mod:`cranktrain.film.laws.films`.
+    """Axial force on the flywheel and its tangent, as a law of :mod:`cranktrain.film.laws.films`.
 
-    ``memory`` is (z, ż) of the state; for OPEN_STAGE the stage's row of the integrator. Returns 0.
+    ``memory`` is (z, ż) of the state; for OPEN_STAGE, the row of the stage in the integrator's table. Returns 0.
     """
     motion = place[SLIP], velocity[SLIP], place[WINDUP_TORQUE]
     return joint_force(_read(record), action, motion, numbers, memory, out)
@@ -79,7 +79,7 @@ def axial_joint_law(record, action, i, place, velocity, numbers, memory, out):
 
 @inlined_kernel
 def joint_force(own, action, motion, numbers, memory, out):
-    """The law of a joint of data ``own`` at its ``motion``: slip (m), slip velocity (m/s) and torque (N m); 0."""
+    """Carry out an action of the joint ``own`` at ``motion``: slip (m), its velocity (m/s), torque (N m); returns 0."""
     slip, v, torque = motion
     if action in (FORCE, CLOSE_STAGE):
         if own.constants[LIMIT_BY_TORQUE] < 0.0:
@@ -116,7 +116,7 @@ def joint_force(own, action, motion, numbers, memory, out):
 
 @inlined_kernel
 def _deflection(own, torque, v, gain):
-    """Deflection z (m) of the teeth at slip velocity v (m/s), and ∂z/∂v."""
+    """Return the deflection z (m) of the teeth at slip velocity v (m/s), and ∂z/∂v."""
     known = own.known[0]
     limit = own.constants[LIMIT_BY_TORQUE] * torque + LEAST_LIMIT
     per_speed = gain * own.constants[STIFFNESS] / limit
@@ -127,7 +127,7 @@ def _deflection(own, torque, v, gain):
 
 @inlined_kernel
 def limit_slope(own, torque, v, gain):
-    """Derivative of the joint's force (N) by the torque (N m) that presses its teeth, at the slip velocity v (m/s)."""
+    """Return the derivative of the joint's force (N) by the torque (N m) on its teeth, at slip velocity v (m/s)."""
     if own.constants[LIMIT_BY_TORQUE] < 0.0:
         return 0.0
     z, _ = _deflection(own, abs(torque), v, gain)

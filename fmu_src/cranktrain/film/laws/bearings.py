@@ -1,4 +1,4 @@
-"""Bearings of a model behind one address: the data of their law from its row in the register, its kernel compiled."""
+"""Assembly of a model's bearings: makes the data of a registered law, compiles its kernel and stores both addresses."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ _MISSING = {
     "bore": "the bore's compliance; make it by structure.saddle",
     "big_end_bore": "the compliance of the rods' eyes; make it by structure.rod.eye",
 }
-"""How to come by a part that is missing."""
+"""Description of each part that a law may lack, with the command or function that makes it."""
 
 
 @dataclass(frozen=True)
 class Bearings:
-    """Input from which the data of a law are made.
+    """Input from which a force law makes its data.
 
     Attributes
     ----------
-    parameters : (b, COLUMNS) of each bearing, see :mod:`cranktrain.film.laws.parameters`
+    parameters : (b, COLUMNS) parameters of each bearing, see :mod:`cranktrain.film.laws.parameters`
     plain : the plain bearing; all bearings are equal except for their viscosity
-    rollers : or the roller bearings
-    parts : film table or elastic bore, by the names that the law's row gives
-    solved : (1,) where the law counts films that lie outside their table
+    rollers : the roller bearings, instead of ``plain``
+    parts : film table or elastic bore, by the names in the law's row of the register
+    solved : (1,) counter of film evaluations outside the film table, increased by the law
     oil : dependence of viscosity and density on pressure, for laws that use it
     """
 
@@ -50,7 +50,7 @@ class Bearings:
 
 
 def bearing_parameters(bearing: PlainBearing, viscosity: float) -> Array:
-    """Pack one plain bearing for the kernels, (COLUMNS,)."""
+    """Return the parameters of one plain bearing as the kernels read them, (COLUMNS,)."""
     c, kappa2, factor = film_geometry(bearing.diameter, bearing.width, bearing.clearance, viscosity)
     load = 0.5 * bearing.contact_pressure * bearing.width * bearing.diameter
     linear = [0.0] * 4
@@ -61,12 +61,12 @@ def bearing_parameters(bearing: PlainBearing, viscosity: float) -> Array:
 
 
 def law_films(law: Law, kind: str, bearings: Bearings) -> Films:
-    """Bearings of one kind by a law; compiles its kernel.
+    """Make bearings of one kind that follow a law, and compile the kernel of the law.
 
     Raises
     ------
     InputError
-        where the law lacks a part that it needs, or the table belongs to another bearing
+        if a part that the law needs is missing, or the table belongs to another bearing
     """
     films = no_films(len(bearings.parameters))
     enter_law(films, range(len(bearings.parameters)), law, kind, bearings)
@@ -74,9 +74,9 @@ def law_films(law: Law, kind: str, bearings: Bearings) -> Films:
 
 
 def enter_law(films: Films, which: Sequence[int], law: Law, kind: str, bearings: Bearings) -> None:
-    """Let the bearings ``which`` of ``films`` follow a law; errors as above.
+    """Assign a law to the bearings ``which`` of ``films``; raises the errors of :func:`law_films`.
 
-    The data of rollers have a row for each of ``which``, those of films one for each of ``films``.
+    The data of a roller law have one row per entry of ``which``; those of other laws have one row per film.
     """
     form = law.forms[kind]
     what = f"{'big-end' if kind == BIG_END else 'bearing'} level '{law.name}'"
@@ -101,10 +101,10 @@ def enter_law(films: Films, which: Sequence[int], law: Law, kind: str, bearings:
 
 
 def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, tilt: bool) -> Films:
-    """The thrust bearing of a model whose main bearings have ``clearance`` and feel ``tilt``, or not.
+    """Make the thrust bearing of a model.
 
-    Without clearance it is a spring and damper along the axis: a closed ring of pads would resist tilt as no real one
-    with play does.
+    ``clearance``: whether the main bearings have clearance; ``tilt``: whether their force depends on tilt. Without
+    clearance this is an axial spring and damper, because a closed ring of pads would resist tilt far too much.
     """
     films = no_films(1)
     films.traits[0, CLOSES] = clearance
@@ -114,14 +114,14 @@ def thrust_bearing(thrust: ThrustBearing, viscosity: float, clearance: bool, til
 
 
 def axial_joint_film(path: AxialPath) -> Films:
-    """The drive line's axial joint behind one address."""
+    """Make the axial joint of the drive line as a film with one connection."""
     films = no_films(1)
     films.traits[0, MEMORY] = REMEMBERED
     return enter(films, resolve(AXIAL_JOINT.kernel), resolve(AXIAL_JOINT.record)(path))
 
 
 def enter(films: Films, law: Any, record: Any, which: Sequence[int] | None = None) -> Films:
-    """The films, ``which`` or all with the addresses of their law, compiled here, and of its record; memory placed."""
+    """Compile ``law``, enter the addresses of the law and its record for films ``which`` (or all), and place memory."""
     rows = list(range(len(films.entry)) if which is None else which)
     memory, out = np.zeros(1), np.zeros(SIZE)
     address = kernel_address(law, 0, 0, 0, np.zeros(4), np.zeros(4), films.numbers, memory, out)

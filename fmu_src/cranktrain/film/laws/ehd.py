@@ -1,15 +1,15 @@
-"""Elastic films of main bearings and big ends in the running model: data, memory, and force, solved online.
+"""Elastic films of main bearings and big ends, solved online in the running model.
 
-A film remembers its oil and the form of its bore. Both belong to the state: node unknowns, shapes δ and the rates of
+The state holds the oil of each film and the deformation of its bore: node unknowns, shape amplitudes δ and the rates of
 both at the end of the last step. Within a step
 
-* shapes follow the stage's own rule, δ_s = Δ + g δ̇_s with Δ = δ_n + h Σ_j a_sj δ̇_j and g = hγ, so that the squeeze of
-  the elastic bore is of the integrator's order (generalised-α: backward Euler);
-* the oil of ruptured nodes too (:mod:`cranktrain.film.elastic.content`), so that it is conserved over a step.
+* shapes follow the rule of the stage, δ_s = Δ + g δ̇_s with Δ = δ_n + h Σ_j a_sj δ̇_j and g = hγ, so that the squeeze of
+  the elastic bore has the order of the integrator (generalised-α: backward Euler);
+* the oil of ruptured nodes follows the same rule (:mod:`cranktrain.film.elastic.content`), so oil is conserved.
 
-Oil comes through a hole in the bore, or a groove all around it, at its supply pressure. The bore of a main bearing is
-at rest in space, that of a big end turns as its rod swings: journals come in the frame's axes and are turned to the
-bore's and back.
+Oil enters at supply pressure through a hole in the bore or a groove around its circumference. The bore of a main
+bearing is at rest in space; the bore of a big end turns as its rod swings. Motions of journals are transformed from the
+axes of the frame to those of the bore, forces back.
 """
 
 from __future__ import annotations
@@ -104,53 +104,53 @@ if TYPE_CHECKING:
     from cranktrain.film.laws.bearings import Bearings
 
 SHAPES = 7
-"""Bore shapes that a running film carries; with the load they fill one block of right-hand sides."""
+"""Number of bore shapes of a film in a run; shapes and load together fill one block of right-hand sides."""
 IN_LOOP = ElasticGrid(24, 8, 0.5)
-"""Of level ``ehd``: enough nodes for forces and motion (docs/decisions/0016-grids-of-elastic-films.md)."""
+"""Grid of level ``ehd``: enough nodes for forces and motion (docs/decisions/0016-grids-of-elastic-films.md)."""
 FINE = ElasticGrid(56, 8, 0.5, lands=(0.40, 0.63, 0.81))
-"""Of level ``ehd:fine``: chosen by least films and largest pressures, ``python -m benchmarks.worst_film``."""
+"""Grid of level ``ehd:fine``: chosen by least films and largest pressures, ``python -m benchmarks.worst_film``."""
 SMALLEST = ElasticGrid(12, 5)
-"""Grid of levels that do not read it."""
+"""Small grid of the dummy film that gives the array types to the compiled reader of the record."""
 
 KEPT = 4 + OIL + 1 - PRESSURE_MAX
-"""Parts of a film's result in the state: the force, and the values after the tangents."""
+"""Number of values of a film's result that the state holds: the force, and the values after the tangents."""
 
 
 class ElasticMemory(NamedTuple):
-    """Memory that the films of b journals read and write during a step; N nodes, k shapes."""
+    """Memory of the films of b journals during a step, with N nodes and k shapes each."""
 
     start: Array  # (b, N) node unknowns at the step's start
-    start_place: Array  # (b, 4) in space, m
-    start_pace: Array  # (b, 4) in space, m/s
-    start_shapes: Array  # (b, k) m
-    start_rates: Array  # (b, k) m/s
+    start_place: Array  # (b, 4) journal position at the step's start, axes of the bore, m
+    start_pace: Array  # (b, 4) journal velocity at the step's start, axes of the bore, m/s
+    start_shapes: Array  # (b, k) shape amplitudes at the step's start, m
+    start_rates: Array  # (b, k) their rates at the step's start, m/s
     known: Array  # (b, k) Δ of the stage, m
-    unknowns: Array  # (b, N) at the stage
-    shapes: Array  # (b, k) at the stage, m
+    unknowns: Array  # (b, N) node unknowns at the stage
+    shapes: Array  # (b, k) shape amplitudes at the stage, m
     rates: Array  # (stages, b, k) δ̇ of each stage, m/s
-    motions: Array  # (b, 2, 4) places and velocities in space
-    speeds: Array  # (b,) of the journals, rad/s
+    motions: Array  # (b, 2, 4) journal positions (m) and velocities (m/s), axes of the bore
+    speeds: Array  # (b,) sum of the speeds of journal and bore, axes of the bore, rad/s
     out: Array  # (b, OUT_SIZE)
     calls: Array  # (b, CALLS) see SOLVED
     peaks: Array  # (b, PEAKS) see PEAK
     content: Array  # (b, CONTENT, N), see film.elastic.content; (b, CONTENT, 0) of compressible oil
     content_rates: Array  # (stages, b, N) ṁ of each stage over the clearance, 1/s
-    content_ends: Array  # (b, N) that of the last stage, for the next step
+    content_ends: Array  # (b, N) ṁ over the clearance at the last stage, for the next step, 1/s
     solved: Array  # (stages, b, N) node unknowns at each stage; (stages, b, 0) of compressible oil
-    slopes: Array  # (b, N) of the node unknowns at the step's start, 1/s
-    times: Array  # (b, stages) from the step's start to each stage that is solved, s, else 0
+    slopes: Array  # (b, N) rates of the node unknowns at the step's start, 1/s
+    times: Array  # (b, stages) time from the step's start to each solved stage, s; 0 if not solved
 
 
 class ElasticBore(NamedTuple):
-    """Data, scratch and memory of the films."""
+    """Record of the law: data, scratch and memory of the films of b journals."""
 
     film: ElasticFilm
     scratch: ElasticWork
     memory: ElasticMemory
-    contact_height: Array  # (1,) m, the least gap that counts when a film closes
+    contact_height: Array  # (1,) lower bound of the gap (m) in the relative rate of closing
     viscosities: Array  # (b,) Pa s
-    oil_law: Array  # (2,) what pressure does to the oil: law and slope (1/Pa), see engine.lubricant
-    lanes: LaneWork  # room for films side by side; of no group where each is solved alone
+    oil_law: Array  # (2,) pressure dependence of the oil: law and slope (1/Pa), see engine.lubricant
+    lanes: LaneWork  # workspace of films solved side by side; without groups if each film is solved alone
 
 
 def elastic_bore(
@@ -160,7 +160,7 @@ def elastic_bore(
     grid: ElasticGrid = IN_LOOP,
     oil: Oil | None = None,
 ) -> ElasticBore:
-    """Elastic films of a journal per entry of ``viscosities`` (b,), Pa s; ``oil`` gives what pressure does to it."""
+    """Make one elastic film per entry of ``viscosities`` (b,), Pa s; ``oil`` gives its dependence on pressure."""
     tables = None if oil is None else oil_tables(oil, viscosities)
     film = elastic_arrays(bearing, float(viscosities[0]), bore, grid, tables)
     count, shapes = len(viscosities), len(bore.compliance)
@@ -171,18 +171,18 @@ def elastic_bore(
 
 
 def lanes_of(film: ElasticFilm, count: int) -> LaneWork:
-    """Room for films side by side; of no group for compressible oil, which is solved one film at a time."""
+    """Workspace of films solved side by side; no groups for compressible oil, whose films are solved one at a time."""
     alone = film.constants[COMPRESSIBLE] > 0.0 or film.constants[N_SHAPES] > MOST_SHAPES
     return lane_work(film, 0 if alone else count)
 
 
 def _oil_law(oil: Oil | None) -> Array:
-    """Law of the viscosity under pressure and its slope, (2,)."""
+    """Return the law of viscosity over pressure and its slope (1/Pa), (2,)."""
     return np.zeros(2) if oil is None else np.array([PRESSURE_LAWS[oil.pressure_law], oil.pressure_viscosity])
 
 
 def elastic_films(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBore:
-    """Films of main bearings, each with its viscosity; the bore's grid, where it names one, replaces ``grid``."""
+    """Make films of main bearings, each with its viscosity; a grid given with the bore replaces ``grid``."""
     parts, viscosities = bearings.parts, bearings.parameters[:, VISCOSITIES]
     bore = parts["bore"]
     size = bore.grid or grid
@@ -190,23 +190,23 @@ def elastic_films(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBor
 
 
 def fine_films(bearings: Bearings) -> ElasticBore:
-    """Films of main bearings on the grid of level ``ehd:fine``."""
+    """Make films of main bearings on the grid of level ``ehd:fine``."""
     return elastic_films(bearings, FINE)
 
 
 def elastic_big_ends(bearings: Bearings, grid: ElasticGrid = IN_LOOP) -> ElasticBore:
-    """Films of big ends, which feel no tilt; angles of their supply are those of the rod's axes."""
+    """Make films of big ends, whose force is independent of tilt; supply angles are measured in the axes of the rod."""
     bore, viscosities = bearings.parts["big_end_bore"], bearings.parameters[:, VISCOSITIES]
     return elastic_bore(bearings.plain, viscosities, bore, bore.grid or grid, oil=bearings.oil)
 
 
 def fine_big_ends(bearings: Bearings) -> ElasticBore:
-    """The same on level ``ehd:fine``'s grid."""
+    """Make films of big ends on the grid of level ``ehd:fine``."""
     return elastic_big_ends(bearings, FINE)
 
 
 def film_values(bore: ElasticBore) -> int:
-    """Values that one film adds to the state vector."""
+    """Return the number of values that one film adds to the state vector."""
     return film_size(bore.film)
 
 
@@ -217,13 +217,13 @@ def elastic_arrays(
     grid: ElasticGrid,
     oil: OilTables | None = None,
 ) -> ElasticFilm:
-    """Data of one elastic film of a main bearing at ``viscosity`` (Pa s); the mains differ in that alone."""
-    # The edges of the groove are lines of the grid. With a groove rounded to existing lines least films change by a
-    # quarter.
+    """Return the data of one elastic film at ``viscosity`` (Pa s); the main bearings differ in viscosity only."""
+    # The edges of the groove are lines of the grid, because rounding the groove to existing lines would change least
+    # films by a quarter.
     grid = replace(grid, groove=bearing.supply_width / bearing.width)
     zetas, angles = grid.zetas, grid.angles
     across = np.abs(zetas[1:-1]) <= grid.groove + 1.0e-9
-    # A groove shorter than the spacing of nodes is the nodes nearest to it.
+    # A groove shorter than the spacing of the nodes is represented by the nodes nearest to it.
     reach = max(0.5 * bearing.supply_arc, 0.51 * 2.0 * math.pi / grid.n_phi)
     near = np.abs(np.angle(np.exp(1j * (angles - bearing.supply_angle)))) <= reach
     supply = np.outer(near | (bearing.groove == "circumferential"), across).astype(float)
@@ -236,19 +236,19 @@ def elastic_arrays(
 
 
 def film_size(film: ElasticFilm) -> int:
-    """Values that one film adds to the state vector."""
+    """Return the number of values that one film adds to the state vector."""
     constants = film.constants
     return int(constants[N_PHI] * constants[N_Z]) + 2 * int(constants[N_SHAPES]) + KEPT + 2 * _staged(film)
 
 
 def pressure_peaks(films: Films) -> Array | None:
-    """Largest pressures in the present cycle of a run's main bearings, (b, PEAKS); None of a law without such films."""
+    """Return the largest pressures of main bearings in the present cycle, (b, PEAKS); None without elastic films."""
     records = (RECORDS.get(address) for address in films.entry[:, 1].tolist())
     return next((bore.memory.peaks.copy() for bore in records if isinstance(bore, ElasticBore)), None)
 
 
 def elastic_memory(film: ElasticFilm, bearings: int) -> ElasticMemory:
-    """Memory for as many films, full and round."""
+    """Memory of ``bearings`` films, initially filled with oil and with round bores."""
     size = int(film.constants[N_PHI] * film.constants[N_Z])
     k = int(film.constants[N_SHAPES])
     z = np.zeros
@@ -263,7 +263,7 @@ def elastic_memory(film: ElasticFilm, bearings: int) -> ElasticMemory:
 
 
 def _staged(film: ElasticFilm) -> int:
-    """Nodes whose oil follows the stages of the integrator: all, or none where the oil is compressible."""
+    """Return the number of nodes whose oil follows the integrator's stages: all, or 0 if the oil is compressible."""
     return 0 if film.constants[COMPRESSIBLE] > 0.0 else int(film.constants[N_PHI] * film.constants[N_Z])
 
 
@@ -278,10 +278,10 @@ _read = record_reader(
 
 @law_kernel
 def elastic_law(record, action, i, place, velocity, numbers, memory, out):
-    """The law of an elastic bore; see :mod:`cranktrain.film.laws.films`.
+    """Kernel of the film in an elastic bore; see :mod:`cranktrain.film.laws.films` for the arguments.
 
-    ``memory`` is the film's part of the state; for OPEN_STAGE the stage's row of the integrator. The status of a
-    film that failed is not 0.
+    ``memory`` is the film's part of the state; for OPEN_STAGE, the row of the stage in the integrator's table. The
+    status is not 0 if the film failed.
     """
     bore = _read(record)
     own = bore.memory
@@ -373,7 +373,7 @@ def elastic_law(record, action, i, place, velocity, numbers, memory, out):
 
 @kernel
 def _take_limits(constants, tolerance):
-    """Tolerance of films within an iteration of their journals to a tolerance, in clearances.
+    """Set the convergence limits of the films from the tolerance of the journals' Newton iteration, in clearances.
 
     The error after a Newton step is about the square of the step, and the next iteration of the journals starts from
     there. So a film is not solved much more accurately than the journals, and never more accurately than a single film
@@ -389,7 +389,7 @@ def _take_limits(constants, tolerance):
 
 @kernel
 def _take_oil(bore, i, viscosity):
-    """Set another viscosity of film i, Pa s; returns 1 if it is too low for the law of viscosity over pressure."""
+    """Set the viscosity of film i, Pa s; returns 1 if it is too low for the law of viscosity over pressure."""
     bore.viscosities[i] = viscosity
     constants = bore.film.constants
     if constants[OIL_STEP] == 0.0:
@@ -407,7 +407,7 @@ def _take_oil(bore, i, viscosity):
 
 @inlined_kernel
 def _keep_memory(own, i, stage, memory):
-    """Record film i at the last stage of a step."""
+    """Copy the solution of film i at the last stage of a step to its part of the state."""
     nodes = own.start.shape[1]
     shapes = own.shapes.shape[1]
     for k in range(nodes):
@@ -429,7 +429,7 @@ def _keep_memory(own, i, stage, memory):
 
 @inlined_kernel
 def _move(own, i, numbers, place, velocity):
-    """Keep the motion of journal i, and its speed, in axes of the bore: these rest in space, or turn with a rod."""
+    """Store motion and speed of journal i in the axes of its bore, which are at rest in space or turn with a rod."""
     turn_pairs(numbers[COS], numbers[SIN], place, own.motions[i, 0])
     turn_pairs(numbers[COS], numbers[SIN], velocity, own.motions[i, 1])
     turn = numbers[TURN]

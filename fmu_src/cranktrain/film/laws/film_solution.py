@@ -1,6 +1,6 @@
-"""Solutions of elastic films at a stage: alone, or side by side in lanes.
+"""Solution of elastic films at a stage, one film at a time or several side by side in lanes.
 
-Films that were lined up are solved together when the first of them is asked; see LINE_UP in
+Films that were lined up are solved together at the first call for one of them; see LINE_UP in
 :mod:`cranktrain.film.laws.films`. A film that fails in its lane is solved alone.
 """
 
@@ -17,17 +17,17 @@ from cranktrain.film.laws.films import ELAPSED, FROZEN, GAIN, STAGE, STEP
 from cranktrain.film.laws.foresight import foresee
 
 SOLVED, EVALUATIONS, TANGENTS, PASSES, ASKED, READY, STATUS, GROUPS, GROUP_PASSES, CALLS = range(10)
-"""Columns of ``ElasticMemory.calls``: of the present stage, how often the film was solved so far. Of the whole
-run so far: solutions, those with tangents, and Newton iterations of all of them. Then whether its motion was told for
-films side by side, whether they were solved at it, and with which status. At last, of the whole run, solutions
-and Newton iterations of a group of films, in the row of its first."""
+"""Columns of ``ElasticMemory.calls``: solutions of the film at the present stage. Counts over the whole run: solutions,
+solutions with tangents, Newton iterations. Then 1 if the film is lined up, 1 if the lanes have solved the film at its
+present motion, and the status of this solution. The last two columns count, over the whole run, solutions and Newton
+iterations of a group of films, in the row of the group's first film."""
 IN_DOUBLES = 1.0e-6
-"""Newton tolerance, in clearances, from which on films are solved in doubles: forces from lanes are right to 2e-6."""
+"""Newton tolerance (clearances) at or below which films are solved in doubles; lane forces are accurate to 2e-6."""
 
 
 @kernel
 def choose_precision(bore, i, tolerance):
-    """Let film i be solved alone, in double precision, where journals have a finer tolerance than lanes can meet."""
+    """Choose double precision, without lanes, for film i if ``tolerance`` of the journals is finer than lanes reach."""
     if bore.lanes.marks.shape[0] > 0:
         alone = 1.0 if tolerance <= IN_DOUBLES else 0.0
         bore.lanes.marks[i // lanes.LANES, i % lanes.LANES, lanes.ALONE] = alone
@@ -35,7 +35,7 @@ def choose_precision(bore, i, tolerance):
 
 @kernel
 def open_lane(bore, i):
-    """Cut film i at the start of a step, and let its group prepare the step anew."""
+    """Choose the angle at which the ring of film i is cut for its lane, and mark its group for a new preparation."""
     if bore.lanes.marks.shape[0] == 0:
         return
     group = i // lanes.LANES
@@ -48,7 +48,7 @@ def open_lane(bore, i):
 
 @kernel
 def start_content(bore, i):
-    """Find what the nodes of film i hold at the step's start."""
+    """Compute the oil content of the nodes of film i at the step's start."""
     own = bore.memory
     if own.content.shape[2] > 0:
         past = own.start[i], own.start_place[i], own.start_pace[i], own.start_shapes[i], own.start_rates[i]
@@ -57,7 +57,7 @@ def start_content(bore, i):
 
 @kernel
 def open_content(bore, i, numbers, row):
-    """Find what the nodes of film i hold by the stages before; ``row`` of the integrator's table."""
+    """Compute the oil content of film i from the earlier stages; ``row`` is the stage's row of the integrator."""
     own = bore.memory
     if own.content.shape[2] == 0:
         return
@@ -69,7 +69,7 @@ def open_content(bore, i, numbers, row):
 
 @kernel
 def close_content(bore, i, numbers):
-    """Keep how fast the nodes of film i gain oil at the stage that is solved."""
+    """Store the rate of oil content of the nodes of film i at the solved stage."""
     own = bore.memory
     if own.content.shape[2] == 0:
         return
@@ -82,13 +82,13 @@ def close_content(bore, i, numbers):
 
 @inlined_kernel
 def _time_of_voids(own, numbers):
-    """Time over which voids change: g of the stage, or the time from the step's start where oil has no stages, s."""
+    """Time (s) over which void fractions change: g of the stage; without staged oil, the time from the step's start."""
     return numbers[GAIN] if own.content.shape[2] > 0 else numbers[ELAPSED]
 
 
 @kernel
 def line_up(bore, i):
-    """Note that film i is to be solved at its motion, together with others."""
+    """Mark film i for solution in lanes, together with other films."""
     if bore.lanes.marks.shape[0] > 0 and bore.lanes.marks[i // lanes.LANES, i % lanes.LANES, lanes.ALONE] == 0.0:
         bore.memory.calls[i, ASKED] = 1.0
         bore.memory.calls[i, READY] = 0.0
@@ -96,7 +96,7 @@ def line_up(bore, i):
 
 @kernel
 def force_solved(bore, i, numbers):
-    """Solve film i for its force; its status."""
+    """Solve film i for its force; return the status."""
     calls = bore.memory.calls
     if calls[i, ASKED] > 0.0:
         if calls[i, READY] == 0.0:
@@ -109,7 +109,7 @@ def force_solved(bore, i, numbers):
 
 @kernel
 def stage_closed(bore, i, numbers):
-    """Solve film i at the place where a stage ends; its status."""
+    """Solve film i at the converged position of a stage; return the status."""
     calls = bore.memory.calls
     if calls[i, ASKED] > 0.0:
         if calls[i, READY] == 0.0:
@@ -125,9 +125,9 @@ def stage_closed(bore, i, numbers):
 
 @kernel
 def solve_alone(bore, i, numbers, tangents):
-    """Solve film i at a stage into ``memory.out[i]``; its status."""
+    """Solve film i at a stage, write the result to ``memory.out[i]`` and return the status."""
     own = bore.memory
-    # All films share the rest of their data.
+    # All other data are common to the films.
     bore.film.constants[VISCOSITY] = bore.viscosities[i]
     bore.film.constants[OIL_ROW] = i
     history = FilmHistory(
@@ -149,14 +149,14 @@ def solve_alone(bore, i, numbers, tangents):
 
 @inlined_kernel
 def _not_resident(bore, i):
-    """Let lanes read the unknowns of film i anew."""
+    """Mark film i so that its lane reads the unknowns again."""
     if bore.lanes.marks.shape[0] > 0:
         bore.lanes.marks[i // lanes.LANES, i % lanes.LANES, lanes.RESIDENT] = 0.0
 
 
 @kernel
 def _count(own, i, tangents):
-    """Count a solution of film i."""
+    """Increase the counters of film i by one solution."""
     own.calls[i, SOLVED] += 1.0
     own.calls[i, EVALUATIONS] += 1.0
     own.calls[i, TANGENTS] += 1.0 if tangents else 0.0
@@ -165,13 +165,13 @@ def _count(own, i, tangents):
 
 @kernel
 def _solve_lanes(bore, group, numbers, closing):
-    """Solve the films of a group that were lined up, at the end of a stage all of them."""
+    """Solve the lined-up films of a group; ``closing`` is True at the end of a stage."""
     own = bore.memory
     work = bore.lanes
     first = group * lanes.LANES
     count = own.calls.shape[0]
     for lane in range(lanes.LANES):
-        # Lanes without a film do what the first one does.
+        # Lanes without a film repeat the film of the first lane.
         i = first + lane if first + lane < count else first
         if first + lane >= count or work.marks[group, lane, lanes.CUT] < 0.0:
             turn_geometry(bore.film, work, group, lane, max(int(work.marks[group, 0, lanes.CUT]), 0))

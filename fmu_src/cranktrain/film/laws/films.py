@@ -1,4 +1,4 @@
-"""Interface of films and other bearings to the running model: one address per bearing, for any law.
+"""Interface between force laws and the running model: each connection is called through the address of its law.
 
 A journal is described by the displacement (x, y) of its middle and the displacement (a, b) of its end at ζ = 1 against
 the middle, m, with velocities in space, in the axes of a frame. The forces on these four are (F_x, F_y, Q_x, Q_y), N,
@@ -8,19 +8,19 @@ A law is a kernel ``law(record, action, i, place, velocity, numbers, memory, out
 in a record of its own. These actions exist for every law:
 
 * FORCE: force and tangents of film i, and its friction torque, into ``out``;
-* OBSERVE: the same, and the figures for outputs;
+* OBSERVE: the same, and the values for outputs.
 
-and laws whose films remember what happened to them also those of a step, in this order: OPEN_STEP takes the memory from
-the state; OPEN_STAGE the times of a stage; CLOSE_STAGE solves the films at the stage's last place; CLOSE_STEP leaves
-the memory in the state. RATE gives the relative rate at which a film closes: ``out[0]``, 1/s. The status is 0, or a
-failure.
+Laws with a memory have further actions, in this order within a step: OPEN_STEP reads the memory from the state;
+OPEN_STAGE passes the times of a stage; CLOSE_STAGE solves the films at the converged position of the stage; CLOSE_STEP
+writes the memory to the state. RATE writes the relative rate at which a film closes to ``out[0]``, 1/s. The status is
+0, or the code of a failure.
 
-Some records hold more data of the oil than the bearings' parameters (trait VISCOUS). The action OIL sets another
-viscosity in these records: film i then has the viscosity in ``numbers``. The action WARM tells laws of added
-connections whose data follow the engine's speed, by a table of temperatures, that speed (SPEED).
+Some records hold oil data in addition to the bearings' parameters (trait VISCOUS). The action OIL sets the viscosity of
+film i in these records to the one in ``numbers``. The action WARM passes the engine speed (SPEED) to laws of added
+connections whose data depend on speed through a table of temperatures.
 
-Laws with the trait TOGETHER solve films side by side: before FORCE or CLOSE_STAGE is asked of any, LINE_UP tells each
-where its journal is. What FORCE and CLOSE_STAGE then give is that of the motion told.
+Laws with the trait TOGETHER solve films side by side. Before the first call of FORCE or CLOSE_STAGE, the action LINE_UP
+passes the motion of its journal to each film. FORCE and CLOSE_STAGE then return the solution at this motion.
 """
 
 from __future__ import annotations
@@ -37,51 +37,50 @@ from cranktrain.core.reduced_body import Array
 
 IntArray = NDArray[np.int64]
 
-# Places, velocities and forces of a journal: of its middle, of its end against the middle.
+# Indices of positions, velocities and forces of a journal: its middle, and its end against the middle.
 X, Y, END_X, END_Y = range(4)
 
-# What a law writes: forces (4), tangents by place and by velocity (4 × 4 each, row-major), and figures: eccentricity,
-# friction torque on the journal, N m; passes of a solver; largest pressure, Pa, and side flow, m³/s; the least gap, m,
-# and its angle, rad, where the bore is not a rigid circle (else the gap is negative).
+# Indices of ``out``: forces (4), tangents by place and by velocity (4 × 4 each, row-major), eccentricity, friction
+# torque on the journal (N m), iterations of the solver, largest pressure (Pa), side flow (m³/s), least gap (m) and its
+# angle (rad). The gap is negative for a bore that is a rigid circle.
 BY_PLACE, BY_VELOCITY, ECCENTRICITY, FRICTION, PASSES = 4, 20, 36, 37, 38
 P_MAX, FLOW, GAP, GAP_ANGLE, SIZE = 39, 40, 41, 42, 43
 
-# What a law of the plane writes before :func:`widen`: forces (2), tangents by place and velocity (2 × 2 each).
+# Indices of the result of a law without tilt, see :func:`widen`: forces (2), tangents by place and velocity (2 × 2).
 PLANE_BY_PLACE, PLANE_BY_VELOCITY, PLANE_ECCENTRICITY = 2, 6, 10
 
 PAIR = 2
-"""Values that a law remembers which keeps one quantity and its rate by time, and may be interpolated within a step."""
+"""Size of a memory of one quantity and its time rate; such a memory may be interpolated within a step."""
 FORCE, OBSERVE, OPEN_STEP, OPEN_STAGE, CLOSE_STAGE, CLOSE_STEP, RATE, OIL, WARM, LINE_UP = range(10)
-# Columns of ``numbers``: the sum of the speeds of journal and bore (rad/s); cosine and sine of the frame's angle; time
-# from the step's start to the stage, step, g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 where
-# tangents are kept: a law may leave those that it found last; the difference of the speeds of journal and bore (rad/s);
-# the frame's angle, whole turns counted (rad); the viscosity at ambient pressure (Pa s), for OIL;
-# to what the ports are iterated (clearances), for OIL as well; what the gas has over the crankcase's pressure (Pa), for
-# laws of a cylinder; the speed (rad/s) of the bore's axes, where cosine and sine are those of the frame's angle against
-# a bore that turns (of a big end that remembers its film), else 0.
+# Columns of ``numbers``: sum of the speeds of journal and bore (rad/s); cosine and sine of the frame's angle; time from
+# the step's start to the stage (s), step (s), g of the stage's rule δ̇ = (δ − Δ)/g (s), number of the stage; 1 if the
+# law may keep its last tangents; difference of the speeds of journal and bore (rad/s); angle of the frame, whole turns
+# included (rad); viscosity at ambient pressure (Pa s), for OIL; Newton tolerance of the ports (clearances), for OIL;
+# gas pressure less crankcase pressure (Pa), for laws of a cylinder; speed (rad/s) of the bore's axes if the bore turns
+# (big end with a memory), else 0. Then cosine and sine are those of the frame's angle relative to the bore.
 SPEED, COS, SIN, ELAPSED, STEP, GAIN, STAGE, FROZEN, RUBBING, ANGLE, VISCOSITY, TOLERANCE, PRESSURE, TURN = range(14)
 NUMBERS = 15
 
-# Traits of a law: values that one film keeps in the state; 1 where its least gap limits the step; 1 where its force has
-# a kink at the contact height; 1 where it is told of the oil; 1 where it solves films together.
+# Traits of a law: number of values that one film keeps in the state; 1 if its least gap limits the step; 1 if its force
+# has a kink at the contact height; 1 if it takes the action OIL; 1 if it solves films together.
 MEMORY, CLOSES, CONTACT, VISCOUS, TOGETHER, TRAITS = range(6)
 
 
 class Films(NamedTuple):
-    """Laws of b connections, each behind its address; those of an engine's mains come first."""
+    """Force laws of b connections, called by address; main bearings come first."""
 
-    entry: IntArray  # (b, 3) addresses of a film's law and of its record, and its number there; 0 where there are none
+    entry: IntArray  # (b, 3) addresses of the law and of its record, row in the record; 0 without a law
     traits: Array  # (b, TRAITS)
-    remembered: IntArray  # (b + 1,) where the memory of each begins behind that of the first; at last the size of all
+    remembered: IntArray  # (b + 1,) offset of each connection's memory; the last entry is the total size
     place: Array  # (b, 4)
     velocity: Array  # (b, 4)
     numbers: Array  # (NUMBERS,)
     out: Array  # (SIZE,)
-    solved: Array  # (1,) films that lay outside their table so far
+    solved: Array  # (1,) number of film evaluations outside the film table so far
 
 
 def no_films(bearings: int) -> Films:
-    """Films without a law."""
+    """Make ``bearings`` connections without a law."""
     z = np.zeros
     entry, remembered = z((bearings, 3), dtype=np.int64), z(bearings + 1, dtype=np.int64)
     places, velocities = z((bearings, 4)), z((bearings, 4))
@@ -89,9 +88,9 @@ def no_films(bearings: int) -> Films:
 
 
 def join_films(count: int, parts: Sequence[tuple[Films, Sequence[int]]]) -> Films:
-    """Laws of ``count`` connections: those of each part at its rows. The parts live as long as they do.
+    """Join parts into ``count`` connections: each part fills its rows, and stays alive as long as the result.
 
-    Films outside their table are counted with those of the first part.
+    Film evaluations outside the film table are counted in the counter of the first part.
     """
     films = no_films(count)
     for part, rows in parts:
@@ -103,7 +102,7 @@ def join_films(count: int, parts: Sequence[tuple[Films, Sequence[int]]]) -> Film
 
 @inlined_kernel
 def film_call(films, action, i, memory, out):
-    """Let the law act on film i at its ``place``, ``velocity`` and the ``numbers``; 0, or a failure."""
+    """Call the law of film i with its ``place``, ``velocity`` and ``numbers``; return 0 or the code of a failure."""
     row = films.entry[i]
     arguments = (row[1], action, row[2], films.place[i], films.velocity[i], films.numbers, memory, out)
     return call_kernel(row[0], arguments)
@@ -111,7 +110,7 @@ def film_call(films, action, i, memory, out):
 
 @inlined_kernel
 def widen(plane, out):
-    """Force and tangents of a film of the plane, with zero moments, into ``out[0:36]``; its eccentricity too."""
+    """Expand the result of a law without tilt to ``out[0:36]``, with zero moments, and copy the eccentricity."""
     for k in range(ECCENTRICITY):
         out[k] = 0.0
     for r in range(2):

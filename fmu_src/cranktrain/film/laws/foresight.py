@@ -1,8 +1,9 @@
-"""What the first solution of an elastic film at a stage begins with, from the stages before.
+"""Initial guess of an elastic film at a new stage, extrapolated from earlier stages.
 
-Unknowns of nodes and rates of shapes go on as a parabola through the step's start, the solved stage nearest in time
-and one about half-way between. Before the first stage there is the slope at the end of the last step, which the state
-holds. A node that changed sides among them stays as it was. This saves passes; solutions stay within their tolerance.
+Node unknowns and rates of shapes are extrapolated by a parabola through the step's start, the solved stage nearest in
+time and one about half-way between. The first stage uses the slope at the end of the last step, which the state holds.
+A node that changed between full and ruptured keeps its last value. The guess saves iterations; solutions stay within
+their tolerance.
 """
 
 from __future__ import annotations
@@ -11,14 +12,14 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.film.laws.films import ELAPSED, GAIN, STAGE
 
 APART = 1.0e-3
-"""Least distance of two times, over the later one, that a parabola goes through."""
+"""Least distance between two times of a parabola, as a fraction of the later time."""
 JUST_VOID = 1.0e-6
-"""Void fraction of a node that is foreseen to rupture."""
+"""Initial guess of the void fraction of a node that is predicted to rupture."""
 
 
 @kernel
 def keep_stage(own, i, numbers):
-    """Keep film i as it was solved at a stage."""
+    """Store the solution of film i at a stage, for later guesses."""
     stage = int(numbers[STAGE])
     own.times[i, stage] = numbers[ELAPSED]
     for f in range(own.slopes.shape[1]):
@@ -27,10 +28,10 @@ def keep_stage(own, i, numbers):
 
 @kernel
 def foresee(own, i, numbers):
-    """Unknowns and shapes of film i for its first solution at a stage."""
+    """Set unknowns and shapes of film i to the initial guess of a stage."""
     t = numbers[ELAPSED]
     near, middle = _points(own.times[i], t)
-    # Rows of stages that were not solved have no weight.
+    # Indices are clipped to 0, because a stage that was not solved (−1) has zero weight.
     at_near = max(near, 0)
     at_middle = max(middle, 0)
     of_start, of_near, of_middle = _weights(own.times[i], near, middle, t)
@@ -49,7 +50,7 @@ def foresee(own, i, numbers):
 
 @kernel
 def end_slopes(own, i, stage):
-    """Slopes of the unknowns of film i at the end of a step, of which ``stage`` was the last, 1/s."""
+    """Compute the time rates (1/s) of the unknowns of film i at the end of a step; ``stage`` is the step's last."""
     end = own.times[i, stage]
     _, middle = _points(own.times[i], end)
     t = own.times[i, max(middle, 0)]
@@ -67,7 +68,7 @@ def end_slopes(own, i, stage):
 
 @inlined_kernel
 def _points(times, t):
-    """Solved stage nearest to time t, and the one nearest to half of that stage's time; −1 for none."""
+    """Return the solved stage nearest to time t and the one nearest to half the time of the first; −1 for none."""
     near = -1
     for s in range(times.shape[0]):
         if times[s] > 0.0 and (near < 0 or abs(times[s] - t) < abs(times[near] - t)):
@@ -84,7 +85,7 @@ def _points(times, t):
 
 @inlined_kernel
 def _weights(times, near, middle, t):
-    """Weights at time t of the values at the step's start, at stage ``near`` and at stage ``middle``."""
+    """Return the weights, at time t, of the values at the step's start, at stage ``near`` and at stage ``middle``."""
     if near < 0:
         return 1.0, 0.0, 0.0
     a = times[near]
@@ -96,7 +97,7 @@ def _weights(times, near, middle, t):
 
 @inlined_kernel
 def _on_its_side(guess, first, last, other):
-    """A foreseen unknown, of a node that was full or void all the time; else the last one."""
+    """Return ``guess``, limited to its side, for a node that was always full or always void; else the last value."""
     if first >= 0.0 and last >= 0.0 and other >= 0.0:
         return guess if guess >= 0.0 else -JUST_VOID
     if first < 0.0 and last < 0.0 and other < 0.0:

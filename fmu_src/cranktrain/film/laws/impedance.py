@@ -1,4 +1,4 @@
-"""Impedance map of a plain bearing: the film force as a smooth function of eccentricity and direction of squeeze.
+"""Impedance map of a plain bearing: film force as a smooth function of eccentricity and squeeze direction.
 
 The force of an ungrooved film is homogeneous in the velocity of pure squeeze v = ė − ½(ω_j + ω_b) e_z×e, so that its
 dimensionless impedance depends on two numbers only: the eccentricity ε and the angle γ of v to the line of centres,
@@ -83,13 +83,13 @@ _X_MAX = -math.log(1.0 - STRETCH * ECCENTRICITY_MAX)
 _DX = _X_MAX / (N_ECCENTRICITY - 1)
 _DG = 2.0 * math.pi / N_ANGLE
 CENTRED = 1.0e-3
-"""Below this eccentricity the line of centres has no direction to speak of: its turning is taken at this radius."""
+"""Least eccentricity used in the angular rate of the line of centres, which is singular for a centred journal."""
 LN_FORCE, TURN, LN_PRESSURE, LN_FLOW, N_FUNCTIONS = range(5)
-"""Functions of the map: ln M, β, p̂ and q̂."""
+"""Indices of the functions of the map: ln M, β, p̂ and q̂."""
 
 
 class MapFilm(NamedTuple):
-    """One film that is read from a map."""
+    """Constants of one film whose force is read from the impedance map."""
 
     clearance: float  # m, radial
     factor: float  # 10 η R L (R/c)², N s
@@ -99,7 +99,7 @@ class MapFilm(NamedTuple):
 
 
 class ImpedanceFilms(NamedTuple):
-    """Data of b films, alike but for their viscosity."""
+    """Data of b films that differ in viscosity only."""
 
     parameters: Array  # (b, COLUMNS)
     table: Array  # see :func:`impedance_map`
@@ -107,7 +107,7 @@ class ImpedanceFilms(NamedTuple):
 
 
 def impedance_films(bearings: Bearings) -> ImpedanceFilms:
-    """Films of main bearings or big ends, with their map."""
+    """Make films of main bearings or big ends, with their impedance map."""
     plain = bearings.plain
     _, kappa2, _ = film_geometry(plain.diameter, plain.width, plain.clearance, 1.0)
     return ImpedanceFilms(bearings.parameters, impedance_map(kappa2), np.zeros(16))
@@ -115,9 +115,9 @@ def impedance_films(bearings: Bearings) -> ImpedanceFilms:
 
 @cache
 def impedance_map(kappa2: float) -> Array:
-    """Spline coefficients of ln M, β, p̂ and q̂, (4, N_ECCENTRICITY + 2, N_ANGLE + 3), for κ² = 10 (R/L)².
+    """Return spline coefficients of ln M, β, p̂ and q̂, (4, N_ECCENTRICITY + 2, N_ANGLE + 3), for κ² = 10 (R/L)².
 
-    Made once in a process; later calls return the same array.
+    The map is computed once per process; later calls return the same array.
     """
     eps = (1.0 - np.exp(-_DX * np.arange(N_ECCENTRICITY))) / STRETCH
     values = np.empty((N_FUNCTIONS, N_ECCENTRICITY, N_ANGLE))
@@ -157,7 +157,7 @@ def _sample(eccentricities, kappa2, nodes, work, zone, force, values):
 
 @kernel
 def impedance(eps, gamma, table, first, out):
-    """Two functions of the map from ``first`` on with derivatives by ε and γ: ``out[0:6]`` as ``bicubic`` leaves it."""
+    """Evaluate functions ``first`` and ``first + 1`` with ε and γ derivatives, in the order of ``bicubic``, ``out[0:6]``."""
     x = -math.log(1.0 - STRETCH * eps) / _DX
     i = int(x)
     if i > N_ECCENTRICITY - 2:
@@ -177,7 +177,7 @@ def impedance(eps, gamma, table, first, out):
 
 @kernel
 def read_two(table, first, i, j, along, around, out):
-    """As :func:`~cranktrain.core.spline.bicubic` does, but for the order of sums: rows along γ are vectors."""
+    """Evaluate two splines like :func:`~cranktrain.core.spline.bicubic`, with sums vectorised along γ."""
     a0, a1, a2, a3, d0, d1, d2, d3 = along
     b0, b1, b2, b3, e0, e1, e2, e3 = around
     weights = pack(b0, b1, b2, b3)
@@ -196,20 +196,20 @@ def read_two(table, first, i, j, along, around, out):
 
 @inlined_kernel
 def lane_sum(vector):
-    """Sum of the four numbers of a vector."""
+    """Return the sum of the four entries of a vector."""
     a, b, c, d = unpack(vector)
     return a + b + (c + d)
 
 
 @kernel
 def journal_force(x, y, vx, vy, half_speed, film, out):
-    """Force on a journal at (x, y) moving at (vx, vy) in axes at rest with the bore, with its tangents.
+    """Compute force and tangents of a journal at (x, y) with velocity (vx, vy), in axes fixed to the bore.
 
     ``half_speed`` is half the sum of the surface speeds (rad/s); ``film`` a MapFilm. ``out`` (≥ 11,): force (N), and
     from PLANE_BY_PLACE and PLANE_BY_VELOCITY on ∂F/∂(x, y) and ∂F/∂(vx, vy), row-major; PLANE_ECCENTRICITY.
     """
     c, factor, contact_height, contact_load, table = film
-    # The velocity of pure squeeze, as the film sees it.
+    # Velocity of pure squeeze.
     sx = vx + half_speed * y
     sy = vy - half_speed * x
     e = math.sqrt(x * x + y * y)
@@ -231,13 +231,13 @@ def journal_force(x, y, vx, vy, half_speed, film, out):
     magnitude = factor / c * math.exp(out[VALUE])
     cos = math.cos(out[SECOND])
     sin = math.sin(out[SECOND])
-    # Direction of −F and the one across it.
+    # Direction of −F and the direction perpendicular to it.
     rx = cos * wx - sin * wy
     ry = sin * wx + cos * wy
     f = -size * magnitude
     fx = f * rx
     fy = f * ry
-    # By the velocity: its length and its turning.
+    # Derivatives by the velocity, through its magnitude and direction.
     ax = -magnitude * rx
     ay = -magnitude * ry
     turn = 1.0 + out[SECOND_BY_AROUND]
@@ -247,7 +247,7 @@ def journal_force(x, y, vx, vy, half_speed, film, out):
     d_xy = ax * wy + bx * wx
     d_yx = ay * wx - by * wy
     d_yy = ay * wy + by * wx
-    # By the position: eccentricity and turning of the line of centres.
+    # Derivatives by the position, through eccentricity and direction of the line of centres.
     px = 0.0
     py = 0.0
     if not frozen:
@@ -306,7 +306,7 @@ _read = record_reader(ImpedanceFilms(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.z
 
 @law_kernel
 def impedance_law(record, action, i, place, velocity, numbers, memory, out):
-    """The law of the map, see :mod:`cranktrain.film.laws.films`: a round bore looks the same from every side."""
+    """Kernel of level ``impedance``, see :mod:`cranktrain.film.laws.films`; a round bore needs no rotation of axes."""
     films = _read(record)
     own = films.parameters[i]
     half = 0.5 * numbers[SPEED]

@@ -1,4 +1,4 @@
-"""Elastic films between the frame's axes, in which journals come, and those of space, in which bores are at rest."""
+"""Transformations of elastic films between the axes of the frame (journals) and those of the bore."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cranktrain.film.elastic.grid import SIN as SIN_NODE
 
 @kernel
 def turn_pairs(cos, sin, vector, out):
-    """Turn the two plane vectors of (4,) by the angle whose cosine and sine are given."""
+    """Rotate the two plane vectors in ``vector`` (4,) by the angle of the given cosine and sine."""
     for pair in range(0, 4, 2):
         x = vector[pair]
         y = vector[pair + 1]
@@ -21,7 +21,7 @@ def turn_pairs(cos, sin, vector, out):
 
 @kernel
 def force_in_frame(result, cos, sin, turn, out):
-    """Force of a film's ``result`` and its tangents in the frame's axes, ``out[0:36]``.
+    """Transform force and tangents of a film's ``result`` to the axes of the frame, ``out[0:36]``.
 
     ``turn`` is the speed of the bore's axes, rad/s: velocities in them are v − turn e_z×x.
     """
@@ -35,7 +35,7 @@ def force_in_frame(result, cos, sin, turn, out):
                 xy = result[k + 1]
                 yx = result[k + 4]
                 yy = result[k + 5]
-                # First the columns, then the rows.
+                # Columns of the tangents first, then their rows.
                 a = xx * cos + xy * sin
                 b = xy * cos - xx * sin
                 c = yx * cos + yy * sin
@@ -54,7 +54,7 @@ def force_in_frame(result, cos, sin, turn, out):
 
 @kernel
 def closing_rate(film, place, velocity, shapes, rates, least):
-    """Largest rate (1/s) at which the film shrinks, over itself or ``least`` (m), whichever is more."""
+    """Return the largest relative rate of film thinning, −ḣ/max(h, ``least``) with ``least`` in m, 1/s."""
     c = film.constants[CLEARANCE]
     lines = int(film.constants[N_Z]) + 2
     n_shapes = int(film.constants[N_SHAPES])

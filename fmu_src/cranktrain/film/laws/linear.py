@@ -1,4 +1,4 @@
-"""Law ``linear``: a bearing as springs and dampers, at rest in space, F = −(k_x x + c_x ẋ, k_y y + c_y ẏ)."""
+"""Law ``linear``: bearings as springs and dampers fixed in space, F = −(k_x x + c_x ẋ, k_y y + c_y ẏ)."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 
 
 class LinearBearings(NamedTuple):
-    """Data of b bearings."""
+    """Data of b linear bearings."""
 
     parameters: Array  # (b, COLUMNS)
 
 
 def linear_bearings(bearings: Bearings) -> LinearBearings:
-    """Springs and dampers from the engine file."""
+    """Make linear bearings from the springs and dampers of the engine file."""
     return LinearBearings(bearings.parameters)
 
 
@@ -42,7 +42,7 @@ _read = record_reader(LinearBearings(np.zeros((1, 1))))
 
 @law_kernel
 def linear_law(record, action, i, place, velocity, numbers, memory, out):
-    """Springs and dampers, see :mod:`cranktrain.film.laws.films`; no friction, pressure or flow."""
+    """Kernel of springs and dampers, without friction, pressure or flow; see :mod:`cranktrain.film.laws.films`."""
     own = _read(record).parameters[i]
     x = place[0]
     y = place[1]
@@ -71,7 +71,7 @@ def linear_law(record, action, i, place, velocity, numbers, memory, out):
     out[BY_VELOCITY + 4] = -c_xy
     out[BY_VELOCITY + 5] = -c_yy
     out[ECCENTRICITY] = math.sqrt(x * x + y * y) / own[CLEARANCE]
-    out[FRICTION] = -0.0  # what is shown is the torque that brakes, 0
+    out[FRICTION] = -0.0  # the output is the braking torque, the negative of this, so it shows as 0 and not −0
     out[P_MAX] = 0.0
     out[FLOW] = 0.0
     out[GAP] = -1.0

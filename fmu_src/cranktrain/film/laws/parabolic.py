@@ -1,4 +1,4 @@
-"""Plain-bearing film solved around the circumference: Reynolds' equation with a parabolic axial profile.
+"""Plain-bearing film with a parabolic axial pressure profile: Reynolds' equation around the circumference.
 
 With p(ψ, z) = P(ψ) [1 − (2z/L)²] Galerkin's method over the width turns Reynolds' equation for the film
 h = c (1 − ε cos ψ) into one line,
@@ -27,13 +27,13 @@ from cranktrain.core.kernel import kernel
 from cranktrain.film.laws.parameters import CLEARANCE, RADIUS, VISCOSITY, WIDTH
 
 N_NODES = 96
-"""Circumferential nodes; the film is solved once per map and per output, so they may be many."""
+"""Number of circumferential nodes; it may be large, because the film is solved only for the map and for outputs."""
 GRADING = 0.8
 ECCENTRICITY_MAX = 0.999
-"""The film is frozen beyond this eccentricity; contact carries there."""
+"""Largest eccentricity at which the film is evaluated; beyond it the film is frozen and contact carries the load."""
 WORK_SIZE = 9 * N_NODES
 FACE_COS = 2
-"""Row of the node table behind those of the nodes."""
+"""Row of the node table that holds the cosines of the faces."""
 
 
 def film_geometry(diameter: float, width: float, clearance: float, viscosity: float) -> tuple[float, float, float]:
@@ -44,14 +44,14 @@ def film_geometry(diameter: float, width: float, clearance: float, viscosity: fl
 
 
 def node_table() -> np.ndarray:
-    """Cosines and sines of the N nodes, and cosines of the N faces on the unit circle, (3, N): not graded yet."""
+    """Return cosines and sines of the N nodes and cosines of the N faces at even spacing, before grading, (3, N)."""
     gamma = 2.0 * math.pi * np.arange(N_NODES) / N_NODES
     return np.ascontiguousarray([np.cos(gamma), np.sin(gamma), np.cos(gamma + math.pi / N_NODES)])
 
 
 @kernel
 def _solve_zone(first, count, v_r, v_t, work):
-    """Solve both unit problems on one zone of nodes; returns the zone, changed where it is not the solution."""
+    """Solve both unit problems on one zone of nodes; return the zone, corrected if it is not the pressure zone."""
     n = N_NODES
     delta = 2.0 * math.pi / n
     o_cos, o_sin, o_jac, o_face, o_mass = 0, n, 2 * n, 4 * n, 5 * n
@@ -86,7 +86,7 @@ def _solve_zone(first, count, v_r, v_t, work):
         s = work[o_s + i] + work[o_up + k] * s
         work[o_c + i] = c
         work[o_s + i] = s
-    # Shrink at ends that carry tension, else grow where a neighbour would be pushed to positive pressure.
+    # Shrink the zone at ends in tension; otherwise extend it to neighbours that would get positive pressure.
     lower = first
     kept = count
     while kept > 1:
@@ -123,9 +123,9 @@ def _solve_zone(first, count, v_r, v_t, work):
 
 @kernel
 def film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone):
-    """Solve the film; ``zone[0:2]`` is the first guess and then the result (first node, number of nodes).
+    """Solve the film; ``zone[0:2]`` (first node, number of nodes) is the initial guess and then the result.
 
-    Leaves in ``work``: cos ψ, sin ψ, dψ/dγ, H at nodes (0, N, 2N, 3N), H³/J at faces (4N), and the two unit solutions
+    Writes to ``work``: cos ψ, sin ψ, dψ/dγ, H at nodes (0, N, 2N, 3N), H³/J at faces (4N), and the two unit solutions
     λ_c, λ_s (6N, 7N); Π = v_r λ_c + v_t λ_s inside the zone. Returns the number of active-set passes.
     """
     n = N_NODES
@@ -150,7 +150,7 @@ def film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone):
     first = int(zone[0])
     count = int(zone[1])
     if count < 1 or count >= n or first < 0 or first >= n:
-        # Cold start: the half circle that the surfaces approach, found in ψ = direction of the velocity ± 90°.
+        # Without a guess, start with the half circle of approaching surfaces, ψ = direction of the velocity ± 90°.
         best = -1.0
         first = 0
         for i in range(n):
@@ -187,7 +187,7 @@ def film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone):
 
 @kernel
 def film_force(eps, v_r, v_t, kappa2, nodes, work, zone, out):
-    """Dimensionless film force ∫Π(cos ψ, sin ψ)dψ into ``out`` (2,), along and across the line of centres."""
+    """Compute the dimensionless force ∫Π(cos ψ, sin ψ)dψ, ``out`` (2,), along and across the line of centres."""
     n = N_NODES
     film_pressure(eps, v_r, v_t, kappa2, nodes, work, zone)
     delta = 2.0 * math.pi / n
@@ -212,10 +212,10 @@ def film_force(eps, v_r, v_t, kappa2, nodes, work, zone, out):
 
 @kernel
 def friction_torque(eps, force, place, bearing, speed):
-    """Friction torque on the journal (N m, negative: it brakes): shear of the full annulus, and half of e × F.
+    """Return the friction torque on the journal (N m, negative if braking): shear of the full annulus plus half e × F.
 
-    ``force`` (N) and ``place`` (m) of the journal: their first two; ``bearing`` the parameters of
-    :mod:`cranktrain.film.laws.parameters`; ``speed`` journal's against bore's (rad/s).
+    Only the first two entries of ``force`` (N) and ``place`` (m) are used; ``bearing`` holds the parameters of
+    :mod:`cranktrain.film.laws.parameters`; ``speed`` is the speed of the journal against the bore (rad/s).
     The torques on journal and shell differ by e × F; the formula is the classical one for a film that stays filled.
     """
     radius = bearing[RADIUS]
@@ -227,7 +227,7 @@ def friction_torque(eps, force, place, bearing, speed):
 
 @kernel
 def film_observables(v_r, v_t, work, zone):
-    """Dimensionless largest pressure max Π and side flow ∫H³ Π dψ of the film that ``film_pressure`` last solved."""
+    """Return the dimensionless largest pressure max Π and side flow ∫H³ Π dψ of the last ``film_pressure`` solution."""
     n = N_NODES
     highest = 0.0
     flow = 0.0

@@ -1,4 +1,4 @@
-"""Largest pressure of an elastic film in a cycle, and whether the axial lines of its grid resolve it.
+"""Largest pressure of an elastic film in a cycle, with a measure of how well the axial grid resolves it.
 
 A tilted journal presses on one edge of its shell, so the pressure extends over a fraction of the width only. A film is
 not resolved if a single axial line carries the pressure and the lines on both sides of it have no pressure. The measure
@@ -18,19 +18,19 @@ import math
 from cranktrain.core.kernel import kernel
 
 PEAK, PEAK_ANGLE, PEAK_DROP, PEAK_CYCLE, PEAKS = range(5)
-"""Columns of a film's entry: largest pressure of the present cycle, Pa; crank angle of it within the cycle, rad; drop;
+"""Columns of a film's entry: largest pressure of the present cycle (Pa), its crank angle within the cycle (rad), drop,
 number of the cycle."""
 CYCLE = 4.0 * math.pi
 
 
 @kernel
 def keep_peak(peaks, pressure, unknowns, n_z, angle):
-    """Keep the largest pressure of a film in the cycle that the crank is in, into ``peaks`` (PEAKS,).
+    """Update ``peaks`` (PEAKS,) with the largest pressure of a film in the present cycle.
 
-    ``pressure`` the largest of the film, Pa; ``angle`` of the crank, rad, whole turns counted; ``unknowns``
-    (n_phi n_z,) of the nodes, see :mod:`cranktrain.film.elastic.balance`.
+    ``pressure`` is the largest of the film, Pa; ``angle`` the crank angle with whole turns, rad; ``unknowns``
+    (n_phi n_z,) the node unknowns, see :mod:`cranktrain.film.elastic.balance`.
     """
-    # A cycle ends with the step that reaches it.
+    # A step that ends exactly at the end of a cycle still belongs to this cycle.
     cycle = math.floor(angle / CYCLE - 1.0e-9)
     if cycle != peaks[PEAK_CYCLE]:
         peaks[PEAK] = 0.0
@@ -44,7 +44,7 @@ def keep_peak(peaks, pressure, unknowns, n_z, angle):
 
 @kernel
 def pressure_drop(unknowns, n_z):
-    """Drop of pressure from the node of the largest pressure to its axial neighbours; 0 for a film without pressure."""
+    """Return the drop (see the module) at the node of the largest pressure; 0 for a film without pressure."""
     top = 0
     for k in range(unknowns.shape[0]):
         if unknowns[k] > unknowns[top]:

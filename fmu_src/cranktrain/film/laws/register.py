@@ -1,4 +1,4 @@
-"""The register of bearing laws, from the lowest fidelity level to the highest: one row a law, one file a law.
+"""Register of bearing laws, ordered from the lowest to the highest fidelity level; one row per law.
 
 Command line, FMU interface, plan and studies read their lists of bearing levels here. No code compares the name of a
 law: every property of a law that a run needs is in its row. A new law needs one file with its kernel
@@ -19,7 +19,7 @@ MAINS = (PLAIN, ROLLER)
 OIL_LAWS = ("pressure_law", "compressibility")
 """Keys of the engine file's [oil] for the dependence of the oil on pressure."""
 CHEAP, MODERATE, DEAR, DEAREST = "cheap", "moderate", "dear", "dearest"
-"""Classes of cost, about 1, 3, 30 and 100 times a run with ``linear``."""
+"""Classes of computing cost: about 1, 3, 30 and 100 times a run with level ``linear``."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Form:
     tilt : whether the force depends on the journal's tilt
     closes : whether the least gap limits the step
     contact : whether its force has a kink at the contact height, which adaptive steps look for
-    memory : ``memory(record)``, how many values one film keeps in the state; empty where it keeps none
-    viscous : whether its record holds more data of the oil than the bearings' parameters, set by action OIL
-    together : whether it solves films side by side, which must be lined up
+    memory : function ``memory(record)`` that returns how many values one film keeps in the state; empty if none
+    viscous : whether the record holds oil data in addition to the bearings' parameters, set by action OIL
+    together : whether the law solves films side by side, after action LINE_UP
     """
 
     kernel: Named = ""
@@ -59,16 +59,16 @@ class Law:
     name : of the level
     title : one line for users
     forms : by kind of bearing
-    film : whether it has an oil film: gap, pressure, friction, flow
-    oil : laws of the oil under pressure that its films follow, keys of the engine file's [oil]
-    clearance : whether journals have play; without, the thrust bearing has none either
-    any_clearance : whether its bearings follow another clearance than the one that they were made for
-    square_collar : whether the thrust bearing's collar is taken as square to its axis; otherwise its tilt is included
+    film : whether the law has an oil film: gap, pressure, friction, flow
+    oil : pressure laws of the oil that the films use, as keys of the engine file's [oil]
+    clearance : whether journals have clearance; without it, the thrust bearing has none either
+    any_clearance : whether bearings stay valid if their clearance changes after they were made
+    square_collar : whether the collar of the thrust bearing stays square to its axis; otherwise its tilt is included
     usual_for : kinds of bearing, or crank levels, for which it is the default level
     cost : class of cost
     block : default block level of its runs, if engine and crank allow it
-    film_errors : by block level, largest errors, of their values, that the film's grid made in the least film and in
-        the largest pressure of any main of the engines it was measured on; empty where that was not measured
+    film_errors : by block level, largest relative errors by the film's grid of the least film and of the largest
+        pressure of any main bearing of the engines that were measured; empty if not measured
     integrator, step_deg, film_change, tolerance : default integrator of its runs, internal step in degrees of crank
         angle, fraction of its thickness by which a film may close over a step, and Newton tolerance of the ports in
         clearances
@@ -93,12 +93,12 @@ class Law:
 
     @property
     def carries(self) -> bool:
-        """Whether there are bearings at all; else journals are locked on their axis, or pins in their rods."""
+        """True if the level has bearings; otherwise journals are locked on their axis, or pins in their rods."""
         return any(form.kernel for form in self.forms.values())
 
     @property
     def tilt(self) -> bool:
-        """Whether it feels the tilt of every main journal that it serves."""
+        """True if the force on every kind of main journal depends on the journal's tilt."""
         mains = [self.forms[kind] for kind in MAINS if kind in self.forms]
         return bool(mains) and all(form.tilt for form in mains)
 
@@ -107,23 +107,23 @@ LAWS: dict[str, Law] = {}
 
 
 def register_law(law: Law, before: str | None = None) -> None:
-    """Add a row above all others, or just below the level ``before``."""
+    """Add a law as the highest level, or just below the level ``before``."""
     rest = [LAWS.pop(name) for name in list(LAWS)[list(LAWS).index(before) :]] if before is not None else []
     LAWS.update({row.name: row for row in (law, *rest)})
 
 
 def bearing_levels(*kinds: str) -> tuple[str, ...]:
-    """Levels of bearings of any of these kinds, from the lowest to the highest."""
+    """Return the levels that serve any of these kinds of bearing, from the lowest to the highest."""
     return tuple(name for name, law in LAWS.items() if any(kind in law.forms for kind in kinds))
 
 
 def usual_level(*kinds: str) -> str:
-    """Level where none is chosen, of the first kind of bearing or crank level that has one."""
+    """Return the default level of the first of these kinds of bearing or crank levels that has one."""
     return next(name for kind in kinds for name, law in LAWS.items() if kind in law.usual_for)
 
 
 def bearing_law(name: str, what: str = "bearing level") -> Law:
-    """Row of a level; ``InputError`` where there is none."""
+    """Return the register's row of a level; ``InputError`` if the level does not exist."""
     if name not in LAWS:
         kinds = (BIG_END,) if what == "big-end level" else MAINS
         raise InputError(f"{what} '{name}' does not exist; {nearest(name, bearing_levels(*kinds))}")
@@ -135,21 +135,21 @@ THRUST = {
     name: Form(f"{_HERE}.thrust:{name}_thrust", f"{_HERE}.thrust:{pads}_pads", viscous=name != "closed")
     for name, pads in (("closed", "closed"), ("axial", "thrust"), ("tilting", "thrust"))
 }
-"""Forms of the thrust bearing: without clearance, with films under a collar square to its axis, or one that tilts."""
+"""Forms of the thrust bearing: closed (no clearance), films with a collar square to its axis, films with tilt."""
 AXIAL_JOINT = Form(f"{_HERE}.axial_joint:axial_joint_law", f"{_HERE}.axial_joint:axial_joint")
-"""The joint between flywheel and connecting shaft, along the axis."""
+"""Form of the axial joint between flywheel and connecting shaft."""
 
 
 def forms() -> list[Form]:
-    """Every form with a kernel: what a library without Python exports."""
+    """Return every form with a kernel; a machine-code library exports these kernels."""
     found = [*(form for law in LAWS.values() for form in law.forms.values()), *THRUST.values(), AXIAL_JOINT]
     return [form for form in found if form.kernel]
 
 
 def _elastic(name: str, title: str, grid: str, film_errors: Mapping[str, tuple[float, float]]) -> Law:
-    """A level of elastic films; such levels differ only in their grid, ``elastic`` or ``fine``, and its errors.
+    """Make a level of elastic films; these levels differ only in their grid (``elastic`` or ``fine``) and its errors.
 
-    Errors: ``python -m benchmarks.worst_film --levels``.
+    The errors come from ``python -m benchmarks.worst_film --levels``.
     """
     mains = Form(
         f"{_HERE}.ehd:elastic_law",
@@ -171,7 +171,7 @@ def _elastic(name: str, title: str, grid: str, film_errors: Mapping[str, tuple[f
         film_errors=film_errors,
         integrator="esdirk3",
         step_deg=2.0,
-        # At ten times this tolerance runs cost a third less, and settle in four times as many cycles.
+        # At ten times this tolerance a run costs a third less per cycle but needs four times as many cycles to settle.
         tolerance=1.0e-3,
     )
 

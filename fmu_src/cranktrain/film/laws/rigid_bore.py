@@ -1,4 +1,4 @@
-"""Laws ``reynolds`` and ``table``: films between a tilting journal and a rigid bore, with asperities beside them."""
+"""Laws ``reynolds`` and ``table``: fluid film and asperity contact between a tilting journal and a rigid bore."""
 
 from __future__ import annotations
 
@@ -63,25 +63,25 @@ if TYPE_CHECKING:
     from cranktrain.film.laws.bearings import Bearings
 
 IN_LOOP = (48, 8)
-"""Intervals around and across of films that are solved online: forces within 0.2 %, moments 0.3 % at p95."""
+"""Grid intervals (around, across) of films solved online; 95th percentile error 0.2 % of forces, 0.3 % of moments."""
 ALIGNED = (96, 12)
-"""The same of films without tilt, which are solved beyond the table's last eccentricity only."""
+"""Grid intervals (around, across) of films without tilt, which are solved only beyond the table's eccentricities."""
 
 
 class RigidBore(NamedTuple):
-    """Data of the films, and their memory; results never depend on the contents of the memory."""
+    """Data and memory of the films; the memory only speeds up solutions and does not change results."""
 
-    parameters: Array  # (b, COLUMNS) of each bearing, see film.laws.parameters; they differ in viscosity only
+    parameters: Array  # (b, COLUMNS), see film.laws.parameters; bearings differ in viscosity only
     grid: JournalGrid
     contact: JournalContact
     table: TableArrays
     journal: JournalWork
     active: Array  # (b, N, m) active set of each film
     film: Array  # (36,) dimensionless result
-    rough: Array  # (25,) of the contact
-    plane: Array  # (16,) a film without tilt
+    rough: Array  # (25,) result of the asperity contact
+    plane: Array  # (16,) result of a film without tilt
     tabled: TableWork
-    solved: Array  # (1,) films that lay outside the table
+    solved: Array  # (1,) number of film evaluations outside the table
 
 
 def rigid_bore(
@@ -92,14 +92,14 @@ def rigid_bore(
     tilted: bool = True,
     size: tuple[int, int] = IN_LOOP,
 ) -> RigidBore:
-    """Films of as many journals as ``parameters`` (b, COLUMNS) has rows, read from ``table`` where there is one.
+    """Make one film per row of ``parameters`` (b, COLUMNS), read from ``table`` or, if it is None, solved online.
 
-    ``tilted``: whether they feel tilt; ``size``: intervals around and across of films that are solved online.
+    ``tilted``: whether forces depend on tilt; ``size``: grid intervals (around, across) of films solved online.
 
     Raises
     ------
     InputError
-        a table of another bearing
+        if the table belongs to another bearing
     """
     arrays = TableArrays(np.zeros((1, 1, 1)), UNTILTED, np.zeros(AXES))
     if table is None:
@@ -130,19 +130,19 @@ def rigid_bore(
 
 
 def fits(table: FilmTable, bearing: PlainBearing, tilted: bool) -> bool:
-    """Whether a table is one of a bearing's proportions, with tilt where films are ``tilted``."""
+    """True if a table was made for the proportions of a bearing, and with tilt if films are ``tilted``."""
     made, wanted = table.settings, bearing_settings(bearing)
     same = replace(wanted, resolution=made.resolution, tilt=made.tilt, tilt_range=made.tilt_range) == made
     return same and (made.tilt or not tilted)
 
 
 def fitting_table(tables: Sequence[FilmTable], bearing: PlainBearing) -> FilmTable | None:
-    """The first of ``tables`` that serves a bearing whose films feel tilt; None where none does."""
+    """Return the first of ``tables`` that fits a bearing with tilt, or None."""
     return next((table for table in tables if fits(table, bearing, True)), None)
 
 
 def _said(settings: TableSettings) -> str:
-    """What a table is made for, in words."""
+    """Describe the bearing proportions of a table in words."""
     return (
         f"L/D {settings.length_ratio:.6g}, groove {settings.groove}, relief {settings.relief_depth:.4g} over "
         f"{settings.relief_share:.4g} to the power {settings.relief_exponent:.4g} and roughness "
@@ -151,17 +151,17 @@ def _said(settings: TableSettings) -> str:
 
 
 def reynolds_films(bearings: Bearings) -> RigidBore:
-    """Films of main bearings that are solved online."""
+    """Make films of main bearings that are solved online."""
     return rigid_bore(bearings.plain, bearings.parameters, None, bearings.solved)
 
 
 def table_films(bearings: Bearings) -> RigidBore:
-    """Films of main bearings that are read from a table."""
+    """Make films of main bearings that are read from a table."""
     return rigid_bore(bearings.plain, bearings.parameters, bearings.parts["table"], bearings.solved)
 
 
 def aligned_films(bearings: Bearings) -> RigidBore:
-    """Films of big ends that are read from a table; it may lack tilt."""
+    """Make films of big ends that are read from a table, with or without tilt."""
     return rigid_bore(bearings.plain, bearings.parameters, bearings.parts["big_end_table"], bearings.solved, False)
 
 
@@ -177,7 +177,7 @@ _read = record_reader(
 
 @law_kernel
 def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
-    """Reynolds' equation solved online; see :mod:`cranktrain.film.laws.films`."""
+    """Kernel of a film solved online by Reynolds' equation; see :mod:`cranktrain.film.laws.films`."""
     bore = _read(record)
     own = bore.parameters[i]
     c = own[CLEARANCE]
@@ -196,7 +196,7 @@ def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
     scale /= c
     for k in range(16):
         out[BY_VELOCITY + k] = scale * film[BY_VELOCITY + k]
-    # The velocity of pure squeeze depends on the place through the surface speeds.
+    # The velocity of pure squeeze depends on the position through the surface speeds.
     for r in range(4):
         for pair in range(0, 4, 2):
             k = 4 * r + pair
@@ -210,7 +210,7 @@ def reynolds_law(record, action, i, place, velocity, numbers, memory, out):
 
 @law_kernel
 def table_law(record, action, i, place, velocity, numbers, memory, out):
-    """The same read from the table; films outside it are solved, and counted in ``solved``."""
+    """Kernel of a film read from the table; films outside the table are solved online and counted in ``solved``."""
     bore = _read(record)
     own = bore.parameters[i]
     half = 0.5 * numbers[SPEED]
@@ -226,7 +226,7 @@ def table_law(record, action, i, place, velocity, numbers, memory, out):
     if status != TABLED:
         _solved_figures(bore, own, out)
         return 0
-    # Pressure from the table with tilt, flow of the aligned film.
+    # The pressure comes from the table with tilt, the flow from the aligned film.
     _, out[FLOW] = aligned_observables(place, velocity, half, own, bore.table, bore.plane)
     out[P_MAX] = tilted_pressure(place, velocity, half, own, bore.table, bore.tabled)
     out[GAP] = -1.0
@@ -235,7 +235,7 @@ def table_law(record, action, i, place, velocity, numbers, memory, out):
 
 @law_kernel
 def aligned_law(record, action, i, place, velocity, numbers, memory, out):
-    """A film without tilt read from the table, between a journal and a bore that both may turn (big ends)."""
+    """Kernel of a film without tilt read from the table; journal and bore may both rotate (big ends)."""
     bore = _read(record)
     own = bore.parameters[i]
     half = 0.5 * numbers[SPEED]
@@ -260,7 +260,7 @@ def aligned_law(record, action, i, place, velocity, numbers, memory, out):
 
 @kernel
 def _force_unit(own):
-    """6 η R L (R/c)², N s, of a bearing's parameters."""
+    """Return the force unit 6 η R L (R/c)² (N s) of a bearing with parameters ``own``."""
     c = own[CLEARANCE]
     radius = own[RADIUS]
     return 6.0 * own[VISCOSITY] * radius * own[WIDTH] * (radius / c) * (radius / c)
@@ -268,7 +268,7 @@ def _force_unit(own):
 
 @kernel
 def _solved_figures(bore, own, out):
-    """Largest pressure (Pa) and side flow (m³/s) of the film that was solved last, into P_MAX and FLOW."""
+    """Write largest pressure (Pa) and side flow (m³/s) of the last solved film to P_MAX and FLOW of ``out``."""
     c = own[CLEARANCE]
     radius = own[RADIUS]
     highest, flow = film_observables(bore.grid, bore.journal)
@@ -279,7 +279,7 @@ def _solved_figures(bore, own, out):
 
 @kernel
 def _rough_force(bore, own, place, speed, out):
-    """Add the asperities' contribution to force and tangents, and the friction torque of film and asperities."""
+    """Add the asperity contact to force and tangents, and write the friction torque of film and asperities."""
     c = own[CLEARANCE]
     x, y, a, b = four(place, 0)
     fx, fy, qx, qy = four(out, 0)
@@ -296,7 +296,7 @@ def _rough_force(bore, own, place, speed, out):
 
 @kernel
 def _film_drag(grid, own, at, speed):
-    """Torque (N m) of a filled film that is sheared at ``speed``, rad/s, on the area without contact."""
+    """Return the shear torque (N m) of a filled film at the relative ``speed`` (rad/s), on the area without contact."""
     radius = own[RADIUS]
     shear = shell_shear(at, grid.shear, grid.settings[ROUGHNESS])
     return own[VISCOSITY] * radius * radius * radius * own[WIDTH] * speed / own[CLEARANCE] * shear

@@ -5,11 +5,11 @@ Each bearing follows its rollers (:mod:`cranktrain.film.laws.roller_contacts`) o
 end of a journal, where its displacement by tilt is measured and Q acts, is half a roller's length from its middle, so Q
 = M/(l/2).
 
-Rollers are at rest with the first one directly below the journal, or go round with the cage: ψ_0 = −π/2 + γθ with the
-frame's angle θ, including whole turns, and the ratio of pure rolling γ = ½(1 − D/d_m). Moving rollers excite vibration
-at their passing frequency.
+Rollers are at rest with the first one directly below the journal, or rotate with the cage: ψ_0 = −π/2 + γθ with the
+angle θ of the frame, including whole turns, and the ratio of pure rolling γ = ½(1 − D/d_m). Moving rollers excite
+vibration at their passing frequency.
 
-Among the outputs, ``eccentricity`` is over the clearance column of :func:`roller_parameters`, the pressure is the Hertz
+The output ``eccentricity`` is relative to the clearance column of :func:`roller_parameters`, the pressure is the Hertz
 pressure at the inner ring, and the least gap is the gap between the journal and its nearest roller. Friction and flow
 are zero.
 """
@@ -70,18 +70,18 @@ if TYPE_CHECKING:
     from cranktrain.film.laws.bearings import Bearings
 
 IN_LOOP = 12
-"""Slices along a roller in a running engine."""
+"""Number of slices along a roller in a running model."""
 FIRST_ANGLE = -0.5 * math.pi
-"""Angle of the first roller at rest: where gas presses the journals to."""
+"""Angle (rad) of the first roller at rest: straight down, the direction of gas load on the journals."""
 
-# Columns of a bearing's law behind the constants of its rollers: stiffness and damping (N/m, N s/m), both of tilt as of
-# Q by the end's displacement; γ, or 0 where rollers are at rest; the eccentricity's scale; angle of the first roller.
-# A linear stand-in has no rollers; with rollers its stiffness is 0.
+# Columns of a bearing's law after the constants of its rollers: stiffness (N/m), tilt stiffness, damping (N s/m), tilt
+# damping (tilt: Q by the displacement of the end); γ, or 0 if rollers are at rest; scale of the eccentricity (m); angle
+# of the first roller (rad). A linear stand-in has no rollers; a bearing with rollers has zero stiffness here.
 STIFFNESS, TILT_STIFFNESS, DAMPING, TILT_DAMPING, CAGE, SCALE, FIRST, N_LAW = range(N_CONSTANTS, N_CONSTANTS + 8)
 
 
 class RollerSeats(NamedTuple):
-    """Roller bearings of b journals."""
+    """Data of the roller bearings of b journals."""
 
     laws: Array  # (b, N_LAW)
     slices: Array  # (b, 3, IN_LOOP)
@@ -89,17 +89,17 @@ class RollerSeats(NamedTuple):
 
 
 def roller_seats(bearings: Bearings) -> RollerSeats:
-    """Bearings of all mains as the engine file has them."""
+    """Make the bearings of all main journals as given in the engine file."""
     return seats(bearings.rollers)
 
 
 def linear_seats(bearings: Bearings) -> RollerSeats:
-    """The linear stand-in of all mains."""
+    """Make the linear stand-ins of all main bearings."""
     return seats(replace(bearings.rollers, law="linear"))
 
 
 def seats(rollers: RollerBearings, first: float = FIRST_ANGLE) -> RollerSeats:
-    """Bearings of all mains, the first roller at an angle (rad) at rest; ``InputError`` for what is no bearing."""
+    """Make the bearings of all mains, first roller at angle ``first`` (rad); ``InputError`` for invalid data."""
     rows, slices = [], []
     linear = rollers.law == "linear"
     for i, length in enumerate(rollers.roller_length):
@@ -123,16 +123,16 @@ def seats(rollers: RollerBearings, first: float = FIRST_ANGLE) -> RollerSeats:
 
 
 def roller_parameters(rollers: RollerBearings) -> Array:
-    """Parameters of the mains as of other bearings, (b, COLUMNS), see :mod:`cranktrain.film.laws.parameters`.
+    """Return the general bearing parameters of the mains, (b, COLUMNS), see :mod:`cranktrain.film.laws.parameters`.
 
-    The clearance is how far a journal goes until its rollers reach their static rating, half the play and their travel;
-    radius is the inner track's, width the rollers' length.
+    The clearance is the displacement at which the rollers reach their static rating: half the diametral clearance plus
+    the elastic travel. Radius is that of the inner track, width the length of the rollers.
     """
     parameters = np.zeros((len(rollers.rollers), COLUMNS))
     for i, row in enumerate(parameters):
         bearing = main_roller(rollers, i)
         row[CLEARANCE] = 0.5 * bearing.clearance + bearing.travel
-        # Remaining gap if rollers carry more than their rating: step control uses its rate.
+        # Below this gap (clearance less displacement) rollers carry more than their rating; step control uses its rate.
         row[CONTACT_HEIGHT] = bearing.travel
         row[K_X] = row[K_Y] = rollers.stiffness[i]
         row[C_X] = row[C_Y] = rollers.damping[i]
@@ -148,7 +148,7 @@ _read = record_reader(RollerSeats(np.zeros((1, 1)), np.zeros((1, 1, 1)), np.zero
 
 @law_kernel
 def roller_law(record, action, i, place, velocity, numbers, memory, out):
-    """Rollers or their stand-in, with damping; see :mod:`cranktrain.film.laws.films`."""
+    """Kernel of roller bearings or their linear stand-in, with damping; see :mod:`cranktrain.film.laws.films`."""
     seats = _read(record)
     law = seats.laws[i]
     # Direction of the first roller in space, then in the frame's axes.
@@ -180,7 +180,7 @@ def roller_law(record, action, i, place, velocity, numbers, memory, out):
 
 @kernel
 def _figures(law, result, place, first_angle, cos, sin, out):
-    """Eccentricity, pressure, least gap and where it is."""
+    """Write eccentricity, pressure, least gap and its angle to ``out``."""
     out[ECCENTRICITY] = math.sqrt(place[0] * place[0] + place[1] * place[1]) / law[SCALE]
     out[P_MAX] = result[PRESSURE]
     out[FLOW] = 0.0

@@ -1,12 +1,12 @@
-r"""Cylindrical roller bearing: how its rollers share a load, with clearance, tilt and profile.
+r"""Load distribution of a cylindrical roller bearing with clearance, tilt and roller profile.
 
 Rollers j = 0 … Z − 1 are at the angles ψ_j = ψ_0 + 2πj/Z between rigid rings. If the journal is displaced by (x, y) in
 its middle and additionally by (a, b) at its end ζ = 1, the total approach of both contacts of roller j at ζ is
 
     δ_j(ζ) = (x + aζ) cos ψ_j + (y + bζ) sin ψ_j − G_r/2 − 2 P(ζ),
 
-G_r being the diametral radial clearance of the standards (ISO 5753: the whole play from side to side) and P the relief
-of the roller's profile. Each slice carries q = K δ^(10/9) times its fraction of the length if δ > 0; slices are points
+with the diametral clearance G_r of the standards (ISO 5753: total displacement from side to side) and the relief P of
+the roller's profile. Each slice carries q = K δ^(10/9) times its fraction of the length if δ > 0; slices are points
 of Gauss's rule. K = k l^(8/9) with δ and l in mm:
 
 * ``palmgren``: δ = 3.84e-5 Q^0.9/l^0.8 in each of the two contacts (steel on steel), so k = 7.68e-5^(−10/9) = 37 309.6;
@@ -16,8 +16,8 @@ Forces are sums over slices; so are their tangents, symmetric because the contac
 logarithmic form of ISO/TS 16281: P = p D ln 1/(1 − s²), s = (2|z| − m)/(l − m), with m = l − 2.5 D of a long roller
 left straight and m = 0 of a short one; the standard has p = 0.00035 for short and 0.0005 for long rollers.
 
-Left out: centrifugal force and skew of the rollers, cage, oil film; rings stay round (how much they give way:
-:mod:`cranktrain.structure.block.roller_ring`).
+Neglected: centrifugal force and skew of the rollers, cage, oil film. Rings stay round; for their deformation see
+:mod:`cranktrain.structure.block.roller_ring`.
 
 References: Harris and Kotzalas, Rolling Bearing Analysis, 5th ed., ch. 6 and 7 (contacts by Palmgren, load
 distribution); ISO/TS 16281 (slices, profile); ISO 76 (static rating at 4000 MPa).
@@ -38,33 +38,33 @@ from cranktrain.core.reduced_body import Array
 from cranktrain.engine.roller_bearing import LONG_ROLLER, RollerBearing, check_roller_bearing
 
 SLICES = 30
-"""Gauss points along a roller."""
+"""Number of Gauss points along a roller."""
 ITERATIONS = 200
 CREEPING = 1.0e-9
-"""Residual over the load that is taken where iterations end."""
+"""Tolerance of the force balance at the last iteration, as a fraction of the load."""
 RESIDUAL = 1.0e-11
-"""Tolerance of the force balance, over the load."""
+"""Tolerance of the force balance, as a fraction of the load."""
 
-# Columns of a bearing's constants.
+# Columns of the constants of a bearing.
 COUNT, HALF_CLEARANCE, STIFFNESS_FACTOR, PRESSURE_FACTOR, TURN_COS, TURN_SIN, N_CONSTANTS = range(7)
-# Rows of its slices: position ζ, fraction of the length, relief 2P (m).
+# Rows of the slices of a bearing: position ζ, fraction of the length, relief 2P (m).
 ZETA, SHARE, RELIEF = range(3)
-# What roller_force writes: forces (4), tangents (4, 4), energy, load of the most loaded roller and its number, pressure
-# of the most loaded slice, rollers loaded, largest approach (negative: least gap).
+# Indices of the result of roller_force: forces (4), tangents (4, 4), energy, load and number of the most loaded roller,
+# pressure of the most loaded slice, number of loaded rollers, largest approach (negative: least gap).
 BY_PLACE, WORK, LARGEST, WHERE, PRESSURE, LOADED, APPROACH, N_OUT = 4, 20, 21, 22, 23, 24, 25, 26
 
 
 @dataclass(frozen=True, eq=False)
 class LoadedBearing:
-    """A bearing in balance with its load.
+    """Equilibrium of a bearing under a load.
 
     Attributes
     ----------
-    place : (4,) m, displacement (x, y) of the journal's middle and (a, b) of its end against that
-    stiffness : (4, 4) N/m, −∂F/∂place; the tilting stiffness about the middle is its lower block times (l/2)²
+    place : (4,) m, displacement (x, y) of the journal's middle and (a, b) of its end against the middle
+    stiffness : (4, 4) N/m, −∂F/∂place; the tilting stiffness about the middle is the lower block times (l/2)²
     angles, loads : (Z,) rad, N of each roller
     pressure : largest contact pressure at the inner ring, Pa
-    iterations : of Newton's method
+    iterations : number of Newton iterations
     """
 
     place: Array
@@ -76,7 +76,7 @@ class LoadedBearing:
 
 
 def roller_constants(bearing: RollerBearing) -> Array:
-    """Constants of one bearing for :func:`roller_force`, (N_CONSTANTS,)."""
+    """Return the constants of one bearing for :func:`roller_force`, (N_CONSTANTS,)."""
     step = 2.0 * math.pi / bearing.rollers
     return np.array(
         [
@@ -91,7 +91,7 @@ def roller_constants(bearing: RollerBearing) -> Array:
 
 
 def roller_slices(bearing: RollerBearing, count: int = SLICES) -> Array:
-    """Slices along a roller, (3, count): ζ in (−1, 1), fraction of the length, relief 2P of both contacts (m)."""
+    """Return slices along a roller, (3, count): ζ in (−1, 1), fraction of the length, relief 2P of both contacts (m)."""
     zeta, weight = _gauss(count)
     straight = max(0.0, 1.0 - LONG_ROLLER * bearing.diameter / bearing.length)
     s = np.maximum(np.abs(zeta) - straight, 0.0) / (1.0 - straight)
@@ -106,13 +106,13 @@ def _gauss(count: int) -> tuple[Array, Array]:
 
 
 def radial_integral(epsilon: float, points: int = 400) -> float:
-    """Sjövall's integral J_r(ε): very many rollers carry F = Z Q_max J_r(ε), no roller more than Q_max.
+    """Return Sjövall's integral J_r(ε), for which very many rollers carry F = Z Q_max J_r(ε), each at most Q_max.
 
     J_r(ε) = 1/(2π) ∫ [1 − (1 − cos ψ)/(2ε)]^(10/9) cos ψ dψ over the loaded arc, cos ψ > 1 − 2ε; with the approach
-    δ_max of the most loaded ones ε = δ_max/(2 δ_max + G_r), ½ without clearance (Harris and Kotzalas, ch. 7).
+    δ_max of the most loaded rollers ε = δ_max/(2 δ_max + G_r), ½ without clearance (Harris and Kotzalas, ch. 7).
     """
     end = math.acos(max(-1.0, 1.0 - 2.0 * epsilon)) if epsilon < 1.0 else math.pi
-    # ψ = end sin(t) takes the power's kink at the end of the arc away.
+    # The substitution ψ = end sin(t) removes the kink of the power law at the end of the arc.
     t, weight = _gauss(points)
     psi = end * np.sin(0.5 * math.pi * t)
     jacobian = 0.5 * math.pi * end * np.cos(0.5 * math.pi * t)
@@ -121,9 +121,9 @@ def radial_integral(epsilon: float, points: int = 400) -> float:
 
 
 def many_rollers(bearing: RollerBearing, load: float) -> tuple[float, float]:
-    """Closed form of a straight, aligned bearing: (δ_max, Q_max), m and N, of a radial load F > 0 (N).
+    """Return (δ_max, Q_max), m and N, of an aligned bearing with straight rollers under a radial load F > 0 (N).
 
-    F = Z K δ_max^(10/9) J_r(ε), as though the rollers stood infinitely close; ε follows from the clearance.
+    Closed form for infinitely many rollers, F = Z K δ_max^(10/9) J_r(ε); ε follows from the clearance.
     """
 
     def total(approach: float) -> float:
@@ -141,7 +141,7 @@ def many_rollers(bearing: RollerBearing, load: float) -> tuple[float, float]:
 
 
 def force_at(bearing: RollerBearing, place: Array, first_angle: float = 0.0, slices: int = SLICES) -> Array:
-    """Force on the journal at ``place`` (4,) m and what goes with it, (N_OUT,), see :func:`roller_force`."""
+    """Return the result (N_OUT,) of :func:`roller_force` with the journal at ``place`` (4,) m."""
     out = np.zeros(N_OUT)
     first = math.cos(first_angle), math.sin(first_angle)
     at = np.array(place, dtype=float)
@@ -150,14 +150,14 @@ def force_at(bearing: RollerBearing, place: Array, first_angle: float = 0.0, sli
 
 
 def roller_loads(bearing: RollerBearing, place: Array, first_angle: float = 0.0, slices: int = SLICES) -> Array:
-    """Load of each roller, (Z,) N, with the journal at ``place`` (4,) m."""
+    """Return the load of each roller, (Z,) N, with the journal at ``place`` (4,) m."""
     share = roller_slices(bearing, slices)[SHARE]
     approach = _approach(bearing, place, first_angle, slices)
     return np.asarray(bearing.contact_stiffness * approach ** (10.0 / 9.0) @ share)
 
 
 def slice_stiffness(bearing: RollerBearing, place: Array, first_angle: float = 0.0, slices: int = SLICES) -> Array:
-    """Tangent of each slice of each roller, (Z, slices) N/m, with the journal at ``place`` (4,) m; 0 where apart."""
+    """Return the stiffness of each slice, (Z, slices) N/m, with the journal at ``place`` (4,) m; 0 without contact."""
     share = roller_slices(bearing, slices)[SHARE]
     approach = _approach(bearing, place, first_angle, slices)
     slope = 10.0 / 9.0 * bearing.contact_stiffness * approach ** (1.0 / 9.0)
@@ -165,7 +165,7 @@ def slice_stiffness(bearing: RollerBearing, place: Array, first_angle: float = 0
 
 
 def _approach(bearing: RollerBearing, place: Array, first_angle: float, slices: int) -> Array:
-    """Approach of both contacts at each slice, (Z, slices) m, 0 where they are apart."""
+    """Return the approach of both contacts at each slice, (Z, slices) m, 0 without contact."""
     angles = first_angle + 2.0 * math.pi * np.arange(bearing.rollers) / bearing.rollers
     zeta, _, relief = roller_slices(bearing, slices)
     x, y, a, b = place
@@ -174,7 +174,7 @@ def _approach(bearing: RollerBearing, place: Array, first_angle: float, slices: 
 
 
 def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, slices: int = SLICES) -> LoadedBearing:
-    """Place at which the bearing carries a load.
+    """Find the equilibrium position of the journal under a load.
 
     The rollers' energy is convex, so Newton's method with a line search on energy minus work of the load converges from
     any start. In a direction that no roller resists (few rollers within a clearance) the initial guess is kept.
@@ -186,14 +186,14 @@ def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, s
 
     Returns
     -------
-    without any load: the journal half the clearance along x, or in the middle where there is none
+    the equilibrium; without load the journal is at half the clearance along x, or in the middle without clearance
 
     Raises
     ------
     InputError
-        for what is no bearing
+        if the data of the bearing are invalid
     SolverError
-        where no balance is found
+        if no equilibrium is found
     """
     check_roller_bearing(bearing)
     load = np.asarray(load, dtype=np.float64)
@@ -203,17 +203,17 @@ def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, s
     half = max(0.5 * bearing.clearance, 0.0)
     place = np.zeros(4)
     direction = load / size if size > 0.0 else np.array([1.0, 0.0, 0.0, 0.0])
-    # The journal touches along the load, then as deep as many rollers would have it.
+    # Initial guess: contact in the direction of the load, plus the approach of many rollers.
     place += direction * (half + (5.0 * size / (bearing.rollers * bearing.contact_stiffness)) ** 0.9)
     step_limit = half + 10.0 * float(np.linalg.norm(place)) + 1.0e-9
     for iteration in range(ITERATIONS):
         out = force_at(bearing, place, first_angle, slices)
         residual = load + out[:4]
         stiffness = -out[BY_PLACE:WORK].reshape(4, 4)
-        # Small loads across a clearance: the approach has no more digits than the place.
+        # Rounding limits the accuracy of small loads: the approach is a small difference of position and clearance.
         digits = abs(0.5 * bearing.clearance) + float(np.abs(place).max())
         rounding = 1.0e-15 * float(np.trace(stiffness)) * digits
-        # A trace of load in a direction that hardly any roller resists may go on creeping there.
+        # The last iteration has a looser tolerance, because a small load in a soft direction converges slowly.
         share = CREEPING if iteration == ITERATIONS - 1 else RESIDUAL
         if np.linalg.norm(residual) <= share * size + rounding:
             angles = first_angle + 2.0 * math.pi * np.arange(bearing.rollers) / bearing.rollers
@@ -231,10 +231,10 @@ def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, s
 def _line_search(
     bearing: RollerBearing, place: Array, step: Array, load: Array, energy: float, first_angle: float, slices: int
 ) -> float:
-    """Fraction of a step that lowers energy minus work of the load enough (Armijo), or that balances the forces."""
+    """Return the factor on a step that lowers energy minus work of the load enough (Armijo) or balances the forces."""
     promised = float((load + force_at(bearing, place, first_angle, slices)[:4]) @ step)
     share = 1.0
-    # What hardly any roller resists, as a tilt across the only one in contact, goes on until others touch.
+    # Extend the step in soft directions, such as a tilt across the only loaded roller, until other rollers touch.
     for _ in range(40):
         ahead = float((load + force_at(bearing, place + 2.0 * share * step, first_angle, slices)[:4]) @ step)
         if ahead <= 0.9 * promised:
@@ -244,7 +244,7 @@ def _line_search(
         out = force_at(bearing, place + share * step, first_angle, slices)
         left = float((load + out[:4]) @ step)
         gained = energy - float(out[WORK]) + share * float(load @ step)
-        # Close to the balance energies no longer differ in their digits; the slope still does.
+        # Close to equilibrium energy differences vanish in rounding, so the slope along the step decides.
         if gained >= 1.0e-4 * share * promised or abs(left) <= 0.5 * promised:
             return share
         share *= 0.5
@@ -256,15 +256,15 @@ def _line_search(
 
 @kernel
 def roller_force(place, first_cos, first_sin, constants, slices, out):
-    """Force of the rollers on a journal at ``place`` (x, y), (a, b) more at its end ζ = 1 (4,), m, in any axes.
+    """Compute the force of the rollers on a journal at ``place`` (4,) m, in any axes.
 
-    ``first_cos``, ``first_sin`` give the direction of roller 0 in these axes, ``constants`` and ``slices`` are those of
-    :func:`roller_constants` and :func:`roller_slices`.
+    ``place`` holds (x, y) of the middle and (a, b) of the end ζ = 1 against it. ``first_cos``, ``first_sin`` give the
+    direction of roller 0; ``constants`` and ``slices`` come from :func:`roller_constants` and :func:`roller_slices`.
 
     Fills ``out`` (N_OUT,): forces (F_x, F_y, Q_x, Q_y) with Q = ∫ ζ dF (N); from BY_PLACE on their derivatives by
     place, row-major (N/m); WORK, the energy stored (J); LARGEST load of a roller (N), WHERE its number; PRESSURE, the
-    largest at the inner ring (Pa); LOADED rollers; APPROACH, the largest of rollers at the journal's ends or middle,
-    the profile left out (m; below 0: least gap).
+    largest at the inner ring (Pa); LOADED, the number of loaded rollers; APPROACH, the largest at the ends or middle of
+    the rollers, without their profile (m; below 0: least gap).
     """
     x, y, a, b = four(place, 0)
     for k in range(N_OUT):

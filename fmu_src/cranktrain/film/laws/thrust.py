@@ -1,20 +1,20 @@
-"""Axial (thrust) bearing: a film on each side of the collar within the axial clearance, and contact below roughness.
+"""Axial (thrust) bearing with a film on each side of the collar, and contact at gaps below the roughness.
 
-Each side carries ``pads`` pads of length B (along the mean radius) and radial width L that rise evenly by the taper δ
-to the least film h at their end. Reynolds' equation of such a pad has the same right side for wedge and squeeze,
+Each side has ``pads`` pads of length B (along the mean radius) and radial width L. The film of a pad narrows linearly
+by the taper δ to the least film h at its end. Reynolds' equation of a pad has one right side for wedge and squeeze,
 
     ∂x(H³ ∂x p) + ∂y(H³ ∂y p) = −12 η V,     V = −ḣ + U δ/(2B) + ½ U ∂h/∂s,     p = 0 around the pad,
 
-so that one number, its damping S(h), gives the force F = S V of both; the last term is the collar's tilt, whose film
-slopes along the pad. S is solved once per bearing: sine series across the pad, finite volumes along it, kept as a cubic
-spline of h² S over ln h. A pad sees the collar at its middle.
+so the damping S(h) of the pad gives the force F = S V of both. The last term of V is the tilt of the collar, by which
+the film slopes along the pad. S is solved once per bearing with a sine series across the pad and finite volumes along
+it, and stored as a cubic spline of h² S over ln h. The position of the collar is evaluated at the middle of each pad.
 
-The film of a pad that is pulled apart ruptures: with an absolute pressure of zero or more it pulls with F/√(1 +
-(F/F_a)²), where F_a is ambient pressure on the pad. At gaps below ``contact_height`` the collar touches. The contact is
-a linear spring (the bearing's stiffness in series with the block's) and a damper, distributed to the pads.
-docs/decisions/0012-thrust-film.md lists the effects that are left out, and their size.
+The film of an opening gap ruptures, because absolute pressure cannot be negative. Its suction is F/√(1 + (F/F_a)²),
+where F_a is ambient pressure times the area of the pad. At gaps below ``contact_height`` the collar touches. Contact is
+a linear spring (stiffness of the bearing in series with the block) and a damper, distributed to the pads.
+docs/decisions/0012-thrust-film.md lists the neglected effects and their size.
 
-The closed bearing beside main bearings without clearance is a spring of its own stiffness and the same damper.
+Main bearings without clearance go with a closed thrust bearing: a spring of its own stiffness and the same damper.
 Source: Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication (2004), fixed-incline slider.
 """
 
@@ -34,47 +34,47 @@ from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, COS, OIL, RATE, SI
 
 AMBIENT = 101325.0
 FILM_FLOOR = 0.2
-"""The film is frozen below this fraction of the contact height, where contact carries."""
+"""Least film at which a pad is evaluated, as a fraction of the contact height; contact carries below it."""
 N_FILMS = 32
-"""Films at which a pad's damping is solved, evenly in ln h from the frozen film to twice the clearance."""
+"""Number of films at which a pad's damping is solved, even in ln h from the least film to twice the clearance."""
 
-# Columns of the parameters; the spline's N_FILMS + 2 coefficients follow, then of each pad what its middle moves along
-# the axis by the collar's rotations about x and y, m.
+# Columns of the parameters. The N_FILMS + 2 coefficients of the spline follow, then for each pad the two lever arms (m)
+# that give the axial displacement of its middle by rotations of the collar about x and y.
 HALF, CONTACT_HEIGHT, STIFFNESS, DAMPING, PADS, SUCTION, WEDGE, LOG_FILM, LOG_STEP, SPLINE = range(10)
 ARMS = SPLINE + N_FILMS + 2
 
-# What :func:`thrust_force_tilted` writes behind the forces: tangents by place and by velocity, 3 × 3 each.
+# Result of :func:`thrust_force_tilted` after the forces: tangents by place and by velocity, 3 × 3 each.
 TILTED_BY_PLACE, TILTED_BY_VELOCITY = 3, 12
 
 
 def closed_stiffness(thrust: ThrustBearing) -> float:
-    """Stiffness of the closed bearing, N/m: collar and shells in series with the block."""
+    """Return the stiffness of the closed bearing, N/m: collar and shells in series with the block."""
     return 1.0 / (1.0 / thrust.closed + 1.0 / thrust.block_stiffness)
 
 
 def touching_stiffness(thrust: ThrustBearing) -> float:
-    """Stiffness of the contact of collar and shells in a run, N/m, in series with the block."""
+    """Return the contact stiffness of a run, N/m: collar and shells in series with the block."""
     return 1.0 / (1.0 / thrust.contact_stiffness + 1.0 / thrust.block_stiffness)
 
 
 def pad_size(thrust: ThrustBearing) -> tuple[float, float, float]:
-    """Mean radius, length along it and radial width of a pad, m."""
+    """Return the mean radius, length along this radius and radial width of a pad, m."""
     radius = 0.25 * (thrust.inner_diameter + thrust.outer_diameter)
     width = 0.5 * (thrust.outer_diameter - thrust.inner_diameter)
     return radius, 2.0 * math.pi * radius * thrust.pad_fraction / thrust.pads, width
 
 
 def pad_damping(films: np.ndarray, taper: float, length: float, width: float) -> np.ndarray:
-    """Damping S/η of a pad, (n,) m, at its least films (n,) m: force per closing velocity and viscosity."""
-    # The shorter the pad, the flatter the pressure across it, and the more waves it takes.
+    """Return the damping S/η of a pad, (n,) m, at least ``films`` (n,) m: force per closing velocity and viscosity."""
+    # A shorter pad has a flatter pressure profile across its width, which needs more sine terms.
     waves = np.arange(1, 40 * math.ceil(max(1.0, width / length)), 2)[:, None]
     cells = 400
-    # Where the film is thin the pressure changes fast: cells even in ln h where the taper is much, in x where little.
+    # Pressure changes fast in a thin film, so cells are even in ln h for a large taper, and in x for a small one.
     spread = math.log1p(taper / float(np.min(films)))
     face = np.linspace(0.0, 1.0, cells + 1)
     if taper > 0.0:
         face = np.expm1(spread * face) / math.expm1(spread)
-    # x runs against the sliding, from the least film on; nodes between the faces, p = 0 at both ends.
+    # x starts at the least film and points against the sliding; nodes lie between the faces, p = 0 at both ends.
     node = 0.5 * (face[1:] + face[:-1])
     gap = np.diff(np.concatenate(([0.0], node, [1.0]))) * length
     film = (films[:, None] + taper * node) ** 3
@@ -95,7 +95,7 @@ def pad_damping(films: np.ndarray, taper: float, length: float, width: float) ->
 
 
 def thrust_parameters(thrust: ThrustBearing, viscosity: float) -> Array:
-    """Pack one thrust bearing for the kernels, (ARMS + 2 pads,)."""
+    """Return the parameters of one thrust bearing as the kernels read them, (ARMS + 2 pads,)."""
     radius, length, width = pad_size(thrust)
     start, step = _film_steps(thrust)
     angles = 2.0 * math.pi * (np.arange(thrust.pads) + 0.5) / thrust.pads
@@ -117,14 +117,14 @@ def thrust_parameters(thrust: ThrustBearing, viscosity: float) -> Array:
 
 
 def _film_steps(thrust: ThrustBearing) -> tuple[float, float]:
-    """Logarithm of the least film (m) of the spline, and the step to the next."""
+    """Return the logarithm of the spline's least film (m), and the step to the next film."""
     start = math.log(FILM_FLOOR * thrust.contact_height)
     return start, (math.log(2.0 * thrust.clearance) - start) / (N_FILMS - 1)
 
 
 @cache
 def _damping_by_film(thrust: ThrustBearing) -> Array:
-    """Spline of h² S over the viscosity, (N_FILMS + 2,) m³: the same at all temperatures."""
+    """Return spline coefficients of h² S/η, (N_FILMS + 2,) m³, which are independent of temperature."""
     start, step = _film_steps(thrust)
     films = np.exp(start + step * np.arange(N_FILMS))
     _, length, width = pad_size(thrust)
@@ -132,25 +132,25 @@ def _damping_by_film(thrust: ThrustBearing) -> Array:
 
 
 class ThrustPads(NamedTuple):
-    """Data of the bearing."""
+    """Data of the thrust bearing."""
 
-    parameters: Array  # see above
+    parameters: Array  # (ARMS + 2 pads,) see :func:`thrust_parameters`
     tilted: Array  # (21,) result of :func:`thrust_force_tilted`
-    spline: Array  # (N_FILMS + 2,) its part in the parameters, over the viscosity
+    spline: Array  # (N_FILMS + 2,) coefficients of h² S/η, m³
 
 
 def closed_pads(thrust: ThrustBearing, viscosity: float) -> ThrustPads:
-    """Closed thrust bearing: a spring of ``closed_stiffness``."""
+    """Make the closed thrust bearing: a spring of ``closed_stiffness``."""
     return thrust_pads(replace(thrust, contact_stiffness=thrust.closed), viscosity)
 
 
 def thrust_pads(thrust: ThrustBearing, viscosity: float) -> ThrustPads:
-    """The bearing with oil of ``viscosity``, Pa s."""
+    """Make the thrust bearing with oil of ``viscosity``, Pa s."""
     return ThrustPads(thrust_parameters(thrust, viscosity), np.zeros(21), _damping_by_film(thrust).copy())
 
 
 def _spline(values: np.ndarray) -> np.ndarray:
-    """Coefficients of the cubic B-spline through even samples, one cubic over the two steps at either end."""
+    """Return coefficients of the not-a-knot cubic B-spline through evenly spaced samples."""
     n = values.size
     rows = np.zeros((n + 2, n + 2))
     for i in range(n):
@@ -161,7 +161,7 @@ def _spline(values: np.ndarray) -> np.ndarray:
 
 @kernel
 def damping_of_film(h, parameters):
-    """Damping S of a pad (N s/m) at its least film h and dS/dh; beyond the spline's end h² S stays as it is."""
+    """Return the damping S (N s/m) of a pad at its least film h, and dS/dh; h² S is constant beyond the spline."""
     x = (math.log(h) - parameters[LOG_FILM]) / parameters[LOG_STEP]
     beyond = x - (N_FILMS - 1)
     if beyond < 0.0:
@@ -191,9 +191,9 @@ def damping_of_film(h, parameters):
 
 @kernel
 def pad_force(gap, closing, wedge, parameters):
-    """Force that opens one pad (N, never below −suction), and its derivatives by gap, closing velocity and wedge.
+    """Return the opening force of one pad (N, ≥ −suction) and its derivatives by gap, closing velocity and wedge.
 
-    ``closing`` is −ḣ; ``wedge`` the velocity by which the film's slopes add to it.
+    ``closing`` is −ḣ; ``wedge`` is the velocity that the slopes of the film add to ``closing``, m/s.
     """
     contact_height = parameters[CONTACT_HEIGHT]
     floor = FILM_FLOOR * contact_height
@@ -206,7 +206,7 @@ def pad_force(gap, closing, wedge, parameters):
     if depth > 0.0:
         stiffness = parameters[STIFFNESS] / parameters[PADS]
         damping = parameters[DAMPING] / parameters[PADS]
-        # The damper grows in over the roughness height, so the force has no jump on touching.
+        # The damping grows with the approach over the roughness height, so the force has no jump at first contact.
         share = depth / contact_height if depth < contact_height else 1.0
         force += stiffness * depth + damping * share * closing
         by_gap -= stiffness
@@ -226,7 +226,7 @@ def pad_force(gap, closing, wedge, parameters):
 
 @kernel
 def thrust_force(z, vz, speed, parameters):
-    """Axial force on the collar at z (m, from the middle of the clearance), with ∂F/∂z and ∂F/∂ż; no tilt."""
+    """Return the axial force on a collar without tilt at z (m, from the middle of the clearance), ∂F/∂z and ∂F/∂ż."""
     half = parameters[HALF]
     wedge = parameters[WEDGE] * speed
     f1, k1, c1, _ = pad_force(half - z, vz, wedge, parameters)
@@ -237,20 +237,20 @@ def thrust_force(z, vz, speed, parameters):
 
 @kernel
 def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
-    """Force and moments on a tilted collar with their tangents.
+    """Compute force and moments on a tilted collar, with their tangents.
 
-    The collar is at z (m) in the middle of the clearance, turned by the small angles tx, ty (rad) about x and y,
-    axes at rest with the pads; vz, vtx, vty are their rates, ``speed`` the crank's (rad/s). ``out[0:3]`` F_z (N), M_x,
-    M_y (N m); ``out[3:12]`` their derivatives by (z, tx, ty), ``out[12:21]`` by (vz, vtx, vty), row-major.
+    The collar is at z (m) from the middle of the clearance and rotated by the small angles tx, ty (rad) about the axes
+    x and y, which are at rest with the pads; vz, vtx, vty are the rates, ``speed`` is that of the crank (rad/s).
+    ``out[0:3]`` F_z (N), M_x, M_y (N m); ``out[3:12]`` derivatives by (z, tx, ty), ``out[12:21]`` by (vz, vtx, vty).
     """
     half = parameters[HALF]
     wedge = parameters[WEDGE] * speed
-    # Sums over the pads in registers: force and both moments; stiffness, by both rotations; damping.
+    # Sums over the pads, in local variables for speed: force and both moments, stiffness, damping.
     fz = fx = fy = 0.0
     zz = zx = zy = xz = xx = xy = yz = yx = yy = 0.0
     czz = czx = czy = cxx = cxy = cyy = 0.0
     for k in range(int(parameters[PADS])):
-        # Displacement of the collar at the pad: z + ax tx + ay ty; its slope along the pad turns film into wedge.
+        # Displacement of the collar at the pad is z + ax tx + ay ty; its slope along the pad adds to the wedge.
         ax = parameters[ARMS + 2 * k]
         ay = parameters[ARMS + 2 * k + 1]
         place = z + ax * tx + ay * ty
@@ -291,15 +291,15 @@ def thrust_force_tilted(z, tx, ty, vz, vtx, vty, speed, parameters, out):
         out[i] = sums[i]
 
 
-# The bearing as the running model calls it, see :mod:`cranktrain.film.laws.films`: places (z, θ_x, θ_y) of the collar
-# against its middle, in the frame's axes, and (F_z, M_x, M_y) on it.
+# Kernels for the running model, see :mod:`cranktrain.film.laws.films`: ``place`` is (z, θ_x, θ_y) of the collar from
+# the middle of the clearance, in the axes of the frame; forces are (F_z, M_x, M_y) on the collar.
 
 _read = record_reader(ThrustPads(np.zeros(1), np.zeros(1), np.zeros(1)))
 
 
 @kernel
 def _axial(force, stiffness, damping, out):
-    """Write an axial force and its derivatives, without moments."""
+    """Write an axial force and its derivatives to ``out``, with zero moments."""
     for k in range(BY_VELOCITY + 16):
         out[k] = 0.0
     out[0] = force
@@ -309,7 +309,7 @@ def _axial(force, stiffness, damping, out):
 
 @law_kernel
 def closed_thrust(record, action, i, place, velocity, numbers, memory, out):
-    """Spring and damper along the axis; never closes further."""
+    """Kernel of the closed bearing: axial spring and damper, with zero closing rate."""
     own = _read(record).parameters
     if action == RATE:
         out[0] = 0.0
@@ -322,7 +322,7 @@ def closed_thrust(record, action, i, place, velocity, numbers, memory, out):
 
 @kernel
 def _take_oil(bearing, viscosity):
-    """Let the pads be of another viscosity, Pa s; 0."""
+    """Set the viscosity of the pads, Pa s; returns 0."""
     for k in range(bearing.spline.shape[0]):
         bearing.parameters[SPLINE + k] = viscosity * bearing.spline[k]
     return 0
@@ -330,7 +330,7 @@ def _take_oil(bearing, viscosity):
 
 @law_kernel
 def axial_thrust(record, action, i, place, velocity, numbers, memory, out):
-    """Films and contact under a collar that stays square to its axis."""
+    """Kernel of films and contact with a collar that stays square to its axis."""
     if action == OIL:
         return _take_oil(_read(record), numbers[VISCOSITY])
     own = _read(record).parameters
@@ -344,7 +344,7 @@ def axial_thrust(record, action, i, place, velocity, numbers, memory, out):
 
 @law_kernel
 def tilting_thrust(record, action, i, place, velocity, numbers, memory, out):
-    """Films and contact under a collar that tilts."""
+    """Kernel of films and contact with a collar that tilts."""
     if action in (RATE, OIL):
         return axial_thrust(record, action, i, place, velocity, numbers, memory, out)
     bearing = _read(record)
@@ -359,7 +359,7 @@ def tilting_thrust(record, action, i, place, velocity, numbers, memory, out):
     out[0] = result[0]
     out[1] = cos * result[1] + sin * result[2]
     out[2] = cos * result[2] - sin * result[1]
-    # Pads are at rest: turn the tangents into the frame.
+    # The pads are at rest, so the tangents are rotated to the axes of the frame.
     for part in range(2):
         o = TILTED_BY_PLACE if part == 0 else TILTED_BY_VELOCITY
         for r in range(3):
