@@ -1,1 +1,1 @@
-"""Contact of rough surfaces."""
+"""Contact of the rough surfaces of journal and bearing shell."""

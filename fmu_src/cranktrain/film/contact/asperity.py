@@ -1,14 +1,14 @@
-r"""Rough surfaces that touch: contact pressure after Greenwood and Tripp.
+r"""Contact pressure of rough surfaces after Greenwood and Tripp.
 
-Asperity heights of both surfaces together are Gaussian with standard deviation σ; η asperities per area have the tip
-radius β. Over a mean gap h the surfaces press and touch with
+The combined asperity heights of both surfaces are Gaussian with standard deviation σ; η asperities per area have the
+tip radius β. At a mean gap h the contact pressure and the fraction of area in real contact are
 
     p = (16 √2 π / 15) (ηβσ)² √(σ/β) E' F_{5/2}(h/σ),      A_real / A = π² (ηβσ)² √(σ/β) F_2(h/σ)
 
     F_n(H) = ∫_H^∞ (s − H)ⁿ exp(−s²/2) / √(2π) ds
 
-A lining yields at its hardness p_H. The pressure approaches this limit:  p → p/(1 + (p/p_H)³)^⅓, a choice that leaves
-light contact as it is (0.3 % at a fifth of the hardness) and stays smooth.
+A lining yields at its hardness p_H. The pressure approaches this limit as p → p/(1 + (p/p_H)³)^⅓. This form is smooth
+and hardly changes light contact (0.3 % at a fifth of the hardness).
 
 The integrals are computed exactly and stored as cubic splines of their logarithm over H (twice continuously
 differentiable). Above H = 5 they fade out smoothly and vanish from H = 6 on, where the pressure would be some pascal at
@@ -33,37 +33,37 @@ from cranktrain.core.types import Array
 from cranktrain.engine.parts import PlainBearing
 
 HIGHEST = 6.0
-"""Gap over roughness from which on the surfaces do not touch."""
+"""Gap over roughness above which there is no contact."""
 FADING = 5.0
 """Gap over roughness at which contact begins to fade out."""
 LOWEST = -20.0
-"""Gap over roughness below which the integrals follow their asymptotic series."""
+"""Gap over roughness below which the integrals are computed by their asymptotic series."""
 GAP_STEP = 0.04
-"""Spacing of the tables over H."""
+"""Spacing of the tables in H."""
 SMOOTH_SPEED = 0.01
-"""Sliding speed, m/s, within which boundary friction changes its sign."""
+"""Sliding speed (m/s) of the smooth transition in which boundary friction changes its sign."""
 TABLE_TOP = 14.0
-"""End of the table of the integrals; resultants of a bearing's slice at HIGHEST need values beyond HIGHEST."""
+"""Largest H of the table of integrals; resultants of a bearing slice at HIGHEST need values beyond HIGHEST."""
 
-# Constants of one rough contact.
+# Indices of the constants of one rough contact.
 SIGMA, PRESSURE, AREA, FRICTION, SHEAR, PER_HARDNESS, CONSTANTS = range(7)
 
 
 def greenwood_tripp_integral(power: float, gap_ratio: Array | float) -> Array:
-    """F_n(H) of Greenwood and Tripp to about 1e-11 of itself, shaped as ``gap_ratio``; n = ``power``, in halves.
+    """Return F_n(H) of Greenwood and Tripp to a relative accuracy of 1e-11, in the shape of ``gap_ratio``.
 
-    With s − H = u² the integral becomes ∫ |u|^{2n+1} φ(u² + H) du from −∞ to ∞. The trapezoidal rule converges
-    exponentially where 2n + 1 is even; whole powers follow from Gauss's rule over u ≥ 0.
+    n = ``power`` is a multiple of ½. With s − H = u² the integral becomes ∫ |u|^{2n+1} φ(u² + H) du from −∞ to ∞. The
+    trapezoidal rule converges exponentially if 2n + 1 is even; integer powers use Gauss's rule over u ≥ 0.
     """
     gap = np.asarray(gap_ratio, dtype=float)[..., None]
-    top = np.sqrt(9.0 - np.minimum(gap, 0.0))  # φ(u² + H) has fallen by exp(−40) beyond
+    top = np.sqrt(9.0 - np.minimum(gap, 0.0))  # beyond this u, φ(u² + H) has fallen by exp(−40)
     if float(2 * power + 1) % 2.0 == 0.0:
         places, weights = np.linspace(0.0, 1.0, 601), np.full(601, 2.0 / 600.0)
     else:
         places, weights = np.polynomial.legendre.leggauss(150)
         places = 0.5 * (places + 1.0)
     u = top * places
-    # φ(H) stands in front where the tail is thin, so that nothing underflows.
+    # For large H the factor φ(H) is taken out of the integral to avoid underflow.
     tail = np.maximum(gap, 0.0)
     integrand = u ** (2.0 * power + 1.0) * np.exp(-0.5 * ((u * u + gap) ** 2 - tail**2))
     total = np.sum(top * weights * integrand, axis=-1)
@@ -71,14 +71,14 @@ def greenwood_tripp_integral(power: float, gap_ratio: Array | float) -> Array:
 
 
 def log_spline(values: Array) -> Array:
-    """B-spline coefficients (n + 2, k) of ln ``values`` (n, k) on an even grid, not-a-knot at both ends."""
+    """Return B-spline coefficients (n + 2, k) of ln ``values`` (n, k) on an even grid, not-a-knot at both ends."""
     n = len(values)
     right = np.concatenate([np.log(values), np.zeros((2, values.shape[1]))])
     return np.ascontiguousarray(np.linalg.solve(not_a_knot(n), right))
 
 
 def contact_table() -> Array:
-    """Spline coefficients (n, 2) of ln F_{5/2} and ln F_2 for :func:`contact_pressure`; the same for every surface."""
+    """Return spline coefficients (n, 2) of ln F_{5/2} and ln F_2 for :func:`contact_pressure`, for any surface."""
     return _contact_table().copy()
 
 
@@ -98,21 +98,21 @@ def contact_constants(
     boundary_shear: float = 0.0,
     hardness: float = math.inf,
 ) -> Array:
-    """Constants of one rough contact, (5,): σ, pressure and area in front of the integrals, μ, τ₀.
+    """Return the constants of one rough contact: σ, factors of pressure and area before the integrals, μ, τ₀, hardness.
 
     Parameters
     ----------
-    roughness : σ of both surfaces together, m
+    roughness : combined σ of both surfaces, m
     asperity_factor : ηβσ
     asperity_ratio : σ/β
     contact_modulus : E' = 1/((1 − ν₁²)/E₁ + (1 − ν₂²)/E₂), Pa
-    boundary_friction : μ on the contact pressure
-    boundary_shear : τ₀ on the real contact, Pa
+    boundary_friction : coefficient μ on the contact pressure
+    boundary_shear : shear stress τ₀ on the real contact area, Pa
 
     Raises
     ------
     InputError
-        a value that is not positive, or negative friction
+        if a value is not positive, or friction is negative
     """
     for name, value in (
         ("roughness", roughness),
@@ -133,7 +133,7 @@ def contact_constants(
 
 
 def bearing_contact_constants(bearing: PlainBearing) -> Array:
-    """Constants of the rough surfaces of ``bearing``, (CONSTANTS,); see :func:`contact_constants`."""
+    """Return :func:`contact_constants` of the surfaces of ``bearing``, (CONSTANTS,)."""
     return contact_constants(
         bearing.roughness,
         bearing.asperity_factor,
@@ -150,7 +150,7 @@ def bearing_contact_constants(bearing: PlainBearing) -> Array:
 
 @kernel
 def fading(gap_ratio):
-    """Weight that takes contact to zero from FADING to HIGHEST, and its slope; twice continuously differentiable."""
+    """Return the weight, smooth to second order, that fades contact out from FADING to HIGHEST, and its slope."""
     if gap_ratio <= FADING:
         return 1.0, 0.0
     if gap_ratio >= HIGHEST:
@@ -163,7 +163,7 @@ def fading(gap_ratio):
 
 @kernel
 def spline_place(gap_ratio, n):
-    """Interval of the table and place in it, clamped to the table of ``n`` coefficients."""
+    """Return the table interval of a gap and the position in it, clamped to a table of ``n`` coefficients."""
     y = (gap_ratio - LOWEST) / GAP_STEP
     i = int(y)
     if i < 0:
@@ -175,7 +175,7 @@ def spline_place(gap_ratio, n):
 
 @kernel
 def spline_value(table, column, i, t):
-    """Value of one column and its derivative by H."""
+    """Return the spline value of one table column and its derivative by H."""
     b0, b1, b2, b3, d0, d1, d2, d3 = cubic(t, 1.0)
     c0 = table[i, column]
     c1 = table[i + 1, column]
@@ -186,7 +186,7 @@ def spline_value(table, column, i, t):
 
 @kernel
 def contact_integrals(gap_ratio, table, faded):
-    """F_{5/2}, its derivative by H, and F_2 at H = ``gap_ratio``; with ``faded`` they vanish from HIGHEST on."""
+    """Return F_{5/2}, its derivative by H, and F_2 at H = ``gap_ratio``; if ``faded``, zero above HIGHEST."""
     if gap_ratio < LOWEST:
         # F_n(−x) = x^n Σ_k binomial(n, 2k) (2k − 1)!! x^{−2k}
         x = -gap_ratio
@@ -213,7 +213,7 @@ def contact_integrals(gap_ratio, table, faded):
 
 @kernel
 def contact_pressure(h, constants, table):
-    """Contact pressure over the mean gap ``h`` (m): p (Pa), dp/dh (Pa/m), fraction of the area in true contact."""
+    """Return contact pressure p (Pa), dp/dh (Pa/m) and fraction of area in real contact at the mean gap ``h`` (m)."""
     gap_ratio = h / constants[SIGMA]
     if gap_ratio >= HIGHEST:
         return 0.0, 0.0, 0.0
@@ -225,7 +225,7 @@ def contact_pressure(h, constants, table):
 
 @kernel
 def yielding(pressure, per_hardness):
-    """Pressure that a lining of the hardness 1/``per_hardness`` bears of an elastic one, and its derivative by that."""
+    """Limit an elastic ``pressure`` by the hardness 1/``per_hardness`` of a lining; return it and its derivative."""
     ratio = pressure * per_hardness
     both = 1.0 + ratio * ratio * ratio
     share = both ** (-1.0 / 3.0)

@@ -4,18 +4,18 @@ A shell that has run in is relieved at its edges: over the fraction w of each ha
 
     g(ζ) = d ((|ζ| − 1 + w)/w)^p    for |ζ| > 1 − w,    0 elsewhere,
 
-ζ = 2z/L. The profile is the same all round, so the film still depends on half the sum of the surface speeds only.
+ζ = 2z/L. The profile is uniform around the shell, so the film depends on half the sum of the surface speeds only.
 
-Between surfaces of the combined standard deviation σ the oil has the mean gap h_T of Gaussian heights, also where the
-mean planes of the surfaces meet or overlap. With H the distance of the mean planes, u = H/σ, Φ and φ the normal
-distribution and its density
+The oil between surfaces of the combined standard deviation σ has the mean gap h_T of Gaussian heights, even if the mean
+planes of the surfaces touch or overlap. With the distance H of the mean planes, u = H/σ, the normal distribution Φ and
+its density φ
 
     h = √(h_T² + (0.1 σ)²),    h_T = σ (u Φ(u) + φ(u)),    dh/dH = h_T Φ(u)/h.
 
-The second term is chosen so that a fully closed gap does not seal. It fades out between u = 5 and 6, where contact ends
-as well, so h = H for surfaces that do not touch. The film is squeezed by dh/dt, and its pressure does work on dh, so
-source and pressure are both weighted by dh/dH, the fraction of the area that is not in contact. With a weight on one
-side only, surfaces that cannot close would pump oil for ever.
+The second term is chosen so that a fully closed gap does not seal. It fades out between u = 5 and 6, as contact does,
+so h = H for surfaces without contact. The film is squeezed by dh/dt, and its pressure does work on dh, so
+source and pressure are both weighted by dh/dH, the fraction of the area that is not in contact. With a weight on only
+one of the two, surfaces in contact would pump oil without limit.
 
 Source of h_T: N. Patir, H. S. Cheng, J. Lubr. Technol. 100 (1978) 12.
 """
@@ -28,27 +28,27 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.film.contact.asperity import FADING, HIGHEST
 
 CLEAR = HIGHEST
-"""H/σ from which on the mean gap is the gap (to 2e-10 σ)."""
+"""H/σ above which the mean gap equals the distance H of the mean planes (to 2e-10 σ)."""
 LEFT_OPEN = 0.1
-"""Smallest mean gap of closed surfaces, over σ; chosen."""
+"""Smallest mean gap of fully closed surfaces, over σ; chosen."""
 SMOOTH = 5.0e-5
 """Roughness σ used for "smooth" surfaces, over the clearance; it changes the film only below 4e-4 of the clearance."""
 STRAIGHT = (0.0, 0.5, 2.0)
-"""Profile of a straight shell."""
+"""Relief profile (depth, width fraction, exponent) of a straight shell."""
 _SAMPLES, _STEPS = 8, 60
 _NARROW = 1.0e-12
-"""ζ to which the place of a least gap on a relief is found."""
+"""Tolerance in ζ of the position of the least gap on a relief."""
 
 
 def over(profile: tuple[float, float, float], unit: float = 1.0) -> tuple[float, float, float]:
-    """A profile with its depth over a ``unit``, as kernels take it."""
+    """Return a profile with its depth divided by ``unit``, as kernels read it."""
     depth, share, exponent = profile
     return depth / unit, float(share), float(exponent)
 
 
 @kernel
 def relief(zeta, profile):
-    """Relief g of a shell at ζ; ``profile`` holds its depth d (any unit), width fraction w and exponent p."""
+    """Return the relief g of a shell at ζ; ``profile`` holds depth d (any unit), width fraction w and exponent p."""
     depth, share, exponent = profile
     s = abs(zeta) - 1.0 + share
     if depth == 0.0 or s <= 0.0:
@@ -58,7 +58,7 @@ def relief(zeta, profile):
 
 @inlined_kernel
 def _power(s, exponent):
-    """``s`` to a power ≥ 0. A whole one in a loop: a choice of two values would compute both."""
+    """Return ``s`` to a power ≥ 0; integer powers use a loop, which is faster than a general power."""
     value = 1.0
     whole = int(exponent)
     if exponent == whole:
@@ -71,14 +71,14 @@ def _power(s, exponent):
 
 @kernel
 def mean_gap(h, sigma):
-    """Mean gap h_T of Gaussian surfaces ``h`` apart, in the unit of ``sigma``."""
+    """Return the mean gap h_T of Gaussian surfaces whose mean planes are ``h`` apart, in the unit of ``sigma``."""
     u = h / sigma
     return 0.5 * h * math.erfc(-math.sqrt(0.5) * u) + sigma * math.exp(-0.5 * u * u) / math.sqrt(2.0 * math.pi)
 
 
 @kernel
 def open_gap(h, sigma):
-    """Gap of a film between rough surfaces ``h`` apart, in the unit of ``sigma``, first and second derivative by h."""
+    """Return the film gap of rough surfaces ``h`` apart, in the unit of ``sigma``, and two derivatives by h."""
     u = h / sigma
     if u >= CLEAR:
         return h, 1.0, 0.0
@@ -100,10 +100,10 @@ def open_gap(h, sigma):
 
 @kernel
 def least_gap(place, clearance, profile):
-    """Least gap between a journal at ``place`` (x, y, a, b) and the shell, and its ζ; 0 for a journal without tilt.
+    """Return the least gap between a journal at ``place`` (x, y, a, b) and the shell, and its ζ (0 without tilt).
 
-    Between the reliefs an end is least, because |e + ζ t| is convex; a relief is searched where the journal reaches
-    far enough to come nearer there than elsewhere.
+    On the straight part the least gap lies at an end, because |e + ζ t| is convex. A relief is searched only if the
+    displacement there is large enough for a smaller gap.
     """
     x, y, a, b = place
     depth, share, _ = profile
@@ -136,9 +136,9 @@ def least_gap(place, clearance, profile):
 
 @kernel
 def _flattest(near, far, end, place, profile):
-    """|ζ| between two at which the gap on the relief of one ``end`` neither falls nor rises, or the lower of both.
+    """Return the |ζ| of the stationary gap on the relief of one ``end``, or the bound with the smaller gap.
 
-    Newton's method on the slope, halving where it would leave what encloses the root.
+    Newton's method on the slope, with bisection if a step would leave the interval that encloses the root.
     """
     first, bend = _slope(near, end, place, profile)
     if first >= 0.0:
@@ -164,7 +164,7 @@ def _flattest(near, far, end, place, profile):
 
 @kernel
 def _slope(s, end, place, profile):
-    """First and second derivative of the gap by |ζ| at ``s``."""
+    """Return the first and second derivative of the gap by |ζ| at |ζ| = ``s``."""
     x, y, a, b = place
     depth, share, exponent = profile
     px = x + end * s * a
@@ -185,7 +185,7 @@ def _slope(s, end, place, profile):
 
 @kernel
 def _reach(zeta, place):
-    """How far from the bore's axis the journal's is at ζ."""
+    """Return the distance between the axes of journal and bore at ζ."""
     x, y, a, b = place
     px = x + zeta * a
     py = y + zeta * b
@@ -194,5 +194,5 @@ def _reach(zeta, place):
 
 @kernel
 def _gap(zeta, place, clearance, profile):
-    """Least gap of the slice at ζ."""
+    """Return the least gap of the slice at ζ."""
     return clearance + relief(zeta, profile) - _reach(zeta, place)

@@ -1,16 +1,16 @@
-r"""Contact of the rough surfaces of a journal bearing: its resultant over the film of a tilted journal.
+r"""Resultant of the rough contact between a tilted journal and its bearing.
 
-In a bearing every slice z of the film sees a circular gap c + g − e cos φ, g(ζ) the relief of the shell and
-e = |(x + aζ, y + bζ)| the slice's eccentricity, (a, b) being the displacement by tilt at the end ζ = 1. Its normal
-force per width
+Every slice z of the film has a circular gap c + g − e cos φ, with the relief g(ζ) of the shell and the eccentricity
+e = |(x + aζ, y + bζ)| of the slice, where (a, b) is the displacement by tilt at the end ζ = 1. The normal force per
+width of a slice
 
     N(m, e) = R ∫ p(m + e (1 − cos φ)) cos φ dφ,    m = c + g − e,
 
-is that of a straight shell with the same least gap m, times √((c − m)/e) = √(1 − g/e): the touching arc is short and
-goes with 1/√e (0.3 % at a relief of a seventh of the clearance). N, the load ∫ p R dφ and the touching length of the
-straight shell are sampled once per bearing over m. Slices are summed by Lobatto's rule over parts of the width that
-become finer towards the edges, which are points of the rule; the points do not move with the journal, so tangents are
-exactly those of the sum. Beyond a depth of 20 σ, N is continued as the cube of the depth; if the lining yields, N
+is that of a straight shell with the same least gap m, times √((c − m)/e) = √(1 − g/e), because the contact arc is short
+and scales with 1/√e (0.3 % at a relief of a seventh of the clearance). N, the load ∫ p R dφ and the contact length of
+the straight shell are sampled once per bearing over m. Slices are summed by Lobatto's rule over parts of the width that
+become finer towards the edges, which are points of the rule. The points do not move with the journal, so tangents are
+exact derivatives of the sum. Beyond a depth of 20 σ, N is continued as the cube of the depth; if the lining yields, N
 approaches the hardness over the whole diameter. Boundary friction opposes sliding with the shear stress τ₀ on the real
 contact and the coefficient μ on the pressure; it acts on the journal as a torque and as a force across the line of
 centres.
@@ -44,30 +44,29 @@ from cranktrain.film.contact.asperity import (
 from cranktrain.film.contact.gap import STRAIGHT, over, relief
 
 SLICES = 16
-"""Lobatto's points on each part of the width."""
+"""Number of Lobatto points on each part of the width."""
 PARTS = (0.0, 0.5, 0.85, 1.0)
-"""Ends of the parts of half the width, over the relieved width; over half the width if the shell is straight."""
+"""Borders of the parts of half the width, over the relieved width; over half the width if the shell is straight."""
 
-# Constants of the bearing, behind those of its contact.
+# Indices of the bearing's constants, after those of its contact.
 RADIUS, CLEARANCE, WIDTH, DEEP = range(rough.CONSTANTS, rough.CONSTANTS + 4)
 # Rows of JournalContact.line.
 ZETA, WEIGHT, RELIEF, REACH2 = range(4)
 # Columns of JournalContact.slices.
 NORMAL, SLICE_LOAD, SLICE_TOUCHING, SLICE_SHEAR, N_COLUMNS = range(5)
-# What journal_contact writes.
+# Indices of the result of journal_contact.
 FORCE, STIFFNESS, TORQUE, TORQUE_BY_SLIDING, LOAD, TOUCHING, PRESSURE_MAX = 0, 4, 20, 21, 22, 23, 24
 N_OUT = 25
 
 
 class JournalContact(NamedTuple):
-    """Rough contact of one journal bearing, for :func:`journal_contact`.
+    """Data of the rough contact of one journal bearing, for :func:`journal_contact`.
 
-    ``constants`` (11,) are those of the contact with radius, clearance and width (m), and how much N can grow beyond
-    its table, over its last value (0: no limit); ``table`` the integrals (both of
-    :mod:`cranktrain.film.contact.asperity`), ``slices`` (n, 4)
-    spline coefficients over m/σ of the logarithms of N, ∫ p R dφ (N/m), touching length ∫ s R dφ and ∫ s cos φ R dφ (m;
-    s the share of the area that touches), ``line`` (4, k) ζ, weight (m) and relief (m) of each slice, and the square of
-    the eccentricity from which it touches (m²).
+    ``constants`` (11,): those of the contact, then radius, clearance, width (m) and the limit of the growth of N beyond
+    its table, over its last value (0: no limit). ``table``: the integrals; contact constants and table are those of
+    :mod:`cranktrain.film.contact.asperity`. ``slices`` (n, 4): spline coefficients over m/σ of the logarithms of N,
+    ∫ p R dφ (N/m), contact length ∫ s R dφ and ∫ s cos φ R dφ (m; s is the fraction of area in contact). ``line``
+    (4, k): ζ, weight (m) and relief (m) of each slice, and the squared eccentricity at which its contact begins (m²).
     """
 
     constants: Array
@@ -77,7 +76,7 @@ class JournalContact(NamedTuple):
 
 
 def bearing_contact(bearing: PlainBearing, table: Array | None = None) -> JournalContact:
-    """Rough contact of ``bearing``; ``table`` as for :func:`journal_contact_data`."""
+    """Make the rough contact of ``bearing``; ``table`` as for :func:`journal_contact_data`."""
     constants = bearing_contact_constants(bearing)
     dimensions = 0.5 * bearing.diameter, bearing.clearance, bearing.width
     if table is not None:
@@ -90,7 +89,7 @@ def bearing_contact(bearing: PlainBearing, table: Array | None = None) -> Journa
 def _usual_contact(
     radius: float, clearance: float, width: float, constants: tuple[float, ...], profile: tuple[float, float, float]
 ) -> JournalContact:
-    """Contact of a bearing on the usual table; an FMU's builder calls this once for each combination of levels."""
+    """Return the contact of a bearing on the default table; cached, because an FMU build repeats it for each level."""
     return journal_contact_data(radius, clearance, width, np.array(constants), None, profile)
 
 
@@ -108,13 +107,13 @@ def journal_contact_data(
     ----------
     radius, clearance, width : of the bearing, m
     constants : of :func:`cranktrain.film.contact.asperity.contact_constants`
-    table : of :func:`cranktrain.film.contact.asperity.contact_table`, made here where not given
-    profile : depth (m), share and exponent of the shell's relief, see :mod:`cranktrain.film.contact.gap`
+    table : of :func:`cranktrain.film.contact.asperity.contact_table`, made here if not given
+    profile : depth (m), width fraction and exponent of the shell's relief, see :mod:`cranktrain.film.contact.gap`
 
     Raises
     ------
     InputError
-        a clearance that the roughness of both surfaces bridges
+        if the clearance is not larger than the range of contact of both surfaces
     """
     sigma = float(constants[rough.SIGMA])
     if not clearance > rough.HIGHEST * sigma:
@@ -130,14 +129,14 @@ def journal_contact_data(
 def slice_resultants(
     radius: float, clearance: float, width: float, constants: Array, table: Array
 ) -> tuple[Array, Array]:
-    """Constants of a bearing (11,), and the resultants of a slice over m/σ, (n, N_COLUMNS).
+    """Return constants of a bearing (11,), and resultants of a slice over m/σ, (n, N_COLUMNS).
 
-    :func:`journal_contact_data` fits splines to their logarithms; arguments as there.
+    :func:`journal_contact_data` fits splines to the logarithms of the resultants and describes the arguments.
     """
     sigma = float(constants[rough.SIGMA])
     points, weights = _gauss_points()
     values = np.empty((round((rough.HIGHEST - rough.LOWEST) / rough.GAP_STEP) + 1, N_COLUMNS))
-    # The arc that touches at the table's end, of the half circle: sin φ of cos φ = c/(c + 20 σ).
+    # Half angle φ of the contact arc at the end of the table, from cos φ = c/(c + 20 σ).
     arc = math.sqrt(1.0 - (clearance / (clearance - rough.LOWEST * sigma)) ** 2)
     deep = 1.0 / arc - 1.0 if constants[rough.PER_HARDNESS] > 0.0 else 0.0
     of_bearing = np.concatenate([constants, [radius, clearance, width, deep]])
@@ -151,7 +150,7 @@ def _gauss_points() -> tuple[Array, Array]:
 
 
 def _line(constants: Array, profile: tuple[float, float, float]) -> Array:
-    """Slices over the width, see :class:`JournalContact`."""
+    """Return the slices over the width, see :class:`JournalContact`."""
     ends = 1.0 - profile[1] + profile[1] * np.array(PARTS)
     ends = np.unique(np.concatenate([-ends, [0.0], ends]))
     inner = np.polynomial.legendre.Legendre.basis(SLICES - 1)
@@ -169,19 +168,19 @@ def _line(constants: Array, profile: tuple[float, float, float]) -> Array:
 
 @kernel
 def _sample_slices(constants, table, points, weights, values):
-    """Resultants of a slice on the grid of (c − e)/σ, (n, 4); contact is not faded here but by :func:`_slice`."""
+    """Compute the resultants of a slice on the grid of (c − e)/σ, (n, 4); :func:`_slice` applies the fading."""
     sigma = constants[rough.SIGMA]
     radius = constants[RADIUS]
     for k in range(values.shape[0]):
         least = rough.LOWEST + rough.GAP_STEP * k
         eccentricity = constants[CLEARANCE] - least * sigma
         top = (least if least > 0.0 else 0.0) + rough.TABLE_TOP - rough.HIGHEST
-        # Gap over roughness: least + (e/σ)(1 − cos φ).
+        # The gap over roughness is least + (e/σ)(1 − cos φ).
         cos_end = 1.0 - (top - least) * sigma / eccentricity
         end = math.acos(cos_end if cos_end > -1.0 else -1.0)
         values[k, :] = 0.0
         for i in range(points.shape[0]):
-            # Both sides of the line of centres.
+            # The factor 2 is for both sides of the line of centres.
             phi = 0.5 * end * (points[i] + 1.0)
             weight = end * weights[i] * radius
             half = math.sin(0.5 * phi)
@@ -198,13 +197,13 @@ def _sample_slices(constants, table, points, weights, values):
 
 @kernel
 def _slice(gap_ratio, deep, slices, column):
-    """One resultant of a slice of a straight shell and its derivative by m/σ; ``deep``: its limit beyond the table."""
+    """Return a resultant of a straight shell's slice and its derivative by m/σ; ``deep`` limits it beyond the table."""
     if gap_ratio >= rough.HIGHEST:
         return 0.0, 0.0
     n = slices.shape[0]
     if gap_ratio < rough.LOWEST:
         value, slope = spline_value(slices, column, 0, 0.0)
-        # 1 + x/(1 + x/deep), and (1 + x/3)³, continue value and slope.
+        # Both 1 + x/(1 + x/deep) and (1 + x/3)³ continue value and slope of the table.
         value = math.exp(value)
         x = slope * (gap_ratio - rough.LOWEST)
         if deep > 0.0:
@@ -225,15 +224,15 @@ def _slice(gap_ratio, deep, slices, column):
 
 @kernel
 def journal_contact(x, y, a, b, sliding, contact, out):
-    """Contact in the whole film of a journal at (x, y), tilted by (a, b) at its end ζ = 1 (m), in any axes.
+    """Compute the contact of a journal at (x, y) with the tilt (a, b) at its end ζ = 1 (m), in any axes.
 
-    ``sliding`` is the journal's surface speed against the bore's (m/s, + in the sense of rotation); 0 leaves friction
-    out. ``contact`` is a :class:`JournalContact`.
+    ``sliding`` is the surface speed of the journal relative to the bore (m/s, + in the sense of rotation); 0 means no
+    friction. ``contact`` is a :class:`JournalContact`.
 
     Fills ``out`` (N_OUT,): from FORCE on the forces on the journal (F_x, F_y, Q_x, Q_y), Q = ∫ ζ dF conjugate to the
     displacement of the end (all N); from STIFFNESS on their derivatives by (x, y, a, b), row-major (N/m); TORQUE of
-    friction on it (N m, + in the sense of rotation), TORQUE_BY_SLIDING (N s); LOAD ∫ p dA (N); TOUCHING, the area that
-    truly touches (m²); PRESSURE_MAX (Pa).
+    friction on it (N m, + in the sense of rotation), TORQUE_BY_SLIDING (N s); LOAD ∫ p dA (N); TOUCHING, the real
+    contact area (m²); PRESSURE_MAX (Pa).
     """
     out[:N_OUT] = 0.0
     constants = contact.constants
@@ -266,7 +265,7 @@ def journal_contact(x, y, a, b, sliding, contact, out):
 
 @inlined_kernel
 def _apart(x, y, a, b, line, first):
-    """Whether the part of the width that starts at slice ``first`` cannot touch.
+    """True if the part of the width that starts at slice ``first`` has no contact.
 
     The square of a slice's eccentricity is convex along the width, and the relief grows towards one end of a part.
     """
@@ -280,7 +279,7 @@ def _apart(x, y, a, b, line, first):
 
 @kernel
 def _add_slice(ux, uy, place, sign, contact, out):
-    """Add a slice at (ux, uy) to what ``journal_contact`` writes; returns its friction force at a full speed, N.
+    """Add a slice at (ux, uy) to the result of ``journal_contact``; returns its friction force at full sliding, N.
 
     ``place`` is its column of ``JournalContact.line``.
     """
@@ -293,7 +292,7 @@ def _add_slice(ux, uy, place, sign, contact, out):
     gap_ratio = (constants[CLEARANCE] + g - e) / sigma
     nx = ux / e
     ny = uy / e
-    # The straight shell's arc is as much longer; by e.
+    # Factor √(1 − g/e) of the contact arc against that of a straight shell, and its derivative by e.
     arc = math.sqrt(1.0 - g / e)
     weight = place[WEIGHT] * arc
     arc_slope = 0.5 * g / (e * e * arc * arc)
@@ -313,10 +312,10 @@ def _add_slice(ux, uy, place, sign, contact, out):
         across_slope += tau * weight * (shear * arc_slope - shear_slope / sigma)
     out[LOAD] += weight * load
     out[TOUCHING] += weight * touching
-    # f = −N n − T t with t across the line of centres, in the sense of rotation.
+    # Force f = −N n − T t, with t perpendicular to the line of centres, in the sense of rotation.
     fx = -normal * nx + across * ny
     fy = -normal * ny - across * nx
-    # By a radial and by a tangential displacement of the slice.
+    # Derivatives by a radial and by a tangential displacement of the slice.
     rx = -slope * nx + across_slope * ny
     ry = -slope * ny - across_slope * nx
     tx = (normal * ny + across * nx) / e

@@ -1,20 +1,20 @@
-r"""Wear of a bearing shell by the contact of rough surfaces: Archard's law, and roughness that runs in.
+r"""Wear of a bearing shell by rough contact (Archard's law), and decrease of roughness by running in.
 
-The lining is worn by the asperities' pressure p_c and the sliding speed v of the journal,
+The lining wears by the contact pressure p_c of the asperities and the sliding speed v of the journal,
 
     ∂w/∂t (φ, ζ) = (k/p_H) max(0, p_c(h, σ) − p_c(h_e, σ)) v,
 
-with the wear coefficient k and the lining's hardness p_H. h_e is the gap at which running in ends: from there on
-contact is taken as elastic. Without an end, h_e = ∞, this is Archard's law, whose wear goes on for ever, ever slower.
-The journal is hard and does not wear.
+with the wear coefficient k and the hardness p_H of the lining. Running in ends at the gap h_e, beyond which contact is
+taken as elastic. For h_e = ∞ this is Archard's law, whose wear never ends but becomes ever slower. The journal is hard
+and does not wear.
 
 Contact work smooths the surfaces. The combined roughness σ falls from that of new surfaces σ₀ to that of run-in ones,
 σ_∞ = r σ₀, with the depth w̄ that is worn where the surfaces touch (the mean of ∂w/∂t weighted by itself):
 
     dσ/dw̄ = −(σ − σ_∞)/ℓ
 
-ℓ is of the order of σ₀, because the highest summits go first. ηβσ, nearly the same for all surfaces, stays as it is, so
-with a constant number η of asperities per area their tips become blunt as β ~ 1/σ, and σ/β falls as σ².
+ℓ is of the order of σ₀, because the highest summits wear first. ηβσ, nearly equal for all surfaces, stays constant.
+With a constant number η of asperities per area their tips therefore become blunt as β ~ 1/σ, and σ/β falls as σ².
 
 Sources: J. F. Archard, J. Appl. Phys. 24 (1953) 981; ηβσ of about 0.05 on surfaces of all kinds: J. A. Greenwood,
 J. H. Tripp, Proc. Inst. Mech. Eng. 185 (1970) 625. The exponential form, r, ℓ and h_e are chosen.
@@ -33,17 +33,17 @@ from cranktrain.film.contact import asperity as rough
 
 COEFFICIENT = 1.0e-8
 """Wear coefficient k of lubricated bearing metals. Surveys of wear coefficients give 1e-9 to 1e-6 for good lubrication
-(E. Rabinowicz, Friction and Wear of Materials, Wiley, 1965); the value within is chosen and to be calibrated. Only the
-product of k and time counts."""
+(E. Rabinowicz, Friction and Wear of Materials, Wiley, 1965). The value within this range is chosen and should be
+calibrated. Only the product of k and time matters."""
 END_GAP = 0.5
-"""Gap of the mean planes at which running in ends, over σ₀; chosen, as that of the passes of ``run-in``."""
+"""Gap of the mean planes at which running in ends, over σ₀; chosen, equal to that of the passes of ``run-in``."""
 RUN_IN_ROUGHNESS, RUN_IN_DEPTH = 0.5, 1.0
-"""σ_∞ and ℓ over σ₀; chosen."""
-# Settings of worn_rates: clearance, m; (k/p_H) v, m/(s Pa); pressure without wear, Pa; the sample's share of the cycle.
+"""Run-in roughness σ_∞ and depth ℓ, both over σ₀; chosen."""
+# Settings of worn_rates: clearance, m; (k/p_H) v, m/(s Pa); pressure without wear, Pa; fraction of a cycle per sample.
 CLEARANCE, WEAR_SPEED, BEARABLE, SHARE, SETTINGS = range(5)
-# Places of a journal in the shell.
+# Indices of the position of a journal in the shell.
 X, Y, TILT_X, TILT_Y = range(4)
-# Maps of worn_rates.
+# Indices of the maps of worn_rates.
 RATE, DECREASE, PRESSURE, MAPS = range(4)
 
 
@@ -53,8 +53,8 @@ class WearLaw:
 
     Attributes
     ----------
-    coefficient : Archard's k
-    end_gap : h_e/σ₀; infinite: wear does not end
+    coefficient : Archard's wear coefficient k
+    end_gap : h_e/σ₀; infinite if wear does not end
     run_in_roughness, run_in_depth : σ_∞/σ₀ and ℓ/σ₀
     """
 
@@ -75,26 +75,26 @@ class WearLaw:
                 raise InputError(f"wear: {name} {value:g} is not within {low:g} to {high:g}; {example}")
 
     def per_work(self, bearing: PlainBearing) -> float:
-        """k/p_H, m³ of lining per J of pressure times sliding distance."""
+        """Return k/p_H: worn volume per contact load and sliding distance, m³/J."""
         return self.coefficient / bearing.hardness
 
     def smoothed(self, bearing: PlainBearing, sigma: float, depth: float) -> float:
-        """Roughness (m) of surfaces of the roughness ``sigma`` after a further ``depth`` (m) of wear.
+        """Return the roughness (m) of surfaces of roughness ``sigma`` (m) after a further ``depth`` (m) of wear.
 
-        ``bearing`` has the surfaces when new.
+        ``bearing`` has the new surfaces.
         """
         last = self.run_in_roughness * bearing.roughness
         return last + (sigma - last) * math.exp(-depth / (self.run_in_depth * bearing.roughness))
 
 
 def worn_surfaces(bearing: PlainBearing, sigma: float) -> PlainBearing:
-    """A bearing of new surfaces once their roughness is ``sigma``, m: ηβσ as it was, σ/β with σ²."""
+    """Return ``bearing`` with its new surfaces worn to the roughness ``sigma``, m: ηβσ constant, σ/β with σ²."""
     ratio = sigma / bearing.roughness
     return replace(bearing, roughness=sigma, asperity_ratio=bearing.asperity_ratio * ratio * ratio)
 
 
 def end_pressure(constants: Array, table: Array, gap: float) -> float:
-    """Contact pressure (Pa) at the ``gap`` (m) where wear ends; 0 for an infinite one."""
+    """Return the contact pressure (Pa) at the ``gap`` (m) where wear ends; 0 for an infinite gap."""
     return float(rough.contact_pressure(gap, constants, table)[0]) if math.isfinite(gap) else 0.0
 
 
@@ -103,10 +103,10 @@ def end_pressure(constants: Array, table: Array, gap: float) -> float:
 
 @kernel
 def worn_rates(place, shell, line, angles, constants, table, settings, maps):
-    """Add one sample of a cycle to the maps of a shell's wear; its largest pressure (Pa) and least gap (m).
+    """Add one sample of a cycle to the wear maps of a shell; return its largest pressure (Pa) and least gap (m).
 
-    ``place`` (4,) is that of the journal in the shell's axes, m; ``shell`` (n_ζ,) the shell's radius over that of a
-    straight one, m; ``line`` (2, n_ζ) ζ and weight (m) of the slices; ``angles`` (2, n_φ) cosine and sine of even
+    ``place`` (4,) is the position of the journal in the shell's axes, m; ``shell`` (n_ζ,) the excess of the shell's
+    radius over a straight shell, m; ``line`` (2, n_ζ) ζ and weight (m) of slices; ``angles`` (2, n_φ) cos, sin of even
     angles; ``constants`` and ``table`` of :mod:`cranktrain.film.contact.asperity`; ``settings``
     (SETTINGS,). ``maps`` (MAPS, n_φ, n_ζ): rate of wear, m/s; its decrease with the wear, 1/s; contact pressure, Pa.
     """

@@ -1,1 +1,1 @@
-"""Journal films in a rigid bore, solved online."""
+"""Fluid films of journals in a rigid bore, solved online."""

@@ -1,14 +1,14 @@
-"""Reynolds' matrix column by column: block elimination with diagonal couplings, cyclic where it must be.
+"""Block elimination for Reynolds' matrix, one block per grid column, cyclic if the pressure ring is closed.
 
 On a grid of N columns around the bearing with n axial nodes each, the five-point matrix is block tridiagonal,
 
     −E_{i−1} x_{i−1} + T_i x_i − E_i x_{i+1} = b_i,    E_i diagonal, T_i tridiagonal,
 
-closed in a ring. Each pivot block S_i = T_i − E_{i−1} S_{i−1}⁻¹ E_{i−1} is inverted outright: n is small, the inverse
-costs what a band factorisation would, and both it and every solution then run over dense rows of a length known to be a
+closed in a ring. Each pivot block S_i = T_i − E_{i−1} S_{i−1}⁻¹ E_{i−1} is inverted explicitly. Because n is small, the
+inverse costs no more than a band factorisation, and inversion and solution run over dense rows whose length is a
 multiple of four, which a compiler turns into vector instructions. The matrix is symmetric, positive definite and
-diagonally dominant: no pivoting. Columns without unknowns break the chain. Where no two neighbouring columns are
-uncoupled, the last column becomes a border (Schur complement), which costs twice as much again.
+diagonally dominant, so no pivoting is needed. Columns without unknowns break the chain. If all neighbouring columns are
+coupled, the last column becomes a border (Schur complement), which triples the cost.
 
 Axial rows are padded with unit rows to a multiple of :data:`LANES`.
 """
@@ -25,23 +25,23 @@ LANES = 4
 
 
 class Ring(NamedTuple):
-    """Matrix of a ring of columns, as :func:`factor_ring` leaves it; m is n padded to LANES."""
+    """Factors of a ring of columns, computed by :func:`factor_ring`; m is n padded to LANES."""
 
     around: Array  # (N, m) coupling of columns i and i + 1; zero where a node carries no unknown
-    used: Array  # (N,) unknowns by column
-    start: int  # column with which elimination begins
+    used: Array  # (N,) number of unknowns of each column
+    start: int  # column at which elimination begins
     cyclic: bool
     n: int
     inverse: Array  # (N, m, m) S⁻¹
-    border: Array  # (N, m, m) S⁻¹U, for the cyclic case alone
+    border: Array  # (N, m, m) S⁻¹U, used in the cyclic case only
 
 
 def _inverter(size: int) -> Any:
-    """Kernel that inverts blocks of one padded ``size``: known to the compiler, it is worth half the time. 0: any."""
+    """Make a kernel that inverts blocks of a padded ``size`` (0: any); a size fixed at compile time halves the time."""
 
     @kernel
     def invert(s, n):
-        """Gauss and Jordan in place; see :func:`invert` below."""
+        """Invert a block in place by Gauss–Jordan elimination; see the module's :func:`invert`."""
         padded = size if size > 0 else s.shape[0]
         for k in range(n):
             pivot_row = s[k]
@@ -76,7 +76,7 @@ _invert_24 = _inverter(24)
 def invert(s, n):
     """Invert the symmetric positive definite leading block (n, n) of ``s`` in place; rows are padded to LANES.
 
-    Returns 0, or 1 where a pivot is not positive.
+    Returns 0, or 1 if a pivot is not positive.
     """
     padded = s.shape[0]
     if padded == 12:
@@ -94,10 +94,10 @@ def invert(s, n):
 
 @kernel
 def factor_ring(ring, diagonal, axial, coupling):
-    """Pivot blocks of the ring into ``ring.inverse`` and ``ring.border``.
+    """Compute the pivot blocks of the ring, in ``ring.inverse`` and ``ring.border``.
 
-    ``diagonal``, ``axial`` (N, ≥ m) coupling of node j − 1 and j: zero where a node carries no unknown, and the
-    diagonal one. ``coupling`` (m, m) is scratch. Returns 0, or 1 at a pivot that is not positive.
+    ``axial`` (N, ≥ m) couples nodes j − 1 and j. Nodes without an unknown have ``diagonal`` one and ``axial`` zero.
+    ``coupling`` (m, m) is scratch. Returns 0, or 1 if a pivot is not positive.
     """
     around, used, start, cyclic, n, inverse, border = ring
     columns = diagonal.shape[0]
@@ -140,7 +140,7 @@ def factor_ring(ring, diagonal, axial, coupling):
         if invert(s, n) != 0:
             return 1
         if cyclic and not last:
-            # U couples this column with the border: from the ring's seam, then carried along by elimination.
+            # U couples this column with the border: initially at the seam of the ring, then filled in by elimination.
             seam = around[(start + columns - 1) % columns]
             for j in range(n):
                 for k in range(padded):
@@ -166,7 +166,7 @@ def factor_ring(ring, diagonal, axial, coupling):
 
 @kernel
 def _multiply(a, b, n, product):
-    """``product`` = a b for (m, m) blocks with n rows in use."""
+    """Compute ``product`` = a b for (m, m) blocks with n rows in use."""
     padded = a.shape[0]
     for i in range(n):
         row = product[i]
@@ -231,7 +231,7 @@ def solve_ring(ring, x, carried):
 
 @kernel
 def _row_products(s, vector, n, j):
-    """Entries j to j + 3 of S vector for a symmetric S (m, m)."""
+    """Return entries j to j + 3 of the product S ``vector`` for a symmetric S (m, m)."""
     total = ZEROS
     for k in range(n):
         total = plus(total, scaled(vector[k], four(s[k], j)))
@@ -240,7 +240,7 @@ def _row_products(s, vector, n, j):
 
 @kernel
 def solve_ring_four(ring, x, carried):
-    """The same for four right-hand sides side by side: ``x`` (N, m, 4), in place; ``carried`` (m, 4) scratch."""
+    """Solve for four right-hand sides ``x`` (N, m, 4) at once, in place; ``carried`` (m, 4) is scratch."""
     around, used, start, cyclic, n, inverse, border = ring
     columns = x.shape[0]
     end = (start + columns - 1) % columns

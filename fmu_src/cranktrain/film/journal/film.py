@@ -1,19 +1,19 @@
-"""Rigid-bore journal film with tilt: Reynolds' equation with Swift–Stieber rupture, force, moments and tangents.
+"""Journal film with tilt in a rigid bore: Reynolds' equation with Swift–Stieber rupture, force, moments and tangents.
 
 With φ the angle from the x axis in the sense of rotation and ζ = 2z/L, the film over the clearance c is
 
     h = h(H),    H = 1 + g(ζ) − (e + ζ t)·n,    n = (cos φ, sin φ),
 
-e the eccentricity of the journal's middle and t its tilt (displacement of the axis at ζ = +1), both over c; g the
-relief of the shell and h(H) the mean gap of rough surfaces (:mod:`cranktrain.film.contact.gap`), where nothing touches
-H itself. In a frame that turns at half the sum of the surface speeds only pure squeeze is left (v = ė − ω̄ e_z×e,
+with the eccentricity e of the journal's middle and its tilt t (displacement of the axis at ζ = +1), both over c, the
+relief g of the shell, and the mean gap h(H) of rough surfaces (:mod:`cranktrain.film.contact.gap`); h = H without
+contact. In a frame that rotates at half the sum of the surface speeds the motion is pure squeeze (v = ė − ω̄ e_z×e,
 w = ṫ − ω̄ e_z×t):
 
     ∂φ(h³ ∂φΠ) + (D/L)² ∂ζ(h³ ∂ζΠ) = −h′ (v + ζ w)·n,   Π ≥ 0,   P = 12 η (R/c)² Π,   Π = 0 at ζ = ±1.
 
 Rupture and reformation follow from complementarity: Π ≥ 0, and no flow is created where Π = 0. The matrix is an
 M-matrix. An active-set method that removes nodes in tension and adds nodes in compression therefore reaches the unique
-solution from any start. The last set is solved once more, so the result does not depend on the start.
+solution from any initial guess. The last set is solved once more, so the result does not depend on the guess.
 
 With the four sources b = h′ (n, ζ n) and A λ = b on that set: Π = Σ v_k λ_k, F = −⟨b, Π⟩ (pressure works on the mean
 gap), −⟨b_j, λ_k⟩ = ∂F_j/∂v_k is symmetric, and
@@ -43,21 +43,21 @@ from cranktrain.film.journal.rupture import rupture_pressure
 
 _STRAIGHT = np.concatenate([np.polynomial.legendre.leggauss(8), np.zeros((1, 8))])
 
-# Result of journal_film.
+# Indices of the result of journal_film.
 FORCE, STIFFNESS, DAMPING, OUT_SIZE = 0, 4, 20, 36
 
 
 @kernel
 def journal_film(grid, ratio2, motion, work, active, out):
-    """Dimensionless forces and moments of the film on the journal, with tangents.
+    """Compute the dimensionless forces and moments of the film on the journal, with tangents.
 
-    ``ratio2`` (D/L)²; ``motion`` is the Motion of the journal. ``active`` (N, m): the set of the last solution nearby,
-    or negative for none; updated.
+    ``ratio2`` (D/L)²; ``motion`` is the Motion of the journal. ``active`` (N, m): active set of a previous solution,
+    negative for none; updated in place.
 
     ``out`` (36,): from FORCE on force and moments F = −∫∫ Π (n, ζ n) dφ dζ (N: times 12 η (R/c)² R L/2; the moment
     ∫ z dF, N m: times L/2 more); from STIFFNESS on ∂F_j/∂(ex, ey, tx, ty) at fixed (v, w), row-major; from DAMPING on
-    ∂F_j/∂(v, w). With half the width all terms of tilt are zero. Returns the number of passes of the active set,
-    negative where it did not settle or a pivot failed.
+    ∂F_j/∂(v, w). On half the width all terms of tilt are zero. Returns the number of active-set iterations, negative if
+    the set did not converge or a pivot failed.
     """
     put_four(work.squeeze, at.V_X, (motion.vx, motion.vy, motion.wx, motion.wy))
     work.squeeze[at.RATIO2] = ratio2
@@ -69,9 +69,9 @@ def journal_film(grid, ratio2, motion, work, active, out):
 
 @kernel
 def _gathering(grading, edge, motion):
-    """Vector m towards which nodes are concentrated: a mean of the two ends, weighted by their remaining films.
+    """Return the vector m of the nodes' concentration: a mean of both ends, weighted towards the end of thinner film.
 
-    ``edge`` is the relief of the shell there.
+    ``edge`` is the relief of the shell at its ends.
     """
     ex, ey, tx, ty = motion.ex, motion.ey, motion.tx, motion.ty
     if tx == 0.0 and ty == 0.0:
@@ -88,7 +88,7 @@ def _gathering(grading, edge, motion):
 
 @kernel
 def _place_nodes(grid, motion, work):
-    """Angles and widths of the nodes, into ``work.angle`` and ``work.width``."""
+    """Compute angles and widths of the nodes, in ``work.angle`` and ``work.width``."""
     circle = grid.circle
     grading = grid.settings[at.NODE_GRADING]
     mx, my = _gathering(grading, grid.settings[at.EDGE], motion)
@@ -113,7 +113,7 @@ def _place_nodes(grid, motion, work):
 
 @kernel
 def _film(grid, ratio2, motion, work):
-    """Angles of the nodes, growth of the mean gap there, and conductances of all faces with their derivatives."""
+    """Compute angles of the nodes, derivatives of the mean gap at nodes, and conductances of faces with derivatives."""
     _place_nodes(grid, motion, work)
     axial = grid.axial
     sigma = grid.settings[at.ROUGHNESS]
@@ -142,7 +142,7 @@ def _film(grid, ratio2, motion, work):
 
 @kernel
 def _distances(n, middle, end, zeta, profile, out):
-    """Distances H of the surfaces along a line of the axis, into ``out``; returns the least."""
+    """Compute the distances H of the surfaces along an axial line, in ``out``; returns the least."""
     least = 1.0e300
     for j in range(n):
         out[j] = middle - zeta[j] * end + profile[j]
@@ -152,7 +152,7 @@ def _distances(n, middle, end, zeta, profile, out):
 
 @kernel
 def _conductances(n, least, sigma, factor, factors, conduct, slope):
-    """Conductances of faces and derivatives by H; ``conduct`` holds the distance H, ``least`` is the least H."""
+    """Compute conductances of faces and their derivatives by H; ``conduct`` holds H on entry, ``least`` the least H."""
     if least >= CLEAR * sigma:
         for j in range(n):
             h = conduct[j]
@@ -167,7 +167,7 @@ def _conductances(n, least, sigma, factor, factors, conduct, slope):
 
 @kernel
 def _growths(n, least, sigma, distance, first, second):
-    """First and second derivative of the mean gap by the ``distance`` of the surfaces, the ``least`` of them given."""
+    """Compute the derivatives of the mean gap by ``distance`` H, in ``first`` and ``second``; ``least`` H is given."""
     if least >= CLEAR * sigma:
         for j in range(n):
             first[j] = 1.0
@@ -179,7 +179,7 @@ def _growths(n, least, sigma, distance, first, second):
 
 @kernel
 def journal_tangents(grid, motion, work, active, out):
-    """Forces, ∂/∂(e, t) and ∂/∂(v, w) from the unit solutions that ``rupture_pressure`` left; ``out`` (36,)."""
+    """Compute forces, ∂/∂(e, t) and ∂/∂(v, w), ``out`` (36,), from the unit solutions of ``rupture_pressure``."""
     columns = active.shape[0]
     n = grid.axial.shape[1] - 1
     sides = grid.settings[at.SIDES]
@@ -191,7 +191,7 @@ def journal_tangents(grid, motion, work, active, out):
         after = i + 1 if i + 1 < columns else 0
         if work.used[i] == 0.0 and work.used[after] == 0.0:
             continue
-        # Sums over the column: face terms without and with ζ, around (s, t) and axial (q, r); weighted unit solutions.
+        # Sums over the column without and with weight ζ: circumferential faces (s, t), axial faces (q, r), nodes.
         s, t = _sums_around(grid, adjoint, work, i, after)
         q = r = ZEROS
         if work.used[i] != 0.0:
@@ -220,7 +220,7 @@ def journal_tangents(grid, motion, work, active, out):
         _add_lane(out, DAMPING + 8, 1, scaled(cos, f), -width)
         _add_lane(out, DAMPING + 12, 1, scaled(sin, f), -width)
     if sides > 1.5:
-        # Half the width has no tilt.
+        # A film on half the width has no tilt.
         for j in range(4):
             for k in range(4):
                 if j > 1 or k > 1:
@@ -233,7 +233,7 @@ def journal_tangents(grid, motion, work, active, out):
 
 @kernel
 def _sums_around(grid, adjoint, work, i, after):
-    """Sums over the faces from column i to ``after``: slope of the flow times adjoint, for four, without and with ζ."""
+    """Return sums of flow slope times adjoint (4) over the faces from column i to ``after``, and the same times ζ."""
     s = t = ZEROS
     for j in range(grid.axial.shape[1] - 1):
         flow = work.slope[0, i, j] * (work.pressure[after, j] - work.pressure[i, j])
@@ -245,7 +245,7 @@ def _sums_around(grid, adjoint, work, i, after):
 
 @kernel
 def _sums_across(grid, adjoint, work, i):
-    """The same over the axial faces of column i."""
+    """Return sums of flow slope times adjoint (4) over the axial faces of column i, and the same times ζ."""
     p = work.pressure
     n = grid.axial.shape[1] - 1
     q = r = ZEROS
@@ -263,7 +263,7 @@ def _sums_across(grid, adjoint, work, i):
 
 @kernel
 def _sums_of_growth(grid, motion, adjoint, work, i):
-    """Sums over column i of what the mean gap's bend adds to source and force, for four, without and with ζ."""
+    """Return sums (4) over column i of source and force terms by the gap's second derivative, and the same with ζ."""
     guembel = int(grid.settings[at.RUPTURE]) == at.GUEMBEL
     c = work.angle[at.COS, i]
     s = work.angle[at.SIN, i]
@@ -293,12 +293,12 @@ def _add_lane(out, first, stride, values, factor):
 
 @kernel
 def film_observables(grid, work):
-    """Largest pressure and side flow of the film that ``journal_film`` left in ``work``.
+    """Return largest pressure and side flow of the last solution of ``journal_film`` in ``work``.
 
-    Returns max Π, by parabolas through the largest node (P: times 12 η (R/c)²); the flow out of both ends
-    Σ ∫H³ |∂ζΠ| dφ (m³/s: times 2 c R³/L). The flow is that of the discrete balance: the flow through the last face
-    inside, and the squeeze flow of the strip beyond the last node where the film reaches it. It therefore equals the
-    volume displaced by the gap of the whole film. For a film that may draw oil in (full, guembel) only outflow counts.
+    The pressure is max Π, by parabolas through the largest node (P: times 12 η (R/c)²). The flow out of both ends is
+    Σ ∫H³ |∂ζΠ| dφ (m³/s: times 2 c R³/L), computed from the discrete balance: flow through the last inner face plus the
+    squeeze flow of the strip beyond the last node if the film reaches it. The flow therefore equals the volume that the
+    whole film displaces. For a film that may draw oil in (full, guembel) only outflow counts.
     """
     p = work.pressure
     axial = grid.axial
@@ -312,8 +312,8 @@ def film_observables(grid, work):
     highest = -1.0
     for i in range(columns):
         for j in range(n):
-            # Beside an end the weight of source and force exceeds the cell; where the film is too thin for the axial
-            # step, the pressure there does as well.
+            # Next to an end the weight of source and force exceeds the cell. If the film is too thin for the axial
+            # step, the pressure is too large by the same ratio, so it is reduced here.
             value = p[i, j] * min(axial[at.CELL, j] / axial[at.WEIGHT, j], 1.0)
             if value > highest:
                 highest = value
@@ -343,16 +343,16 @@ def film_observables(grid, work):
 
 @kernel
 def film_shear(ex, ey, tx, ty):
-    """Shear of a film between smooth surfaces in a straight shell, as :func:`shell_shear`."""
+    """Return :func:`shell_shear` of a film between smooth surfaces in a straight shell."""
     return shell_shear(Motion(ex, ey, tx, ty, 0.0, 0.0, 0.0, 0.0), _STRAIGHT, SMOOTH)
 
 
 @kernel
 def shell_shear(motion, shear, sigma):
-    """½ ∫∫ h′/h dφ dζ of a filled gap: 2π/√(1 − ε²) for a slice without contact, Gauss' rule over the width.
+    """Return the shear factor ½ ∫∫ h′/h dφ dζ of a filled gap, by Gauss' rule over the width.
 
-    ``shear`` and ``sigma`` are those of a :class:`JournalGrid`. The torque on the journal that shears a filled film is
-    −η R³ L (ω_j − ω_b)/c times this, less half of e × F + t × Q.
+    A slice without contact has ∫ h′/h dφ = 2π/√(1 − ε²). ``shear`` and ``sigma`` are those of a :class:`JournalGrid`.
+    The torque of a filled film on the journal is −η R³ L (ω_j − ω_b)/c times this, less half of e × F + t × Q.
     """
     if motion.tx == 0.0 and motion.ty == 0.0 and shear[2, 0] == 0.0:
         return _circle_shear(1.0, motion.ex, motion.ey, sigma)
@@ -367,18 +367,18 @@ def shell_shear(motion, shear, sigma):
 
 @kernel
 def _circle_shear(clearance, x, y, sigma):
-    """∫ h′/h dφ of one slice at the eccentricity (x, y)."""
+    """Return ∫ h′/h dφ of one slice at the eccentricity (x, y)."""
     e = math.sqrt(x * x + y * y)
     gap = clearance - e
     if gap < CLEAR * sigma:
         mean = mean_gap(gap, sigma)
-        # With this gap the formula meets the integral of touching slices within 10 %.
+        # This gap is chosen so that the formula matches the integral of touching slices within 10 %.
         gap = mean + 0.4 * (mean - gap)
     return 2.0 * math.pi / math.sqrt(gap * (clearance + e))
 
 
 @kernel
 def _rise(before, top, after):
-    """How far the parabola through three equidistant values rises above the middle one."""
+    """Return the height of a parabola's vertex above ``top``, the middle one of three equidistant values."""
     bend = 2.0 * top - before - after
     return 0.125 * (after - before) * (after - before) / bend if bend > 0.0 else 0.0

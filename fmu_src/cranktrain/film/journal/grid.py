@@ -1,11 +1,11 @@
-"""Where a journal film is sampled: nodes, cells, weights and grooves, and the memory of one solution.
+"""Grid of a journal film (nodes, cells, weights, grooves) and memory of one solution.
 
 In plain bores the nodes are concentrated at the least film by Sommerfeld's substitution cos ψ = (cos γ + m)/(1 + m cos
-γ), uniform in γ. They follow the journal, in position and in m. Grooved bores have nodes at rest. Axial nodes are
-concentrated at the edges, where a tilted film is thinnest and the pressure of a wide film drops. Source and force have
-the same weight, so that damping is symmetric. The weight is the mean of the finite-volume cell and of a quadrature of
-fourth order. For the parabola of a short bearing the force would be n⁻² too low with the first weight and as much too
-high with the second (which also changes the solution); with the mean only the next order remains.
+γ), uniform in γ. Direction and amount m of this concentration follow the journal. Nodes of grooved bores are fixed.
+Axial nodes are concentrated at the edges, where a tilted film is thinnest and the pressure of a wide film drops. Source
+and force have the same weight, so that damping is symmetric. The weight is the mean of the finite-volume cell and of a
+quadrature of fourth order. For the parabola of a short bearing the force would be n⁻² too low with the first weight and
+as much too high with the second (which also changes the solution); with the mean only the next order remains.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from cranktrain.film.journal.blocks import LANES
 SWIFT_STIEBER, FULL, GUEMBEL = 0, 1, 2
 RUPTURES = {"reynolds": SWIFT_STIEBER, "full": FULL, "guembel": GUEMBEL}
 PRESETS = {"loop": (64, 12), "default": (96, 16), "fine": (192, 32)}
-"""Circumferential and axial intervals over the full width."""
+"""Presets of the grid: circumferential intervals, axial intervals over the full width."""
 GRADING = 0.85
-"""m over the eccentricity in the substitution."""
+"""Ratio of m to the eccentricity in the substitution."""
 EDGE_GRADING = 0.7
 """Weight a of the sine in the axial spacing ζ(s) = (1 − a) s + a sin(π s/2): 0 is uniform, 1 Chebyshev's."""
 
 WIDE, WIDEST = 4.0, 1000.0
-"""B/D from which, and up to which, axial nodes gather the closer at the ends the wider the bearing is."""
+"""Range of B/D within which the concentration of axial nodes at the ends increases with B/D."""
 
-# Rows of JournalGrid.circle and JournalWork.angle; of JournalGrid.axial; entries of .settings and JournalWork.squeeze.
+# Rows of JournalGrid.circle and JournalWork.angle, rows of JournalGrid.axial, entries of settings and of squeeze.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
 ZETA, CELL, WEIGHT, FACE_ZETA, PER_DISTANCE, PROFILE, FACE_PROFILE, AXIAL_ROWS = range(8)
 RUPTURE, NODE_GRADING, SIDES, STRIP, ROUGHNESS, EDGE = range(6)
@@ -41,16 +41,16 @@ V_X, V_Y, W_X, W_Y, RATIO2 = range(5)
 
 
 class JournalGrid(NamedTuple):
-    """Where the film is sampled; float64 throughout.
+    """Grid of a journal film; all arrays are float64.
 
-    circle : (4, N) cos γ, sin γ of nodes and of the faces behind them (rows COS to FACE_SIN); for nodes at rest γ is φ
-    spacing : (2, N) cell width of a node and distance across the face behind it, in γ
+    circle : (4, N) cos γ, sin γ of nodes and of the faces after them (rows COS to FACE_SIN); for fixed nodes γ is φ
+    spacing : (2, N) cell width of a node and distance across the face after it, in γ
     axial : (7, n + 1) ζ of nodes, cell width, weight of source and force, ζ of the face before a node, 1/distance
         there, relief of the shell over the clearance at nodes and faces (rows ZETA to FACE_PROFILE)
-    blocked : (N, m) 1 where the pressure is given as zero (grooves), and beyond n
+    blocked : (N, m) 1 for nodes with zero pressure (grooves) and for padding beyond n
     settings : (6,) rupture, grading (0: nodes at rest), sides (1, or 2: half the width by symmetry), strip in ζ at an
         end that no node's weight covers, roughness σ and relief at the edge over the clearance
-    shear : (3, 8) ζ, weight and relief where the shear of the film is sampled
+    shear : (3, 8) ζ, weight and relief of the sampling points of the film's shear
     """
 
     circle: Array
@@ -62,7 +62,7 @@ class JournalGrid(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where a journal is and how it moves, over the clearance: floats, in any axes.
+    """Position and velocity of a journal over the clearance: floats, in any axes.
 
     Eccentricity (ex, ey) of its middle, tilt (tx, ty): displacement of the axis at ζ = +1; velocities of pure squeeze
     (vx, vy) and (wx, wy) of both, 1/s.
@@ -79,13 +79,13 @@ class Motion(NamedTuple):
 
 
 class JournalWork(NamedTuple):
-    """Memory of one film solution; ``journal_film`` leaves the pressure and the films in it."""
+    """Memory of one film solution; ``journal_film`` writes pressure, gap derivatives and conductances to it."""
 
     angle: Array  # (4, N) cos φ, sin φ of nodes and faces, rows COS to FACE_SIN
     width: Array  # (2, N) cell width and distance, in φ
-    conduct: Array  # (2, N, m + 1) around (face behind) and axial (face before)
-    slope: Array  # (2, N, m + 1) their derivative by the distance of the surfaces
-    growth: Array  # (2, N, m) first and second derivative of the mean gap at nodes by that distance
+    conduct: Array  # (2, N, m + 1) conductances, circumferential (face after) and axial (face before)
+    slope: Array  # (2, N, m + 1) derivatives of the conductances by the distance of the surfaces
+    growth: Array  # (2, N, m) first and second derivative of the mean gap by the distance of the surfaces, at nodes
     matrix: Array  # (2, N, m + 1) diagonal and axial coupling
     around: Array  # (N, m)
     used: Array  # (N,)
@@ -100,11 +100,11 @@ class JournalWork(NamedTuple):
 
 
 class JournalFilm(NamedTuple):
-    """A film solved on one grid, with its memory."""
+    """Grid of a journal film together with the memory of its solution."""
 
     grid: JournalGrid
     work: JournalWork
-    active: Array  # (N, m) set of the last solution
+    active: Array  # (N, m) active set of the last solution
 
 
 def journal_grid(
@@ -119,25 +119,25 @@ def journal_grid(
     sealed: bool = False,
     ratio: float = 0.0,
 ) -> JournalGrid:
-    """Grid of a journal film.
+    """Make the grid of a journal film.
 
     Parameters
     ----------
     n_phi, n_z : intervals around (12 to 4096) and over the full width (6 to 512); odd numbers are rounded up
     half : solve half the width by symmetry; for films without tilt (t = w = 0)
-    rupture : reynolds, guembel (full film, negative pressure left out) or full
-    grading : how far the nodes follow the eccentricity, in [0, 1); 0 leaves them at rest
-    grooves : axial grooves as (centre, extent) in rad, pressure zero; nodes are then at rest in the bore
-    fed_at_widest : keep the pressure at zero on the line of the widest gap (opposite to where nodes gather), as an oil
-        groove there would
-    sealed : no flow over the ends, so that pressure is uniform over the width: the infinitely long bearing
-    ratio : B/D, where known: beyond ``WIDE`` axial nodes are so close at the ends that they resolve the pressure drop
-        there within a radius
+    rupture : reynolds, guembel (full film, negative pressure ignored) or full
+    grading : ratio of m to the eccentricity in the substitution, in [0, 1); 0 gives fixed nodes
+    grooves : axial grooves as (centre, extent) in rad, pressure zero; nodes are then fixed in the bore
+    fed_at_widest : keep the pressure at zero on the line of the widest gap (opposite to the concentration of nodes), as
+        an oil groove there would
+    sealed : no flow over the ends, so pressure is uniform over the width, as in an infinitely long bearing
+    ratio : B/D, if known; above ``WIDE`` axial nodes are concentrated so that they resolve the pressure drop at the
+        ends, which extends over about a radius
 
     Raises
     ------
     InputError
-        for a grid that is too coarse, a rupture that does not exist, grooves that overlap
+        if the grid is too coarse, the rupture does not exist, or grooves overlap
     """
     if not (12 <= n_phi <= 4096 and 6 <= n_z <= 512):
         raise InputError(f"film grid {n_phi} × {n_z} is not possible; take 12 to 4096 around and 6 to 512 across")
@@ -170,7 +170,7 @@ def journal_grid(
 
 
 def _axial_lines(n_z: int, half: bool, sealed: bool, ratio: float) -> tuple[Array, float]:
-    """Rows of a straight shell's axial nodes, cells and faces, (AXIAL_ROWS, n + 1), and the strip left at an end."""
+    """Return axial nodes, cells, faces of a straight shell, (AXIAL_ROWS, n + 1), and the uncovered strip at an end."""
     step = 2.0 / n_z
     first = n_z // 2 if half else 1
     n = n_z - first
@@ -198,10 +198,10 @@ def _axial_lines(n_z: int, half: bool, sealed: bool, ratio: float) -> tuple[Arra
 
 
 def shell_grid(grid: JournalGrid, profile: tuple[float, float, float], roughness: float) -> JournalGrid:
-    """The same grid of a film on a shell with an axial ``profile`` between rough surfaces.
+    """Return ``grid`` with the axial ``profile`` of a shell and the ``roughness`` of its surfaces.
 
-    ``profile`` is a depth over the clearance, a share and an exponent, ``roughness`` σ over the clearance, both of
-    :mod:`cranktrain.film.contact.gap`; 0 takes surfaces as smooth.
+    ``profile`` is depth over the clearance, width fraction and exponent, ``roughness`` is σ over the clearance (0 for
+    smooth surfaces), both as in :mod:`cranktrain.film.contact.gap`.
     """
     axial, settings, shear = grid.axial.copy(), grid.settings.copy(), grid.shear.copy()
     for row, of in ((PROFILE, ZETA), (FACE_PROFILE, FACE_ZETA)):
@@ -217,12 +217,12 @@ def _reliefs(zetas: tuple[float, ...], profile: tuple[float, float, float]) -> t
 
 
 def axial_nodes(s: Array, ratio: float) -> tuple[Array, Array]:
-    """ζ(s) and dζ/ds, s uniform in [−1, 1]."""
+    """Return ζ(s) and dζ/ds for uniform s in [−1, 1]."""
     if ratio <= WIDE:
         grading = EDGE_GRADING
         node = (1.0 - grading) * s + grading * np.sin(0.5 * math.pi * s)
         return node, 1.0 - grading + grading * 0.5 * math.pi * np.cos(0.5 * math.pi * s)
-    # ζ = tanh βs/tanh β: at the ends the step is the same fraction of the diameter for all of these bearings.
+    # ζ = tanh βs/tanh β, with β so that the step at the ends is the same fraction of the diameter for any width.
     low, high = 0.1, 20.0
     for _ in range(60):
         beta = 0.5 * (low + high)
@@ -234,7 +234,7 @@ def axial_nodes(s: Array, ratio: float) -> tuple[Array, Array]:
 
 
 def _grooved_nodes(n_phi: int, grooves: tuple[tuple[float, float], ...]) -> tuple[Array, Array, Array]:
-    """Faces, nodes and blocked columns for axial grooves: their edges are nodes, lands are divided evenly."""
+    """Return faces, nodes and blocked columns of a bore with axial grooves; groove edges are nodes, lands are even."""
     turn = 2.0 * math.pi
     ordered = sorted(((centre - 0.5 * extent) % turn, extent) for centre, extent in grooves)
     edges: list[float] = []
@@ -262,7 +262,7 @@ def _grooved_nodes(n_phi: int, grooves: tuple[tuple[float, float], ...]) -> tupl
 
 
 def journal_work(grid: JournalGrid) -> JournalWork:
-    """Memory for ``journal_film`` on ``grid``."""
+    """Make the memory of ``journal_film`` on ``grid``."""
     columns, m = grid.blocked.shape
     return JournalWork(
         np.zeros((4, columns)), np.zeros((2, columns)), np.zeros((2, columns, m + 1)), np.zeros((2, columns, m + 1)),
@@ -273,10 +273,10 @@ def journal_work(grid: JournalGrid) -> JournalWork:
 
 
 def cold_start(grid: JournalGrid) -> Array:
-    """Active set without an initial guess, (N, m); ``journal_film`` updates it in place."""
+    """Return an active set that stands for no initial guess, (N, m); ``journal_film`` updates it in place."""
     return np.full(grid.blocked.shape, -1.0)
 
 
 def solved_film(grid: JournalGrid) -> JournalFilm:
-    """A film on ``grid`` with fresh memory."""
+    """Make a film on ``grid`` with new memory."""
     return JournalFilm(grid, journal_work(grid), cold_start(grid))

@@ -1,9 +1,9 @@
-"""Where a journal film ruptures: pressure, and the nodes that carry it, by an active set.
+"""Pressure and rupture of a journal film by an active-set method.
 
 Complementarity: on each node either Π > 0 and the balance A Π = b holds, or Π = 0 and the surplus b − A Π is not
 positive. A is an M-matrix. An active-set method that removes all nodes in tension and adds all ruptured nodes with a
-positive surplus therefore reaches the unique solution from any start. Once the set is known, the four unit solutions A
-λ = g follow from its factors.
+positive surplus therefore reaches the unique solution from any initial guess. The factors of the final set also give
+the four unit solutions A λ = g.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from cranktrain.film.journal.blocks import Ring, factor_ring, solve_ring, solve_
 from cranktrain.film.journal.grid import COS, GUEMBEL, RUPTURE, SIN, SWIFT_STIEBER, WEIGHT, ZETA
 
 MOST_PASSES = 60
-"""Passes of the active set beyond one for each column."""
+"""Limit of active-set iterations, in addition to one for each column."""
 AHEAD = 0.3
-"""How far a cold start takes the film to reach where the gap opens, over the fastest approach."""
+"""Opening speed, as a fraction of the fastest approach, up to which a cold start takes a node as pressurised."""
 
 
 @kernel
 def rupture_pressure(grid, at, work, active):
-    """Solve the complementarity problem at a Motion; returns the passes it took, negative on failure."""
+    """Solve the complementarity problem at a Motion; returns the number of iterations, negative on failure."""
     axial = grid.axial
     blocked = grid.blocked
     columns = blocked.shape[0]
@@ -38,7 +38,7 @@ def rupture_pressure(grid, at, work, active):
             elif rupture != SWIFT_STIEBER or at_rest:
                 active[i, j] = 1.0
             elif cold:
-                # A first set somewhat too large settles sooner than one that is too small: it grows column by column.
+                # A guess that is too large converges faster than one that is too small, which grows column by column.
                 least = -AHEAD * fastest * work.width[0, i] * axial[WEIGHT, j] if j < n else 0.0
                 active[i, j] = 1.0 if work.source[i, j] > least else 0.0
             else:
@@ -74,7 +74,7 @@ def rupture_pressure(grid, at, work, active):
 
 @kernel
 def _sources(axial, at, work):
-    """Sources of a Motion by cells, into ``work.source``; returns the largest, and the fastest approach."""
+    """Compute the cell sources of a Motion, in ``work.source``; returns the largest source and the fastest approach."""
     largest = 0.0
     fastest = 0.0
     for i in range(work.source.shape[0]):
@@ -92,7 +92,7 @@ def _sources(axial, at, work):
 
 @kernel
 def unit_sources(axial, work, share, unit):
-    """The four sources h′(n, ζ n) by cells, times the nodes' ``share`` (N, m), into ``unit`` (N, m, 4)."""
+    """Compute the unit sources h′(n, ζ n) by cells, times node weights ``share`` (N, m), in ``unit`` (N, m, 4)."""
     for i in range(share.shape[0]):
         c = work.angle[COS, i] * work.width[0, i]
         s = work.angle[SIN, i] * work.width[0, i]
@@ -103,7 +103,7 @@ def unit_sources(axial, work, share, unit):
 
 @kernel
 def _foresee(n, blocked, at, work, active, tolerance):
-    """Predict the change of the set by the new velocity from the last unit solutions, if they belong to this set."""
+    """Predict the active set at the new velocity from the last unit solutions, if these belong to the same set."""
     columns = active.shape[0]
     p = work.pressure
     for i in range(columns):
@@ -125,7 +125,7 @@ def _foresee(n, blocked, at, work, active, tolerance):
 
 @kernel
 def _change_set(n, blocked, work, active, tolerance):
-    """Drop nodes in tension, take up those that their neighbours press on; returns how many changed."""
+    """Remove nodes in tension and add nodes with a positive surplus; returns the number of changes."""
     columns = active.shape[0]
     p = work.pressure
     around = work.conduct[0]
@@ -153,10 +153,10 @@ def _change_set(n, blocked, work, active, tolerance):
 
 @kernel
 def _share_of_compression(n, p, share):
-    """Derivative of ∫max(p, 0) by each p, in cells: one or zero, but between two nodes where p changes sign.
+    """Compute ∂(∫max(p, 0))/∂p of each node, in cells: one or zero, except at nodes next to a change of sign.
 
-    There the remaining triangle counts, not half a cell. Otherwise the force would have steps, and its derivative noise
-    of first order.
+    At a change of sign the positive triangle counts, not half a cell. Half a cell would give steps in the force and a
+    first-order error in its derivative.
     """
     columns = p.shape[0]
     for i in range(columns):
@@ -179,7 +179,7 @@ def _share_of_compression(n, p, share):
 
 @kernel
 def ring_matrix(n, work, active):
-    """Masked matrix of the active set; returns the column where the ring starts, and whether it stays closed."""
+    """Compute the matrix of the active set; returns the first column of the ring, and whether the ring is closed."""
     columns = active.shape[0]
     padded = active.shape[1]
     around = work.conduct[0]

@@ -1,9 +1,9 @@
-"""Tangents of a ruptured journal film whose border lies between nodes.
+"""Tangents of a ruptured journal film whose rupture border lies between nodes.
 
-The pressure of :mod:`cranktrain.film.journal.rupture` is of second order wherever its border falls, but a unit solution
-on the same set ends at the first ruptured node instead of at the border, up to half a cell from it: stiffness and
+The pressure of :mod:`cranktrain.film.journal.rupture` is of second order for any position of the border. A unit
+solution on the same set, however, ends at the first ruptured node, up to half a cell from the border, so stiffness and
 damping would jump by some 1 % each time a node ruptures. Near the border Π = ½κ(x* − x)², which five-point differences
-fulfil exactly but for a shift; with the first ruptured node at x = 0, cells of width h and the last pressure q,
+satisfy exactly except for a shift. With the first ruptured node at x = 0, cells of width h and the last pressure q,
 
     q = ½κ h² (1 + 2x*/h),      x*/h = r − ½,      r = q/(κh²) in [0, 1],
 
@@ -24,7 +24,7 @@ from cranktrain.film.journal.rupture import ring_matrix, unit_sources
 
 @kernel
 def border_tangents(grid, at, work, active, out):
-    """Replace the tangents that ``journal_film`` left in ``out`` (36,); the force stays. 0, or 1 for a failed pivot."""
+    """Correct the tangents of ``journal_film`` in ``out`` (36,), not its force; returns 0, or 1 for a failed pivot."""
     if int(grid.settings[RUPTURE]) != SWIFT_STIEBER:
         return 0
     n = grid.axial.shape[1] - 1
@@ -43,7 +43,7 @@ def border_tangents(grid, at, work, active, out):
 
 @kernel
 def _move_border(n, blocked, work, active):
-    """Conductances of the faces to the border, as the unit solutions feel them."""
+    """Adapt the matrix of the unit solutions to the position of the border, by the conductance of the faces there."""
     columns = active.shape[0]
     p = work.pressure
     around = work.conduct[0]

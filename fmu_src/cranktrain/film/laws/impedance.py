@@ -157,7 +157,7 @@ def _sample(eccentricities, kappa2, nodes, work, zone, force, values):
 
 @kernel
 def impedance(eps, gamma, table, first, out):
-    """Evaluate functions ``first`` and ``first + 1`` with ε and γ derivatives, in the order of ``bicubic``, ``out[0:6]``."""
+    """Evaluate map functions ``first``, ``first + 1`` and derivatives by ε and γ, ``out[0:6]`` as in ``bicubic``."""
     x = -math.log(1.0 - STRETCH * eps) / _DX
     i = int(x)
     if i > N_ECCENTRICITY - 2:

@@ -91,7 +91,7 @@ def roller_constants(bearing: RollerBearing) -> Array:
 
 
 def roller_slices(bearing: RollerBearing, count: int = SLICES) -> Array:
-    """Return slices along a roller, (3, count): ζ in (−1, 1), fraction of the length, relief 2P of both contacts (m)."""
+    """Return slices of a roller, (3, count): ζ in (−1, 1), fraction of the length, relief 2P of both contacts (m)."""
     zeta, weight = _gauss(count)
     straight = max(0.0, 1.0 - LONG_ROLLER * bearing.diameter / bearing.length)
     s = np.maximum(np.abs(zeta) - straight, 0.0) / (1.0 - straight)
