@@ -62,7 +62,7 @@ N_OUT = 25
 class JournalContact(NamedTuple):
     """Data of the rough contact of one journal bearing, for :func:`journal_contact`.
 
-    ``constants`` (11,): those of the contact, then radius, clearance, width (m) and the limit of the growth of N beyond
+    ``constants`` (10,): those of the contact, then radius, clearance, width (m) and the limit of the growth of N beyond
     its table, over its last value (0: no limit). ``table``: the integrals; contact constants and table are those of
     :mod:`cranktrain.film.contact.asperity`. ``slices`` (n, 4): spline coefficients over m/σ of the logarithms of N,
     ∫ p R dφ (N/m), contact length ∫ s R dφ and ∫ s cos φ R dφ (m; s is the fraction of area in contact). ``line``
@@ -129,7 +129,7 @@ def journal_contact_data(
 def slice_resultants(
     radius: float, clearance: float, width: float, constants: Array, table: Array
 ) -> tuple[Array, Array]:
-    """Return constants of a bearing (11,), and resultants of a slice over m/σ, (n, N_COLUMNS).
+    """Return constants of a bearing (10,), and resultants of a slice over m/σ, (n, N_COLUMNS).
 
     :func:`journal_contact_data` fits splines to the logarithms of the resultants and describes the arguments.
     """

@@ -1,1 +1,1 @@
-"""Reynolds' equation for any film on a rectangle; offline."""
+"""General solver of Reynolds' equation on a rectangle, for offline use."""

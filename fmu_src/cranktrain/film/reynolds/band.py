@@ -1,8 +1,8 @@
-"""Band matrices without pivoting, with several right-hand sides at once: the main cost of every film solver.
+"""LU factorisation of band matrices without pivoting, for several right-hand sides at once.
 
 Reynolds' equation on a grid whose axial index runs fastest gives a band as wide as one line of axial nodes, and an
-M-matrix by columns, which needs no pivoting. Right-hand sides are kept side by side, [unknown, right-hand side], so
-that the inner loops run over them.
+M-matrix by columns, which needs no pivoting. This is the main cost of every film solver. Right-hand sides are stored as
+[unknown, right-hand side], so that the inner loops run over them.
 """
 
 from __future__ import annotations

@@ -1,19 +1,19 @@
-"""Where a film ruptures and how far its gap is filled: kernels for one grid of control volumes.
+"""Kernels that find rupture and fill of a film on a grid of control volumes.
 
 The oil balance of node i, with the pressure p and the deficit d = 1 − fill as unknowns, reads
 
     s_i − m_i d_i + Σ_faces [g (p_i − p_k) + c (1 − d_up)] = 0,      p ≥ 0,  d ≥ 0,  p d = 0;
 
-g is a face's conductance, c the flow that the surfaces drag through it when it is full, d_up the deficit on the side
-that this flow comes from, s − m d the rate at which the node's oil grows. Put u = p where the node is full and u = −d
-where it is ruptured: the balance becomes A max(u, 0) + B min(u, 0) = b. Both A and B have a positive diagonal, no
-positive entry beside it and columns whose sums are not negative, and so has every mixture of their columns. Hence the
-map is an M-function: the solution exists, is unique, and depends on no first guess. Reynolds' (Swift and Stieber's)
-rupture is the same problem with B = I: oil then appears where the film ruptures.
+with the conductance g of a face, the flow c that the surfaces drag through a full face, the deficit d_up upstream of
+this flow, and the growth rate s − m d of the node's oil. Put u = p at a full node and u = −d at a ruptured one. The
+balance becomes A max(u, 0) + B min(u, 0) = b. Both A and B have a positive diagonal, no positive off-diagonal entry and
+columns whose sums are not negative, and so has every mixture of their columns. Hence the map is an M-function: the
+solution exists, is unique, and does not depend on the initial guess. Reynolds' (Swift and Stieber's) rupture is the
+same problem with B = I; oil then appears where the film ruptures.
 
 A liquid whose density grows with pressure fills a full node by more than one: 1 + e + k p in place of 1 − d, the
-tangent of its density (:mod:`cranktrain.film.reynolds.liquid`). The surfaces carry what is compressed weighted between
-both sides of a face, so that the entries beside the diagonal stay negative, and voids from upstream.
+tangent of its density (:mod:`cranktrain.film.reynolds.liquid`). In the flow carried through a face, compression is a
+weighted mean of both sides, so that off-diagonal entries stay negative, and voids come from upstream.
 
 The problem is solved by Newton's method, which here is an active-set method: each pass solves the band matrix of the
 current mixture. After ``FREE_PASSES`` passes the step is limited so that the sum of all |imbalances| falls. After
@@ -40,21 +40,21 @@ FREE_PASSES = 30
 MAX_PASSES = 60
 CONVERGED, SINGULAR, STALLED = 0, 1, 2
 FULL_FILM, REYNOLDS, CONSERVING = 0, 1, 2
-"""Modes of :func:`film_state`: no rupture; rupture that creates oil; rupture that conserves it."""
+"""Modes of :func:`film_state`: no rupture, rupture that creates oil, rupture that conserves oil."""
 
 
 class Liquid(NamedTuple):
-    """Content of full nodes in excess of their volume, (n_x, n_z) each; zeros: incompressible."""
+    """Content of full nodes above their volume, 1 + e + k p, (n_x, n_z) each; zeros for an incompressible liquid."""
 
     excess: Array  # e
     slope: Array  # k, 1/Pa
-    swell: Array  # by which a full node's growth rises with its content, m³/s
-    ahead_x: Array  # share of the content downstream in what is carried through a face between two full nodes
+    swell: Array  # growth rate of a full node's oil per unit of content, m³/s
+    ahead_x: Array  # weight of the downstream content in the flow carried between two full nodes
     ahead_z: Array
 
 
 class Balance(NamedTuple):
-    """Terms of the oil balance, (n_x, n_z) each.
+    """Coefficients of the oil balance, (n_x, n_z) each.
 
     Face (i, j) of ``g_x``, ``c_x`` lies between nodes i and i + 1 (the last one between the last and the first node:
     zero unless periodic), of ``g_z``, ``c_z`` between j and j + 1.
@@ -62,25 +62,25 @@ class Balance(NamedTuple):
 
     g_x: Array  # conductance, m³/(Pa s)
     g_z: Array
-    c_x: Array  # flow that the surfaces carry through the full face, m³/s
+    c_x: Array  # flow that the surfaces carry through a full face, m³/s
     c_z: Array
-    source: Array  # m³/s
+    source: Array  # s of the balance, m³/s
     store: Array
     liquid: Liquid
 
 
 class Unknowns(NamedTuple):
-    """Nodes and their state, (n_x, n_z) each."""
+    """State of the nodes, (n_x, n_z) each."""
 
-    order: NDArray[np.int64]  # place of each free node in the band, −1 where pressure and deficit are given
-    pressure: Array  # Pa, given at fixed nodes; the result elsewhere
+    order: NDArray[np.int64]  # row of each free node in the band, −1 where pressure and deficit are given
+    pressure: Array  # Pa; input at fixed nodes, result elsewhere
     deficit: Array
-    empty: NDArray[np.bool_]  # first guess of the ruptured nodes, then the result; the result does not depend on it
-    excess: Array  # oil that Reynolds' rupture makes appear, m³/s
+    empty: NDArray[np.bool_]  # ruptured nodes: initial guess, then the result, which does not depend on the guess
+    excess: Array  # oil that Reynolds' rupture creates, m³/s
 
 
 class Space(NamedTuple):
-    """Memory for n free nodes."""
+    """Scratch memory for n free nodes."""
 
     band: Array  # (n, 2 width + 1)
     width: int
@@ -92,16 +92,16 @@ class Space(NamedTuple):
 class Side(NamedTuple):
     """One side of a face."""
 
-    place: int  # in the band; −1 at a node with given pressure and fill
+    place: int  # row in the band; −1 at a node with given pressure and fill
     pressure: float
     full: bool
-    content: float  # beyond 1, as far as it does not depend on the unknown
-    slope: float  # of the content by the unknown
+    content: float  # content above 1, without the part that depends on the unknown
+    slope: float  # derivative of the content by the unknown
 
 
 @kernel
 def oil_balance(balance, pressure, deficit, out):
-    """Residual of the oil balance (m³/s) into ``out``: growth of each node plus outflow through its faces."""
+    """Compute the residual of the oil balance (m³/s) in ``out``: growth of each node plus outflow through its faces."""
     g_x, g_z, c_x, c_z, source, store, liquid = balance
     n_x, n_z = pressure.shape
     for i in range(n_x):
@@ -127,7 +127,7 @@ def oil_balance(balance, pressure, deficit, out):
 
 @kernel
 def _given_side(pressure, deficit, liquid, place, i, j):
-    """Node (i, j) in a known state as a Side."""
+    """Return node (i, j) with known pressure and deficit as a Side."""
     d = deficit[i, j]
     content = -d if d != 0.0 else liquid.excess[i, j] + liquid.slope[i, j] * pressure[i, j]
     return Side(place, pressure[i, j], d == 0.0, content, 0.0)
@@ -135,7 +135,7 @@ def _given_side(pressure, deficit, liquid, place, i, j):
 
 @kernel
 def _carried_shares(c, ahead, one, other):
-    """Weights of both sides' contents in the carried flow: compression from both, voids from upstream."""
+    """Return the weights of both sides' contents in the carried flow: compression from both, voids from upstream."""
     first = 1.0 - ahead if c > 0.0 else ahead
     upstream = 1.0 if c > 0.0 else 0.0
     return first if one.full else upstream, 1.0 - first if other.full else 1.0 - upstream
@@ -143,7 +143,7 @@ def _carried_shares(c, ahead, one, other):
 
 @kernel
 def _face_flow(g, c, ahead, one, other):
-    """Flow (m³/s) through a face between two known Sides: driven by pressure, and carried by the surfaces."""
+    """Return the flow (m³/s) through a face between two known Sides: pressure flow plus flow carried by surfaces."""
     first, second = _carried_shares(c, ahead, one, other)
     return g * (one.pressure - other.pressure) + c * (1.0 + first * one.content + second * other.content)
 
@@ -171,7 +171,7 @@ def _face_entries(space, g, c, ahead, one, other):
 
 @kernel
 def _side(film, liquid, conserving, i, j):
-    """A node as a side of a face."""
+    """Return a node with its unknown as a Side."""
     place = film.order[i, j]
     if place < 0:
         return _given_side(film.pressure, film.deficit, liquid, place, i, j)
@@ -182,7 +182,7 @@ def _side(film, liquid, conserving, i, j):
 
 @kernel
 def _mixture(balance, film, conserving, space):
-    """Assemble the matrix whose columns belong to p at full nodes and to −d at ruptured ones, into ``space``."""
+    """Assemble the band matrix, with columns of A at full nodes and of B at ruptured nodes, in ``space``."""
     n_x, n_z = film.pressure.shape
     liquid = balance.liquid
     space.band[:, :] = 0.0
@@ -211,7 +211,7 @@ def _mixture(balance, film, conserving, space):
 
 @kernel
 def _spread(film, conserving, unknown):
-    """Turn the unknowns into pressure, deficit and (Reynolds' rupture) the oil that appears."""
+    """Convert the unknowns to pressure, deficit and (Reynolds' rupture) created oil."""
     n_x, n_z = film.pressure.shape
     for i in range(n_x):
         for j in range(n_z):
@@ -226,7 +226,7 @@ def _spread(film, conserving, unknown):
 
 @kernel
 def _imbalance(balance, film, rest):
-    """Sum of |imbalance| over the free nodes; a norm in which Newton's direction always descends; ``rest``: scratch."""
+    """Return the sum of |residual| over free nodes, which Newton's direction always decreases; ``rest`` is scratch."""
     oil_balance(balance, film.pressure, film.deficit, rest)
     total = 0.0
     n_x, n_z = film.pressure.shape
@@ -239,7 +239,7 @@ def _imbalance(balance, film, rest):
 
 @kernel
 def _settled(film, diagonal, load, lenient):
-    """Whether no full node is under tension and no ruptured one overfull (by more than rounding, if lenient)."""
+    """True if no full node is in tension and no ruptured node overfull (by more than rounding, if lenient)."""
     noise = 0.0
     if lenient:
         for a in range(load.shape[0]):
@@ -257,7 +257,7 @@ def _settled(film, diagonal, load, lenient):
 
 @kernel
 def _accept(film, conserving, load):
-    """Write the solved unknowns where they belong, rounding included, so that the balance closes."""
+    """Write the unknowns to pressure, deficit and excess, wrong signs by rounding included, so the balance closes."""
     n_x, n_z = film.order.shape
     for i in range(n_x):
         for j in range(n_z):
@@ -272,7 +272,7 @@ def _accept(film, conserving, load):
 
 @kernel
 def _mark_empty(film, present):
-    """Take the nodes whose unknown is negative as ruptured."""
+    """Mark the nodes with a negative unknown as ruptured."""
     n_x, n_z = film.order.shape
     for i in range(n_x):
         for j in range(n_z):
@@ -282,7 +282,7 @@ def _mark_empty(film, present):
 
 @kernel
 def _descend(balance, film, conserving, present, space):
-    """Go from ``present`` towards ``space.load`` so far that the sum of |imbalances| falls; both are overwritten."""
+    """Step from ``present`` towards ``space.load``, so far that the sum of |residuals| decreases; overwrites both."""
     load = space.load
     n = load.shape[0]
     _spread(film, conserving, present)
@@ -303,15 +303,15 @@ def _descend(balance, film, conserving, present, space):
 
 @kernel
 def film_state(mode, balance, film, space, most):
-    """Pressure and deficit of every free node; returns (status, passes).
+    """Solve for pressure and deficit of every free node; returns (status, passes).
 
-    The rounding of a wrong sign may be left in pressure and deficit, so that the oil balance closes.
+    Pressure and deficit may keep a wrong sign within rounding, so that the oil balance closes.
 
     Parameters
     ----------
     mode : FULL_FILM, REYNOLDS or CONSERVING
-    balance, film, space : Balance, Unknowns (in: given values and first guess; out: the result), Space
-    most : passes after which to stop, STALLED, with the last pressures and ruptured nodes; 0: as many as it takes
+    balance, film, space : Balance, Unknowns (in: given values and initial guess; out: the result), Space
+    most : limit of passes, after which the status is STALLED with the last pressures and ruptured nodes; 0: no limit
     """
     load = space.load
     n = load.shape[0]

@@ -1,9 +1,9 @@
-"""Reynolds' equation for any film on a rectangle, with four kinds of cavitation.
+"""Reynolds' equation of a film on a rectangle, with four models of cavitation.
 
     ∂(θh)/∂t + ∂/∂x (Ū θh − h³/(12η) ∂p/∂x) + ∂/∂z (W̄ θh − h³/(12η) ∂p/∂z) = 0
 
-x runs along the sliding direction (around a journal: x = Rφ), z across it; Ū, W̄ are half the sums of both surfaces'
-velocities, θ is the fill. The film ruptures at p = 0: pressures count from the cavitation pressure.
+x is the sliding direction (around a journal: x = Rφ), z is across it; Ū, W̄ are half the sums of both surfaces'
+velocities, θ is the fill. The film ruptures at p = 0, so pressures are relative to the cavitation pressure.
 
 ``full``            no rupture, tension allowed (Sommerfeld)
 ``guembel``         the full film's tension is cut off; does not conserve oil
@@ -13,9 +13,9 @@ velocities, θ is the fill. The film ruptures at p = 0: pressures count from the
                     the film is the limit of a very long one (``MEMORY``) from a full gap
 
 Node-centred finite volumes: second order where the film is full, first order in the fill. The oil balance
-closes to rounding for ``full`` and ``mass-conserving``; for the other two ``FilmSolution.mass_defect`` says how much
-oil they create. Assumptions: laminar, isothermal, thin film; viscosity constant across the film. With a law of density
-the liquid is compressible: θ stands for ρ(p)/ρ(0) where the film is full, and volumes are those at p = 0.
+closes to rounding for ``full`` and ``mass-conserving``; for the other two ``FilmSolution.mass_defect`` is the oil that
+they create. Assumptions: laminar, isothermal, thin film; viscosity constant across the film. With a law of density the
+liquid is compressible: θ of a full film is ρ(p)/ρ(0), and volumes are those at p = 0.
 """
 
 from __future__ import annotations
@@ -59,18 +59,18 @@ from cranktrain.film.reynolds.volumes import (
 
 CAVITATION = {"full": FULL_FILM, "guembel": FULL_FILM, "reynolds": REYNOLDS, "mass-conserving": CONSERVING}
 MEMORY = 1e8
-"""Time step of a film without one, over the time in which the largest flow through a face fills the gap."""
+"""Time step that replaces ``dt`` for a steady film, over the time in which the largest face flow fills the gap."""
 MAX_STAGES = 100
-"""Stages in which the time step of a steady mass-conserving film is lengthened if it does not settle at once."""
+"""Limit of stages that lengthen the time step of a steady mass-conserving film that does not converge at once."""
 AMBIENT = Edges()
 
 
 @dataclass(frozen=True)
 class FilmSolution:
-    """A solved film. SI throughout; fields are (n_x, n_z).
+    """Solution of a film in SI units; fields are (n_x, n_z).
 
-    Flows are volumes per time out of the film; a groove that feeds has a negative one. Loads and moments are those of
-    the pressure, by the volumes of the nodes: ∫ p f dA = (pressure * f * areas).sum().
+    Flows are volumes per time out of the film; the flow of a feeding groove is negative. Loads and moments of the
+    pressure are sums over nodes, ∫ p f dA = (pressure * f * areas).sum().
     """
 
     x: Array
@@ -79,26 +79,26 @@ class FilmSolution:
     areas: Array
     pressure: Array
     fill: Array
-    """θ; more than 1 where a compressible liquid is under pressure."""
+    """Fill θ; above 1 for a compressible liquid under pressure."""
     ruptured: NDArray[np.bool_]
     viscosity: Array
     load: float
-    """∫p dA, N."""
+    """Load ∫p dA, N."""
     centre: tuple[float, float]
-    """Where the load acts, m; nan without load."""
+    """Centre of pressure (x, z), m; nan without load."""
     p_max: float
-    """Largest pressure, by parabolas through the nodes beside the largest one (films with steps: at the node)."""
+    """Largest pressure, Pa, by parabolas through the largest node and neighbours (films with steps: at the node)."""
     p_max_place: tuple[float, float]
     drag: tuple[tuple[float, float], tuple[float, float]]
     """Shear force (x, z) of the film on the first and on the second surface, N (∓h/2 ∂p and ±ηΔU/h times the fill)."""
     flows: Mapping[str, float]
-    """Out through each edge that has a pressure and each supply, m³/s."""
+    """Outflow through each edge with a given pressure and through each supply, m³/s."""
     stored: float
-    """Growth of the oil in the film, m³/s."""
+    """Rate of growth of the oil in the film, m³/s."""
     mass_defect: float
-    """|oil that appears| over the sum of inflow, outflow, growth and flow carried by the surfaces."""
+    """|Created oil| over the sum of inflow, outflow, growth and flow carried by the surfaces."""
     passes: int
-    """Active-set passes."""
+    """Number of active-set iterations."""
 
 
 def solve_film(
@@ -127,29 +127,29 @@ def solve_film(
     Parameters
     ----------
     h : (n_x, n_z) > 0, m, film at the nodes. With ``stepped`` the film is constant in each cell between nodes: then
-        (n_x − 1, n_z − 1) cells, n_x in x if periodic. n_z = 1: infinitely wide, ``lengths[1]`` of it is counted.
+        (n_x − 1, n_z − 1) cells, n_x in x if periodic. n_z = 1: infinitely wide film, results for ``lengths[1]`` of it.
     lengths : extent in x and z, m
     speeds, cross_speeds : velocities (first, second surface) along x and along z, m/s
     viscosity : number or (n_x, n_z), Pa s, at ambient pressure; ``pressure_viscosity`` is the factor η(p)/η(0), a
         function of an array of pressures (Pa), e.g. Barus' or Roelands' law
     density : ρ(p)/ρ(0) and its derivative (1/Pa), a function of an array of pressures (Pa), e.g. that of Dowson and
         Higginson; incompressible by default. The density's own rate counts with ``dt`` only.
-    roughness : of the surfaces: flow by the factors of Patir and Cheng, ``h`` is then the nominal film and that of the
-        result the mean gap. ``drag`` is of that gap, without factors of its own.
-    squeeze : ∂h/∂t, number or like the nodes, m/s, of a film without history. Where the gap opens while it is
-        ruptured its fill stays (mass-conserving).
-    edges, supplies : pressures at edges and in grooves; supplies may overlap at equal pressure only
-    periodic : the film closes in x; nodes are then [0, lengths[0])
+    roughness : of the surfaces, for the flow factors of Patir and Cheng. ``h`` is then the nominal film, and the result
+        has the mean gap. ``drag`` is that of the mean gap, without shear stress factors.
+    squeeze : ∂h/∂t, number or like the nodes, m/s, of a film without history. A ruptured gap that opens keeps its fill
+        (mass-conserving).
+    edges, supplies : pressures at edges and in grooves; overlapping supplies must have equal pressure
+    periodic : whether the film is closed in x; nodes are then in [0, lengths[0])
     cavitation : ``full``, ``guembel``, ``reynolds`` or ``mass-conserving``
     nodes : increasing x and z of the nodes (m, from 0 to the lengths); equally spaced by default
     dt, previous : time step (s) and film at its start: backward Euler in the stored oil θh; needs mass-conserving or
         full, and no ``squeeze``
-    guess : a film whose ruptured nodes are tried first; changes the cost, not the result
+    guess : a film whose ruptured nodes are the initial guess; it changes the cost, not the result
 
     Raises
     ------
     InputError, SolverError
-        for unusable data; if nothing determines the pressure level, or the oil stiffens without bound
+        if data are invalid, nothing determines the pressure level, or viscosity grows without bound
     """
     grid, film, faces = _problem(h, lengths, cavitation, periodic, nodes, stepped)
     slip_x, slip_z, growth = np.zeros(film.shape), np.zeros(film.shape), np.ones(film.shape)
@@ -195,27 +195,27 @@ def solve_film(
 
 
 def _carried(name: str, speeds: tuple[float, float], film: Array, slip: Array) -> Array:
-    """Flow that both surfaces carry through each face along one direction, were it full, m³/s."""
+    """Return the flow that the surfaces carry through each face along one direction if the face is full, m³/s."""
     if len(speeds) != 2 or not np.isfinite(speeds).all():
         raise InputError(f"{name}: two finite velocities in m/s are needed (first and second surface), got {speeds}")
     return np.asarray(0.5 * (speeds[0] + speeds[1]) * film + 0.5 * (speeds[0] - speeds[1]) * slip)
 
 
 def _first_guess(guess: FilmSolution | None, free: NDArray[np.bool_], cavitation: str) -> NDArray[np.bool_]:
-    """Nodes to try as ruptured first."""
+    """Return the initial guess of the ruptured nodes."""
     if guess is None or guess.ruptured.shape != free.shape or cavitation in ("full", "guembel"):
         return np.zeros(free.shape, dtype=bool)
     return (guess.ruptured | (guess.fill < 1.0)) & free
 
 
 def _lasting(volumes: Array, *flows: Array) -> Array:
-    """Oil that each node holds by a very long time step: without one, an idle ruptured film would have any fill."""
+    """Return m of the balance for a very long time step, which makes the fill of an idle ruptured film unique."""
     moved = max(float(np.abs(a).max()) for a in flows)
     return np.asarray(volumes * ((moved if moved > 0.0 else 1.0) / (MEMORY * volumes.sum())))
 
 
 class Problem(NamedTuple):
-    """Problem to be solved; the result is written into ``unknowns``."""
+    """Discrete film problem; the result is written to ``unknowns``."""
 
     cavitation: str
     balance: Balance
@@ -226,7 +226,7 @@ class Problem(NamedTuple):
 
 
 def _reduced(problem: Problem, law: Law | None, density: Density | None) -> tuple[Array, Balance, int]:
-    """Reduced pressures (pressures without a law), the balance that they meet, and active-set passes."""
+    """Solve for reduced pressures (pressures if ``law`` is None); return them, the final balance and the passes."""
     unknowns = problem.unknowns
     pressure, empty = unknowns.pressure, unknowns.empty
     free, passes = unknowns.order >= 0, 0
@@ -253,7 +253,7 @@ def _reduced(problem: Problem, law: Law | None, density: Density | None) -> tupl
 
 
 def _solved(problem: Problem, most: int) -> tuple[int, bool]:
-    """Solve for pressures that act linearly, by ``most`` passes of the active set (0: no limit); passes, settled."""
+    """Solve a linear problem by at most ``most`` active-set passes (0: no limit); return passes and convergence."""
     unknowns = problem.unknowns
     free = unknowns.order >= 0
     count, mode = int(free.sum()), CAVITATION[problem.cavitation]
@@ -261,7 +261,7 @@ def _solved(problem: Problem, most: int) -> tuple[int, bool]:
     space = Space(band, problem.width, np.zeros((count, 1)), np.zeros((2, count)), rest)
     status, passes = _settle(mode, problem.balance, problem.lasting, unknowns, space, most)
     if free.all() and not unknowns.empty.any() and not problem.balance.liquid.swell.any():
-        status = SINGULAR  # a sealed gap full of oil, whatever rounding made of its last pivot
+        status = SINGULAR  # a sealed gap full of oil, even if rounding hides the zero pivot
     settled = status == CONVERGED and bool(np.isfinite(unknowns.pressure).all())
     if not settled and not (most and status == STALLED):
         raise SolverError(_failure(status, problem.cavitation))
@@ -269,17 +269,17 @@ def _solved(problem: Problem, most: int) -> tuple[int, bool]:
 
 
 def _load(pressure: Array, grid: Rectangle) -> tuple[float, tuple[float, float]]:
-    """∫p dA, N, and where it acts, m; nan without load."""
+    """Return the load ∫p dA, N, and its centre (x, z), m; nan without load."""
     load = float((pressure * grid.areas).sum())
     moments = (pressure * grid.areas * grid.x[:, None]).sum(), (pressure * grid.areas * grid.z).sum()
     return load, (float(moments[0]) / load, float(moments[1]) / load) if load != 0.0 else (np.nan, np.nan)
 
 
 def _mass_defect(balance: Balance, growing: Array, flows: Mapping[str, float], defect: float) -> float:
-    """Oil that appears over inflow, outflow, growth and flow carried by the surfaces; 0 if it is rounding."""
+    """Return created oil over the sum of inflow, outflow, growth and carried flow; 0 if it is within rounding."""
     carried = float(max(np.abs(balance.c_x).sum(axis=1).max(), np.abs(balance.c_z).sum(axis=0).max()))
     through = carried + sum(abs(f) for f in flows.values()) + float(np.abs(growing).sum())
-    rounding = 1e-15 * float(balance.store.sum())  # of the oil that is there, when nothing moves it
+    rounding = 1e-15 * float(balance.store.sum())  # relative to the stored oil, for a film without any flow
     return abs(defect) / through if abs(defect) > rounding else 0.0
 
 
@@ -339,9 +339,9 @@ def _growth(
     previous: FilmSolution | None,
     cavitation: str,
 ) -> tuple[Array, Array, Array]:
-    """Growth of the oil at each node were it full, what a deficit of one takes from it, a content of one adds (m³/s).
+    """Return growth rates of the oil at each node (m³/s): if full, less per unit of deficit, more per unit of content.
 
-    ``growth`` (n_x, n_z) is what the gap grows with the film h, 1 between smooth surfaces.
+    ``growth`` (n_x, n_z) is the derivative of the mean gap by the film h, 1 between smooth surfaces.
     """
     rate = node_field("squeeze", squeeze, film.shape) * growth
     if not np.isfinite(rate).all():
@@ -362,7 +362,7 @@ def _growth(
 
 
 def _conductances(faces: Faces, eta: Array, grid: Rectangle) -> tuple[Array, Array]:
-    """h³ width/(12 η Δ) of each face, m³/(Pa s)."""
+    """Return the conductance h³ width/(12 η Δ) of each face, m³/(Pa s)."""
     eta_x = 0.5 * (eta + np.roll(eta, -1, axis=0))
     eta_z = 0.5 * (eta + np.roll(eta, -1, axis=1))
     step_x = np.where(grid.step_x > 0.0, grid.step_x, 1.0)[:, None]
@@ -373,11 +373,11 @@ def _conductances(faces: Faces, eta: Array, grid: Rectangle) -> tuple[Array, Arr
 def _settle(
     mode: int, balance: Balance, lasting: Array, unknowns: Unknowns, space: Space, most: int
 ) -> tuple[int, int]:
-    """Solve; a starved film without a time step that does not settle is given one, lengthened stage by stage."""
+    """Solve; if a steady starved film does not converge, use a time step that is lengthened stage by stage."""
     empty = unknowns.empty
     status, passes = film_state(mode, balance, unknowns, space, most)
     if status == SINGULAR and mode != FULL_FILM:
-        # A sealed gap: its pressure has no level while it is full, so fill it from empty.
+        # The pressure level of a full sealed gap is undetermined, so the gap is filled starting from empty.
         empty[:] = unknowns.order >= 0
         status, turns = film_state(mode, balance, unknowns, space, most)
         passes += turns
@@ -402,7 +402,7 @@ def _settle(
 
 
 def _failure(status: int, cavitation: str) -> str:
-    """Reason of the failure, and a remedy."""
+    """Return the message of a failure: its reason and a remedy."""
     if status == SINGULAR:
         return f"film ({cavitation}): nothing determines the pressure; open an edge, or let oil leave a closing film"
     return f"film ({cavitation}): ruptured zones did not settle; try a finer grid or a smaller change of the film"

@@ -1,4 +1,4 @@
-r"""Flow through a rough gap: the pressure and shear flow factors of Patir and Cheng.
+r"""Pressure and shear flow factors of Patir and Cheng for flow through a rough gap.
 
 Roughness turns the Reynolds equation of the mean gap h into
 
@@ -26,7 +26,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import kernel
 from cranktrain.core.types import Array
 
-# γ; C, r and least H of the pressure factor; A₁, α₁, α₂, α₃, A₂ of the shear factor; in constants a weight as well.
+# Columns: γ; C, r and least H of the pressure factor; A₁, α₁, α₂, α₃, A₂ of the shear factor; constants add a weight.
 PATTERN, C, R, LEAST, A_1, ALPHA_1, ALPHA_2, ALPHA_3, A_2, WEIGHT = range(10)
 PATTERNS = np.array(
     [
@@ -40,18 +40,18 @@ PATTERNS = np.array(
     ]
 )
 SHEAR_RANGE = 5.0
-"""Gap over roughness at which the two forms of the shear factor meet."""
+"""Gap over roughness at which the shear factor changes from one form to the other."""
 
 
 def flow_factor_constants(pattern: float = 1.0) -> Array:
-    """Constants for :func:`pressure_flow_factor` and :func:`shear_flow_factor`, (2, 10).
+    """Return constants for :func:`pressure_flow_factor` and :func:`shear_flow_factor`, (2, 10).
 
-    A row holds one published pattern as in ``PATTERNS`` and its weight. For the flow across the pattern give 1/γ.
+    Each row holds one published pattern as in ``PATTERNS`` and its weight. Flow across the pattern needs 1/γ.
 
     Raises
     ------
     InputError
-        a pattern γ outside the published range 1/9 to 9
+        if γ lies outside the published range 1/9 to 9
     """
     if not PATTERNS[0, 0] * (1 - 1e-12) <= pattern <= PATTERNS[-1, 0] * (1 + 1e-12):
         raise InputError(f"flow factors: pattern {pattern:.4g} lies outside the published 1/9 to 9; isotropic is 1")
@@ -63,7 +63,7 @@ def flow_factor_constants(pattern: float = 1.0) -> Array:
 
 @kernel
 def pressure_flow_factor(gap_ratio, constants):
-    """φ_x and its derivative by H at H = ``gap_ratio``."""
+    """Return φ_x and its derivative by H at H = ``gap_ratio``."""
     total = 0.0
     slope = 0.0
     for k in range(2):
@@ -88,7 +88,7 @@ def pressure_flow_factor(gap_ratio, constants):
 
 @kernel
 def shear_flow_factor(gap_ratio, constants):
-    """Φ_s of one rough surface against a smooth one, and its derivative by H; zero where H ≤ 0."""
+    """Return Φ_s of one rough surface against a smooth one, and its derivative by H; zero for H ≤ 0."""
     if gap_ratio <= 0.0:
         return 0.0, 0.0
     total = 0.0
@@ -112,6 +112,6 @@ def shear_flow_factor(gap_ratio, constants):
 
 @kernel
 def mean_gap(gap_ratio):
-    """Mean film h_T/σ between Gaussian surfaces that overlap where they would, and its derivative by H."""
+    """Return the mean gap h_T/σ between Gaussian surfaces, overlap cut off, and its derivative by H."""
     tail = 0.5 * math.erfc(-gap_ratio / math.sqrt(2.0))
     return gap_ratio * tail + math.exp(-0.5 * gap_ratio * gap_ratio) / math.sqrt(2.0 * math.pi), tail

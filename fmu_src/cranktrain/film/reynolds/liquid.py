@@ -1,6 +1,6 @@
-"""A liquid whose density grows with pressure, in a film that may rupture.
+"""Compressible liquid in a film that may rupture.
 
-With r(p) = ρ(p)/ρ(0) and f(p) = η(p)/η(0) the flow of mass, over ρ(0), and the oil that a node holds are
+With r(p) = ρ(p)/ρ(0) and f(p) = η(p)/η(0) the mass flow, over ρ(0), and the content c of a node are
 
     q_x = Ū c h − h³/(12 η₀) ∂q/∂x,    q = ∫₀ᵖ r/f dp,    c = r where the gap is full, the fill θ where it is ruptured,
 
@@ -28,21 +28,21 @@ Density = Callable[[Array], tuple[Array, Array]]
 """r(p) = ρ(p)/ρ(0) and dr/dp (1/Pa) for an array of pressures (Pa), with r(0) = 1."""
 STEPS = 200
 SETTLED = 1e-9
-"""Change of pressure over the largest in the last Newton step."""
+"""Tolerance of the last Newton step: change of pressure over the largest pressure."""
 PASSES = 3
-"""Of the active set in a Newton step: with a tangent of its own, a node that fills again may have no settled state."""
+"""Limit of active-set passes in a Newton step; more passes may not converge for nodes that fill again."""
 GROWTH = 0.5
-"""Most by which a pressure rises in a Newton step, over the largest."""
+"""Limit of the rise of a pressure in a Newton step, over the largest pressure."""
 Solve = Callable[[Balance, Array, int], tuple[Array, bool]]
 
 
 def incompressible(shape: tuple[int, ...]) -> Liquid:
-    """The liquid of constant density."""
+    """Return a liquid of constant density."""
     return Liquid(*(np.zeros(shape) for _ in Liquid._fields))
 
 
 def mass_flow_law(law: Law | None, density: Density | None) -> Law | None:
-    """f/r as one law, from which the reduced pressure q follows; None if both are constant."""
+    """Return f/r as one law, which gives the reduced pressure q; None if both are constant."""
     if density is None:
         return law
     if law is None:
@@ -51,13 +51,13 @@ def mass_flow_law(law: Law | None, density: Density | None) -> Law | None:
 
 
 def tangent(pressure: Array, law: Law, density: Density, balance: Balance, swell: Array) -> Liquid:
-    """Contents linearised in q at ``pressure``; ``swell`` (m³/s) as in ``Liquid``."""
+    """Return contents linearised in q at ``pressure``; ``swell`` (m³/s) as in ``Liquid``."""
     content, by_pressure = density(pressure)
     slope = by_pressure * viscosity_factor(law, pressure)
     excess = content - 1.0 - slope * reduced_pressure(law, pressure)
 
     def ahead(axis: int, g: Array, c: Array) -> Array:
-        """Weight of the downstream side: a half, or less if compression would carry upstream."""
+        """Return the weight of the downstream content: ½, or less if compression would carry oil upstream."""
         other = np.roll(slope, -1, axis=axis)
         carried = np.abs(c) * np.where(c > 0.0, other, slope)
         return np.asarray(np.minimum(0.5, g / np.maximum(carried, 1e-300)))
@@ -68,21 +68,21 @@ def tangent(pressure: Array, law: Law, density: Density, balance: Balance, swell
 def compressed_pressure(
     pressure: Array, law: Law, density: Density, problem: tuple[Balance, Array], solve: Solve
 ) -> tuple[Array, Balance]:
-    """Pressure (Pa) of a film of compressible liquid, and the balance that it meets.
+    """Solve for the pressure (Pa) of a film of compressible liquid; return it and the final balance.
 
     Parameters
     ----------
-    pressure : given pressures at fixed nodes, a first guess elsewhere, Pa
+    pressure : given pressures at fixed nodes, an initial guess elsewhere, Pa
     law : f/r
     density : r and its derivative
     problem : balance of the incompressible liquid, and ``swell``
-    solve : reduced pressures of a balance whose contents are linear in them, given those at fixed nodes, by so many
-        passes at most, and whether the ruptured nodes have settled
+    solve : function (balance, reduced pressures at fixed nodes, limit of passes) that returns the reduced pressures of
+        a balance with linear contents, and whether the ruptured nodes have converged
 
     Raises
     ------
     SolverError
-        where Newton's method does not settle
+        if Newton's method does not converge
     """
     balance, swell = problem
     change = highest = 0.0

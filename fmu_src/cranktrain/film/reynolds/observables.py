@@ -1,4 +1,4 @@
-"""Results of a solved film: flows through edges and grooves, largest pressure, shear on both surfaces."""
+"""Outputs of a solved film: flows through edges and grooves, largest pressure, shear on both surfaces."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def outflows(
     film: Array,
     cross_speeds: tuple[float, float],
 ) -> tuple[dict[str, float], float]:
-    """Flow out at each edge and supply, which its nodes' balances lack, and the oil that appears elsewhere."""
+    """Return the outflow at each edge and supply, from the balance of its nodes, and the oil created elsewhere."""
     flows = {name: float(-surplus[owner == k].sum()) for k, name in enumerate(names)}
-    # A corner belongs to the edge in x, but flow carried along z leaves through the edge in z.
+    # A corner node belongs to the edge in x, but flow carried along z leaves through the edge in z.
     for x_edge, i in (("x0", 0), ("x1", -1)):
         for z_edge, j, sign in (("z0", 0, -1.0), ("z1", -1, 1.0)):
             if x_edge in flows and z_edge in flows and owner[i, j] == names.index(x_edge):
@@ -33,7 +33,7 @@ def outflows(
 def largest_pressure(
     pressure: Array, inner: NDArray[np.bool_], grid: Rectangle, length: float
 ) -> tuple[float, tuple[float, float]]:
-    """Maximum of the pressure and its place, by a parabola in each direction."""
+    """Return the maximum of the pressure and its position, by a parabola in each direction."""
     i, j = (int(k) for k in np.unravel_index(int(pressure.argmax()), pressure.shape))
     peak, place = float(pressure[i, j]), [float(grid.x[i]), float(grid.z[j])]
     n_x, n_z = pressure.shape
@@ -49,7 +49,7 @@ def largest_pressure(
 
 
 def _vertex(values: Array, before: float, after: float) -> tuple[float, float]:
-    """Height and shift of a parabola's vertex above the middle of three points, which is the largest."""
+    """Return height and shift of a parabola's vertex relative to the middle of three points, which is the largest."""
     left, right = (values[1] - values[0]) / before, (values[2] - values[1]) / after
     slope = (left * after + right * before) / (before + after)
     curvature = 2.0 * (right - left) / (before + after)
@@ -62,8 +62,8 @@ def _vertex(values: Array, before: float, after: float) -> tuple[float, float]:
 def shear_forces(
     pressure: Array, couette: float, faces: Faces, speeds: tuple[float, float], cross_speeds: tuple[float, float]
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Shear forces (x, z) on both surfaces, N; ``couette`` ∫ηθ/h dA, N s/m."""
-    # ∫ h/2 ∂p along x is half the sum over faces of film times pressure difference; likewise along z.
+    """Return shear forces (x, z) on both surfaces, N; ``couette`` is ∫ηθ/h dA, N s/m."""
+    # ∫ h/2 ∂p along x is half the sum over faces of film times pressure difference, and likewise along z.
     along_x = 0.5 * float((faces.film_x * (np.roll(pressure, -1, axis=0) - pressure)).sum())
     along_z = 0.5 * float((faces.film_z * (np.roll(pressure, -1, axis=1) - pressure)).sum())
     slip_x, slip_z = speeds[1] - speeds[0], cross_speeds[1] - cross_speeds[0]

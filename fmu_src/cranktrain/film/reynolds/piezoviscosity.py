@@ -1,8 +1,8 @@
-"""Viscosity that grows with pressure, without iterating the film: the reduced pressure.
+"""Reduced pressure, which includes a pressure-dependent viscosity without iterations of the film.
 
 With η = η₀ f(p) and q = ∫₀ᵖ dp/f the Poiseuille flow reads h³/(12η) ∇p = h³/(12η₀) ∇q. So q obeys the equation of
 constant viscosity with the same rupture (q ≥ 0 where p ≥ 0), whatever the law f, and p follows from q at each node.
-Where f grows fast, q has a limit (1/α for Barus' law f = exp αp): a rigid film that asks for more has no solution.
+If f grows fast, q has a limit (1/α for Barus' law f = exp αp); a rigid film that needs a larger q has no solution.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.types import Array
 
 Law = Callable[[Array], Array]
-"""f(p) = η(p)/η(0) for an array of pressures (Pa), increasing from f(0) = 1."""
+"""Function f(p) = η(p)/η(0) of an array of pressures (Pa), increasing from f(0) = 1."""
 FACTOR_LIMIT = 1e12
-"""Beyond lies glass, or a law outside its range."""
+"""Largest valid viscosity factor; beyond it the oil would be glass, or the law is outside its range."""
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 
 def viscosity_factor(law: Law, pressure: Array) -> Array:
-    """η/η₀ at ``pressure`` (Pa, any shape); ``SolverError`` where the law gives none."""
+    """Return η/η₀ at ``pressure`` (Pa, any shape); ``SolverError`` if the law gives no valid factor."""
     with np.errstate(over="ignore"):
         factor = np.asarray(law(pressure), dtype=float)
     if factor.shape != pressure.shape:
@@ -38,20 +38,20 @@ def viscosity_factor(law: Law, pressure: Array) -> Array:
 
 
 def reduced_pressure(law: Law, pressure: Array) -> Array:
-    """∫₀ᵖ dp/f, Pa, of each ``pressure`` (Pa), by Gauss' rule (1e-12 for Barus' law up to αp = 25)."""
+    """Return ∫₀ᵖ dp/f, Pa, of each ``pressure`` (Pa), by Gauss' rule (error 1e-12 for Barus' law up to αp = 25)."""
     places = 0.5 * pressure[..., None] * (1.0 + POINTS)
     return np.asarray(0.5 * pressure * ((1.0 / viscosity_factor(law, places)) @ WEIGHTS))
 
 
 def true_pressure(law: Law, reduced: Array) -> Array:
-    """The pressure (Pa) whose reduced pressure is ``reduced``, by Newton's method, which rises to it from below."""
+    """Return the pressure (Pa) whose reduced pressure is ``reduced``, by Newton's method from below."""
     pressure = reduced.copy()
     scale = float(np.abs(reduced).max(initial=1e-300))
     for _ in range(100):
         missing = reduced - reduced_pressure(law, pressure)
         step = missing * viscosity_factor(law, pressure)
         pressure += step
-        # Close to the limit of q rounding moves the pressure.
+        # Close to the limit of q the pressure is sensitive to rounding.
         if not np.any((np.abs(step) >= 1e-12 * scale) & (np.abs(missing) > 1e-15 * np.abs(reduced))):
             return pressure
     raise SolverError("pressure_viscosity: no pressure found; the factor must grow steadily with pressure")

@@ -1,11 +1,11 @@
-"""Control volumes of a film between rough surfaces: flow factors on the faces, the mean gap in the volumes.
+"""Control volumes of a film between rough surfaces, with flow factors on faces and the mean gap in volumes.
 
 The flow through a face and the oil in a volume follow from the nominal film h, with the factors of
 :mod:`cranktrain.film.reynolds.flow_factors` at H = h/σ:
 
     q_x = Ū h_T + ½ (U₁ − U₂) σ φ_s − φ_x h³/(12 η) ∂p/∂x,    φ_s = b Φ_s(H, γ),    b = (σ₁² − σ₂²)/σ²,
 
-across with 1/γ. h_T is the mean gap between Gaussian surfaces. Both surfaces have one pattern γ.
+and with 1/γ across. h_T is the mean gap between Gaussian surfaces. Both surfaces have the same pattern γ.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from cranktrain.film.reynolds.flow_factors import (
 )
 from cranktrain.film.reynolds.volumes import Faces, Rectangle, cell_sums
 
-# Rows of _factors.
+# Rows of the result of _factors.
 CUBE, GAP, SLIP, GROWTH, N_ROWS = range(5)
 
 
 @dataclass(frozen=True)
 class Roughness:
-    """Roughness of both surfaces together; ``InputError`` for what has no factors.
+    """Combined roughness of both surfaces; ``InputError`` for values without flow factors.
 
     Parameters
     ----------
-    height : σ, standard deviation of both surfaces' heights together, m
+    height : σ, standard deviation of the combined heights of both surfaces, m
     pattern : γ, 1 isotropic, up to 9 stretched along x, down to 1/9 across it
-    bias : b = (σ₁² − σ₂²)/σ², 0 surfaces that are alike, 1 (−1) the second (first) one is smooth
+    bias : b = (σ₁² − σ₂²)/σ²; 0 for equal surfaces, 1 (−1) if the second (first) surface is smooth
     """
 
     height: float
@@ -55,21 +55,21 @@ class Roughness:
 
 
 class RoughGap(NamedTuple):
-    """Faces and volumes of the film between rough surfaces; (n_x, n_z) each."""
+    """Face and volume integrals of a film between rough surfaces; (n_x, n_z) each."""
 
     faces: Faces
-    """∫φ h³ and ∫h_T over the faces."""
+    """Integrals ∫φ h³ and ∫h_T over the faces."""
     slip_x: Array
-    """∫σ φ_s dz over the face, m²: factor of the additional flow by the difference of the surfaces' speeds."""
+    """Integral ∫σ φ_s dz over the face, m²: factor of the additional flow by the difference of surface speeds."""
     slip_z: Array
     mean: Array
-    """h_T of the node's volume, m."""
+    """Mean gap h_T of the node's volume, m."""
     growth: Array
-    """dh_T/dh there."""
+    """Derivative dh_T/dh of the node's volume."""
 
 
 def rough_gap(h: Array, grid: Rectangle, stepped: bool, roughness: Roughness) -> RoughGap:
-    """Faces and volumes of the film ``h``: at the nodes (n_x, n_z), or ``stepped``, constant in each cell."""
+    """Make faces and volumes of the film ``h``, given at the nodes (n_x, n_z) or, if ``stepped``, in each cell."""
     along, across = flow_factor_constants(roughness.pattern), flow_factor_constants(1.0 / roughness.pattern)
     if stepped:
         f_x, f_z = _factors(h, roughness, along), _factors(h, roughness, across)
@@ -87,7 +87,7 @@ def rough_gap(h: Array, grid: Rectangle, stepped: bool, roughness: Roughness) ->
 
 
 def _factors(h: Array, roughness: Roughness, constants: Array) -> Array:
-    """φ h³ (m³), h_T (m), σ φ_s (m) and dh_T/dh of each film in ``h``, (4, *h.shape)."""
+    """Return φ h³ (m³), h_T (m), σ φ_s (m) and dh_T/dh of each film in ``h``, (4, *h.shape)."""
     out = np.zeros((N_ROWS, h.size))
     _fill(np.ascontiguousarray(h, dtype=float).ravel(), roughness.height, roughness.bias, constants, out)
     return out.reshape(N_ROWS, *h.shape)
@@ -95,7 +95,7 @@ def _factors(h: Array, roughness: Roughness, constants: Array) -> Array:
 
 @kernel
 def _fill(films, sigma, bias, constants, out):
-    """Rows of :func:`_factors` into ``out`` (4, n)."""
+    """Compute the rows of :func:`_factors` in ``out`` (4, n)."""
     for k in range(films.shape[0]):
         ratio = films[k] / sigma
         factor, _ = pressure_flow_factor(ratio, constants)

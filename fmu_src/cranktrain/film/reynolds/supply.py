@@ -1,4 +1,4 @@
-"""Boundary conditions of a film's pressure: edges, and the grooves and holes that feed the film."""
+"""Boundary conditions of a film's pressure: edges, feeding grooves and holes."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ EDGES = ("x0", "x1", "z0", "z1")
 
 @dataclass(frozen=True)
 class Edges:
-    """Conditions at the four edges: a pressure (Pa, a number or one per node), or None for an edge without flow.
+    """Boundary conditions at the four edges: a pressure (Pa, a number or one per node), or None for no flow.
 
-    None is also a plane of symmetry. ``fill`` is the fill of the gap carried in by the surfaces across an edge at p =
-    0, at the first face inside.
+    None also represents a plane of symmetry. ``fill`` is the fill of the flow that the surfaces carry in over an edge
+    at p = 0, at the first inner face.
     """
 
     x0: ArrayLike | None = 0.0
@@ -31,7 +31,7 @@ class Edges:
 
 @dataclass(frozen=True)
 class Supply:
-    """A groove or hole: nodes (mask (n_x, n_z)) that are full at a pressure (Pa)."""
+    """Groove or hole whose nodes (mask (n_x, n_z)) are full at a pressure (Pa)."""
 
     name: str
     nodes: NDArray[np.bool_]
@@ -39,7 +39,7 @@ class Supply:
 
 
 def node_field(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    """``value`` as an array over ``shape``; ``InputError`` under its ``name`` where it does not fit."""
+    """Return ``value`` broadcast to ``shape``; ``InputError`` with its ``name`` if it does not fit."""
     array = np.asarray(value, dtype=float)
     if array.ndim and array.shape != shape:
         raise InputError(f"{name}: shape {array.shape} does not fit the nodes {shape}; give a number or one per node")
@@ -49,7 +49,7 @@ def node_field(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
 def given_pressures(
     edges: Edges, supplies: Sequence[Supply], grid: Rectangle, cavitation: str
 ) -> tuple[Array, Array, NDArray[np.int64], list[str]]:
-    """Pressure and deficit at fixed nodes, which edge or supply holds each node (−1: none), and their names."""
+    """Return pressure and deficit at fixed nodes, index of the edge or supply of each node (−1: none), and names."""
     shape = grid.areas.shape
     pressure, deficit = np.zeros(shape), np.zeros(shape)
     owner = np.full(shape, -1, dtype=np.int64)
@@ -57,7 +57,7 @@ def given_pressures(
     floor = -np.inf if cavitation in ("full", "guembel") else 0.0
     if not 0.0 <= edges.fill <= 1.0:
         raise InputError(f"edges: fill {edges.fill:.4g} of what is carried in; it lies between 0 and 1")
-    # The edges across the sliding direction come last and own the corners.
+    # Edges across the sliding direction are set last, so corner nodes belong to them.
     for name in ("z0", "z1", "x0", "x1"):
         value = getattr(edges, name)
         if value is None or (name[0] == "x" and grid.periodic):

@@ -1,9 +1,8 @@
-"""Control volumes around the nodes of a rectangle, and flow through the faces between them.
+"""Control volumes around the nodes of a rectangle, and the faces between them.
 
-A node's volume reaches half way to its neighbours; those at edges are halves and quarters. Films are given at nodes,
-and a face lies half way where the film is the mean (second order); or constant in each cell between nodes, for films
-with steps, and a face then crosses two cells: conductances h³ and films h are summed over its halves, so that steps on
-node lines are exact.
+A node's volume extends half way to its neighbours; volumes at edges are halves and quarters. A film may be given at
+nodes: a face lies half way between nodes and has the mean film (second order). A film with steps is constant in each
+cell between nodes: a face crosses two cells, and h³ and h are summed over its halves, so steps on node lines are exact.
 """
 
 from __future__ import annotations
@@ -17,24 +16,24 @@ from cranktrain.core.types import Array
 
 
 class Rectangle(NamedTuple):
-    """Nodes and measures of a rectangle; lengths in m."""
+    """Nodes, spacings and areas of a rectangle; lengths in m."""
 
     x: Array
     z: Array
     step_x: Array
-    """To the next node, (n_x,); the last one leads back to the first node if periodic, and is 0 otherwise."""
+    """Spacing to the next node, (n_x,); the last leads back to the first node if periodic, and is 0 otherwise."""
     step_z: Array
-    """To the next node, (n_z,), the last one 0."""
+    """Spacing to the next node, (n_z,); the last is 0."""
     width_x: Array
-    """Of each node's volume, (n_x,)."""
+    """Width of each node's volume in x, (n_x,)."""
     width_z: Array
     areas: Array
-    """(n_x, n_z), m²."""
+    """Area of each node's volume, (n_x, n_z), m²."""
     periodic: bool
 
 
 def rectangle(x: Array, z: Array, lengths: tuple[float, float], periodic: bool) -> Rectangle:
-    """Measures of the nodes ``x`` (n_x,) and ``z`` (n_z,), increasing; one node in z stands for the whole length."""
+    """Make the rectangle of increasing nodes ``x`` (n_x,), ``z`` (n_z,); a single z node covers the whole length."""
     step_x = np.append(np.diff(x), lengths[0] - x[-1] + x[0] if periodic else 0.0)
     step_z = np.append(np.diff(z), 0.0)
     width_x = 0.5 * (step_x + np.roll(step_x, 1))
@@ -43,21 +42,21 @@ def rectangle(x: Array, z: Array, lengths: tuple[float, float], periodic: bool) 
 
 
 class Faces(NamedTuple):
-    """Sums over each face between neighbours, (n_x, n_z) each; face (i, j) leads to the next node, as in ``Rectangle``.
+    """Integrals over faces between neighbours, (n_x, n_z) each; face (i, j) leads to the next node as in ``Rectangle``.
 
-    Zero where there is no face.
+    Entries without a face are zero.
     """
 
     cube_x: Array
-    """∫h³ dz over the face, m⁴."""
+    """Integral ∫h³ dz over the face, m⁴."""
     cube_z: Array
     film_x: Array
-    """∫h dz over the face, m²."""
+    """Integral ∫h dz over the face, m²."""
     film_z: Array
 
 
 def node_faces(h: Array, grid: Rectangle) -> Faces:
-    """Faces of a film given at nodes, (n_x, n_z)."""
+    """Return the faces of a film given at nodes, (n_x, n_z)."""
     mean_x = 0.5 * (h + np.roll(h, -1, axis=0)) * (grid.step_x > 0.0)[:, None]
     mean_z = 0.5 * (h + np.roll(h, -1, axis=1)) * (grid.step_z > 0.0)
     across_x, across_z = grid.width_z, grid.width_x[:, None]
@@ -65,9 +64,9 @@ def node_faces(h: Array, grid: Rectangle) -> Faces:
 
 
 def cell_sums(values: Array, grid: Rectangle) -> tuple[Array, Array, Array]:
-    """Sums of a quantity constant in each cell over the faces along x, the faces along z, and the volumes of nodes.
+    """Integrate a quantity constant in each cell over faces along x, faces along z, and volumes of nodes.
 
-    ``values`` is (cells in x, cells in z): n_x of them if periodic, else n_x − 1; n_z − 1, or 1 for a single node.
+    ``values`` is (cells in x, cells in z): n_x if periodic, else n_x − 1; n_z − 1, or 1 for a single node in z.
     """
     n_x, n_z = len(grid.x), len(grid.z)
     half_x, half_z = 0.5 * grid.step_x, 0.5 * grid.step_z if n_z > 1 else grid.width_z
@@ -85,16 +84,16 @@ def cell_sums(values: Array, grid: Rectangle) -> tuple[Array, Array, Array]:
 
 
 def cell_faces(h: Array, grid: Rectangle) -> Faces:
-    """Faces of a film that is constant in each cell; shape as in :func:`cell_sums`."""
+    """Return the faces of a film that is constant in each cell; shape as in :func:`cell_sums`."""
     cube_x, cube_z, _ = cell_sums(h**3, grid)
     film_x, film_z, _ = cell_sums(h, grid)
     return Faces(cube_x, cube_z, film_x, film_z)
 
 
 def band_order(free: NDArray[np.bool_], periodic: bool) -> tuple[NDArray[np.int64], int]:
-    """Place of each free node in a band matrix (−1 for others), (n_x, n_z), and how far neighbours lie apart.
+    """Return the band-matrix row of each free node (−1 for others), (n_x, n_z), and the bandwidth of neighbours.
 
-    The shorter direction runs fastest. A ring along the slow direction is folded (first, last, second, ...).
+    Numbering runs fastest along the shorter direction. A ring along the other direction is folded (first, last, ...).
     """
     n_x, n_z = free.shape
     rows = np.arange(n_x)
