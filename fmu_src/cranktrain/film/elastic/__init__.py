@@ -1,1 +1,1 @@
-"""Journal films in an elastic bore, solved online."""
+"""Fluid films of journals in an elastic bore, solved online."""

@@ -1,23 +1,24 @@
-"""Balance of oil at the nodes of a film that ruptures and refills, with its derivatives.
+"""Oil balance at the nodes of a film that ruptures and refills, with its derivatives.
 
 Each node has one unknown u. u ≥ 0 is the pressure of a full film, P = p₀ u with p₀ = 12 η (R/c)². u < 0 is minus the
 void fraction of a ruptured film, which has the fill θ = 1 + u and zero pressure (Jakobsson–Floberg–Olsson by
-complementarity). With H = h/c, the journal's speed ω and the bore at rest, each node balances
+complementarity). With H = h/c, journal speed ω and a bore at rest, the balance of each node is
 
     ∂(θH)/∂t + ∂φ(½ω θH − H³ ∂φΠ) − (D/L)² ∂ζ(H³ ∂ζΠ) = 0        (1/s)
 
-on node-centred finite volumes: H³ at the middle of faces around and of a wedge between axial neighbours, θ from the
-node upstream with a limited correction to second order from the step's start, no pressure flow into ruptured nodes but
-what their full neighbours press there. The rate has two forms, depending on the state of the node at the step's start:
+on node-centred finite volumes. H³ is taken at the middle of circumferential faces, and as that of a wedge between axial
+neighbours. θ is that of the upstream node, with a limited second-order correction from the step's start. Pressure flow
+into a ruptured node comes from its full neighbours only. The rate has two forms, by the state at the step's start:
 
 * full: ∂H/∂t from the velocities of the stage, minus the growth of the void, [uH − (uH)_Δ]/g;
 * void: [θH − (θH)_Δ]/g.
 
-g and the parts Δ, known from the stages before, are those of the integrator's stage
-(:mod:`cranktrain.film.elastic.content`); without, Δ is the start of the step and g the time since then, backward Euler.
+g and the parts Δ, known from earlier stages, are those of the integrator's stage
+(:mod:`cranktrain.film.elastic.content`). Without staged oil, Δ is the start of the step and g the time since then
+(backward Euler).
 
-Under pressure Π is the reduced pressure and θ of a full node its ρ/ρ₀ (:mod:`cranktrain.film.elastic.oil`), which grows
-by backward Euler from the start of the step; such a film has no stages.
+For oil that depends on pressure, Π is the reduced pressure, and θ of a full node is ρ/ρ₀
+(:mod:`cranktrain.film.elastic.oil`). Compressible oil uses backward Euler from the start of the step, without stages.
 
 With backward Euler the fill lies in [0, 1] at any step, because it is a mean of the previous fill and the inflow. H is
 the mean gap of rough surfaces, :mod:`cranktrain.film.contact.gap`. A journal displaced beyond its bore still has a
@@ -38,10 +39,10 @@ from cranktrain.film.elastic.height import node_films
 
 
 class Rates(NamedTuple):
-    """Factors of the balance's rates, 1/s."""
+    """Factors of the rates in the oil balance, 1/s."""
 
     half_speed: float  # ½ω of the journal
-    per_step: float  # 1/Δt, Δt from the step's start to the stage
+    per_step: float  # 1/Δt with the time Δt from the step's start to the stage
     per_gain: float  # 1/g of the stage's rule
 
 
@@ -56,7 +57,7 @@ class Flow(NamedTuple):
 
 @kernel
 def film_start(film, place, shift, start, rates, nodes, faces):
-    """Write the start of the step: oil θH of void nodes, mask of void nodes, second-order correction of transport."""
+    """Write the state at the step's start: oil θH and mask of void nodes, second-order correction of transport."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     lines = n_z + 2
@@ -93,7 +94,7 @@ def film_start(film, place, shift, start, rates, nodes, faces):
 
 @kernel
 def take_content(film, content, rates, nodes, faces):
-    """Replace what :func:`film_start` found by the content (CONTENT, n) of a stage."""
+    """Replace the oil and transport correction of :func:`film_start` by the content (CONTENT, n) of a stage."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     mass = nodes[at.START_MASS]
@@ -108,9 +109,10 @@ def take_content(film, content, rates, nodes, faces):
 
 @kernel
 def _sharpen(film, start, rates, room, extra):
-    """Flux (1/s) that upwinding loses at voids ``start`` (n,) in gaps ``room``: second order, monotonised central.
+    """Compute the second-order flux correction (1/s) to upwind transport, with the monotonised central limiter.
 
-    Explicit, hence bounded and without influence on the matrix, as long as oil passes less than a node in the step.
+    ``start`` (n,) are voids, ``room`` mean gaps. The correction is explicit, so it does not change the matrix; it is
+    zero if oil would pass more than one node in the step.
     """
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
@@ -149,7 +151,7 @@ def _sharpen(film, start, rates, room, extra):
 
 @kernel
 def film_rates(film, place, pace, known, per_gain, nodes):
-    """Write ∂H/∂t (1/s) without H/g of nodes full at the start into DRIVEN: the journal's part, and −H_Δ/g."""
+    """Write the part of ∂H/∂t (1/s) independent of H to DRIVEN: velocity of the journal, and −H_Δ/g of the shapes."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     driven = nodes[at.DRIVEN]
@@ -166,7 +168,7 @@ def film_rates(film, place, pace, known, per_gain, nodes):
 
 @kernel
 def grid_factors(constants):
-    """Factors of the balance: 1/Δφ² of pressure flow around, (D/L)² across, 1/Δφ of transport."""
+    """Return grid factors of the balance: 1/Δφ² and (D/L)² of pressure flow around and across, 1/Δφ of transport."""
     per_angle = constants[at.N_PHI] / (2.0 * math.pi)
     ratio = 2.0 * constants[at.RADIUS] / constants[at.WIDTH]
     return per_angle * per_angle, ratio * ratio, per_angle
@@ -174,7 +176,7 @@ def grid_factors(constants):
 
 @kernel
 def flow_factors(constants, half_speed):
-    """Factors of the flow through faces; those of the flow carried by the surfaces in 1/s."""
+    """Return the factors of the flow through faces; those of the flow carried by the surfaces are in 1/s."""
     around, across, per_angle = grid_factors(constants)
     drive = half_speed * per_angle
     return Flow(around, across, max(drive, 0.0), max(-drive, 0.0))
@@ -182,10 +184,10 @@ def flow_factors(constants, half_speed):
 
 @kernel
 def oil_balance(film, rates, nodes, faces, first, band, residual):
-    """Residual R (n_phi n_z,) of every node's balance (1/s), the band of ∂R/∂u, and the factors of ∂R/∂H.
+    """Compute the residual R (n_phi n_z,) of every node's balance (1/s), the band of ∂R/∂u, and the factors of ∂R/∂H.
 
-    The band's rows start at column ``first`` and go once around: columns of the grid follow each other in the sense of
-    rotation. What couples the last column and the first stands where the band would go on, and no solver reads it.
+    Rows of the band start at the grid column ``first`` and follow the sense of rotation once around. The entries that
+    couple the last column with the first are stored where the band would continue, and band solvers do not read them.
     ``rates`` is a :class:`Rates`.
     """
     n_phi = int(film.constants[at.N_PHI])
@@ -204,7 +206,7 @@ def oil_balance(film, rates, nodes, faces, first, band, residual):
         i = first + position
         if i >= n_phi:
             i -= n_phi
-        # The last four lines may overlap those before them: they are found twice.
+        # The last group of four lines may overlap the group before; the overlap is computed twice.
         for line in range(0, n_z, LANES):
             where = (i, min(line, n_z - LANES), position)
             _four_balances(film, rates, flow, where, nodes, faces, band, residual)
@@ -212,7 +214,7 @@ def oil_balance(film, rates, nodes, faces, first, band, residual):
 
 @inlined_kernel
 def _face_flows(film, flow, i, down, nodes, faces):
-    """Flow (1/s) from column ``i`` to the next one, and its derivative by the distance of the surfaces at the faces."""
+    """Compute the flow (1/s) from column ``i`` to the next one, and its derivative by the distance of the surfaces."""
     n_z = int(film.constants[at.N_Z])
     q = i * (n_z + 2) + 1
     q_down = down * (n_z + 2) + 1
@@ -235,10 +237,10 @@ def _face_flows(film, flow, i, down, nodes, faces):
 
 @inlined_kernel
 def _four_balances(film, rates, flow, where, nodes, faces, band, residual):
-    """Residual, factors of ∂R/∂H and rows of the band of four neighbours across the bore.
+    """Compute the residual, factors of ∂R/∂H and band rows of four axially neighbouring nodes.
 
-    ``where`` is the column, the first line, and the column's place in the band. Masks of 0 and 1 take the place of
-    choices: a node that was void, is full, or is where supply pressure.
+    ``where`` is the column, the first line, and the position of the column in the band. Masks of 0 and 1 replace
+    branches for nodes that were void, are full, or have supply pressure.
     """
     i, j, position = where
     n_phi = int(film.constants[at.N_PHI])
@@ -270,7 +272,7 @@ def _four_balances(film, rates, flow, where, nodes, faces, band, residual):
     own = slope * (to_after * by_own + to_before * by_own_too)
     store(nodes, (at.AFTER, q), free * (to_after * by_after * load(nodes, (at.SLOPE, q + 1))))
     store(nodes, (at.BEFORE, q), free * (to_before * by_before * load(nodes, (at.SLOPE, q - 1))))
-    # Oil stored in a node; the form depends on the node's state at the step's start.
+    # Growth of the oil stored in a node, whose form depends on the node's state at the step's start.
     void = load(nodes, (at.VOID, q))
     dense = load(nodes, (at.DENSE, q))
     held = one + load(nodes, (at.COMPRESSED, q))
@@ -316,14 +318,14 @@ def _four_balances(film, rates, flow, where, nodes, faces, band, residual):
 
 @inlined_kernel
 def _put_rows(band, row, j, n_z, entries):
-    """Write four rows of the band: own derivatives, terms of swelling, and minus the derivatives by the neighbours."""
+    """Write four rows of the band: diagonal entries with their terms of compression, and entries of the neighbours."""
     answer, swelling, by_up, before, after, by_down = entries
     for k in range(LANES):
         own = band[row + k]
         for column in range(0, own.shape[0] - LANES, LANES):
             store(own, column, splat(0.0))
         store(own, own.shape[0] - LANES, splat(0.0))
-        # Denser oil in a closing film weakens the answer; far from the solution it must not turn it.
+        # Compression in a closing film reduces the diagonal; the limit keeps it positive far from the solution.
         own[n_z] = answer[k] + max(swelling[k], -0.5 * answer[k])
         own[0] = -by_up[k]
         own[2 * n_z] = -by_down[k]
@@ -335,9 +337,10 @@ def _put_rows(band, row, j, n_z, entries):
 
 @inlined_kernel
 def side_conductance(h, beside):
-    """Conductance H³ between two axial neighbours, with derivatives by both: exact where H is linear between them.
+    """Return the conductance H³ between two axial neighbours and its derivatives, exact for H linear between them.
 
-    Relieved edges open by several least gaps from line to line; the cube of the mean is half as much again there.
+    At relieved edges the gap changes by several least gaps from line to line, where the cube of the mean gap would be
+    half as much again.
     """
     product = h * beside
     per_sum = 1.0 / (h + beside)
@@ -349,9 +352,10 @@ def side_conductance(h, beside):
 
 @kernel
 def carried(flow, nodes, ahead, q, q_down):
-    """Flow carried by the surfaces from node q to ``q_down`` over the face's film, 1/s, with the upstream node's voids.
+    """Return the flow carried by the surfaces from node q to ``q_down``, over the film of the face, 1/s.
 
-    Compression is weighted between both nodes; ``ahead`` is the weight of the downstream node, 0 without compression.
+    Voids are those of the upstream node. Compression is a weighted mean of both nodes; ``ahead`` is the weight of the
+    downstream node, 0 without compression.
     """
     up = q if flow.forward > 0.0 else q_down
     content = 1.0 + nodes[at.VOID, up]
@@ -363,10 +367,10 @@ def carried(flow, nodes, ahead, q, q_down):
 
 @kernel
 def compression_ahead(film, flow, nodes, h, q, q_down):
-    """Weight of the downstream node's compression in the flow carried through the face of film ``h``.
+    """Return the weight of the downstream node's compression in the flow carried through a face of film ``h``.
 
-    A half (second order) as long as pressure drives more flow through the face than compression carries; less beyond,
-    so that the matrix keeps its signs.
+    The weight is a half (second order) as long as pressure drives more flow through the face than compression carries,
+    and less beyond, so that the matrix keeps its signs.
     """
     if film.constants[at.COMPRESSIBLE] == 0.0:
         return 0.0

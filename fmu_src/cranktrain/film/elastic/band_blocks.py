@@ -1,11 +1,11 @@
-"""Band LU for right-hand sides in blocks of eight: the inner loops have a length the compiler knows.
+"""Band LU factorisation for right-hand sides in blocks of eight, so that inner loops have a fixed length.
 
 The matrix of a film that transports its fill upwind is an M-matrix by columns (positive diagonal, no positive entry
-beside it, column sums ≥ 0), so its factors exist without pivoting and stay bounded. Rows of ruptured nodes are almost
-empty; empty places are skipped.
+off the diagonal, column sums ≥ 0), so its factors exist without pivoting and stay bounded. Rows of ruptured nodes are
+almost empty; zero entries are skipped.
 
-Layout: ``a[i, width + k]`` is A[i, i + k] for k = −width..width; behind it zeros up to a multiple of four upper
-entries, see :func:`band_columns`.
+Layout: ``a[i, width + k]`` is A[i, i + k] for k = −width..width, followed by zeros that fill the upper entries to a
+multiple of four, see :func:`band_columns`.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.vectors import LANES, load, store
 
 BLOCK = 8
-"""Right-hand sides side by side."""
+"""Number of right-hand sides in a block."""
 
 
 def band_columns(width: int) -> int:
-    """Length of one row of the band: lower part, diagonal, and the upper part filled up to a multiple of four."""
+    """Return the row length of the band: lower part, diagonal, and upper part filled to a multiple of four."""
     return width + 1 + 4 * ((width + 3) // 4)
 
 
@@ -40,7 +40,7 @@ def factor_blocks(a, n, width):
             for i in range(1, last + 1):
                 a[j + i, width - i] *= inverse
         elif padded == 2 * LANES:
-            # The row of the pivot stays in registers.
+            # The row of the pivot is kept in local variables, for registers.
             near = load(a, (j, width + 1))
             far = load(a, (j, width + 1 + LANES))
             for i in range(1, last + 1):
@@ -67,7 +67,7 @@ def factor_blocks(a, n, width):
 def solve_blocks(a, n, width, b):
     """Solve with the factors of :func:`factor_blocks` for eight right-hand sides ``b`` (n, 8), in place.
 
-    The nearest rows come last: only they wait for the row before.
+    The nearest rows are processed last, because only these depend on the previous row.
     """
     for j in range(n):
         low = load(b, (j, 0))

@@ -1,10 +1,10 @@
-"""Shapes of the bore as the border of the film's matrix: generalised forces, Schur complement, tangents.
+"""Coupling of bore shapes and film as a bordered matrix: generalised forces, Schur complement, tangents.
 
 The film is solved for eight right-hand sides at once: first the residual and the bore's shapes, later the journal's
-displacements and velocities. Of each solution only the generalised forces ∫ S p dA are kept. S runs over the shapes of
-x, y, a, b (−cos φ, −sin φ, −ζ cos φ, −ζ sin φ) and the shapes of the bore. Elasticity δ = C ∫ S (p + p_c) dA is then a
-small dense system in δ. One column of nodes is added to it if the ring of columns has no gap. Pressure does work on the
-mean gap h(H) of rough surfaces, so it is multiplied by dh/dH, like the squeeze.
+displacements and velocities. Each solution enters through its generalised forces ∫ S p dA only. S runs over the shapes
+of x, y, a, b (−cos φ, −sin φ, −ζ cos φ, −ζ sin φ) and the shapes of the bore. Elasticity δ = C ∫ S (p + p_c) dA is then
+a small dense system in δ. If the ring of columns has no gap, one column of nodes is added to this system. Pressure does
+work on the mean gap h(H) of rough surfaces, so it is multiplied by dh/dH, like the squeeze.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from cranktrain.film.elastic.sources import motion_sources
 
 @kernel
 def film_area(constants):
-    """A₀ = R Δφ ½L (m²): nodes' areas over their weights in ζ."""
+    """Return A₀ = R Δφ ½L (m²), the area of a node per weight in ζ."""
     return constants[at.RADIUS] * 2.0 * math.pi / constants[at.N_PHI] * 0.5 * constants[at.WIDTH]
 
 
 @kernel
 def load_unit(constants):
-    """p₀ A₀ (N s)."""
+    """Return the unit p₀ A₀ (N s) of dimensionless loads."""
     return pressure_unit(constants) * film_area(constants)
 
 
 @kernel
 def shape_value(film, q, i, line, m):
-    """Generalised shape m at node q: 0..3 are the shapes of x, y, a, b, the others the bore's."""
+    """Return the generalised shape m at node q: 0..3 are the shapes of x, y, a, b, the others those of the bore."""
     if m >= 4:
         return film.shapes[q, m - 3]
     value = -film.trig[i, at.COS] if m % 2 == 0 else -film.trig[i, at.SIN]
@@ -42,7 +42,7 @@ def shape_value(film, q, i, line, m):
 
 @kernel
 def solution_loads(film, first, chain, begin, end, work):
-    """Generalised forces ∫ S p dA / (p₀ A₀) of the solutions in blocks ``begin`` … ``end`` − 1, into ``loads``."""
+    """Compute the generalised forces ∫ S p dA / (p₀ A₀) of solution blocks ``begin`` … ``end`` − 1, in ``loads``."""
     for block in range(begin, end):
         _motion_loads(film, first, chain, block, work)
         for group in range(0, 1 + int(film.constants[at.N_SHAPES]), LANES):
@@ -51,7 +51,7 @@ def solution_loads(film, first, chain, begin, end, work):
 
 @kernel
 def _motion_loads(film, first, chain, block, work):
-    """Shapes of x, y, a, b."""
+    """Compute the generalised forces of one block on the shapes of x, y, a, b."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     columns = work.columns[block]
@@ -86,7 +86,7 @@ def _motion_loads(film, first, chain, block, work):
 
 @kernel
 def _shape_loads(film, first, chain, block, group, work):
-    """Values of four columns of shapes from column ``group`` on; column 0 is not a shape."""
+    """Compute generalised forces of one block on four bore shapes from column ``group`` on; column 0 is no shape."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     columns = work.columns[block]
@@ -126,7 +126,7 @@ def _shape_loads(film, first, chain, block, group, work):
 
 @kernel
 def _put_loads(loads, row, block, low, high):
-    """Write a shape's loads of a block; beyond the last shape there are none."""
+    """Write the loads of one block on one shape, unless ``row`` is beyond the last shape."""
     if row < loads.shape[0]:
         store(loads, (row, 2 * LANES * block), low)
         store(loads, (row, 2 * LANES * block + LANES), high)
@@ -134,9 +134,9 @@ def _put_loads(loads, row, block, low, high):
 
 @kernel
 def present_loads(film, work):
-    """Generalised forces of the present film and contact pressure, over p₀ A₀, and derivatives at fixed film pressure.
+    """Compute generalised forces of film and contact pressure over p₀ A₀, and derivatives at fixed film pressure.
 
-    Into ``work.touching`` (4 + k, 6 + k): derivatives, forces of contact, forces of the film.
+    Writes ``work.touching`` (4 + k, 6 + k): derivatives, forces of contact, forces of the film.
     """
     n_phi = int(film.constants[at.N_PHI])
     lines = int(film.constants[at.N_Z]) + 2
@@ -187,10 +187,10 @@ def present_loads(film, work):
 
 @kernel
 def border_equations(film, first, ring, chain, right_sides, moving, work):
-    """Equations of the shapes and of the border's column of nodes, after elimination of all other nodes.
+    """Assemble the equations of the shapes and of the border's column of nodes, all other nodes eliminated.
 
-    Into ``work.border``; unknowns in order: shapes, then the column. One right-hand side, the Newton step, or eight,
-    those of the last block, stand from column k + n_z on; the first ``moving`` of the eight are by x, y, a, b.
+    Writes ``work.border``, with unknowns in the order shapes, column of nodes. Right-hand sides start at column
+    k + n_z: one for the Newton step, or the eight of the last block, the first ``moving`` of which are by x, y, a, b.
     """
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
@@ -262,7 +262,7 @@ def border_equations(film, first, ring, chain, right_sides, moving, work):
 
 @kernel
 def eliminate(a, n_shapes, n_z, ring, right_sides):
-    """Gauss with partial pivoting on the border's equations, in place; returns 1 where they are singular."""
+    """Solve the border equations in place by Gauss elimination with partial pivoting; returns 1 if singular, else 0."""
     n = n_shapes + n_z if ring else n_shapes
     right = n_shapes + n_z
     for k in range(n):
@@ -301,7 +301,7 @@ def eliminate(a, n_shapes, n_z, ring, right_sides):
 
 @kernel
 def film_tangents(film, first, ring, work, out):
-    """Derivatives of the four forces by position and velocity, on the converged set, into ``out`` (OUT_SIZE,)."""
+    """Compute derivatives of the four forces by position and velocity on the converged set, in ``out`` (OUT_SIZE,)."""
     motion_sources(film, work.nodes, work.faces, first, work.columns[work.columns.shape[0] - 1])
     _answer(film, first, ring, 4, work)
     for m in range(4):
@@ -312,7 +312,7 @@ def film_tangents(film, first, ring, work, out):
 
 @kernel
 def _answer(film, first, ring, moving, work):
-    """Response of nodes and shapes to the eight sources of the last block; the first ``moving`` are by x, y, a, b."""
+    """Solve nodes and shapes for the eight sources of the last block; the first ``moving`` are by x, y, a, b."""
     n_z = int(film.constants[at.N_Z])
     size = int(film.constants[at.N_PHI]) * n_z
     chain = size - n_z if ring else size
@@ -325,13 +325,13 @@ def _answer(film, first, ring, moving, work):
 
 @kernel
 def _touch(film, m, t, work):
-    """Derivative of force m by place t at fixed pressure, N/m."""
+    """Return the derivative of force m by position t at fixed film pressure (contact stiffness), N/m."""
     return work.touching[m, t] * load_unit(film.constants) / film.constants[at.CLEARANCE]
 
 
 @kernel
 def _force_change(film, first, ring, m, t, work):
-    """Derivative of force m by source t of the last block, through pressure and shapes, SI."""
+    """Return the derivative of force m by source t of the last block, through pressure and shapes, SI."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     n_shapes = int(film.constants[at.N_SHAPES])

@@ -1,18 +1,18 @@
-"""Elastic bore of a plain bearing, reduced to a few shapes of radial displacement.
+"""Compliance of the elastic bore of a plain bearing, reduced to a few shapes of radial displacement.
 
-The bore's surface is the film's, φ from the x axis in the sense of rotation and ζ = 2z/L in [−1, 1]. A film pressure p
-widens it by
+The surface of the bore has the coordinates of the film, φ from the x axis in the sense of rotation and ζ = 2z/L in
+[−1, 1]. A film pressure p widens the bore by
 
     δ(φ, ζ) = Σ_k s_k(φ, ζ) c_k q_k,      q_k = ∫ p s_k dA,      ⟨s_j s_k⟩ = δ_jk,
 
 with ⟨·⟩ the mean over the area. Shapes are sums of *patterns*, Fourier functions of φ times Legendre polynomials of ζ,
-which are orthonormal in that mean. Two kinds are made:
+which are orthonormal in this mean. There are two kinds of shapes:
 
-* *local*: ⟨s_k m⟩ = 0 for every motion of the bore as a whole, m = (cos φ, sin φ, ζ cos φ, ζ sin φ), which the body
-  that holds the bore carries in its own modes. On its way to the supports the film's resultant also changes the bore's
-  form, by s_k g_k · ∫ p m dA; this part is as large as the local part. It is included in δ if q_k is computed with the
-  weights s_k + g_k · m / c_k of :meth:`BoreCompliance.weights` instead of s_k. The law is then not symmetric. It is
-  exact for a given load, but leaves out the bore's motion that would return the energy.
+* *local*: ⟨s_k m⟩ = 0 for every rigid motion m = (cos φ, sin φ, ζ cos φ, ζ sin φ) of the bore, because the modes of the
+  body that holds the bore contain these motions. The load path from the film to the supports also deforms the bore, by
+  s_k g_k · ∫ p m dA; this part is as large as the local part. It is included in δ if q_k is computed with the weights
+  s_k + g_k · m / c_k of :meth:`BoreCompliance.weights` instead of s_k. The law is then not symmetric. It is exact for
+  a given load, but neglects the motion of the bore that would return the energy.
 * *with motion*: the motions m are part of the shapes, for a bore that no other body holds. The law is symmetric and
   contains all of the above effects; it cannot generate energy.
 """
@@ -28,22 +28,22 @@ from cranktrain.core.types import Array
 from cranktrain.film.elastic.grid import ElasticGrid
 
 LOBE = np.radians(120.0)
-"""Extent of the film pressure that measures the captured fraction: half a cosine around, a parabola across."""
+"""Extent (rad) of the film pressure that defines the captured fraction: half a cosine around, a parabola across."""
 
 
 @dataclass(frozen=True, eq=False)
 class BoreCompliance:
-    """Elastic shapes of a bore.
+    """Elastic shapes of a bore and their compliance.
 
     Attributes
     ----------
     coefficients : (k, 2 waves + 1, degree + 1) factor of each pattern in each shape, see :func:`patterns`
-    compliance : (k,) m/N, falling; c_k
-    load_coupling : (k, 4) m/N, g_k; zero for shapes with motion
+    compliance : (k,) c_k in falling order, m/N
+    load_coupling : (k, 4) g_k, m/N; zero for shapes with motion
     captured : (k,) fraction of the strain energy in the first 1 … k shapes under a film pressure of extent ``LOBE``,
         averaged over its direction
-    area : of the film, m²
-    grid : nodes of films that run in the bore; None: those of :mod:`cranktrain.film.laws.ehd`
+    area : film area, m²
+    grid : grid of films in the bore; None for the grids of :mod:`cranktrain.film.laws.ehd`
     """
 
     coefficients: Array
@@ -54,13 +54,13 @@ class BoreCompliance:
     grid: ElasticGrid | None = None
 
     def shapes(self, angles: Array, zetas: Array) -> Array:
-        """Radial shapes s_k on a grid, (k, n_phi, n_zeta): ``angles`` (n_phi,) rad, ``zetas`` (n_zeta,)."""
+        """Return the radial shapes s_k on a grid, (k, n_phi, n_zeta): ``angles`` (n_phi,) rad, ``zetas`` (n_zeta,)."""
         waves, degree = (self.coefficients.shape[1] - 1) // 2, self.coefficients.shape[2] - 1
         around, along = patterns(np.asarray(angles), np.asarray(zetas), waves, degree)
         return np.einsum("kml,mi,lj->kij", self.coefficients, around, along)
 
     def weights(self, angles: Array, zetas: Array) -> Array:
-        """Weights of the pressure on a grid, (k, n_phi, n_zeta): amplitudes c_k ∫ p w_k dA hold the load's way too."""
+        """Return pressure weights w_k on a grid, (k, n_phi, n_zeta); c_k ∫ p w_k dA includes the load path."""
         cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
         even, odd = np.ones_like(zetas), np.asarray(zetas)
         motions = np.stack((cos * even, sin * even, cos * odd, sin * odd))
@@ -69,11 +69,11 @@ class BoreCompliance:
 
 
 RIGID_BORE = BoreCompliance(np.zeros((0, 3, 2)), np.zeros(0), np.zeros((0, 4)), np.zeros(0), 1.0)
-"""A bore that does not give way."""
+"""Compliance of a rigid bore."""
 
 
 def patterns(angles: Array, zetas: Array, waves: int, degree: int) -> tuple[Array, Array]:
-    """Factors of the patterns, orthonormal in the mean over the area.
+    """Return the circumferential and axial factors of the patterns, orthonormal in the mean over the area.
 
     Returns
     -------
@@ -89,20 +89,20 @@ def patterns(angles: Array, zetas: Array, waves: int, degree: int) -> tuple[Arra
 
 
 def reduced_compliance(patternwise: Array, area: float, count: int, with_motion: bool = False) -> BoreCompliance:
-    """Eigenvectors of the compliance, softest first.
+    """Return the eigenvectors of the compliance as shapes, softest first.
 
     Parameters
     ----------
     patternwise : (2 waves + 1, degree + 1, 2 waves + 1, degree + 1) m³/Pa, ∫ψ_i u(ψ_j) dA with u(ψ_j) the radial
         displacement per unit pressure in pattern ψ_j; waves and degree at least 1
-    area : of the film, m²
-    count : shapes to keep
-    with_motion : let the shapes hold the bore's motion as a whole
+    area : film area, m²
+    count : number of shapes to keep
+    with_motion : whether the shapes include rigid motions of the bore
 
     Raises
     ------
     InputError
-        for a count that the patterns cannot give
+        if ``count`` exceeds the number of patterns
     """
     around, along = patternwise.shape[:2]
     rigid = np.zeros((around, along), dtype=bool)
@@ -114,14 +114,14 @@ def reduced_compliance(patternwise: Array, area: float, count: int, with_motion:
     matrix = 0.5 * (matrix + matrix.T)
     values, vectors = np.linalg.eigh(matrix[np.ix_(local, local)])
     values, vectors = values[::-1], vectors[:, ::-1]
-    # The sign of an eigenvector is arbitrary: the largest component is made positive.
+    # The sign of an eigenvector is arbitrary, so the largest component is made positive.
     vectors = vectors * np.sign(vectors[np.abs(vectors).argmax(axis=0), np.arange(local.size)])
     energy = values * ((_lobe(around, along)[:, local] @ vectors) ** 2).sum(axis=0)
     coefficients = np.zeros((count, around * along))
     coefficients[:, local] = vectors[:, :count].T
     coupling = np.zeros((count, 4))
     if not with_motion:
-        # Patterns √2 cos φ, √6 ζ cos φ, √2 sin φ, √6 ζ sin φ become plain resultants, forces before moments.
+        # The patterns √2 cos φ, √2 sin φ, √6 ζ cos φ, √6 ζ sin φ are scaled to resultants, forces before moments.
         moved = np.array([along, 2 * along, along + 1, 2 * along + 1])
         coupling = vectors[:, :count].T @ matrix[np.ix_(local, moved)] * np.sqrt([2.0, 2.0, 6.0, 6.0])
     return BoreCompliance(
@@ -134,7 +134,7 @@ def reduced_compliance(patternwise: Array, area: float, count: int, with_motion:
 
 
 def _lobe(around: int, along: int) -> Array:
-    """Patterns of a film pressure of extent ``LOBE`` in each of 24 directions, (24, around · along)."""
+    """Return the pattern coefficients of a pressure of extent ``LOBE`` in 24 directions, (24, around · along)."""
     angles = 2.0 * np.pi * np.arange(1440) / 1440
     zetas, weights = np.polynomial.legendre.leggauss(along + 2)
     in_angle, in_zeta = patterns(angles, zetas, (around - 1) // 2, along - 1)

@@ -1,18 +1,18 @@
-"""Oil in the nodes of an elastic film over the stages of a step: the rule of the integrator for voids.
+"""Oil content of the nodes of an elastic film over the stages of a step, integrated like the other states.
 
-Node k holds θH. What it holds apart from what a full node holds by itself is
+Node k holds the oil θH. The integrated content m leaves out the oil of a node that stays full:
 
     m = θH   (node void at the step's start),      m = θH − H = uH   (node full at the step's start).
 
-Stage i has m_i = m_n + h Σ_{j<i} a_ij ṁ_j + hγ ṁ_i, as the journal and the bore's shapes. ṁ is minus the divergence of
-the flow, in full nodes minus ∂H/∂t as well, so a step changes the oil of all nodes by what has flowed through the ends
-and out of the supply at the stages, summed with their weights. The complementarity of pressure and void holds at every
-stage. A rule of second order cannot keep every fill above zero at any step (Bolley and Crouzeix): a fill below zero is
-set to zero and counted in CLIPPED.
+Stage i has m_i = m_n + h Σ_{j<i} a_ij ṁ_j + hγ ṁ_i, like the journal and the bore's shapes. ṁ is minus the divergence
+of the flow, and in full nodes also minus ∂H/∂t. A step therefore changes the total oil by the flows through ends and
+supply at the stages, summed with the weights of the stages. The complementarity of pressure and void holds at every
+stage. A rule of second order cannot keep every fill above zero for any step (Bolley and Crouzeix), so a fill below zero
+is set to zero and counted in CLIPPED.
 
-The limited correction of the transport is found from a fill predicted for the stage, θH ≈ m_n + h Σ a_ij ṁ_j + hγ ṁ of
-the stage before, in the gaps at the velocities of the step's start. The prediction enters the correction only, so its
-error, O(h²) away from fronts, costs no oil.
+The limited correction of the transport uses a predicted fill of the stage, θH ≈ m_n + h Σ a_ij ṁ_j + hγ ṁ with ṁ of
+the previous stage, and gaps predicted with the velocities at the step's start. The prediction enters the correction
+only, so its error, O(h²) away from fronts, costs no oil.
 
 Source: C. Bolley, M. Crouzeix, R.A.I.R.O. Analyse numérique 12 (1978) 237.
 """
@@ -26,14 +26,14 @@ from cranktrain.film.elastic import grid as at
 from cranktrain.film.elastic.height import combined, node_films
 
 GAINED, PREDICTED_VOID, PREDICTED_ROOM, HELD, DISTANCE, PACE = 0, 1, 2, 3, 4, 5
-"""Rows of a film's content. Of a stage: h Σ a_ij ṁ_j over the clearance, predicted void fraction (≤ 0), predicted mean
-gap. Of the step's start: θH of void nodes, else 0, distance of the surfaces and its rate (1/s), over the clearance."""
+"""Rows of a film's content, over the clearance. At a stage: h Σ a_ij ṁ_j, predicted void fraction (≤ 0), predicted mean
+gap. At the step's start: θH of void nodes (else 0), distance of the surfaces, its rate (1/s)."""
 CONTENT = 6
 
 
 @kernel
 def begin_content(film, work, past, content):
-    """Fill what the content (CONTENT, n) of a film holds through a step.
+    """Set the rows of a film's content (CONTENT, n) that stay constant through a step.
 
     ``past``: unknowns (n,), place (4,) and velocity (4,) of the journal, shapes (k,) and their rates (k,), all at the
     step's start; m and m/s.
@@ -58,14 +58,14 @@ def begin_content(film, work, past, content):
 
 @kernel
 def stage_content(film, start, rates, own, stage, content):
-    """Fill the content (CONTENT, n) of a stage before it is solved.
+    """Set the rows of a film's content (CONTENT, n) that belong to a stage, before its solution.
 
     Parameters
     ----------
     start : unknowns (n,) at the step's start
-    rates : (stages, b, n) ṁ over the clearance of the stages before, 1/s, of films of which this is number ``own``;
-        that of the step's start in row 0
-    stage : its number, row of the integrator's table, step h, g = hγ and time from the step's start, s
+    rates : (stages, b, n) ṁ over the clearance of the earlier stages of b films, 1/s; row 0 is the step's start.
+        ``own`` is the number of this film
+    stage : number of the stage, its row of the integrator's table, step h, g = hγ and time from the step's start, s
     """
     number, row, h, gain, elapsed = stage
     sigma = film.constants[at.ROUGHNESS]
@@ -92,14 +92,14 @@ def stage_content(film, start, rates, own, stage, content):
 
 @kernel
 def content_rates(film, work, start, solved, gain, content, rates, ends):
-    """Write ṁ of a solved stage over the clearance, 1/s: ``rates`` (n,), and ``ends`` (n,) as the next step counts it.
+    """Compute ṁ of a solved stage over the clearance, 1/s, in ``rates`` (n,), and for the next step in ``ends`` (n,).
 
-    A node that has changed sides since the step's start gains or loses ∂H/∂t in ``ends``.
+    For a node that has changed between full and void since the step's start, ``ends`` differs by ∂H/∂t.
 
     Parameters
     ----------
     start : unknowns (n,) at the step's start
-    solved : unknowns (n,), motion (2, 4), m and m/s, shapes (k,), m, and their rates (k,), m/s, at the stage
+    solved : solution of the stage: unknowns (n,), motion (2, 4), m and m/s, shapes (k,), m, and their rates (k,), m/s
     gain : g = hγ of the stage, s
     content : (CONTENT, n) of the stage
     """
@@ -131,7 +131,7 @@ def content_rates(film, work, start, solved, gain, content, rates, ends):
 
 @kernel
 def _open(distances, sigma):
-    """Replace distances of surfaces by their mean gaps."""
+    """Replace distances of surfaces by mean gaps, in place."""
     for k in range(distances.shape[0]):
         if distances[k] < CLEAR * sigma:
             distances[k], _, _ = open_gap(distances[k], sigma)
@@ -139,14 +139,14 @@ def _open(distances, sigma):
 
 @kernel
 def _distances(film, vectors, place, shapes, out):
-    """Distance of the surfaces over the clearance at all nodes and both ends, ``out``; of rates with its constant."""
+    """Compute the distance of the surfaces over the clearance at all nodes and both ends, in ``out``."""
     _to_vectors(film, vectors, place, shapes)
     node_films(film, vectors[at.PLACE], vectors[at.SHIFT], out)
 
 
 @kernel
 def _to_vectors(film, vectors, place, shapes):
-    """Place and shapes, or their rates, over the clearance, and zeros."""
+    """Write position and shapes (or their rates) over the clearance to ``vectors``, padded with zeros."""
     per_clearance = 1.0 / film.constants[at.CLEARANCE]
     for k in range(4):
         vectors[at.PLACE, k] = place[k] * per_clearance
@@ -158,7 +158,7 @@ def _to_vectors(film, vectors, place, shapes):
 
 @inlined_kernel
 def _node_rate(film, vectors, i, line):
-    """Rate (1/s) of the distance over the clearance at the node of a column and line, from the rates in ``vectors``."""
+    """Return the rate (1/s) of the distance over the clearance at a node, from the rates in ``vectors``."""
     zeta = film.lines[line, at.ZETA]
     x, y, a, b = four(vectors[at.PLACE], 0)
     q = i * (int(film.constants[at.N_Z]) + 2) + line

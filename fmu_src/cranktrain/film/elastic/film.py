@@ -1,4 +1,4 @@
-"""Elasto-hydrodynamic film, solved online: mass-conserving Reynolds' equation coupled with the elastic bore.
+"""Elastohydrodynamic film solved online: mass-conserving Reynolds' equation coupled with the elastic bore.
 
 The film is h = c + g(ζ) − (x + ζa) cos φ − (y + ζb) sin φ + Σ_k δ_k S_k(φ, ζ) with the relief g of the shell. It
 depends on the motion of the journal and on a few shapes of the bore (the compliance of an elastic journal is added to
@@ -17,8 +17,8 @@ step may close the film by at most a fraction of its thickness. The converged se
 depends on the initial guess only within the tolerances of the film (STEP_LIMIT and those after it). Tangents of the
 converged set follow from the implicit function theorem and include the response of the shapes.
 
-Viscosity and density by pressure: :mod:`cranktrain.film.elastic.oil`. Bore at rest, p = 0 (gauge) at both ends, supply
-nodes at their pressure. Inertial axes.
+The dependence of viscosity and density on pressure is that of :mod:`cranktrain.film.elastic.oil`. The axes are those of
+the bore, which is at rest. Gauge pressure is zero at both ends, and supply nodes have the supply pressure.
 """
 
 from __future__ import annotations
@@ -55,16 +55,17 @@ CONVERGED, NOT_CONVERGED, SINGULAR = 0, 1, 2
 
 MOST_ITERATIONS = np.int64(30)
 ROUGHEST, LOWERING, EASING, LAST = 0.3, 0.4, np.int64(20), np.int64(60)
-"""Where plain Newton fails: first roughness over the clearance, its decrease from solution to solution, iterations.
-A Python integer is a type of its own to numba, which would compile :func:`_newton` once for each of the three."""
+"""Continuation if plain Newton fails: first roughness over the clearance, its factor from solution to solution, Newton
+iterations of an intermediate and of the last solution. The np.int64 type avoids that numba compiles :func:`_newton` for
+each literal."""
 LEAST = 2.0e-3
-"""Film over the clearance below which a Newton step is measured by this."""
+"""Lower bound of the film, over the clearance, to which a Newton step is compared."""
 CLOSING = 0.7
-"""Fraction of its thickness by which a Newton step may close the film."""
+"""Largest fraction of the film thickness by which a Newton step may close the film."""
 TINY = 1.0e-30
 """Void fraction that marks a node that has just ruptured."""
 SWITCH = 1.0e-11
-"""Changes of sign below these limits are rounding: of the void fraction, and of pressure over the largest."""
+"""Limit below which a change of sign is rounding, for the void fraction and for pressure over the largest."""
 
 
 @kernel
@@ -76,17 +77,17 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
     film, work
         :class:`~cranktrain.film.elastic.grid.ElasticFilm`, :class:`~cranktrain.film.elastic.grid.ElasticWork`
     motion : (2, 4) x, y, a, b (m; a, b the axis' displacement by tilt at ζ = +1) and their rates (m/s)
-    clock : journal's speed, rad/s; time over which voids change, s: g of the stage, or the time from the step's start
-        where ``history`` has no content; infinite for a steady film; g in δ̇ = (δ − Δ)/g, s, infinite for a steady bore
-    history : FilmHistory, of which ``unknowns`` and ``shapes`` are written
+    clock : journal speed, rad/s; time over which voids change, s (g of the stage, or the time from the step's start if
+        ``history`` has no content; infinite for a steady film); g in δ̇ = (δ − Δ)/g, s, infinite for a steady bore
+    history : FilmHistory; ``unknowns`` and ``shapes`` are written
     out : (OUT_SIZE,) out: forces (F_x, F_y, Q_x, Q_y) with Q = ∫ζ dF conjugate to (a, b), their derivatives by position
         (N/m) and velocity (N s/m), row-major 4 × 4, and the entries named in :mod:`cranktrain.film.elastic.grid`
     tangents : bool
-        without, ``out`` keeps the tangents of the call before
+        if False, ``out`` keeps the tangents of the previous call
 
     Returns
     -------
-    int : CONVERGED, NOT_CONVERGED or SINGULAR; ``unknowns`` and ``shapes`` are then what the last attempt reached
+    int : CONVERGED, NOT_CONVERGED or SINGULAR; ``unknowns`` and ``shapes`` of a failure are those of the last attempt
     """
     constants = film.constants
     speed, dt, gain = clock
@@ -118,7 +119,7 @@ def elastic_film(film, motion, clock, history, work, out, tangents):
 
 @kernel
 def _scaled_vectors(constants, motion, history, vectors):
-    """Places, shapes and their rates over the clearance, into ``vectors``; the rest of it zero."""
+    """Write positions, velocities and shapes over the clearance to ``vectors``, padded with zeros."""
     per_clearance = 1.0 / constants[at.CLEARANCE]
     for row in range(at.VECTORS):
         vectors[row, :] = 0.0
@@ -134,10 +135,10 @@ def _scaled_vectors(constants, motion, history, vectors):
 
 @kernel
 def _lowered(film, rates, history, work):
-    """Solve between rougher surfaces that become smoother by steps, twice at most; status, iterations, cut and ring.
+    """Solve by continuation from rougher surfaces, in two attempts at most; returns status, iterations, cut and ring.
 
-    Surfaces that interpenetrate by far squeeze oil through hardly any gap at any pressure, and Newton gets no grip.
-    A wide mean gap lets the bore open first.
+    If surfaces overlap far, the mean gap is so small that no pressure drives out the oil, and Newton's method does not
+    converge. A larger roughness gives a larger mean gap, so the bore can open first.
     """
     sigma = film.constants[at.ROUGHNESS]
     unknowns = history.unknowns
@@ -164,14 +165,14 @@ def _lowered(film, rates, history, work):
 
 @kernel
 def _cut(film, rates, nodes):
-    """Column with which the band begins, and whether its last column must join the border."""
+    """Return the column at which the band begins, and whether its last column must join the border."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     lines = n_z + 2
     best = 0
     length = 0
     run = 0
-    # Twice around: a region of ruptured columns may lie across column 0.
+    # The loop goes twice around, because a region of ruptured columns may include column 0.
     for k in range(2 * n_phi):
         i = k if k < n_phi else k - n_phi
         ruptured = True
@@ -202,7 +203,7 @@ def _cut(film, rates, nodes):
 
 @kernel
 def _take_sides(film, unknowns, nodes):
-    """Pressure and void fraction of every node from its unknown, and whether it is full."""
+    """Compute pressure, void fraction and full mask of every node from its unknown."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     supply = film.constants[at.SUPPLY_PRESSURE] / pressure_unit(film.constants)
@@ -259,7 +260,7 @@ def _newton(film, sigma, rates, most, unknowns, work):
         border_equations(film, first, ring, chain, 1, 0, work)
         if eliminate(work.border, n_shapes, n_z, ring, 1) != 0:
             return SINGULAR, passes, first, ring
-        # How far may the step go before it closes the film somewhere?
+        # The step is limited so that the film does not close at any node.
         share = 1.0
         largest = 0.0
         if n_shapes > 0:
@@ -272,7 +273,7 @@ def _newton(film, sigma, rates, most, unknowns, work):
             for q in range(nodes.shape[1]):
                 nodes[at.FILM, q] += share * nodes[at.CHANGE, q]
             if share < 1.0 and ring:
-                # The column of the border answers to the step that is really taken.
+                # The border's column of nodes is solved again for the reduced step of the shapes.
                 border_equations(film, first, ring, chain, 1, 0, work)
                 for k in range(n_shapes):
                     for column in range(n_shapes + n_z):
@@ -288,7 +289,7 @@ def _newton(film, sigma, rates, most, unknowns, work):
 
 @kernel
 def _sources(film, per_gain, first, ring, blocks, work):
-    """Right-hand sides of one Newton step: the residual, the shapes, and the border's column of nodes."""
+    """Write the right-hand sides of a Newton step: the residual, the shapes, and the border's column of nodes."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     n_shapes = int(film.constants[at.N_SHAPES])
@@ -319,9 +320,9 @@ def _sources(film, per_gain, first, ring, blocks, work):
 
 @kernel
 def _reach(film, step, nodes):
-    """Fraction of a step of the shapes that keeps the film open, and its largest change over the film.
+    """Return the fraction of a shape step that keeps the film open, and the largest relative change of the film.
 
-    Leaves the change of the whole step at every node.
+    Writes the change of the film by the full step to CHANGE of every node.
     """
     columns = film.shapes.shape[1]
     share = 1.0
@@ -342,9 +343,9 @@ def _reach(film, step, nodes):
 
 @kernel
 def _advance(film, first, ring, step, unknowns, work):
-    """Add the Newton step to the unknowns; nodes whose unknown changes its sign change sides.
+    """Add the Newton step to the unknowns; a change of sign switches a node between full and ruptured.
 
-    Returns how many, and the largest change of pressure, over the highest, or of a void share.
+    Returns the number of switched nodes and the largest change of pressure (over the highest) or of a void fraction.
     """
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
@@ -352,7 +353,7 @@ def _advance(film, first, ring, step, unknowns, work):
     columns = work.columns
     answer = work.border
     right = n_shapes + n_z
-    # The residual's solution has the factor one, the others the factors from the border's solution.
+    # The solution of the residual has the factor one, the others have factors from the border's solution.
     step[0] = 1.0
     for k in range(1 + n_shapes, step.shape[0]):
         step[k] = answer[k - 1, right] if ring and k <= right else 0.0
@@ -415,7 +416,7 @@ def _advance(film, first, ring, step, unknowns, work):
 
 @kernel
 def _keep_filled(film, unknowns, void):
-    """Keep fills in [0, 1], of unknowns and of the nodes' field; returns how many nodes had to be clipped."""
+    """Limit void fractions to 1, in the unknowns and in ``void``; returns the number of clipped nodes."""
     n_z = int(film.constants[at.N_Z])
     clipped = 0
     for f in range(unknowns.shape[0]):

@@ -1,9 +1,9 @@
-"""Grid, bore shapes and compliance of one elastic film, packed for :mod:`cranktrain.film.elastic.film`.
+"""Arrays of one elastic film for :mod:`cranktrain.film.elastic.film`: grid, bore shapes, compliance.
 
 The grid is fixed to the bore. It has n_φ evenly spaced nodes around, and n_z nodes between the two ends ζ = ±1,
 concentrated at the edges; the ends carry no unknown. Bore shapes are given at all n_z + 2 axial lines, because the
 least film of a tilted journal lies at an end. Supply acts at nodes. A circumferential groove narrower than the axial
-spacing is a line. A small hole is a point; its flow depends on the grid, because its size is the area of the node.
+spacing is a line. A small hole is a single node; its flow depends on the grid, because its size is the node's area.
 """
 
 from __future__ import annotations
@@ -21,89 +21,90 @@ from cranktrain.film.contact.asperity import contact_table
 from cranktrain.film.contact.gap import STRAIGHT, relief
 from cranktrain.film.elastic.band_blocks import BLOCK, band_columns
 
-# Entries of a film's constants.
+# Indices of a film's constants.
 N_PHI, N_Z, N_SHAPES, RADIUS, WIDTH, CLEARANCE, VISCOSITY, SUPPLY_PRESSURE, ROUGHNESS = range(9)
-# Step of the oil's table (Pa; 0: a constant oil), its row, whether the oil is compressible.
+# Pressure step of the oil table (Pa; 0: constant oil), row of the film's oil, whether the oil is compressible.
 OIL_STEP, OIL_ROW, COMPRESSIBLE = 9, 10, 11
 # Tolerances of a solution: largest relative change of the film in the last Newton step (the error is about its square);
-# largest change of pressure over the highest, or of a void fraction; how far a node may then have the wrong sign; the
-# fraction of transport around the ring that the matrix may neglect.
+# largest change of pressure over the highest, or of a void fraction; largest unknown of the wrong sign; fraction of
+# transport around the ring that the matrix may neglect.
 STEP_LIMIT, MOVE_LIMIT, SIDE_LIMIT, AROUND_LIMIT = 12, 13, 14, 15
 CONSTANTS = 16
 
-# What elastic_film writes, ``out[:OUT_SIZE]``.
+# Indices of the result of elastic_film, ``out[:OUT_SIZE]``.
 FORCE, STIFFNESS, DAMPING, PRESSURE_MAX, FILM_MIN, FILM_MIN_ANGLE, FILM_MIN_ZETA = 0, 4, 20, 36, 37, 38, 39
 SIDE_FLOW, SUPPLY_FLOW, FRICTION_TORQUE, CONTACT_LOAD, CONTACT_SHARE, FILL_MEAN, OIL = 40, 41, 42, 43, 44, 45, 46
 ITERATIONS, CLIPPED = 47, 48
 OUT_SIZE = 49
 
 LIMITS = (1.0e-4, 1.0e-3, 1.0e-11, 1.0e-9)
-"""STEP_LIMIT to AROUND_LIMIT of a film that is solved as far as makes sense."""
+"""STEP_LIMIT to AROUND_LIMIT of a fully converged film."""
 SMOOTH = 5.0e-4
 """Roughness over the clearance used for smooth surfaces, so that overlapping surfaces still have a gap."""
 
-# Rows of ElasticWork.vectors, all over the clearance: journal, its velocity, shapes now, the same at the step's start,
-# Δ of the stage's rule, and the last Newton step of the shapes; sums over the film, one a shape.
+# Rows of ElasticWork.vectors, all over the clearance: journal position, its velocity, shapes; position and shapes at
+# the step's start; Δ of the stage's rule; last Newton step of the shapes; sums over the film, one for each shape.
 PLACE, PACE, SHIFT, START_PLACE, START_SHIFT, KNOWN, STEP, SUMS = 0, 1, 2, 3, 4, 5, 6, 7
 VECTORS = 8
 
 # Rows of ElasticWork.nodes (both ends included) and ElasticWork.faces (circumferential).
 FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, START_MASS, WAS_VOID = 0, 1, 2, 3, 4, 5, 6, 7, 8
 OWN, AFTER, BEFORE, SQUEEZE, DRIVEN, CONTACT, CONTACT_SLOPE, CHANGE = 9, 10, 11, 12, 13, 14, 15, 16
-# Of the oil: reduced pressure, its slope by pressure, ρ/ρ₀ − 1 with its slope, how fast the oil thickens with pressure,
-# and ρ/ρ₀ − 1 at the step's start; over p₀.
+# Rows of the oil, pressures over p₀: reduced pressure, its slope by pressure, ρ/ρ₀ − 1, its slope, relative increase of
+# viscosity with pressure, ρ/ρ₀ − 1 at the step's start.
 REDUCED, MOBILITY, COMPRESSED, DENSE, THICKENING, START_COMPRESSED = 17, 18, 19, 20, 21, 22
-# Weight of film pressure in ζ, see cranktrain.film.elastic.weights.
+# Row of the weight of film pressure in ζ, see cranktrain.film.elastic.weights.
 WEIGHT = 23
-# Flow through a face and its derivative by the surfaces' distance; weight of the downstream compression in it.
+# Rows of faces: mean gap, its slope, derivative of the flow by the distance, flux correction, flow, weight of the
+# downstream compression.
 FACE_OPEN, FACE_SLOPE, FACE_FLUX, FACE_EXTRA, FACE_FLOW, FACE_AHEAD = range(6)
 # Columns of ElasticFilm.trig and ElasticFilm.lines.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
 ZETA, LINE_WIDTH, PROFILE = range(3)
 # Rows of ElasticFilm.sides.
 AFTER_SIDE, BEFORE_SIDE = 0, 1
-# A journal's place and velocity; the sources of its motion.
+# Indices of position and velocity of a journal, and of the sources of its motion.
 X, Y, A, B, V_X, V_Y, V_A, V_B = range(8)
 NODE_FIELDS = 24
 FACE_FIELDS = 6
 
 
 class ElasticFilm(NamedTuple):
-    """One film for the kernels: contiguous float64 arrays."""
+    """Data of one elastic film as contiguous float64 arrays for the kernels."""
 
     constants: Array
-    """(CONSTANTS,) sizes, SI."""
+    """(CONSTANTS,) grid sizes, dimensions (SI) and tolerances."""
     trig: Array
-    """(n_phi, 4) cosine and sine of nodes, cosine and sine of the faces behind them: columns COS to FACE_SIN."""
+    """(n_phi, 4) cosine and sine of nodes, cosine and sine of the faces after them: columns COS to FACE_SIN."""
     lines: Array
-    """(n_z + 2, 3) ζ, width w (of contact pressure too), relief of the shell over the clearance: columns ZETA to
-    PROFILE."""
+    """(n_z + 2, 3) ζ, width w (also weight of contact pressure), relief of the shell over the clearance: columns ZETA
+    to PROFILE."""
     sides: Array
-    """(2, n_z + 2) 1/(Δζ w) towards the next and the last line: rows AFTER_SIDE, BEFORE_SIDE."""
+    """(2, n_z + 2) 1/(Δζ w) towards the next and the previous line: rows AFTER_SIDE, BEFORE_SIDE."""
     shapes: Array
     """(n_phi (n_z + 2) + n_phi n_z, 8 m) shapes at nodes, then at circumferential faces; column 0 is zero."""
     supply: Array
-    """(n_phi n_z,) 1 where a node is at supply pressure, else 0."""
+    """(n_phi n_z,) 1 for nodes at supply pressure, else 0."""
     compliance: Array
-    """(k, 4 + k) m/N: by the forces on the journal (F_x, F_y, Q_x, Q_y), then by the loads of the shapes."""
+    """(k, 4 + k) m/N: derivatives of δ by the forces on the journal (F_x, F_y, Q_x, Q_y) and by the shape loads."""
     contact: Array
     """(CONSTANTS,) constants of :func:`cranktrain.film.contact.asperity.contact_constants`; σ = 0: smooth surfaces."""
     oil: Array
-    """(b, n, 2) tables of :mod:`cranktrain.film.elastic.oil`; not read where the oil is constant."""
+    """(b, n, 2) tables of :mod:`cranktrain.film.elastic.oil`; not used if the oil is constant."""
     contact_table: Array
-    """(n, 2) of :func:`cranktrain.film.contact.asperity.contact_table`."""
+    """(n, 2) result of :func:`cranktrain.film.contact.asperity.contact_table`."""
 
 
 class OilTables(NamedTuple):
-    """q and r/f of b oils over even pressures from 0 on."""
+    """Tables of q and r/f of b oils over evenly spaced pressures from 0 on."""
 
-    step: float  # Pa
+    step: float  # pressure spacing, Pa
     values: Array  # (b, n, 2): q (Pa) and r/f
     compressible: bool
 
 
 class ElasticWork(NamedTuple):
-    """Scratch memory of the kernels, owned by the caller; one serves all films of the same size."""
+    """Scratch memory of the kernels, owned by the caller; shared by all films of the same size."""
 
     band: Array
     """(n, ·) matrix of the balance, see :mod:`cranktrain.film.elastic.band_blocks`."""
@@ -114,44 +115,44 @@ class ElasticWork(NamedTuple):
     loads: Array
     """(4 + k, 8 blocks) generalised forces of every solution."""
     border: Array
-    """(k + n_z, k + n_z + 9) equations of the shapes, and of one column of nodes where the ring has no gap."""
+    """(k + n_z, k + n_z + 9) equations of the shapes, and of one column of nodes if the ring has no gap."""
     touching: Array
-    """(4 + k, 6 + k) derivatives of the contact's generalised forces, these forces, and those of the film."""
+    """(4 + k, 6 + k) derivatives of generalised forces at fixed film pressure, forces of contact, of the film."""
     vectors: Array
-    """(VECTORS, ·) short vectors."""
+    """(VECTORS, ·) vectors of position, velocity and shapes, see PLACE."""
     residual: Array
-    """(n,) residual of the balance."""
+    """(n,) residual of the oil balance."""
 
 
 class FilmHistory(NamedTuple):
-    """What a film remembers of the step so far, and its solution; n nodes, k shapes."""
+    """Memory of a film within a step, and its solution; n nodes, k shapes."""
 
     start: Array  # (n,) node unknowns at the step's start, see cranktrain.film.elastic.balance; zeros: full
-    start_place: Array  # (4,) m
-    start_shapes: Array  # (k,) m
+    start_place: Array  # (4,) journal position at the step's start, m
+    start_shapes: Array  # (k,) shapes at the step's start, m
     known: Array  # (k,) Δ of the stage, m
-    unknowns: Array  # (n,) in: where to begin; out: the solution
-    shapes: Array  # (k,) δ, m, the same
+    unknowns: Array  # (n,) in: initial guess; out: solution
+    shapes: Array  # (k,) δ, m; in: initial guess; out: solution
     content: Array = np.zeros((3, 0))
-    """(CONTENT, n), see cranktrain.film.elastic.content; (CONTENT, 0): backward Euler from the start."""
+    """(CONTENT, n), see cranktrain.film.elastic.content; (CONTENT, 0) for backward Euler from the step's start."""
 
 
 @dataclass(frozen=True)
 class ElasticGrid:
-    """Grid over the developed bore: even columns around, graded lines across.
+    """Grid on the developed bore, with evenly spaced columns around and graded lines across.
 
     Parameters
     ----------
     n_phi : int
         nodes around, at least 12
     n_z : int
-        nodes between the ends, at least 5; multiples of four use the kernels' vectors best
+        nodes between the ends, at least 5; multiples of four suit the vector instructions of the kernels
     edge : float
-        gathering of the axial nodes at the ends, ζ = (1 − edge) s + edge sin(π s/2) of even s: 0 uniform, to 0.9
+        concentration of the axial nodes at the ends, ζ = (1 − edge) s + edge sin(π s/2) for even s; 0 (uniform) to 0.9
     groove : float
         half width of a groove in mid-bore over that of the bore, or 0; its edges are lines
     lands : tuple of float
-        ζ of the lines between a groove's edge and an end, n_z/2 − 1 of them; without, they are gathered by ``edge``
+        ζ of the n_z/2 − 1 lines between a groove's edge and an end; if empty, these are placed by ``edge``
 
     Raises
     ------
@@ -180,7 +181,7 @@ class ElasticGrid:
 
     @property
     def size(self) -> int:
-        """Film unknowns: the floats one film adds to the state vector."""
+        """Number of node unknowns of one film."""
         return self.n_phi * self.n_z
 
     @property
@@ -190,15 +191,15 @@ class ElasticGrid:
 
     @property
     def zetas(self) -> Array:
-        """Axial lines including both ends, (n_z + 2,)."""
+        """ζ of the axial lines including both ends, (n_z + 2,)."""
         if self.groove == 0.0:
             return self._gathered(np.linspace(-1.0, 1.0, self.n_z + 2))
         if self.lands:
-            # A wide groove, beyond half of the first line's ζ, pushes the lines towards the end.
+            # A groove wider than half of the first line's ζ moves the lines towards the end.
             shrunk = min(1.0, (1.0 - self.groove) / (1.0 - 0.5 * self.lands[0]))
             land = np.array([self.groove, *(1.0 - shrunk * (1.0 - np.array(self.lands))), 1.0])
             return np.concatenate([-land[::-1], land])
-        # As many spacings in the groove as on even lines, one or two at least, and two of each land.
+        # The groove has as many spacings as on even lines, at least one or two; each land has at least two.
         spacings = self.n_z + 1
         even = 1 - self.n_z % 2
         inside = 2 * max(round(0.5 * (self.groove * spacings - even)), 1 - even) + even
@@ -207,11 +208,11 @@ class ElasticGrid:
         return np.concatenate([-land[::-1], np.linspace(-self.groove, self.groove, inside + 1)[1:-1], land])
 
     def _gathered(self, s: Array) -> Array:
-        """ζ of lines at even places s from the middle, 0, to the end, 1."""
+        """Return ζ of lines at even parameters s, from 0 (middle) to 1 (end)."""
         return (1.0 - self.edge) * s + self.edge * np.sin(0.5 * math.pi * s)
 
     def work(self, shapes: int) -> ElasticWork:
-        """Scratch memory for films of this grid with as many bore shapes."""
+        """Make scratch memory for films of this grid with ``shapes`` bore shapes."""
         unknowns = 1 + shapes + self.n_z
         blocks = (unknowns + BLOCK - 1) // BLOCK + 1
         border = shapes + self.n_z
@@ -242,31 +243,31 @@ class ElasticGrid:
         oil: OilTables | None = None,
         profile: tuple[float, float, float] = STRAIGHT,
     ) -> ElasticFilm:
-        """Pack one film.
+        """Make the data of one film.
 
         Parameters
         ----------
         diameter, width, clearance, viscosity : float, m, m, m (radial), Pa s
         shapes : (k, n_phi, n_z + 2) float, optional
-            radial displacement of the bore (journal and bore together) per unit of δ, positive where the film opens
+            radial displacement of the bore (plus that of the journal) per unit of δ, positive if the film opens
         compliance : (k,) or (k, k) float, m/N, optional
-            δ = C ∫ S p dA; elastic journal and elastic bore in series simply add
+            C in δ = C ∫ S p dA; compliances of journal and bore add
         supply, supply_pressure : (n_phi, n_z) float, optional, and Pa (gauge)
-            1 where a node is at supply pressure
+            1 for nodes at supply pressure, else 0
         load_coupling : (k, 4) float, m/N, optional
             g of :class:`cranktrain.film.elastic.bore_compliance.BoreCompliance`: δ += g ∫ (cos φ, sin φ, ζ cos φ, ζ sin
             φ) p dA
         contact : (CONSTANTS,) float, optional
             :func:`cranktrain.film.contact.asperity.contact_constants` of rough surfaces
         oil : OilTables, optional
-            :func:`cranktrain.film.elastic.oil.oil_tables`; without, viscosity and density are constant
+            :func:`cranktrain.film.elastic.oil.oil_tables`; if None, viscosity and density are constant
         profile : (float, float, float), optional
-            depth (m), share and exponent of the shell's relief, see :mod:`cranktrain.film.contact.gap`
+            depth (m), width fraction and exponent of the shell's relief, see :mod:`cranktrain.film.contact.gap`
 
         Raises
         ------
         InputError
-            for a value out of range or a shape that does not fit the grid
+            if a value is out of range or a shape does not fit the grid
         """
         _check_sizes(diameter, width, clearance, viscosity, supply_pressure)
         forms = np.zeros((0, self.n_phi, self.n_z + 2)) if shapes is None else np.asarray(shapes, dtype=float)
@@ -291,7 +292,7 @@ class ElasticGrid:
         step, values, compressible = (0.0, np.zeros((1, 2, 2)), False) if oil is None else oil
         constants += [step, 0.0, float(compressible), *LIMITS]
         gaps = np.diff(self.zetas)
-        # Contact need not vanish at an end: it has the weights of the plain trapezoid.
+        # Contact pressure need not vanish at an end, so its weights are those of the trapezoidal rule.
         widths = 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))
         g = _reliefs(self.zetas, profile) / clearance
         return ElasticFilm(
@@ -301,7 +302,7 @@ class ElasticGrid:
             _per_side(self.zetas, widths),
             _shape_table(forms),
             np.ascontiguousarray(mask.ravel()),
-            # A film pressure presses the journal along −(cos φ, sin φ).
+            # Film pressure acts on the journal along −(cos φ, sin φ).
             np.ascontiguousarray(np.concatenate([-way, c], axis=1)),
             rough,
             values,
@@ -310,7 +311,7 @@ class ElasticGrid:
 
 
 def _roughness(contact: Array | None) -> Array:
-    """Constants of rough surfaces (CONSTANTS,), zero without any; ``InputError`` for others than constants."""
+    """Return the constants of rough surfaces (CONSTANTS,), zeros for None; ``InputError`` if they are invalid."""
     rough = np.zeros(CONTACT_CONSTANTS) if contact is None else np.asarray(contact, dtype=float)
     if rough.shape != (CONTACT_CONSTANTS,) or not (np.isfinite(rough).all() and (rough >= 0.0).all()):
         raise InputError("elastic film: contact must be the constants of asperity.contact_constants")
@@ -318,12 +319,12 @@ def _roughness(contact: Array | None) -> Array:
 
 
 def _reliefs(zetas: Array, profile: tuple[float, float, float]) -> Array:
-    """Relief at each ζ; of straight shells without a kernel, since films at rest are made while modules load."""
+    """Return the relief at each ζ; straight shells call no kernel, because small films are made at import."""
     return np.array([relief(zeta, profile) for zeta in zetas]) if profile[0] else np.zeros(zetas.size)
 
 
 def _check_sizes(diameter: float, width: float, clearance: float, viscosity: float, supply_pressure: float) -> None:
-    """Refuse a size that no film has."""
+    """Raise ``InputError`` for a dimension that is not positive and finite, or a negative supply pressure."""
     sizes = {"diameter": diameter, "width": width, "clearance": clearance, "viscosity": viscosity}
     for name, value in sizes.items():
         if not (value > 0.0 and math.isfinite(value)):
@@ -333,11 +334,11 @@ def _check_sizes(diameter: float, width: float, clearance: float, viscosity: flo
 
 
 def _shape_table(forms: Array) -> Array:
-    """Shapes (k, n_phi, n_z + 2) at nodes and circumferential faces as kernels read them, in blocks of columns."""
+    """Return shapes ``forms`` (k, n_phi, n_z + 2) at nodes and circumferential faces in the layout of the kernels."""
     k, n_phi, lines = forms.shape
     nodes = forms.reshape(k, n_phi * lines)
     inside = forms[:, :, 1:-1]
-    # Cubic through four nodes, because the conductance depends on the third power of the film at the faces.
+    # Interpolation to faces is cubic, because the conductance depends on the third power of the film there.
     faces = (9.0 * (inside + np.roll(inside, -1, 1)) - np.roll(inside, 1, 1) - np.roll(inside, -2, 1)) / 16.0
     table = np.zeros((n_phi * (2 * lines - 2), BLOCK * ((k + BLOCK) // BLOCK)))
     table[:, 1 : k + 1] = np.concatenate([nodes, faces.reshape(k, n_phi * (lines - 2))], axis=1).T
@@ -345,7 +346,7 @@ def _shape_table(forms: Array) -> Array:
 
 
 def _square(compliance: Array, k: int) -> Array:
-    """Check a compliance and return it as a matrix, (k, k)."""
+    """Return a compliance as a matrix (k, k) after checking it."""
     c = np.diag(compliance) if compliance.ndim == 1 else compliance
     if c.shape != (k, k):
         raise InputError(f"elastic film: compliance of shape {compliance.shape} does not fit {k} bore shapes")
@@ -357,7 +358,7 @@ def _square(compliance: Array, k: int) -> Array:
 
 
 def _per_side(zetas: Array, width: Array) -> Array:
-    """1/(Δζ w) of lines of a width towards the next one and the last one, (2, n_z + 2); 0 beyond the ends."""
+    """Return 1/(Δζ w) of each line towards the next and the previous line, (2, n_z + 2); 0 beyond the ends."""
     per_side = np.zeros((2, zetas.size))
     gaps = np.diff(zetas)
     per_side[AFTER_SIDE, :-1] = 1.0 / (gaps * width[:-1])

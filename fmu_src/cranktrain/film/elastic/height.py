@@ -1,4 +1,4 @@
-"""Height of a film between a journal and the bore's shapes, the mean gap of rough surfaces, and their contact."""
+"""Film height between journal and deformed bore, mean gap of rough surfaces, and contact pressure."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from cranktrain.film.elastic import grid as at
 
 @kernel
 def pressure_unit(constants):
-    """p₀ = 12 η (R/c)² (Pa s)."""
+    """Return the pressure unit p₀ = 12 η (R/c)² (Pa s)."""
     return 12.0 * constants[at.VISCOSITY] * (constants[at.RADIUS] / constants[at.CLEARANCE]) ** 2
 
 
 @kernel
 def combined(table, row, shares, columns):
-    """Σ of row ``row`` of a table times ``shares`` over a multiple of eight columns: four sums, then theirs."""
+    """Return the product of a table's ``row`` with ``shares`` over a multiple of eight columns, by four partial sums."""
     total = load(table, (row, 0)) * load(shares, 0) + load(table, (row, LANES)) * load(shares, LANES)
     for r in range(2 * LANES, columns, LANES):
         total = total + load(table, (row, r)) * load(shares, r)
@@ -28,10 +28,10 @@ def combined(table, row, shares, columns):
 
 @kernel
 def node_films(film, place, shift, out):
-    """Distance H of the surfaces at all nodes and both ends into ``out`` (n_phi (n_z + 2),).
+    """Compute the distance H of the surfaces at all nodes and both ends, in ``out`` (n_phi (n_z + 2),).
 
-    ``place`` (4,) position and tilt over the clearance, ``shift`` amplitudes of the shapes over the clearance, filled
-    up with zeros to the columns of ``film.shapes``.
+    ``place`` (4,) is position and tilt over the clearance, ``shift`` the shape amplitudes over the clearance, padded
+    with zeros to the columns of ``film.shapes``.
     """
     n_phi = int(film.constants[at.N_PHI])
     lines = int(film.constants[at.N_Z]) + 2
@@ -49,7 +49,7 @@ def node_films(film, place, shift, out):
 
 @kernel
 def face_films(film, place, shift, out):
-    """Distance H of the surfaces at circumferential faces into ``out`` (n_phi n_z,); ``place``, ``shift`` as above."""
+    """Compute the distance H at circumferential faces, in ``out`` (n_phi n_z,); arguments as in :func:`node_films`."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     columns = film.shapes.shape[1]
@@ -67,9 +67,9 @@ def face_films(film, place, shift, out):
 
 @kernel
 def open_films(film, sigma, nodes, faces):
-    """Mean gaps h, from ``faces[FACE_OPEN]`` there, with first and second derivative, at nodes and faces.
+    """Compute mean gaps h with two derivatives at nodes and one at faces, and contact pressure over p₀ with its slope.
 
-    Contact pressure, over p₀, with its slope. ``sigma``: roughness over the clearance.
+    ``faces[FACE_OPEN]`` holds the distance H on entry. ``sigma`` is the roughness over the clearance.
     """
     constants = film.constants
     h = nodes[at.FILM]

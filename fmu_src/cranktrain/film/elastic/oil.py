@@ -1,9 +1,9 @@
-"""Oil of an elastic film under pressure: viscosity by Barus or Roelands, density by Dowson and Higginson.
+"""Pressure dependence of the oil in elastic films: viscosity by Barus or Roelands, density by Dowson and Higginson.
 
 With f = η/η₀, r = ρ/ρ₀ and the reduced pressure q = ∫₀ᵖ r/f dp, the pressure-driven flow equals that of an oil of
 constant properties at the pressure q, and the content of a full gap is r instead of 1. q is tabulated over p, one table
 per bearing, because Roelands' law depends on the viscosity at ambient pressure. Between the points q is a cubic with
-the exact slopes r/f. Beyond ``HIGHEST`` the viscosity is constant, because these laws are not measured further.
+the exact slopes r/f. Beyond ``HIGHEST`` the viscosity is constant, because the laws are not supported by measurements.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from cranktrain.film.elastic.grid import OilTables
 from cranktrain.film.elastic.height import pressure_unit
 
 HIGHEST = 1.0e9
-"""Pressure up to which the viscosity grows, Pa."""
+"""Pressure (Pa) above which the viscosity is constant."""
 INTERVALS = 256
 SMALL_FALL = 0.01
-"""Fall of pressure, over that by which the viscosity falls e-fold, that the tangent describes."""
+"""Largest decrease of pressure, over the decrease that divides viscosity by e, for which the tangent is used as is."""
 GAUSS = tuple((float(point), float(weight)) for point, weight in zip(*np.polynomial.legendre.leggauss(6), strict=True))
-"""Places and weights by which q is integrated over an interval."""
+"""Points and weights of Gauss' rule that integrates q over a table interval."""
 
-# Columns of a table.
+# Columns of an oil table.
 Q, SLOPE = 0, 1
 
 
 def oil_tables(oil: Oil, viscosities: Array) -> OilTables | None:
-    """Tables for films of these ``viscosities`` (b,), Pa s, at ambient pressure; None for an oil that is constant.
+    """Make tables for films with ``viscosities`` (b,), Pa s, at ambient pressure; None for a constant oil.
 
-    Raises ``InputError`` of :func:`cranktrain.engine.lubricant.pressure_constants`.
+    Raises the ``InputError`` of :func:`cranktrain.engine.lubricant.pressure_constants`.
     """
     compressible = oil.compressibility != "none"
     laws = [pressure_constants(oil, float(eta)) for eta in viscosities]
@@ -49,7 +49,7 @@ def oil_tables(oil: Oil, viscosities: Array) -> OilTables | None:
 
 @kernel
 def fill_oil_table(law, first, second, compressible, table):
-    """Fill ``table`` (n, 2) of an oil by the constants of :func:`cranktrain.engine.lubricant.pressure_constants`."""
+    """Fill the ``table`` (n, 2) of an oil from constants of :func:`cranktrain.engine.lubricant.pressure_constants`."""
     step = HIGHEST / INTERVALS
     half = 0.5 * step
     reduced = 0.0
@@ -65,14 +65,14 @@ def fill_oil_table(law, first, second, compressible, table):
 
 @kernel
 def mobility(law, first, second, compressible, pressure):
-    """r/f of an oil at a pressure, Pa."""
+    """Return r/f of an oil at a pressure, Pa."""
     density = density_factor(pressure)[0] if compressible else 1.0
     return density / pressure_factor(law, pressure, first, second)[0]
 
 
 @kernel
 def reduced_pressure(table, step, pressure):
-    """q (Pa), r/f and its derivative (1/Pa) at ``pressure`` (Pa) ≥ 0 from ``table`` (n, 2)."""
+    """Return q (Pa), r/f and its derivative (1/Pa) at ``pressure`` (Pa) ≥ 0 from ``table`` (n, 2)."""
     last = table.shape[0] - 1
     place = pressure / step
     if place >= last:
@@ -91,14 +91,14 @@ def reduced_pressure(table, step, pressure):
 
 @kernel
 def pressure_change(change, thickening):
-    """``change`` of pressure by the tangent, reduced for a large decrease, where exponential oil loses less."""
+    """Return the Newton ``change`` of pressure, reduced if it is a large decrease, for exponential viscosity."""
     fall = -thickening * change
     return change * math.log(1.0 + fall) / fall if fall > SMALL_FALL else change
 
 
 @kernel
 def start_compression(film, start, nodes):
-    """ρ/ρ₀ − 1 at the step's start, whose node unknowns are ``start`` (n,), into ``nodes``."""
+    """Compute ρ/ρ₀ − 1 at the step's start from the node unknowns ``start`` (n,), in ``nodes``."""
     if film.constants[at.COMPRESSIBLE] == 0.0:
         return
     n_z = int(film.constants[at.N_Z])
@@ -110,7 +110,7 @@ def start_compression(film, start, nodes):
 
 @kernel
 def oil_state(film, nodes):
-    """Reduced pressure of every node, over p₀, its slope, compression and how fast the oil thickens, into ``nodes``."""
+    """Compute reduced pressure over p₀, its slope, compression and viscosity increase of every node, in ``nodes``."""
     step = film.constants[at.OIL_STEP]
     if step == 0.0:
         for k in range(nodes.shape[1]):
@@ -131,5 +131,5 @@ def oil_state(film, nodes):
         if compressible and nodes[at.FULL, k] > 0.0:
             density, by_pressure = density_factor(p)
             nodes[at.COMPRESSED, k] = density - 1.0
-            # At p = 0 the law has a kink: a full node is on its upper side.
+            # The density law has a kink at p = 0; a full node has the slope of the side p > 0.
             nodes[at.DENSE, k] = by_pressure * unit

@@ -14,12 +14,12 @@ from cranktrain.film.elastic.height import pressure_unit
 
 @kernel
 def film_result(film, speed, per_gain, work, out):
-    """Write forces and other outputs of the converged film, without tangents, into ``out`` (OUT_SIZE,)."""
+    """Write forces and other outputs of the converged film, without tangents, to ``out`` (OUT_SIZE,)."""
     constants = film.constants
     count = 4 + int(constants[at.N_SHAPES])
     nodes = work.nodes
     if constants[at.N_SHAPES] > 0.0:
-        # Values after the last Newton step: shapes and loads then agree to rounding.
+        # Values are evaluated after the last Newton step, so shapes and loads agree to rounding.
         for q in range(nodes.shape[1]):
             if nodes[at.CONTACT, q] > 0.0:
                 nodes[at.CONTACT, q] += nodes[at.CONTACT_SLOPE, q] * nodes[at.CHANGE, q]
@@ -49,7 +49,7 @@ def film_result(film, speed, per_gain, work, out):
     contact_load, rubbing = _contact(film, nodes)
     sliding = speed * constants[at.RADIUS]
     drag = constants[at.VISCOSITY] * sliding / c * shear * area * constants[at.RADIUS]
-    # dH/dφ from central differences of H, exact for the journal's circle with sin Δφ in place of Δφ.
+    # dH/dφ is a central difference of H, with sin Δφ instead of Δφ, which is exact for the circle of the journal.
     _, _, per_angle = grid_factors(constants)
     turn = 0.5 * wedge / (2.0 * math.sin(1.0 / per_angle)) * unit * c
     sign = sliding / math.sqrt(sliding * sliding + SMOOTH_SPEED * SMOOTH_SPEED)
@@ -61,7 +61,7 @@ def film_result(film, speed, per_gain, work, out):
 
 @kernel
 def _extremes(film_h, pressure):
-    """Nodes of the least film and of the largest pressure; an end of the bore, without pressure, where none is full."""
+    """Return the nodes of the least film and of the largest pressure; node 0 (an end) if no node is full."""
     least = 0
     highest = 0
     for q in range(film_h.shape[0]):
@@ -74,7 +74,7 @@ def _extremes(film_h, pressure):
 
 @kernel
 def _contents(film, nodes):
-    """Σ of oil and of room between the balanced nodes' lines, and of fill h′/h, by lines' widths."""
+    """Return width-weighted sums of oil and gap over inner nodes, and of the shear factor fill h′/h over all nodes."""
     lines = int(film.constants[at.N_Z]) + 2
     oil = 0.0
     room = 0.0
@@ -82,7 +82,7 @@ def _contents(film, nodes):
     for i in range(int(film.constants[at.N_PHI])):
         for line in range(lines):
             q = i * lines + line
-            # At the ends the oil has the state of the neighbouring nodes.
+            # The ends have the fill of the neighbouring nodes.
             fill = 1.0 + nodes[at.VOID, i * lines + min(max(line, 1), lines - 2)]
             held = 1.0 + nodes[at.COMPRESSED, q]
             h = nodes[at.OPEN, q]
@@ -96,7 +96,7 @@ def _contents(film, nodes):
 
 @kernel
 def _film_load(film, nodes):
-    """Σ of pressure, and of pressure times the central difference of H around, by their weights."""
+    """Return weighted sums of pressure, and of pressure times the circumferential central difference of H."""
     n_phi = int(film.constants[at.N_PHI])
     lines = int(film.constants[at.N_Z]) + 2
     load = 0.0
@@ -115,7 +115,7 @@ def _film_load(film, nodes):
 
 @kernel
 def _contact(film, nodes):
-    """Σ of contact pressure and of boundary friction, by their weights."""
+    """Return weighted sums of contact pressure and of boundary friction."""
     lines = int(film.constants[at.N_Z]) + 2
     load = 0.0
     rubbing = 0.0
@@ -132,9 +132,9 @@ def _contact(film, nodes):
 
 @kernel
 def _flows(film, speed, per_gain, work):
-    """Flow out of both ends and out of the supply nodes, that is, out of the balanced nodes.
+    """Compute the flow out of both ends and the flow out of the supply nodes, from the balance of the nodes.
 
-    The outer half nodes at the ends hold and squeeze nothing.
+    The outer half volumes at the ends have no storage and no squeeze.
     """
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
@@ -170,7 +170,7 @@ def _flows(film, speed, per_gain, work):
 
 @kernel
 def _node_outflow(film, half_speed, per_gain, i, line, work):
-    """Oil from a supply node to its neighbours and to its own growing film, over the node's area (1/s)."""
+    """Return the oil from a supply node to its neighbours and to its own growing film, over the node's area (1/s)."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     lines = n_z + 2
@@ -203,7 +203,7 @@ def _node_outflow(film, half_speed, per_gain, i, line, work):
 
 @kernel
 def _extreme(film, field, q):
-    """Value, angle and ζ of the extreme of a nodal field near its extreme node, by parabolas both ways."""
+    """Return value, angle and ζ of the extreme of a nodal field near its extreme node ``q``, by two parabolas."""
     n_phi = int(film.constants[at.N_PHI])
     lines = int(film.constants[at.N_Z]) + 2
     i = q // lines
@@ -223,10 +223,10 @@ def _extreme(film, field, q):
 
 @kernel
 def _crest(film, nodes, q):
-    """How far pressure rises between node ``q``, the highest, and its axial neighbours above it.
+    """Return the rise of pressure above the highest node ``q``, between this node and its axial neighbours.
 
-    The profile is that of :mod:`cranktrain.film.elastic.weights`: film linear, flow linear. Its crest is where the flow
-    across changes its sign. If no line lies there, the highest node underestimates a narrow ridge by a third.
+    The profile between lines has linear film and linear flow, as in :mod:`cranktrain.film.elastic.weights`. Its crest
+    is at the change of sign of the axial flow. The highest node alone may underestimate a narrow ridge by a third.
     """
     lines = int(film.constants[at.N_Z]) + 2
     i = q // lines
@@ -265,7 +265,7 @@ def _crest(film, nodes, q):
 
 @kernel
 def _flow_across(film, nodes, i, line):
-    """Flow G Δp/d from a line of column ``i`` to the next."""
+    """Return the axial flow G Δp/d from a line of column ``i`` to the next line."""
     q = i * (int(film.constants[at.N_Z]) + 2) + line
     over, _, _ = side_conductance(nodes[at.OPEN, q], nodes[at.OPEN, q + 1])
     return (
@@ -277,7 +277,7 @@ def _flow_across(film, nodes, i, line):
 
 @kernel
 def wedge_integrals(t, h, beyond):
-    """∫₀ᵗ ds/H³ and ∫₀ᵗ s ds/H³ with H linear from ``h`` at 0 to ``beyond`` at 1."""
+    """Return ∫₀ᵗ ds/H³ and ∫₀ᵗ s ds/H³ with H linear from ``h`` at 0 to ``beyond`` at 1."""
     there = h + t * (beyond - h)
     per_square = 1.0 / (there * there)
     return 0.5 * t * (h + there) * per_square / (h * h), 0.5 * t * t * per_square / h
@@ -285,10 +285,10 @@ def wedge_integrals(t, h, beyond):
 
 @kernel
 def vertex(before, here, after):
-    """How far the parabola through three neighbours goes beyond the middle one, and where, in steps from it."""
+    """Return height above the middle point and position, in steps, of the vertex of a parabola through three points."""
     bend = before - 2.0 * here + after
     lean = 0.5 * (after - before)
-    # Next to a supply at its pressure there is an edge, not a maximum.
+    # Equal neighbours mean an edge of a supply at its pressure, not a maximum.
     if bend == 0.0 or before == here or after == here or abs(lean) > abs(bend):
         return 0.0, 0.0
     return -0.5 * lean * lean / bend, -lean / bend

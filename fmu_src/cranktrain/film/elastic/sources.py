@@ -1,6 +1,6 @@
-"""Derivatives of a film's balance of oil by what moves its surfaces: the bore's elastic shapes and the journal.
+"""Derivatives of a film's oil balance by the elastic shapes of the bore and by the motion of the journal.
 
-They follow from the factors of ∂R/∂H that :func:`cranktrain.film.elastic.balance.oil_balance` leaves behind.
+These follow from the factors of ∂R/∂H computed by :func:`cranktrain.film.elastic.balance.oil_balance`.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from cranktrain.film.elastic import grid as at
 
 @kernel
 def shape_sources(film, per_gain, nodes, faces, first, block, columns):
-    """−∂R/∂δ of eight columns of shapes, from column 8 ``block`` on, into ``columns`` (n_phi n_z, 8), in band order.
+    """Compute −∂R/∂δ of eight columns of shapes from column 8 ``block`` on, in ``columns`` (n_phi n_z, 8), band order.
 
-    ``per_gain`` 1/g: the shapes' velocities follow their amplitudes by the stage's own rule.
+    ``per_gain`` is 1/g, because the rates of the shapes follow from their amplitudes by the stage's rule.
     """
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
@@ -49,7 +49,7 @@ def shape_sources(film, per_gain, nodes, faces, first, block, columns):
 
 @kernel
 def motion_sources(film, nodes, faces, first, columns):
-    """−∂R/∂(x, y, a, b) and −∂R/∂(vx, vy, va, vb), all over the clearance, into ``columns`` (n_phi n_z, 8)."""
+    """Compute −∂R/∂(x, y, a, b) and −∂R/∂(vx, vy, va, vb), all over the clearance, in ``columns`` (n_phi n_z, 8)."""
     n_phi = int(film.constants[at.N_PHI])
     n_z = int(film.constants[at.N_Z])
     lines = n_z + 2
@@ -74,7 +74,7 @@ def motion_sources(film, nodes, faces, first, columns):
             before = nodes[at.BEFORE, q]
             out = flux[i * n_z + j]
             into = flux[up * n_z + j]
-            # A displacement closes the film: the shapes of x, y, a, b are −cos φ, −sin φ, −ζ cos φ, −ζ sin φ.
+            # A displacement closes the film, so the shapes of x, y, a, b are −cos φ, −sin φ, −ζ cos φ, −ζ sin φ.
             sides = own + after + before
             tilted = own * zeta + after * film.lines[j + 2, at.ZETA] + before * film.lines[j, at.ZETA]
             by_x = out * film.trig[i, at.FACE_COS] - into * film.trig[up, at.FACE_COS]

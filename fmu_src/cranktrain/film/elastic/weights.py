@@ -1,4 +1,4 @@
-r"""Weights of film pressure across the bore: its integral along ζ from the pressures on the axial lines.
+r"""Weights that integrate the film pressure along ζ from the pressures on the axial lines.
 
 At a closing edge the pressure is not a polynomial of ζ, because it falls where the film is thin. The flow across the
 bore is smooth there. Between two lines, with t from 0 to 1, spacing d, a film of height H linear in t and the flow
@@ -9,11 +9,11 @@ the integral of the pressure is exactly
 
     ∫ p dζ = d (H p + H′ p′)/(H + H′) + d³ q′ C/G,      G = 2 H² H′²/(H + H′),
 
-C the variance of t under the weight 1/H³, here by two Gauss points, ⅓ (H₊ H₋)³/(H₊³ + H₋³)². The pressure of the wider
+with the variance C of t under the weight 1/H³, by two Gauss points ⅓ (H₊ H₋)³/(H₊³ + H₋³)². The pressure of the wider
 end has the larger weight, because most of the pressure drop lies at the narrow end. q′ is the difference of the flows G
 Δp/d of the spacings before and after, over the distance of their middles. At an end of the bore and at a supply, where
-the flow jumps, it is taken from the spacing itself and one neighbour. With H = H′ these are weights of second order
-with the term of the curvature.
+the flow jumps, q′ is taken from the spacing itself and one neighbour. For H = H′ the weights are those of the
+trapezoidal rule with a curvature term.
 
 At a closed edge the heights of neighbouring lines differ by factors of ten and more, and the term of q′ would give
 large weights of both signs. The term is therefore bounded: no line loses more than half of its part of the two spacings
@@ -33,14 +33,14 @@ from cranktrain.film.elastic.grid import CHANGE, FILM, N_PHI, N_Z, ROUGHNESS, WE
 from cranktrain.film.elastic.height import node_films
 
 NEAR, FAR = 0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5
-"""Points of Gauss's rule of two."""
+"""Points of Gauss's two-point rule on [0, 1]."""
 
 
 @kernel
 def film_weights(film, place, shift, nodes):
-    """Weights of all nodes, both ends included, into ``nodes[WEIGHT]``, from the film at ``place`` (4,) and ``shift``.
+    """Compute the weights of all nodes and both ends, in ``nodes[WEIGHT]``, for a film at ``place`` (4,) and ``shift``.
 
-    Both over the clearance, see :func:`cranktrain.film.elastic.height.node_films`; FILM and CHANGE are overwritten.
+    Arguments are as in :func:`cranktrain.film.elastic.height.node_films`. Rows FILM and CHANGE are overwritten.
     """
     n_z = int(film.constants[N_Z])
     lines = n_z + 2
@@ -58,7 +58,7 @@ def film_weights(film, place, shift, nodes):
             over, _, _ = side_conductance(h[q], h[q + 1])
             conductance[q] = over / (film.lines[line + 1, ZETA] - film.lines[line, ZETA])
         for line in range(n_z + 1):
-            # The flow jumps at a supply: only neighbours on the same side of the supply give the change of the flow.
+            # The flow jumps at a supply, so its change is taken from neighbours on the same side of the supply.
             before = line > 0 and film.supply[i * n_z + line - 1] == 0.0
             after = line < n_z and film.supply[i * n_z + line] == 0.0
             _add_spacing(film, first, line, line - 1 if before else line, line + 1 if after else line, nodes)
@@ -66,7 +66,7 @@ def film_weights(film, place, shift, nodes):
 
 @inlined_kernel
 def _add_spacing(film, first, line, low, high, nodes):
-    """Add the weights of the spacing behind a line; q′ follows from the flows of the spacings ``low`` and ``high``."""
+    """Add the weights of the spacing after a line; q′ follows from the flows of the spacings ``low`` and ``high``."""
     h = nodes[FILM]
     weights = nodes[WEIGHT]
     conductance = nodes[CHANGE]
@@ -87,7 +87,7 @@ def _add_spacing(film, first, line, low, high, nodes):
     variance = near * far / (3.0 * (near + far) * (near + far))
     apart = film.lines[high, ZETA] + film.lines[high + 1, ZETA] - film.lines[low, ZETA] - film.lines[low + 1, ZETA]
     bend = 2.0 * length * length * variance / (conductance[q] * apart)
-    # Both flows have equal weights, so a uniform flow adds nothing; no line loses more than it has.
+    # Both flows have equal and opposite weights, so a uniform flow adds nothing. The bound keeps weights positive.
     bend = min(bend, 0.5 * _wedge_weight(film, h, first, high + 1) / conductance[first + high])
     bend = min(bend, 0.5 * _wedge_weight(film, h, first, low) / conductance[first + low])
     by_high = bend * conductance[first + high]
@@ -100,7 +100,7 @@ def _add_spacing(film, first, line, low, high, nodes):
 
 @inlined_kernel
 def _wedge_weight(film, h, first, line):
-    """Weight of a line without q′: its part of the spacings on both sides."""
+    """Return the weight of a line without the term of q′: its part of the spacings on both sides."""
     n_z = int(film.constants[N_Z])
     q = first + line
     weight = 0.0
