@@ -1,1 +1,1 @@
-"""Elastic films side by side in the lanes of vector registers."""
+"""Solution of several elastic films at once, one film in each lane of the vector registers."""

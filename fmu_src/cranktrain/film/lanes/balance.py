@@ -1,6 +1,6 @@
-"""Balance of oil of films in lanes: :func:`cranktrain.film.elastic.balance.oil_balance`, with masks for choices.
+"""Oil balance of films in lanes: :func:`cranktrain.film.elastic.balance.oil_balance` with masks instead of branches.
 
-The oil may thicken under pressure, but is not compressible.
+Viscosity may depend on pressure, but the oil is incompressible.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from cranktrain.film.lanes import grid as at
 
 @kernel
 def oil_balance(film, work, group, per_step):
-    """Minus the residual of every node as right-hand side 0, the band of ∂R/∂u, and the factors of ∂R/∂H."""
+    """Compute minus the residual of every node as right-hand side 0, the band of ∂R/∂u, and the factors of ∂R/∂H."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     around, across, _ = grid_factors(film.constants)
@@ -27,7 +27,7 @@ def oil_balance(film, work, group, per_step):
 
 @inlined_kernel
 def _face_flows(work, group, position, n_phi, n_z, around, thickens):
-    """Flow (1/s) from a column to the next, and its derivative by the distance of the surfaces at the faces."""
+    """Compute the flow (1/s) from a column to the next, and its derivative by the distance of the surfaces at faces."""
     nodes = work.nodes[group]
     faces = work.faces[group]
     forward = eight(work.lane, at.FORWARD)
@@ -50,7 +50,7 @@ def _face_flows(work, group, position, n_phi, n_z, around, thickens):
 
 @inlined_kernel
 def _column(work, group, position, n_phi, n_z, factors, thickens):
-    """Residual, factors of ∂R/∂H and rows of the band of one column."""
+    """Compute the residual, the factors of ∂R/∂H and the band rows of one column."""
     around, across, per_step = factors
     nodes = work.nodes[group]
     faces = work.faces[group]
@@ -94,7 +94,7 @@ def _column(work, group, position, n_phi, n_z, factors, thickens):
         own = slope * (to_after * by_own + to_before * by_own_last)
         put_eight(nodes, (at.AFTER, q), free * (to_after * by_next * eight(nodes, (at.SLOPE, q + 1))))
         put_eight(nodes, (at.BEFORE, q), free * (to_before * by_last * eight(nodes, (at.SLOPE, q - 1))))
-        # Oil stored in a node; the form depends on the node's state at the step's start.
+        # Growth of the oil stored in a node, whose form depends on the node's state at the step's start.
         void = eight(nodes, (at.VOID, q))
         was_void = eight(nodes, (at.WAS_VOID, q))
         was_full = one_ - was_void
@@ -147,7 +147,7 @@ def _column(work, group, position, n_phi, n_z, factors, thickens):
 
 @kernel
 def take_sides(film, work, group, unknowns, own):
-    """Pressure and void fraction of every node from unknowns (b, N n) of the films ``own`` (8,), unless resident."""
+    """Compute pressure and void fraction of nodes from unknowns (b, N n) of films ``own`` (8,), unless resident."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2

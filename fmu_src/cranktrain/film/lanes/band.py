@@ -1,7 +1,7 @@
-"""Band LU of eight matrices in lanes, without pivoting, and its solutions for eight right-hand sides each.
+"""Band LU factorisation of eight matrices in lanes, without pivoting, for eight right-hand sides each.
 
-Each lane does what :mod:`cranktrain.film.elastic.band_blocks` does for one matrix; what is zero in all lanes is left
-out, which changes no digit of a lane.
+Each lane computes the same as :mod:`cranktrain.film.elastic.band_blocks` for one matrix. Entries that are zero in all
+lanes are skipped, which does not change the result of any lane.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.core.singles import all_eight, any_lane, choose, eight, minus_product, put_eight
 
 DEAD = 1.0e-25
-"""Solutions below this are zero: they have fallen by far more than a single resolves."""
+"""Magnitude below which solutions are set to zero, far below the resolution of single precision."""
 
 
 @kernel
 def factor_lanes(a, n, width, lane, failed):
-    """Factor in place; diagonals become their inverses. ``lane[failed]`` becomes 1 where a pivot is not positive."""
+    """Factor in place; diagonals are replaced by inverses. ``lane[failed]`` is set to 1 if a pivot is not positive."""
     bad = eight(lane, failed)
     for j in range(n):
         pivot = eight(a, (j, width))
@@ -37,7 +37,7 @@ def factor_lanes(a, n, width, lane, failed):
 
 @kernel
 def solve_lanes(a, n, width, b):
-    """Solve with these factors for eight right-hand sides ``b`` (n, 8 × 8) in place; the nearest rows last."""
+    """Solve with the factors of :func:`factor_lanes` for eight right-hand sides ``b`` (n, 8 × 8), in place."""
     for j in range(n):
         _row(a, b, j, width, (-min(j, width), 0, 1), all_eight(1.0))
     for j in range(n - 1, -1, -1):
@@ -46,7 +46,7 @@ def solve_lanes(a, n, width, b):
 
 @inlined_kernel
 def _row(a, b, j, width, others, inverse):
-    """Subtract what rows at the distances ``others`` contribute to row j, and multiply by the inverse pivot."""
+    """Subtract the contributions of rows at the distances ``others`` from row j, and multiply by the inverse pivot."""
     first, end, step = others
     b0 = eight(b, (j, 0))
     b1 = eight(b, (j, 1))
@@ -86,7 +86,7 @@ def _row(a, b, j, width, others, inverse):
 
 @kernel
 def _put(b, j, row):
-    """Write eight right-hand sides of a row."""
+    """Write the eight right-hand sides of a row."""
     b0, b1, b2, b3, b4, b5, b6, b7 = row
     put_eight(b, (j, 0), _flushed(b0))
     put_eight(b, (j, 1), _flushed(b1))
@@ -100,5 +100,5 @@ def _put(b, j, row):
 
 @inlined_kernel
 def _flushed(value):
-    """Zero in place of what has died away: processors are slow with numbers next to the least."""
+    """Replace values below ``DEAD`` by zero, because processors are slow with denormal numbers."""
     return choose((value > DEAD) | (value < -DEAD), value, all_eight(0.0))

@@ -1,4 +1,4 @@
-"""Begin a step and a solution of films in lanes: cuts of the rings, gaps at the start, oil in voids, weights."""
+"""Preparation of a step and of a solution of films in lanes: ring cuts, gaps, oil in voids, pressure weights."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from cranktrain.film.lanes import grid as at
 from cranktrain.film.lanes.gaps import mean_gap
 
 FEWEST = 3
-"""Ruptured columns in a row in which a ring is cut."""
+"""Least number of adjacent ruptured columns for a cut of the ring between them."""
 
 
 @kernel
 def choose_cut(film, start):
-    """Column with which the ring of a film begins whose unknowns at the step's start are ``start`` (N n,).
+    """Return the column at which the ring of a film is cut; ``start`` (N n,) are the unknowns at the step's start.
 
-    It is the second one of the longest run of ruptured columns: hardly anything passes between it and the first. Where
-    there is no such run, the ring is cut before the column with the least pressure. The matrix leaves out what passes
-    the cut; the balance does not.
+    The cut lies before the second column of the longest run of ruptured columns, where hardly any oil flows. Without
+    such a run, the ring is cut before the column of least pressure. The matrix neglects the flow through the cut; the
+    balance includes it.
     """
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
@@ -55,7 +55,7 @@ def choose_cut(film, start):
 
 @kernel
 def turn_geometry(film, work, group, lane, cut):
-    """Copy the geometry into a lane, whose columns begin at ``cut``."""
+    """Copy the geometry to a lane, with columns counted from ``cut``."""
     marks = work.marks[group]
     if marks[lane, at.CUT] == cut:
         return
@@ -82,7 +82,7 @@ def turn_geometry(film, work, group, lane, cut):
 
 @kernel
 def lane_units(film, work, lane, viscosity, row):
-    """Tell a lane its oil."""
+    """Set the oil of a lane: viscosity (Pa s), row of the oil table, and units that depend on viscosity."""
     constants = film.constants
     constants[one.VISCOSITY] = viscosity
     unit = pressure_unit(constants)
@@ -95,7 +95,7 @@ def lane_units(film, work, lane, viscosity, row):
 
 @kernel
 def lane_motion(film, work, lane, motion, speed, film_past):
-    """Tell a lane its journal's motion (2, 4), its speed, and place and shapes of the past: at the start, Δ, now."""
+    """Set the motion (2, 4) and speed of a lane's journal; ``film_past`` is start position, start shapes, Δ, shapes."""
     constants = film.constants
     start_place, start_shapes, known, shapes = film_past
     per_clearance = 1.0 / constants[one.CLEARANCE]
@@ -119,9 +119,9 @@ def lane_motion(film, work, lane, motion, speed, film_past):
 
 @kernel
 def prepare_step(film, work, group, starts, own):
-    """Gaps, oil in voids, weights and limited transport at the start of a step; ``starts`` (b, N n) are unknowns then.
+    """Compute gaps, oil in voids, weights and limited transport at the step's start from unknowns ``starts`` (b, N n).
 
-    ``own`` (8,) numbers of the films in the lanes.
+    ``own`` (8,) holds the numbers of the films in the lanes.
     """
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
@@ -164,7 +164,7 @@ def prepare_step(film, work, group, starts, own):
 
 @kernel
 def prepare_stage(film, work, group, content, own):
-    """What nodes hold by the stages before, and limited transport; ``content`` (b, CONTENT, N n) of films ``own``."""
+    """Set the oil of nodes and the limited transport of a stage from ``content`` (b, CONTENT, N n) of films ``own``."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
@@ -188,7 +188,7 @@ def prepare_stage(film, work, group, content, own):
 
 @kernel
 def _start_gaps(film, work, group):
-    """Distances of the surfaces at the start of the step, at nodes and faces, summed in doubles."""
+    """Compute the distances of the surfaces at the step's start, at nodes and faces, in double precision."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
@@ -204,7 +204,7 @@ def _start_gaps(film, work, group):
 
 @inlined_kernel
 def _start_gap(film, work, group, position, cos, line, q, to, out):
-    """Distance of the surfaces at one point of all lanes into entry ``to`` of ``out``; cosines: column ``cos``."""
+    """Compute the distance of the surfaces at a point of all lanes, in entry ``to`` of ``out``; ``cos``: its column."""
     wide = work.wide
     trig = work.trig[group, position]
     shapes = work.shapes[group, q]
@@ -222,9 +222,9 @@ def _start_gap(film, work, group, position, cos, line, q, to, out):
 
 @inlined_kernel
 def _limited_transport(work, group, position, n_phi, n_z):
-    """Content of faces that upwinding loses, limited (monotonised central), for the sense of the lane's speed.
+    """Compute the second-order correction of face contents, with monotonised central limiter, by the sense of speed.
 
-    Voids are read from row NEXT, gaps from row PRESSING.
+    Row NEXT holds the voids, row PRESSING the gaps.
     """
     lines = n_z + 2
     nodes = work.nodes[group]
@@ -253,7 +253,7 @@ def _limited_transport(work, group, position, n_phi, n_z):
 
 @inlined_kernel
 def _weights(work, group, position, n_z):
-    """Weights of one column's pressures along ζ: :mod:`cranktrain.film.elastic.weights`, lane by lane."""
+    """Compute the weights of one column's pressures along ζ, as :mod:`cranktrain.film.elastic.weights`."""
     nodes = work.nodes[group]
     lines = work.lines
     first = position * (n_z + 2)
@@ -262,7 +262,7 @@ def _weights(work, group, position, n_z):
     for line in range(n_z + 2):
         put_eight(nodes, (at.WEIGHT, first + line), none)
         put_eight(nodes, (at.CHANGE, first + line), none)
-        # Parts of both spacings, of which no line loses more than half.
+        # Weight of each line without the term of q′; a line loses at most half of this weight.
         h = eight(nodes, (at.OPEN, first + line))
         part = none
         if line > 0:
@@ -276,7 +276,7 @@ def _weights(work, group, position, n_z):
         put_eight(nodes, (at.AFTER, first + line), part)
         put_eight(nodes, (at.WEIGHT, first + line), part)
     for line in range(n_z + 1):
-        # The flow jumps at a supply; lanes differ in where that is.
+        # The flow jumps at a supply, whose position differs between lanes.
         f = position * n_z + line
         before = none
         after = none
@@ -289,7 +289,7 @@ def _weights(work, group, position, n_z):
 
 @inlined_kernel
 def _bend(work, group, first, line, before, after, n_z):
-    """Term of the change of flow q′ of the spacing behind a line; 1 where its neighbours before and after count."""
+    """Add the term of q′ of the spacing after a line; ``before``, ``after`` are 1 if that neighbour spacing counts."""
     nodes = work.nodes[group]
     lines = work.lines
     none = all_eight(0.0)
@@ -322,7 +322,7 @@ def _bend(work, group, first, line, before, after, n_z):
     bend = choose(counts, bend, none)
     by_high = bend * high_over
     by_low = bend * low_over
-    # weights[high] += by_high, weights[high + 1] -= by_high, weights[low] -= by_low, weights[low + 1] += by_low
+    # In a single film: weights[high] += by_high, weights[high + 1] -= by_high, and the opposite with low.
     after_high = choose(after > 0.0, by_high, none)
     here_high = by_high - after_high
     before_low = choose(before > 0.0, by_low, none)
@@ -343,7 +343,7 @@ def _add(nodes, q, value):
 
 @kernel
 def begin_solution(film, work, group, per_step, per_gain):
-    """Gaps at the present place and shapes, their rates of growth, and transport that upwinding loses."""
+    """Compute gaps at the present position and shapes, their growth rates, and the transport correction."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
@@ -366,7 +366,7 @@ def begin_solution(film, work, group, per_step, per_gain):
 
 @inlined_kernel
 def _node_gaps(work, group, n_phi, lines, count):
-    """Gaps and their rates of growth at nodes, from the moves and rates of this solution."""
+    """Compute gaps at nodes and their growth rates from displacements and rates since the step's start."""
     nodes = work.nodes[group]
     shapes = work.shapes[group]
     lane = work.lane
@@ -400,7 +400,7 @@ def _node_gaps(work, group, n_phi, lines, count):
 
 @inlined_kernel
 def _face_gaps(work, group, n_phi, n_z, count):
-    """Gaps at faces, and the transport that upwinding loses there."""
+    """Compute gaps at faces and the transport correction of faces."""
     faces = work.faces[group]
     shapes = work.shapes[group]
     lane = work.lane

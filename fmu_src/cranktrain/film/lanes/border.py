@@ -1,7 +1,7 @@
-"""Bore shapes and journal's motion as sources and loads of films in lanes: :mod:`cranktrain.film.elastic.border`.
+"""Sources and loads by bore shapes and journal motion of films in lanes, as :mod:`cranktrain.film.elastic.border`.
 
-Generalised forces are numbered as there: 0..3 those of x, y, a, b (−cos φ, −sin φ, −ζ cos φ, −ζ sin φ), then those of
-the bore's shapes.
+Generalised forces have the same numbers: 0..3 for x, y, a, b (−cos φ, −sin φ, −ζ cos φ, −ζ sin φ), then the shapes of
+the bore.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from cranktrain.film.lanes import grid as at
 
 @kernel
 def shape_sources(film, work, group, per_gain):
-    """−∂R/∂δ of every shape as right-hand sides 1 to 7."""
+    """Compute −∂R/∂δ of every shape as right-hand sides 1 to 7."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
@@ -54,7 +54,7 @@ def shape_sources(film, work, group, per_gain):
 
 @kernel
 def motion_sources(film, work, group):
-    """−∂R/∂(x, y, a, b) and −∂R/∂(vx, vy, va, vb), all over the clearance, as right-hand sides 0 to 7."""
+    """Compute −∂R/∂(x, y, a, b) and −∂R/∂(vx, vy, va, vb), all over the clearance, as right-hand sides 0 to 7."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
@@ -94,7 +94,7 @@ def motion_sources(film, work, group):
 
 @kernel
 def solution_loads(film, work, group, to):
-    """Generalised forces ∫ S p dA / (p₀ A₀) of the solutions ``to`` … ``to`` + 7 into ``loads``."""
+    """Compute the generalised forces ∫ S p dA / (p₀ A₀) of solutions ``to`` … ``to`` + 7, in ``loads``."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     for m in range(work.loads.shape[0]):
@@ -118,7 +118,7 @@ def solution_loads(film, work, group, to):
 
 @inlined_kernel
 def _motion_loads(work, group, position, n_z, half, to):
-    """Loads of x, y, a, b of one column's nodes, of four solutions."""
+    """Add the loads on x, y, a, b of one column's nodes for four solutions."""
     nodes = work.nodes[group]
     columns = work.columns
     m0 = all_eight(0.0)
@@ -155,7 +155,7 @@ def _motion_loads(work, group, position, n_z, half, to):
 
 @inlined_kernel
 def _subtract_four(loads, m, r, share, values):
-    """Subtract a share of four values from the loads m of the solutions r to r + 3."""
+    """Subtract ``share`` times four values from load m of the solutions r to r + 3."""
     v0, v1, v2, v3 = values
     put_eight(loads, (m, r), minus_product(eight(loads, (m, r)), share, v0))
     put_eight(loads, (m, r + 1), minus_product(eight(loads, (m, r + 1)), share, v1))
@@ -165,7 +165,7 @@ def _subtract_four(loads, m, r, share, values):
 
 @inlined_kernel
 def _two_shapes(work, group, position, n_z, half, to, m):
-    """Loads of the shapes m and m + 1 of one column's nodes, of four solutions."""
+    """Add the loads on shapes m and m + 1 of one column's nodes for four solutions."""
     nodes = work.nodes[group]
     shapes = work.shapes[group]
     columns = work.columns
@@ -202,7 +202,7 @@ def _two_shapes(work, group, position, n_z, half, to, m):
 
 @inlined_kernel
 def _one_shape(work, group, position, n_z, half, to, m):
-    """Loads of the last shape."""
+    """Add the loads on the last shape m of one column's nodes for four solutions."""
     a0 = all_eight(0.0)
     a1 = a0
     a2 = a0
@@ -220,9 +220,9 @@ def _one_shape(work, group, position, n_z, half, to, m):
 
 @kernel
 def present_loads(film, work, group, newton):
-    """Generalised forces of film and contact over p₀ A₀ into ``sums``, and their derivatives into ``touching``.
+    """Compute generalised forces of film and contact over p₀ A₀, in ``sums``, and their derivatives, in ``touching``.
 
-    With ``newton`` the pressure counts with what right-hand side 0, still a change at fixed shapes, adds to it.
+    If ``newton``, the pressure includes right-hand side 0, the Newton change at fixed shapes.
     """
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
@@ -279,7 +279,7 @@ def present_loads(film, work, group, newton):
 
 @inlined_kernel
 def _touching(work, group, q, stiff, cos, sin, zeta):
-    """Add what a node's stiffness at fixed film pressure gives to the derivatives of the loads, upper triangle."""
+    """Add the stiffness of a node at fixed film pressure to the upper triangle of the derivatives of the loads."""
     shapes = work.shapes[group]
     for m in range(11):
         s = stiff * _value(shapes, q, cos, sin, zeta, m)
@@ -290,7 +290,7 @@ def _touching(work, group, q, stiff, cos, sin, zeta):
 
 @inlined_kernel
 def _value(shapes, q, cos, sin, zeta, m):
-    """Generalised shape m at a node."""
+    """Return the generalised shape m at a node."""
     if m >= 4:
         return eight(shapes, (q, m - 4))
     value = all_eight(0.0) - (cos if m % 2 == 0 else sin)
@@ -299,9 +299,9 @@ def _value(shapes, q, cos, sin, zeta, m):
 
 @kernel
 def border_equations(film, work, right_sides, moving):
-    """Equations of the shapes after elimination of all nodes; right-hand sides from column 7 on.
+    """Assemble the equations of the shapes, with all nodes eliminated; right-hand sides start at column 7.
 
-    One side is the Newton step, to which ``sums`` belongs. Eight are those of the last sources, of which the first
+    One right-hand side is the Newton step with the loads ``sums``. Eight are the last sources, of which the first
     ``moving`` are by x, y, a, b.
     """
     n_shapes = int(film.constants[one.N_SHAPES])
@@ -338,7 +338,7 @@ def border_equations(film, work, right_sides, moving):
 
 @kernel
 def eliminate(film, work, right_sides):
-    """Gauss without pivoting on the border: 1 + C K with the stiffness K of film and contact. Marks lanes that fail."""
+    """Solve the border, 1 + C K with stiffness K of film and contact, by Gauss without pivoting; marks failed lanes."""
     n = int(film.constants[one.N_SHAPES])
     right = at.MOST_SHAPES
     a = work.border

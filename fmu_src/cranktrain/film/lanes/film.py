@@ -1,8 +1,8 @@
-"""Newton's method for eight elastic films at once: :func:`cranktrain.film.elastic.film.elastic_film` lane by lane.
+"""Newton's method of :func:`cranktrain.film.elastic.film.elastic_film` for eight elastic films in lanes.
 
-A lane that has converged keeps the state of its last matrix while others go on: what it does again gives the same
-digits. So a film's result does not depend on its neighbours. A film that does not converge here, and one whose oil is
-compressible, is left to the solver of single films.
+A converged lane keeps the state of its last matrix while other lanes iterate, so repeated computations give the same
+result. A film's result therefore does not depend on the other lanes. Films that do not converge in lanes, and films of
+compressible oil, are solved by the solver of single films.
 """
 
 from __future__ import annotations
@@ -36,22 +36,22 @@ from cranktrain.film.lanes.border import (
 from cranktrain.film.lanes.gaps import oil_state, open_gaps
 
 MOST_PASSES = 12
-"""Passes in which films in lanes converge, or never."""
+"""Limit of Newton iterations; a film in lanes that needs more usually does not converge at all."""
 TINY = 1.0e-20
 """Void fraction that marks a node that has just ruptured."""
 SWITCH = 1.0e-6
-"""Changes of sign below these are rounding of singles: of the void fraction, and of pressure over the largest."""
+"""Limit below which a change of sign is rounding, for the void fraction and for pressure over the largest."""
 JUDGE, TAKE = 0, 1
 LEAST_SIDE = 1.0e-5
-"""The least SIDE_LIMIT that singles meet."""
+"""Least SIDE_LIMIT that single precision can meet."""
 
 
 @kernel
 def solve_films(film, work, group, per_step, per_gain):
-    """Iterate to convergence; the last step of every lane is found, and not yet taken.
+    """Iterate to convergence; the last step of every lane is computed but not yet applied.
 
-    Lanes that are not wanted do not go on. ``work.status`` out: passes of each lane, 0 where it failed. Returns the
-    passes of all.
+    Only lanes in ``work.wanted`` iterate. ``work.status`` returns the iterations of each lane, 0 if it failed. Returns
+    the iterations of the group.
     """
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
@@ -82,7 +82,7 @@ def solve_films(film, work, group, per_step, per_gain):
 
 @kernel
 def _step(film, work, group, passes):
-    """Newton step of active lanes from the solutions; those that change by less than the limits end here."""
+    """Compute the Newton step of active lanes, and end lanes whose step is below the limits."""
     lane = work.lane
     present_loads(film, work, group, True)
     border_equations(film, work, 1, 0)
@@ -100,9 +100,9 @@ def _step(film, work, group, passes):
 
 @kernel
 def _reach(film, work, group):
-    """Fraction of the step that keeps each film open, into SHARE; the step becomes that fraction of itself.
+    """Compute the fraction of the step that keeps each film open, in SHARE, and multiply the step by this fraction.
 
-    Leaves the change of every node's gap, and its largest relative one in MOST.
+    Writes the change of the gap of every node to CHANGE, and the largest relative change to MOST.
     """
     n_shapes = int(film.constants[one.N_SHAPES])
     nodes = work.nodes[group]
@@ -137,7 +137,7 @@ def _reach(film, work, group):
 
 @kernel
 def _judge(film, work, group):
-    """Find the change of every unknown, and end lanes that change by less than the limits."""
+    """Compute the change of every unknown, and end lanes whose changes are below the limits."""
     lane = work.lane
     constants = film.constants
     none = all_eight(0.0)
@@ -159,7 +159,7 @@ def _judge(film, work, group):
 
 @kernel
 def _advance(film, work, group, mode):
-    """Changes of unknowns of active lanes: what they would be, judged, or taken."""
+    """Compute the changes of unknowns of active lanes (``mode`` JUDGE), or apply them (``mode`` TAKE)."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     nodes = work.nodes[group]
@@ -212,7 +212,7 @@ def _advance(film, work, group, mode):
 
 @kernel
 def _move_gaps(film, work, group, per_gain):
-    """Move the surfaces of active lanes by their step, at nodes and faces, and count it among the shapes."""
+    """Add the step of active lanes to the gaps at nodes and faces and to the shapes."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     n_shapes = int(film.constants[one.N_SHAPES])
@@ -238,7 +238,7 @@ def _move_gaps(film, work, group, per_gain):
 
 @kernel
 def take_last_step(film, work, group):
-    """Take the last step of the lanes that are done; it must come after the tangents, which are those before it."""
+    """Apply the last step of converged lanes, after the tangents, which belong to the state before this step."""
     n_shapes = int(film.constants[one.N_SHAPES])
     nodes = work.nodes[group]
     done = eight(work.lane, at.DONE)
@@ -259,7 +259,7 @@ def take_last_step(film, work, group):
 
 @kernel
 def film_tangents(film, work, group, outs, wanted, own):
-    """Derivatives of the four forces by position and velocity into ``outs`` (b, OUT_SIZE) of the ``wanted`` lanes."""
+    """Compute derivatives of the forces by position and velocity of ``wanted`` lanes, in ``outs`` (b, OUT_SIZE)."""
     motion_sources(film, work, group)
     _answer(film, work, group, 4)
     for c in range(at.LANES):
@@ -275,13 +275,13 @@ def film_tangents(film, work, group, outs, wanted, own):
 
 @inlined_kernel
 def _tangent_unit(film, work, c):
-    """p₀ A₀ of a lane over the clearance, N s/m."""
+    """Return p₀ A₀ of a lane over the clearance, N s/m."""
     return work.wide[8 * at.UNIT + c] * film_area(film.constants) / film.constants[one.CLEARANCE]
 
 
 @kernel
 def _answer(film, work, group, moving):
-    """Changes of the loads by the eight sources in ``columns``, shapes and all; the first ``moving`` by x, y, a, b."""
+    """Compute load changes by the eight sources in ``columns``, shapes included; the first ``moving`` by x, y, a, b."""
     n_z = int(film.constants[one.N_Z])
     solve_lanes(work.band, int(film.constants[one.N_PHI]) * n_z, n_z, work.columns)
     solution_loads(film, work, group, at.SIDES)
@@ -292,7 +292,7 @@ def _answer(film, work, group, moving):
 
 @kernel
 def _force_changes(film, work):
-    """Add to the forces' changes by the last sources, at fixed shapes, what the shapes' answer adds."""
+    """Add the contribution of the shapes to the force changes by the last sources at fixed shapes."""
     for m in range(4):
         for t in range(at.SIDES):
             total = eight(work.loads, (m, at.SIDES + t))

@@ -1,4 +1,4 @@
-"""Mean gaps of rough surfaces and their contact, lane by lane: :mod:`cranktrain.film.contact.gap` by a table."""
+"""Mean gaps and contact of rough surfaces in lanes, read from a table of :mod:`cranktrain.film.contact.gap`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cranktrain.film.lanes import grid as at
 
 @inlined_kernel
 def table_place(h, per_sigma):
-    """Place in the rows of the table over the gap, and how far below its first row that lies, in u."""
+    """Return the row position of a gap in the table, and its distance below the first row in u."""
     u = (h * per_sigma - at.LOWEST_U) * at.PER_U
     below = least_of(u, all_eight(0.0))
     return most_of(u, all_eight(0.0)), below * (1.0 / at.PER_U)
@@ -19,7 +19,7 @@ def table_place(h, per_sigma):
 
 @inlined_kernel
 def hermite(table, row, t, value, slope):
-    """Value and derivative (by rows) of a column with its slopes by u, between two rows, at t in [0, 1)."""
+    """Interpolate a column with its slopes by u between two rows, at t in [0, 1); returns value and slope per row."""
     a = looked_up(table, row, value)
     b = looked_up(table, row + 1.0, value)
     da = looked_up(table, row, slope) * (1.0 / at.PER_U)
@@ -33,7 +33,7 @@ def hermite(table, row, t, value, slope):
 
 @kernel
 def open_gaps(film, work, group, per_sigma, sigma):
-    """Mean gaps with two derivatives at nodes, with one at faces; contact pressure over p₀ and its slope."""
+    """Compute mean gaps with two derivatives at nodes and one at faces, and contact pressure over p₀ with its slope."""
     nodes = work.nodes[group]
     faces = work.faces[group]
     table = work.gaps
@@ -80,7 +80,7 @@ def open_gaps(film, work, group, per_sigma, sigma):
 
 @inlined_kernel
 def whole(place):
-    """Whole part of numbers ≥ 0 below 2²³: those above it have no other part."""
+    """Return the integer part of singles from 0 to 2²³; larger singles have no fractional part."""
     big = 8388608.0
     rounded = (place + big) - big
     return choose(rounded > place, rounded - 1.0, rounded)
@@ -88,7 +88,7 @@ def whole(place):
 
 @inlined_kernel
 def mean_gap(table, h, per_sigma, sigma):
-    """Mean gap at a distance ``h`` of the surfaces, and its derivative."""
+    """Return the mean gap at a distance ``h`` of the surfaces, and its derivative."""
     near = h < HIGHEST * sigma
     is_open = h
     slope = all_eight(1.0)
@@ -103,7 +103,7 @@ def mean_gap(table, h, per_sigma, sigma):
 
 @kernel
 def oil_state(film, work, group):
-    """Reduced pressure over p₀, mobility and thickening of nodes whose oil thickens under pressure."""
+    """Compute reduced pressure over p₀, mobility and viscosity increase of nodes if viscosity depends on pressure."""
     if film.constants[one.OIL_STEP] == 0.0:
         return
     nodes = work.nodes[group]

@@ -1,11 +1,11 @@
-"""Room for eight elastic films that are solved side by side, one in each lane, and tables that they share.
+"""Workspace of eight elastic films that are solved at once, one in each lane, and their common tables.
 
 The films are those of :mod:`cranktrain.film.elastic.grid` on one grid; they differ in their motion, their oil and their
-memory. Inside, all numbers are singles. Sums of forces, a film's memory and its motion stay doubles. The gap at the
-start of a step is summed in doubles, and what a step adds to it in singles, so that a thin film keeps its digits.
+memory. Internal numbers are singles. Sums of forces, a film's memory and its motion are doubles. The gap at the start
+of a step is computed in doubles and its change within the step in singles, so that a thin film keeps its accuracy.
 
-Every lane has its ring of columns cut where its own film is ruptured, and begins there: columns are counted from the
-cut, position 0, on, and the geometry of a lane is turned to it.
+The ring of columns of every lane is cut where its film is ruptured. Columns are counted from the cut (position 0), and
+the geometry of a lane is rotated accordingly.
 """
 
 from __future__ import annotations
@@ -26,78 +26,79 @@ Singles = NDArray[np.float32]
 
 LANES = 8
 SIDES = 8
-"""Right-hand sides that are solved together: the residual and the shapes, or the journal's places and velocities."""
+"""Number of right-hand sides solved together: residual and shapes, or positions and velocities of the journal."""
 MOST_SHAPES = SIDES - 1
 
-# Fields of nodes, ends included.
+# Fields of nodes, including those at the ends.
 FILM, OPEN, SLOPE, BEND, PRESSURE, VOID, FULL, MASS, WAS_VOID, WEIGHT, START = range(11)
-# Of MASS, what nodes held at the step's start.
+# Field of the oil at the step's start, the constant part of MASS.
 START_MASS = 24
 OWN, AFTER, BEFORE, SQUEEZE, GROWTH, CONTACT, CONTACT_SLOPE, CHANGE = range(11, 19)
 REDUCED, MOBILITY, THICKENING = 19, 20, 21
-# What the last Newton step changes a node's unknown by; weight or load of its pressure, for sums.
+# Change of a node's unknown by the last Newton step; load of its pressure, for sums.
 NEXT, PRESSING = 22, 23
 NODE_FIELDS = 25
-# Fields of faces between columns, behind the node of the same number.
+# Fields of faces between columns, after the node of the same number.
 FACE_FILM, FACE_OPEN, FACE_SLOPE, FACE_FLOW, FACE_FLUX, FACE_EXTRA, FACE_LIMITED, FACE_START = range(8)
 FACE_FIELDS = 8
 # Columns of LaneWork.trig.
 COS, SIN, FACE_COS, FACE_SIN = range(4)
-# Columns of LaneWork.lines: ζ, width of contact, 1/(Δζ w) towards the next and the last line.
+# Columns of LaneWork.lines: ζ, width of contact, 1/(Δζ w) towards the next and the previous line.
 ZETA, WIDTH, AFTER_SIDE, BEFORE_SIDE = range(4)
-# Rows of LaneWork.lane, singles: ½ω per angle forward and backward (1/s), pressure of the supply over p₀, p₀ of contact
-# (1/Pa), step of the oil's table, ½ω signed of the limited transport; velocity and displacement of the journal since
-# the step's start, over the clearance; fraction of the Newton step.
+# Rows of LaneWork.lane, singles: ½ω/Δφ forward and backward (1/s), supply pressure over p₀, 1/p₀ for contact (1/Pa),
+# pressure step of the oil table, signed rate of the limited transport (1/s), fraction of the Newton step, highest
+# pressure, changed sides, largest change; masks and largest gap change. MOVE and PACE begin the displacement of the
+# journal since the step's start and its velocity, STEP and RATE those of the shapes, all over the clearance.
 FORWARD, BACKWARD, SUPPLY, PER_UNIT, PER_OIL_STEP, EXTRA_RATE, SHARE, HIGHEST_PRESSURE, CHANGED, MOVED = range(10)
 ACTIVE, FAILED, MOST, DONE = 10, 11, 12, 13
 MOVE, PACE = 14, 18
 STEP = 22
 RATE = STEP + SIDES
 LANE_ROWS = RATE + SIDES
-# Rows of LaneWork.wide, doubles: the journal now, its velocity, at the step's start, the shapes now, at the step's
-# start, Δ of the stage; all over the clearance. Speeds, viscosities and p₀ follow.
+# Rows of LaneWork.wide, doubles: journal position, its velocity, position at the step's start; shapes, shapes at the
+# step's start, Δ of the stage; all over the clearance. Speed, viscosity, p₀ and row of the oil table follow.
 PLACE, VELOCITY, START_PLACE = 0, 4, 8
 SHIFT, START_SHIFT, KNOWN = 12, 20, 28
 SPEED, ETA, UNIT, OIL_ROW = 36, 37, 38, 39
 WIDE_ROWS = 40
-# Columns of a group's marks. A lane's unknowns are resident where ``nodes`` hold what its film was solved to last.
-# Films of too fine a tolerance are solved alone.
+# Columns of a group's marks. RESIDENT: ``nodes`` hold the last solution of the lane's film. ALONE: the film is solved
+# alone, because its tolerance is too fine for singles.
 CUT, PREPARED, SIGN, RESIDENT, STAGED, ALONE, MARKS = range(7)
 # Columns of the table over the gap: mean gap over σ with two derivatives by u = H/σ, contact pressure and its
-# derivative by u (Pa), share of the area in contact.
+# derivative by u (Pa), fraction of the area in contact.
 MEAN, MEAN_SLOPE, MEAN_BEND, PRESS, PRESS_SLOPE, AREA = range(6)
 LOWEST_U, PER_U = -20.0, 16.0
-"""First place of the table over u, and its rows per unit; chosen: singles' accuracy between rows."""
+"""First u of the table and rows per unit of u, chosen so that interpolation has the accuracy of singles."""
 
 
 class LaneWork(NamedTuple):
-    """Room of the films of g groups of eight; N columns of n lines between the ends, seven shapes at most.
+    """Workspace of g groups of eight films, with N columns of n lines between the ends and at most seven shapes.
 
-    The last axis of arrays in eights counts in eights: (…, m × 8).
+    The last axis of these arrays interleaves the eight lanes: (…, m × 8).
     """
 
-    trig: Any  # (g, N, 4 × 8) turned to each lane's cut
-    shapes: Any  # (g, N (n + 2) + N n, 7 × 8) at nodes, then at faces; turned likewise
-    supply: Any  # (g, N n × 8) 1 where a node is at supply pressure
-    lines: Any  # (n + 2, 4) shared
-    gaps: Any  # (m, 6) table over u
+    trig: Any  # (g, N, 4 × 8) cosines and sines, rotated to each lane's cut
+    shapes: Any  # (g, N (n + 2) + N n, 7 × 8) shapes at nodes, then at faces, rotated to each lane's cut
+    supply: Any  # (g, N n × 8) 1 for nodes at supply pressure
+    lines: Any  # (n + 2, 4) axial lines, common to all lanes
+    gaps: Any  # (m, 6) table of mean gap and contact over u
     marks: Array  # (g, 8, MARKS) of each lane
     nodes: Any  # (g, NODE_FIELDS, N (n + 2) × 8)
     faces: Any  # (g, FACE_FIELDS, N n × 8)
-    band: Any  # (N n, (2 n + 1) × 8) balance of the present group
-    columns: Any  # (N n, 8 × 8) right-hand sides and solutions: those of residual and shapes, then of the journal
-    loads: Any  # (11, 16 × 8) generalised forces of solutions: those of the shapes, then those of the last sources
+    band: Any  # (N n, (2 n + 1) × 8) matrix of the oil balance of the present group
+    columns: Any  # (N n, 8 × 8) right-hand sides and solutions, first of residual and shapes, then of the journal
+    loads: Any  # (11, 16 × 8) generalised forces of solutions, first of the shapes, then of the last sources
     touching: Any  # (11, 11 × 8) derivatives of the loads at fixed pressure
     border: Any  # (7, 15 × 8) equations of the shapes
-    lane: Any  # (LANE_ROWS × 8,)
-    wide: Array  # (WIDE_ROWS × 8,)
+    lane: Any  # (LANE_ROWS × 8,) values of each lane in singles
+    wide: Array  # (WIDE_ROWS × 8,) values of each lane in doubles
     sums: Array  # (16 × 8,) loads in doubles
     total: Array  # (8,) a sum in doubles
-    own: Array  # (8,) numbers of the lanes' films
-    asked: Array  # (8,) 1 for lanes whose films were asked for
-    wanted: Array  # (8,) the same, of those that converge
-    tangents: Array  # (8,) 1 where tangents are wanted too
-    status: Array  # (8,) passes of a lane, 0 where it failed; at last its status
+    own: Array  # (8,) numbers of the films in the lanes
+    asked: Array  # (8,) 1 for lanes that the caller requested
+    wanted: Array  # (8,) in: 1 for requested lanes; out: 1 for those that converged
+    tangents: Array  # (8,) 1 for lanes whose tangents are requested
+    status: Array  # (8,) iterations of a lane, 0 if it failed; finally its status
 
 
 def _singles(*shape: int) -> Singles:
@@ -105,17 +106,17 @@ def _singles(*shape: int) -> Singles:
 
 
 def _lanes(*shape: int) -> Singles:
-    """Eight singles for every entry."""
+    """Return an array of eight singles for every entry of ``shape``."""
     return _singles(*shape[:-1], LANES * shape[-1])
 
 
 def lane_groups(films: int) -> int:
-    """Groups of eight that hold so many films."""
+    """Return the number of groups of eight for ``films`` films."""
     return (films + LANES - 1) // LANES
 
 
 def lane_work(film: ElasticFilm, films: int) -> LaneWork:
-    """Room for so many films like ``film``."""
+    """Make the workspace of ``films`` films like ``film``."""
     n_phi, n_z = int(film.constants[one.N_PHI]), int(film.constants[one.N_Z])
     lines, size, groups = n_z + 2, n_phi * n_z, lane_groups(films)
     marks = np.zeros((groups, LANES, MARKS))
@@ -135,7 +136,7 @@ def lane_work(film: ElasticFilm, films: int) -> LaneWork:
 
 
 def gap_table(film: ElasticFilm) -> Singles:
-    """Mean gap and contact over u = H/σ, (m, 6), from the very functions that a single film calls."""
+    """Make the table of mean gap and contact over u = H/σ, (m, 6), with the functions of a single film."""
     table = np.zeros((round((HIGHEST - LOWEST_U) * PER_U) + 2, 6))
     fill_gaps(table, film.contact, film.contact_table)
     return table.astype(np.float32)
@@ -143,7 +144,7 @@ def gap_table(film: ElasticFilm) -> Singles:
 
 @kernel
 def fill_gaps(table, contact, contact_table):
-    """Fill ``table`` (m, 6) as :func:`gap_table` says; ``contact`` and ``contact_table`` are those of a film."""
+    """Fill the ``table`` (m, 6) of :func:`gap_table`; ``contact`` and ``contact_table`` are those of a film."""
     sigma = contact[SIGMA]
     for k in range(table.shape[0]):
         u = LOWEST_U + k / PER_U

@@ -1,4 +1,4 @@
-"""Solve a group of up to eight elastic films at a stage of a step, from and into their memories."""
+"""Solution of a group of up to eight elastic films at a stage of a step, including transfer from and to memory."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from cranktrain.film.lanes.film import film_tangents, solve_films, take_last_ste
 from cranktrain.film.lanes.result import film_figures, film_forces
 
 LEAST_MOBILITY = 1.0e-3
-"""Mobility of thickened oil below which a film is left to the solver of single films: at 0.04 tangents are met to
-2e-4, at 1e-7 they are not at all."""
+"""Mobility of oil below which a film is left to the solver of single films. Tangents of lanes have an error of 2e-4 at
+0.04 and are useless at 1e-7."""
 
 
 @kernel
 def solve_group(film, work, group, clock, memory):
-    """Solve the films of a group's lanes, told by ``lane_units`` and ``lane_motion``.
+    """Solve the films of a group's lanes, which ``lane_units`` and ``lane_motion`` have set up.
 
-    Lanes whose films are asked for are 1 in ``work.wanted``, those with tangents in ``work.tangents``. Afterwards
-    ``work.status`` holds CONVERGED or NOT_CONVERGED; of a film that did not converge nothing else is written. Returns
+    On entry ``work.wanted`` is 1 for requested lanes, ``work.tangents`` for lanes with tangents. On return
+    ``work.status`` holds CONVERGED or NOT_CONVERGED; nothing else is written for a film that did not converge. Returns
     the Newton iterations of the group.
 
     Parameters
     ----------
-    clock : time over which voids change, s; g of the stage's rule, s; 1 where figures for outputs are wanted
-    memory : unknowns at the step's start (b, N n); unknowns (b, N n), shapes (b, k, m), in: where to begin, out: the
-        solution; results (b, OUT_SIZE); content of the stage (b, CONTENT, N n),
-        or of no nodes: backward Euler from the start
+    clock : time over which voids change, s; g of the stage's rule, s; 1 if values for outputs are requested
+    memory : unknowns at the step's start (b, N n); unknowns (b, N n) and shapes (b, k), m, in: initial guess, out:
+        solution; results (b, OUT_SIZE); content of the stage (b, CONTENT, N n), or without nodes for backward Euler
+        from the step's start
     """
     elapsed, gain, figures = clock
     starts, unknowns, shapes, outs, content = memory
@@ -67,7 +67,7 @@ def solve_group(film, work, group, clock, memory):
 
 @kernel
 def _flows(film, work, group, c):
-    """Whether oil that thickens still flows: beyond that, singles do not tell one node's pressure from the next."""
+    """True if the oil is mobile enough at all nodes; otherwise singles cannot resolve pressures of adjacent nodes."""
     if film.constants[one.OIL_STEP] == 0.0:
         return True
     nodes = work.nodes[group]
@@ -79,7 +79,7 @@ def _flows(film, work, group, c):
 
 @kernel
 def _write(film, work, group, unknowns, shapes, outs, whole):
-    """Shapes of the lanes' films and, of the ``whole`` films, unknowns; nothing is more than full."""
+    """Write the shapes of converged films and, if ``whole``, the unknowns, with void fractions limited to 1."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2

@@ -1,4 +1,4 @@
-"""Forces of films in lanes and, where asked for, their other figures: :mod:`cranktrain.film.elastic.result`."""
+"""Forces and, on request, other outputs of films in lanes, as :mod:`cranktrain.film.elastic.result`."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from cranktrain.film.elastic.result import vertex, wedge_integrals
 from cranktrain.film.lanes import grid as at
 from cranktrain.film.lanes.gaps import hermite, table_place, whole
 
-# Rows of LaneWork.sums beyond the four forces.
+# Rows of LaneWork.sums after the four forces.
 SHEARED, WEDGE, RUBBING, CONTACT_LOAD, FILM_LOAD, HELD, ROOM, SIDE, FED = range(4, 13)
 
 
 @kernel
 def film_forces(film, work, group, outs, wanted, own):
-    """Forces and friction torque of the ``wanted`` lanes into ``outs`` (b, OUT_SIZE); ``own`` (8,) their films."""
+    """Compute forces and friction torque of ``wanted`` lanes, in ``outs`` (b, OUT_SIZE); ``own`` (8,): their films."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     for m in range(16):
@@ -56,7 +56,7 @@ def film_forces(film, work, group, outs, wanted, own):
 
 @inlined_kernel
 def _column_sums(work, group, position, n_phi, n_z, thickens):
-    """Loads, shear and wedge of one column."""
+    """Add the loads, shear and wedge term of one column to the sums."""
     nodes = work.nodes[group]
     lines = n_z + 2
     none = all_eight(0.0)
@@ -97,7 +97,7 @@ def _column_sums(work, group, position, n_phi, n_z, thickens):
 
 @inlined_kernel
 def _column_contact(film, work, group, position, n_z, sigma):
-    """Contact load and boundary friction of one column."""
+    """Add the contact load and boundary friction of one column to the sums."""
     nodes = work.nodes[group]
     none = all_eight(0.0)
     load = none
@@ -123,7 +123,7 @@ def _column_contact(film, work, group, position, n_z, sigma):
 
 @kernel
 def film_figures(film, work, group, outs, wanted, own):
-    """Extremes, flows and contents of the ``wanted`` lanes into ``outs`` (b, OUT_SIZE), after :func:`film_forces`."""
+    """Compute extremes, flows, contents of ``wanted`` lanes, in ``outs`` (b, OUT_SIZE), after :func:`film_forces`."""
     n_phi = int(film.constants[one.N_PHI])
     n_z = int(film.constants[one.N_Z])
     lines = n_z + 2
@@ -173,7 +173,7 @@ def film_figures(film, work, group, outs, wanted, own):
 
 @inlined_kernel
 def _column_flows(film, work, group, position, n_phi, n_z):
-    """Oil and room of one column, and its flows out of both ends and out of the supply."""
+    """Add the oil and gap volume of one column, and its flows out of both ends and of the supply, to the sums."""
     _, across, _ = grid_factors(film.constants)
     nodes = work.nodes[group]
     lines = n_z + 2
@@ -206,7 +206,7 @@ def _column_flows(film, work, group, position, n_phi, n_z):
 
 @inlined_kernel
 def _outflow(film, work, group, position, line, n_phi, n_z, potential):
-    """Oil from a supply node to its neighbours and to its own growing film, over the node's area (1/s)."""
+    """Return the oil from a supply node to its neighbours and to its own growing film, over the node's area (1/s)."""
     around, across, _ = grid_factors(film.constants)
     nodes = work.nodes[group]
     faces = work.faces[group]
@@ -239,7 +239,7 @@ def _outflow(film, work, group, position, line, n_phi, n_z, potential):
 
 @kernel
 def _extreme(film, nodes, field, q, c):
-    """Value, angle behind the cut and ζ of the extreme of a field near its extreme node, by parabolas both ways."""
+    """Return value, angle from the cut and ζ of the extreme of a field near its extreme node, by two parabolas."""
     n_phi = int(film.constants[one.N_PHI])
     lines = int(film.constants[one.N_Z]) + 2
     i = q // lines
@@ -263,7 +263,7 @@ def _extreme(film, nodes, field, q, c):
 
 @kernel
 def _crest(film, work, group, q, c):
-    """How far pressure rises between the highest node and its axial neighbours, see the single film's result."""
+    """Return the rise of pressure above the highest node towards its axial neighbours, as for a single film."""
     lines = int(film.constants[one.N_Z]) + 2
     nodes = work.nodes[group]
     i = q // lines
@@ -300,7 +300,7 @@ def _crest(film, work, group, q, c):
 
 @kernel
 def _flow_across(film, nodes, i, line, c):
-    """Flow G Δp/d from a line of column ``i`` to the next."""
+    """Return the axial flow G Δp/d from a line of column ``i`` to the next line."""
     q = i * (int(film.constants[one.N_Z]) + 2) + line
     h = float(nodes[at.OPEN, 8 * q + c])
     beside = float(nodes[at.OPEN, 8 * (q + 1) + c])

@@ -1,1 +1,1 @@
-"""Bearings under a steady load: equilibrium, stiffness and damping, heat balance."""
+"""Plain bearings under a steady load: equilibrium, stiffness and damping, heat balance."""

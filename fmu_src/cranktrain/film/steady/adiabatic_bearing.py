@@ -1,8 +1,8 @@
-"""A steady bearing whose oil warms along the film: equilibrium, viscosity over the angle and temperature together.
+"""Steady bearing whose oil warms along the film, with equilibrium, viscosity and temperature solved together.
 
-The viscosity of each angle is that of the oil's temperature there, one value over gap and width
-(:mod:`cranktrain.film.steady.adiabatic_film`). Film, equilibrium and temperature are solved in turns until no
-temperature changes by more than ``SETTLED``. Stiffness and damping are those at this temperature field.
+The viscosity at each angle follows from the oil temperature at this angle, uniform over gap and width
+(:mod:`cranktrain.film.steady.adiabatic_film`). Film, equilibrium and temperature are solved alternately until no
+temperature changes by more than ``SETTLED``. Stiffness and damping are those for a fixed temperature field.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from cranktrain.film.steady.bearing import Journal, SteadyState
 from cranktrain.film.steady.mixed_bearing import MixedBearing
 
 SETTLED = 0.01
-"""Change of the temperatures, K, below which they have settled."""
+"""Tolerance of the temperatures, K."""
 TURNS = 60
 RELAXATION = 0.7
-"""Fraction of the change that a turn makes."""
+"""Relaxation factor of the temperature change in each iteration."""
 
 
 @dataclass(frozen=True)
 class AdiabaticBearing:
-    """A bearing with its film's temperatures.
+    """Equilibrium of a bearing with the temperatures of its film.
 
     Attributes
     ----------
     state : the equilibrium
-    angle, temperature : (n,) angle from the load in the sense of rotation, rad, rising, and temperature there, K
-    mixed : temperature behind the supply, K, the first one where there are several
+    angle, temperature : (n,) increasing angle from the load in the sense of rotation, rad, and temperature, K
+    mixed : temperature after the supply, K (after the first of several supplies)
     outlet : mean temperature of the oil that leaves at the ends, K
-    heat : what the oil takes, W
+    heat : heat that the oil takes up, W
     """
 
     state: SteadyState
@@ -49,7 +49,7 @@ class AdiabaticBearing:
 
 
 class _Field:
-    """Viscosity over the angle, as a factor of that at the supply's temperature."""
+    """Viscosity over the angle, as a factor of the viscosity at supply temperature."""
 
     def __init__(self, oil: Oil, supply: float, angle: Array, temperature: Array) -> None:
         ratio = [viscosity(oil, float(one)) / viscosity(oil, supply) for one in temperature]
@@ -61,7 +61,7 @@ class _Field:
         return np.interp(angle, self.angle, self.ratio, period=2.0 * math.pi)
 
     def at(self, angle: Array) -> Array:
-        """Temperature at angles, K."""
+        """Return the temperature at angles, K."""
         return np.interp(angle, self.angle, self.temperature, period=2.0 * math.pi)
 
 
@@ -74,23 +74,23 @@ def adiabatic_bearing(
     place: tuple[float, float] = (0.0, 0.0),
     carried: float = 1.0,
 ) -> AdiabaticBearing:
-    """Bearing whose oil takes the fraction ``oil.heat_share`` of its friction along the film.
+    """Solve a bearing whose oil takes up the fraction ``oil.heat_share`` of the friction along the film.
 
     Parameters
     ----------
     oil : viscosity law, density, heat capacity, and the fraction of the friction that stays in the oil (1: adiabatic)
-    supply : temperature of the oil supplied, K
-    bearing : conserving oil, with a supply
-    journal : its viscosity is replaced by that at the supply's temperature
-    load, place : as of :meth:`MixedBearing.state`
-    carried : fraction of the hot oil that passes a supply with the journal
+    supply : temperature of the supplied oil, K
+    bearing : bearing with mass-conserving cavitation and a supply
+    journal : journal, whose viscosity is replaced by that at supply temperature
+    load, place : as for :meth:`MixedBearing.state`
+    carried : fraction of the hot oil that the journal carries past a supply
 
     Raises
     ------
     InputError
-        a film that does not conserve oil, a fraction outside [0, 1]
+        if the film does not conserve oil, or a fraction lies outside [0, 1]
     SolverError
-        no equilibrium, or temperatures that do not settle
+        if there is no equilibrium, or temperatures do not converge
     """
     around = bearing.around
     if around.cavitation != "mass-conserving":

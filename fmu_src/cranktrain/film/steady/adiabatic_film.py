@@ -1,23 +1,23 @@
-r"""Temperature along the film of a steady bearing whose friction heats its oil: one value over gap and width.
+r"""Temperature along the film of a steady bearing whose friction heats the oil, uniform over gap and width.
 
-The flow Q(φ) of the whole width carries heat from row to row; what leaves at the ends leaves as warm as it is there:
+The flow Q(φ) of the whole width carries heat from row to row. Oil leaves the ends at the temperature of its row:
 
     ρ c_p Q dT/dx = λ Φ(x),
     Φ = ∫ [θ η U²/h + h³/(12 η) |∇p|²] dz + friction of asperities
 
-θ is the fill: in the ruptured part the oil runs in streaks, which are sheared as they are. With λ = 1 nothing passes
-into journal and bore, the adiabatic film; less leaves them their fraction at each place. At a supply the oil that comes
-round mixes with fresh oil,
+θ is the fill; in the ruptured part the oil flows in streaks, so shear is proportional to θ. λ = 1 is the adiabatic
+film; for λ < 1 the fraction 1 − λ of the local heat goes to journal and bore. At a supply the returning oil mixes with
+fresh oil,
 
     T = (m Q_r T_r + (Q − m Q_r) T_s)/Q,
 
-Q the flow behind the supply and Q_r that before it (at most Q). All the hot oil is carried over for m = 1; at m = 0 the
-groove exchanges it.
+with the flow Q after the supply and Q_r before it (at most Q). All the hot oil is carried over for m = 1; the groove
+replaces it for m = 0.
 
-The heat balance closes: ρ c_p Σ Q_side (T − T_s) + the heat of the oil that is exchanged = λ Σ Φ.
+The heat balance is exact: ρ c_p Σ Q_side (T − T_s) + heat of the exchanged oil = λ Σ Φ.
 
-Limits: without friction T = T_s. In a uniform gap c that nothing leaves, ∫ dT/η(T) = 2 U x/(ρ c_p c²), which for
-η = η₀ exp(−β (T − T₀)) is T − T₀ = ln(1 + 2 β η₀ U x/(ρ c_p c²))/β.
+Limits: without friction T = T_s. In a uniform gap c without side flow ∫ dT/η(T) = 2 U x/(ρ c_p c²), which for
+η = η₀ exp(−β (T − T₀)) gives T − T₀ = ln(1 + 2 β η₀ U x/(ρ c_p c²))/β.
 
 Sources: A. Cameron, The Principles of Lubrication (Longmans, 1966), adiabatic bearings; W. F. Cope, Proc. R. Soc. A 197
 (1949) 201.
@@ -36,20 +36,20 @@ from cranktrain.film.reynolds.field import FilmSolution
 from cranktrain.film.reynolds.volumes import node_faces, rectangle
 
 TURNS = 2000
-"""Most turns of the oil until its temperature repeats."""
+"""Limit of revolutions of the oil until its temperature is periodic."""
 SAME = 1.0e-9
-"""Change of a turn, K, from which on it does."""
+"""Change within a revolution, K, below which the temperature counts as periodic."""
 
 
 class Row(NamedTuple):
-    """A film by its rows at n angles: flow (n,) to the next row, m³/s, and heat (n,) of each row, W."""
+    """Rows of a film at n angles: flow (n,) to the next row, m³/s, and heat (n,) of each row, W."""
 
     flow: Array
     heat: Array
 
 
 class Warmth(NamedTuple):
-    """Temperatures (n,), K; heat that the oil takes, W; flow out of the ends, m³/s, and its mean temperature, K."""
+    """Result: temperatures (n,), K; heat taken up by the oil, W; flow out of the ends, m³/s, and its temperature, K."""
 
     temperature: Array
     heat: float
@@ -58,13 +58,13 @@ class Warmth(NamedTuple):
 
 
 def film_rows(film: FilmSolution, speed: float, length: float, rubbing: Array) -> Row:
-    """Flow and heat of a solved film.
+    """Return flow and heat of the rows of a solved film.
 
     Parameters
     ----------
-    film : periodic in x
-    speed : of the journal's surface in a bore at rest, m/s
-    length : of a turn, m
+    film : film that is periodic in x
+    speed : surface speed of the journal in a bore at rest, m/s
+    length : circumference, m
     rubbing : friction force of asperities in each row, N (n,)
     """
     grid = rectangle(film.x, film.z, (length, float(film.z[-1])), True)
@@ -76,7 +76,7 @@ def film_rows(film: FilmSolution, speed: float, length: float, rubbing: Array) -
     fall_z = film.pressure - np.roll(film.pressure, -1, axis=1)
     pushed_x = faces.cube_x / (12.0 * eta_x * grid.step_x[:, None]) * fall_x
     pushed_z = faces.cube_z / (12.0 * eta_z * step_z) * fall_z
-    # The solver has the end strips full all round; the oil in them runs on as it does beside them.
+    # The solver takes the end strips as full all around; here their oil flows as in the adjacent nodes.
     fill = np.minimum(film.fill, 1.0)
     fill[:, [0, -1]] = fill[:, [1, -2]]
     flow = (0.5 * speed * faces.film_x * fill + pushed_x).sum(axis=1)
@@ -89,21 +89,21 @@ def film_rows(film: FilmSolution, speed: float, length: float, rubbing: Array) -
 def temperatures(
     rows: Row, fed: NDArray[np.bool_], supply: float, per_volume: float, share: float = 1.0, carried: float = 1.0
 ) -> Warmth:
-    """Temperature of each row.
+    """Solve for the temperature of each row.
 
     Parameters
     ----------
-    rows : of a film
-    fed : (n,) rows of a supply; at least one
-    supply : temperature of the oil supplied, K
+    rows : rows of a film
+    fed : (n,) True for rows of a supply; at least one
+    supply : temperature of the supplied oil, K
     per_volume : ρ c_p, J/(m³ K)
-    share : λ
-    carried : m
+    share : λ, fraction of the friction that heats the oil
+    carried : m, fraction of the hot oil that passes a supply
 
     Raises
     ------
     SolverError
-        oil that runs round without any being fed, or that does not run in the sense of rotation everywhere
+        if oil circulates without fresh supply, or flows against the rotation somewhere
     """
     n = fed.size
     if not rows.flow.min() > 0.0:
@@ -114,7 +114,7 @@ def temperatures(
     start = int(np.flatnonzero(fed & ~np.roll(fed, 1))[0]) if not fed.all() else 0
     order = (start + np.arange(n)) % n
     flow, heat, is_fed = rows.flow[order], share * rows.heat[order] / per_volume, fed[order]
-    # A row takes half of the heat of the intervals beside it; within a supply it is the oil's that leaves it.
+    # A row takes half of the heat of the adjacent intervals; heat within a supply goes to the oil that leaves it.
     rise = 0.5 * (heat + np.roll(heat, -1)) / flow
     rise = np.where(is_fed & np.roll(is_fed, -1), 0.0, rise)
     warm = np.full(n, supply)

@@ -1,6 +1,6 @@
-"""A plain bearing under a steady load: equilibrium, friction and flow, and stiffness and damping.
+"""Plain bearing under a steady load: equilibrium, friction, flow, stiffness and damping.
 
-The equilibrium of film force and load is found by Newton's method with the film's own tangents, in the journal's two
+The equilibrium of film force and load is found by Newton's method with the tangents of the film, in the journal's two
 displacements or, with a moment, in displacements and tilt. With F̂(e, v) of :mod:`cranktrain.film.journal.film` and
 v = ė − ω̄ e_z×e (ω̄ half the speed of rotation), stiffness and damping follow without another solution:
 
@@ -43,13 +43,13 @@ from cranktrain.film.journal.rupture_border import border_tangents
 
 SUPPLIES = ("widest-gap", "none", "two-axial")
 RESIDUAL = 1.0e-7
-"""Force that may be missing at an equilibrium, over the load."""
+"""Tolerance of the force balance at an equilibrium, over the load."""
 MOST_STEPS = 80
 
 
 @dataclass(frozen=True)
 class Journal:
-    """A plain bearing and its running condition: all SI; ``InputError`` for what cannot be.
+    """Plain bearing and its running condition, in SI units; ``InputError`` for invalid values.
 
     diameter, width, clearance (radial) in m, viscosity in Pa s, speed in rad/s (> 0).
     """
@@ -84,15 +84,15 @@ class Journal:
 
 @dataclass(frozen=True)
 class SteadyState:
-    """Equilibrium of a journal; axes x along the load, y 90° on in the sense of rotation. SI unless it says otherwise.
+    """Equilibrium of a journal in SI units, with axes x along the load and y at 90° in the sense of rotation.
 
     eccentricity (2,) and tilt (2,) over the clearance; attitude from the load to the eccentricity, rad; least film, m;
     flow out of both ends, m³/s; friction torque on the journal (it brakes), N m; stiffness and damping (2, 2) or, with
     tilt, (4, 4) for (x, y, slopes dx/dz, dy/dz) against (F_x, F_y, ∫z dF_x, ∫z dF_y); whirl threshold ω_s √(c m/W),
-    infinite where the journal is stable at all speeds, 0 where at none; iterations of Newton's method. Of
-    :mod:`cranktrain.film.steady.mixed_bearing` besides: the load and the part of it that asperities carry, N, the part
-    of the friction torque that they make, N m, their largest pressure, Pa, the area that truly touches, m², and the
-    largest displacement of the bore, m.
+    infinite if the journal is stable at all speeds, 0 if at none; Newton iterations. In addition, from
+    :mod:`cranktrain.film.steady.mixed_bearing`: the load and its part carried by asperities, N, their part of the
+    friction torque, N m, their largest pressure, Pa, the real contact area, m², and the largest displacement of the
+    bore, m.
     """
 
     eccentricity: Array
@@ -126,12 +126,12 @@ def bearing_grid(
     groove: float = math.radians(20.0),
     ratio: float = 0.0,
 ) -> JournalGrid:
-    """Film grid for a steady bearing; ``groove`` is the extent of each axial groove, rad. n_phi = 0: the default.
+    """Make the film grid of a steady bearing; ``groove`` is the extent of each axial groove, rad.
 
-    ``ratio`` (B/D, where known) lets the axial nodes see the ends of wide bearings.
+    ``ratio`` (B/D, if known) concentrates axial nodes at the ends of wide bearings.
 
-    The default, 160 (with grooves 192) × 16, has every coefficient within 0.5 % of the largest in its matrix; the force
-    alone is as good on 96 × 16.
+    The default (n_phi = 0), 160 (with grooves 192) × 16, has errors of all coefficients below 0.5 % of the largest in
+    the matrix; for the force alone 96 × 16 is as accurate.
     """
     if supply not in SUPPLIES:
         raise InputError(f"supply '{supply}' does not exist; {nearest(supply, SUPPLIES)}")
@@ -147,11 +147,11 @@ def bearing_grid(
 
 
 class SteadyBearing:
-    """Steady bearings on one grid: keeps its memory from one analysis to the next.
+    """Analysis of steady bearings on one grid, whose memory is reused.
 
     Parameters
     ----------
-    grid : of :func:`bearing_grid`
+    grid : result of :func:`bearing_grid`
     """
 
     def __init__(self, grid: JournalGrid) -> None:
@@ -161,14 +161,14 @@ class SteadyBearing:
         self.system = np.zeros((4, 5))
 
     def state(self, journal: Journal, load: float, moment: tuple[float, float] | None = None) -> SteadyState:
-        """Equilibrium under ``load`` (N, along x) and, where given, ``moment`` (∫z dF_x, ∫z dF_y of the load, N m).
+        """Find the equilibrium under ``load`` (N, along x) and, if given, ``moment`` (∫z dF_x, ∫z dF_y, N m).
 
         Raises
         ------
         InputError
-            for a load that is not above zero, or a moment on a grid of half the width
+            if the load is not above zero, or a moment acts on a grid of half the width
         SolverError
-            where Newton's method finds no film that carries the load
+            if Newton's method finds no film that carries the load
         """
         if not (math.isfinite(load) and load > 0.0):
             raise InputError(f"load {load:g} N must be above zero: without load the journal runs at the centre")
@@ -227,15 +227,15 @@ class SteadyBearing:
 
 
 def slope_levers(journal: Journal, freedoms: int) -> Array:
-    """Factors (n, n) from coefficients by displacements of the end to those by slopes: end = slope L/2."""
+    """Return factors (n, n) that convert coefficients by end displacements to those by slopes (end = slope L/2)."""
     lever = np.array([1.0, 1.0, 0.5 * journal.width, 0.5 * journal.width])[:freedoms]
     return np.outer(lever, lever)
 
 
 def whirl_threshold(stiffness: Array, damping: Array, load: float, c: float, speed: float) -> tuple[float, float]:
-    """ω_s √(c m/W) and the whirl frequency over the speed, from (2, 2) coefficients.
+    """Return the threshold ω_s √(c m/W) and the whirl frequency over the speed, from (2, 2) coefficients.
 
-    (inf, 0) where the rotor is stable at all speeds, a threshold of 0 where at none (k_eq ≤ 0).
+    The result is (inf, 0) if the rotor is stable at all speeds; the threshold is 0 if at none (k_eq ≤ 0).
     """
     (kxx, kxy), (kyx, kyy) = stiffness
     (cxx, cxy), (cyx, cyy) = damping
@@ -250,17 +250,17 @@ def whirl_threshold(stiffness: Array, damping: Array, load: float, c: float, spe
 
 
 def first_guess(ratio: float, load: float, full: bool = False) -> tuple[float, float]:
-    """Eccentricity and attitude (rad) of a bearing of width-to-diameter ``ratio`` under ``load`` over F₀.
+    """Estimate eccentricity and attitude (rad) of a bearing of width-to-diameter ``ratio`` under ``load`` over F₀.
 
-    Half films, or full ones, of a short (Ocvirk) and a long (Sommerfeld) bearing, their compliances added: within some
-    20 %.
+    The compliances of half (or full) films of a short (Ocvirk) and a long (Sommerfeld) bearing are added. The error is
+    up to some 20 %.
     """
     low, high = -16.0, -1.0e-9
     for _ in range(50):
         middle = 0.5 * (low + high)
         eps = 1.0 - math.exp(middle)
         left = 1.0 - eps * eps
-        # A full film has twice the force across the line of centres, and none along it.
+        # A full film has twice the force across the line of centres, and no force along it.
         around = math.pi * math.sqrt(left)
         short = ratio**2 * eps / (6.0 * left**2) * (2.0 * around if full else math.hypot(4.0 * eps, around))
         wide = eps / ((2.0 + eps * eps) * left) * (2.0 * around if full else math.hypot(2.0 * eps, around))
@@ -274,11 +274,11 @@ def first_guess(ratio: float, load: float, full: bool = False) -> tuple[float, f
 
 @kernel
 def equilibrium(film, ratio2, applied, half_speed, freedoms, state, out, system):
-    """Journal position (and tilt) at which the film carries ``applied`` (4,), both over F₀ at speed one.
+    """Find the journal position (and tilt) at which the film carries ``applied`` (4,), over F₀ at speed one.
 
-    ``film`` is a JournalFilm; ``state`` (4,) = (e, t): first guess, then result; ``freedoms`` 2 or 4; ``out`` (36,) the
-    film's result; ``system`` (4, 5) scratch. Each step leaves at least a third of the least film. Returns the number of
-    steps, negative where it did not arrive.
+    ``film`` is a JournalFilm; ``state`` (4,) = (e, t) is the initial guess, then the result; ``freedoms`` is 2 or 4;
+    ``out`` (36,) is the film's result; ``system`` (4, 5) is scratch. Each step leaves at least a third of the least
+    film. Returns the number of steps, negative without convergence.
     """
     grid, work, active = film
     load = 0.0
@@ -302,8 +302,8 @@ def equilibrium(film, ratio2, applied, half_speed, freedoms, state, out, system)
             return -step if border_tangents(grid, at, work, active, out) != 0 else step
         size2 = ex * ex + ey * ey
         if freedoms == 2 and grid.settings[NODE_GRADING] > 0.0 and size2 > 0.0:
-            # Nodes (and the line of supply) follow the journal round a plain bore: the film looks the same from every
-            # side, and turning it turns the force. Along the eccentricity the tangents hold.
+            # Nodes (and the line of supply) of a plain bore follow the journal, so the film is the same at any attitude
+            # and the force rotates with it. Derivatives along the eccentricity are those of the film.
             for j in range(2):
                 along = (system[j, 0] * ex + system[j, 1] * ey) / size2
                 across = (-out[1] if j == 0 else out[0]) / size2
@@ -330,7 +330,7 @@ def equilibrium(film, ratio2, applied, half_speed, freedoms, state, out, system)
 
 @kernel
 def _least(ex, ey, tx, ty):
-    """Least film over the clearance."""
+    """Return the least film over the clearance."""
     a = math.sqrt((ex + tx) * (ex + tx) + (ey + ty) * (ey + ty))
     b = math.sqrt((ex - tx) * (ex - tx) + (ey - ty) * (ey - ty))
     return 1.0 - max(a, b)
@@ -338,7 +338,7 @@ def _least(ex, ey, tx, ty):
 
 @kernel
 def _solve_small(a, n):
-    """Gauss' elimination with pivots on (n, n + 1); the solution replaces the last column. 0, or 1 where singular."""
+    """Solve a system (n, n + 1) by Gauss with pivots; the solution replaces the last column. Returns 1 if singular."""
     for k in range(n):
         best = k
         for i in range(k + 1, n):

@@ -1,12 +1,12 @@
-"""Journal bearings with an oil-conserving film: dimensionless film at a given journal position.
+"""Dimensionless oil-conserving film of a journal bearing at a given journal position.
 
 Rupture and reformation follow from the oil balance of :mod:`cranktrain.film.reynolds.field`. In the ruptured region the
 fill is determined by the oil that the surfaces carry, and the film reforms where this oil fills the gap. If oil is
 supplied on the line of the widest gap, the film equals that of Reynolds' rupture. With grooves it reforms later,
 because a groove in a narrow gap feeds less oil than the wider gap behind it can hold.
 
-Steady motion; a rate of the eccentricity is taken as it is at an instant, the fill of an opening gap unchanged. Oil
-comes from the supply only (and, in a gap that does not rotate, is there from the start).
+The motion is steady. A rate of the eccentricity is an instantaneous one, with unchanged fill of an opening gap. Oil
+comes from the supply only; a gap without rotation is initially full.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from cranktrain.film.reynolds.field import Edges, Supply, solve_film
 from cranktrain.film.steady.bearing import bearing_grid
 
 PSI = 1.0e-3
-"""Clearance over radius of the film that is solved; results do not depend on it."""
+"""Clearance over radius used in the solution; dimensionless results do not depend on its value."""
 DEFAULT_GRID = (160, 16)
 
 
 @dataclass(frozen=True)
 class ConservingGrid:
-    """Nodes (n_phi,) in φ from ``start`` on and (n_z,) in ζ, weights of an integral over ζ, and nodes of the supply."""
+    """Grid with nodes (n_phi,) in φ from ``start`` on and (n_z,) in ζ, weights of integrals over ζ, supply nodes."""
 
     phi: Array
     zeta: Array
@@ -39,7 +39,7 @@ class ConservingGrid:
 
 @dataclass(frozen=True)
 class ConservingFilm:
-    """Force and ∫z dF on the journal, both over B D η ω/ψ² (and B), flow over R³ ψ ω, p_max over η ω/ψ²."""
+    """Result: force and ∫z dF on the journal, over B D η ω/ψ² (and B), flow over R³ ψ ω, p_max over η ω/ψ²."""
 
     force: Array
     leverage: Array
@@ -50,10 +50,10 @@ class ConservingFilm:
 def conserving_grid(
     eccentricity: Array, ratio: float, supply: str, n_phi: int, n_z: int, groove: float = 0.0
 ) -> ConservingGrid:
-    """Grid for a journal near ``eccentricity`` (2,) over c in a bearing of B/D ``ratio``.
+    """Make the grid for a journal near ``eccentricity`` (2,) over c in a bearing of B/D ``ratio``.
 
-    ``supply`` is widest-gap, none or two-axial (grooves of ``groove`` rad each). Raises ``InputError`` where the grid
-    is too coarse or grooves overlap.
+    ``supply`` is widest-gap, none or two-axial (grooves of ``groove`` rad each). Raises ``InputError`` if the grid is
+    too coarse or grooves overlap.
     """
     if supply == "two-axial":
         circle = bearing_grid(supply, n_phi=n_phi, n_z=n_z, groove=groove)
@@ -65,14 +65,14 @@ def conserving_grid(
         towards = math.atan2(eccentricity[1], eccentricity[0]) if size > 0.0 else 0.0
         gamma = 2.0 * math.pi * np.arange(n_phi) / n_phi
         m = GRADING * min(size, 1.0)
-        # From the widest gap on, gathering at the least.
+        # Nodes start at the widest gap and are concentrated at the least gap.
         across, along = math.sqrt(1.0 + m) * np.sin(0.5 * gamma), math.sqrt(1.0 - m) * np.cos(0.5 * gamma)
         phi = towards + math.pi + 2.0 * np.arctan2(across, along)
         fed = np.zeros(n_phi, dtype=bool)
         fed[0] = supply == "widest-gap"
     s = np.linspace(-1.0, 1.0, n_z + 1)
     zeta, weight = axial_nodes(s, ratio)
-    # Pressure vanishes at the ends: end corrections make the sum over the nodes inside of fourth order.
+    # Pressure vanishes at the ends, so end corrections make the sum over inner nodes of fourth order.
     weight *= 2.0 / n_z
     weight[[1, -2]] *= 7.0 / 6.0
     weight[[2, -3]] *= 23.0 / 24.0
@@ -88,10 +88,10 @@ def conserving_film(
     rate: tuple[float, float] = (0.0, 0.0),
     turning: float = 1.0,
 ) -> ConservingFilm:
-    """Film of a journal at ``eccentricity`` and ``tilt`` (over c) in a bore at rest.
+    """Solve the film of a journal at ``eccentricity`` and ``tilt`` (over c) in a bore at rest.
 
-    ``rate`` is that of the eccentricity over the unit of time whose inverse is ω, ``turning`` the journal's speed in
-    it. Raises ``SolverError`` where the film does not settle.
+    ``rate`` is the rate of the eccentricity over ω, ``turning`` the speed of the journal over ω. Raises ``SolverError``
+    if the film does not converge.
     """
     n = np.array([np.cos(grid.phi), np.sin(grid.phi)])
     h = PSI * (1.0 - (eccentricity @ n)[:, None] - np.outer(np.asarray(tilt) @ n, grid.zeta))
@@ -109,7 +109,7 @@ def conserving_film(
     unit = 0.25 * PSI**2
     force = -unit * (n @ pressed.sum(axis=1))
     leverage = -0.5 * unit * (n @ (pressed @ grid.zeta))
-    # Flow out of an end: flow through the last face inside, and squeeze flow of the strip beyond where it has oil.
+    # Flow out of an end is the flow through the last inner face plus the squeeze flow of the strip beyond, if filled.
     flow = 0.0
     for end, inside in ((0, 1), (-1, -2)):
         step = 0.5 * width * abs(grid.zeta[end] - grid.zeta[inside])

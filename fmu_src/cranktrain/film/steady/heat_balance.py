@@ -1,6 +1,6 @@
-r"""Effective temperature of a bearing's film from its heat balance.
+r"""Effective temperature of a bearing film from its heat balance.
 
-A fraction λ of the friction power heats the oil that flows through; the rest leaves through journal and housing:
+A fraction λ of the friction power heats the oil flow; the rest leaves through journal and housing:
 
     λ P(η) = ρ c_p Q(η) (T_out − T_in),      T_eff = T_in + κ (T_out − T_in),      η = η(T_eff)
 
@@ -27,9 +27,9 @@ MEAN = 0.5
 """Fraction of the oil's temperature rise at which the film's viscosity is evaluated."""
 STEPS = 100
 GAUSS = 12
-"""Points of an integral over the temperature."""
+"""Number of Gauss points of an integral over temperature."""
 LARGEST_RISE = 100.0
-"""Most that a film of a run is taken to be warmer than its supply, K: no bearing metal or engine oil lasts beyond."""
+"""Limit of the film temperature of a run above its supply, K; bearing metals and engine oils do not endure more."""
 
 
 def effective_temperature(
@@ -39,14 +39,14 @@ def effective_temperature(
     flow: Callable[[float], float],
     place: float = MEAN,
 ) -> float:
-    """Temperature at which the film's viscosity balances the heat, K.
+    """Return the temperature at which the viscosity of the film satisfies the heat balance, K.
 
     Parameters
     ----------
-    oil : its viscosity, density, heat capacity and ``heat_share``
-    inlet : temperature of the oil supplied, K
+    oil : oil with viscosity, density, heat capacity and ``heat_share``
+    inlet : temperature of the supplied oil, K
     friction_power, flow : friction power (W) and oil flow (m³/s) of the bearing at a viscosity (Pa s)
-    place : κ, where between inlet (0) and outlet (1) the viscosity is taken
+    place : κ, position between inlet (0) and outlet (1) whose temperature gives the viscosity
 
     Returns
     -------
@@ -55,15 +55,15 @@ def effective_temperature(
     Raises
     ------
     InputError
-        a place outside [0, 1], or negative friction
+        if ``place`` is outside [0, 1], or friction is negative
     SolverError
-        no flow to carry the heat, or no balance below 1000 K above the inlet
+        if no flow carries the heat, or no balance exists below 1000 K above the inlet
     """
     if not 0.0 <= place <= 1.0:
         raise InputError(f"heat balance: place {place:.4g} must lie between 0 (inlet) and 1 (outlet); the mean is 0.5")
 
     def surplus(temperature: float) -> float:
-        """Temperature that the heat at ``temperature`` would give, less that temperature, K."""
+        """Return the temperature by the heat at ``temperature``, minus ``temperature``, K."""
         eta = viscosity(oil, temperature)
         power, volume = friction_power(eta), flow(eta)
         if not power >= 0.0:
@@ -80,7 +80,7 @@ def effective_temperature(
     low, at_low = inlet, surplus(inlet)
     if at_low <= 0.0:
         return inlet
-    # An oil that stayed as viscous as at the inlet would rise by ``at_low``: an upper bound, often far beyond boiling.
+    # Oil with constant inlet viscosity would warm by ``at_low``, an upper bound that is often far beyond boiling.
     high, at_high = low, at_low
     while at_high > 0.0:
         high = min(high + max(min(at_low, 50.0), 1e-3), inlet + 1000.0)
@@ -97,11 +97,11 @@ def effective_temperature(
 def balanced_temperature(
     oil: Oil, inlet: float, temperature: float, power: float, flow: float, place: float = MEAN
 ) -> tuple[float, str]:
-    """Temperature at which a bearing that ran at ``temperature`` would balance, K, and the active bound, if any.
+    """Return the balanced temperature of a bearing that ran at ``temperature``, K, and the active bound, if any.
 
-    Only the run's mean friction ``power`` (W) and ``flow`` (m³/s) are known. At other viscosities the journal is
-    assumed to follow the same orbit: friction grows with the viscosity, and the flow, which depends on eccentricity and
-    speed, is unchanged. With a given load the orbit changes. A new run gives the change, and repeating run and balance
+    Only the run's mean friction ``power`` (W) and ``flow`` (m³/s) are known. For other viscosities the same orbit of
+    the journal is assumed: friction is proportional to viscosity, and flow, which depends on eccentricity and speed, is
+    unchanged. The true orbit for a given load changes with viscosity, so run and balance must be repeated; this
     converges to the heat balance.
 
     The film's temperature lies between the inlet temperature (no friction power) and ``LARGEST_RISE`` above it (the
@@ -117,7 +117,7 @@ def balanced_temperature(
 
 
 def adiabatic_temperature(oil: Oil, inlet: float, temperature: float, power: float, flow: float) -> tuple[float, str]:
-    """Temperature at whose viscosity a film that keeps all its heat would be sheared as it is, K, and any bound.
+    """Return the temperature of the mean viscosity of a film that keeps all its heat, K, and the active bound, if any.
 
     ``temperature``, ``power`` (W) and ``flow`` (m³/s) are those of a run, as in :func:`balanced_temperature`. Along a
     film of uniform gap dT/dx ~ η(T), so the mean viscosity over its length between inlet and outlet is
@@ -132,11 +132,11 @@ def adiabatic_temperature(oil: Oil, inlet: float, temperature: float, power: flo
     places, weights = np.polynomial.legendre.leggauss(GAUSS)
 
     def fluidity(rise: float) -> float:
-        """∫ dT/η over the rise, K/(Pa s)."""
+        """Return ∫ dT/η over the temperature rise, K/(Pa s)."""
         warm = inlet + 0.5 * rise * (places + 1.0)
         return 0.5 * rise * float(sum(w / viscosity(oil, float(t)) for w, t in zip(weights, warm, strict=True)))
 
-    # P η_m/η = ρ c_p Q ΔT says flow · ∫ dT/η = heat, and the integral grows with ΔT.
+    # P η_m/η = ρ c_p Q ΔT is equivalent to flow · ∫ dT/η = heat, and the integral increases with ΔT.
     low, high = 0.0, 2.0 * LARGEST_RISE
     if flow * fluidity(high) <= heat:
         rise = high
@@ -161,7 +161,7 @@ def adiabatic_temperature(oil: Oil, inlet: float, temperature: float, power: flo
 
 
 def _zero(surplus: Callable[[float], float], low: float, at_low: float, high: float, at_high: float) -> float:
-    """Zero of a function positive at ``low`` and negative at ``high``: secants, kept in a bracket that shrinks."""
+    """Find the zero of a function that is positive at ``low`` and negative at ``high``, by secants in a bracket."""
     older, at_older, newer, at_newer = low, at_low, high, at_high
     for _ in range(STEPS):
         slope = (at_newer - at_older) / (newer - older) if newer != older else 0.0

@@ -1,12 +1,12 @@
-"""A steady bearing by the solver of any film: rough surfaces, oil under pressure and an elastic bore, all at once.
+"""Steady bearing with rough surfaces, pressure-dependent oil and elastic bore, by the general film solver.
 
 The film is :func:`cranktrain.film.reynolds.field.solve_film` on the journal's gap
 
     h = c − (e + ζ t)·n + Σ_k δ_k s_k(φ, ζ),    n = (cos φ, sin φ),
 
-with any rupture, the flow factors of rough surfaces, viscosity and density by pressure. In addition asperities press
-with Greenwood and Tripp's p_c(h) and have the boundary friction μ p_c + τ₀ A_real/A. The bore deflects under both
-pressures, δ_k = c_k ∫ w_k (p + p_c) dA, see :mod:`cranktrain.film.elastic.bore_compliance`.
+with any model of rupture, flow factors of rough surfaces, and viscosity and density that depend on pressure. Asperities
+add Greenwood and Tripp's contact pressure p_c(h) and the boundary friction μ p_c + τ₀ A_real/A. The bore deflects under
+both pressures, δ_k = c_k ∫ w_k (p + p_c) dA, see :mod:`cranktrain.film.elastic.bore_compliance`.
 
 The equilibrium of forces (and moments) and of the bore's shapes is one system for Newton's method. Its Jacobian is
 computed by differences and updated by Broyden's rank-one correction. Stiffness and damping are differences between
@@ -48,33 +48,33 @@ from cranktrain.film.steady.conserving_bearing import ConservingGrid, conserving
 
 MOST_STEPS = 40
 RESIDUAL = 1.0e-6
-"""Force that may be missing at an equilibrium, over the load, and shapes over the clearance."""
+"""Tolerance of the equilibrium: force over the load, and shapes over the clearance."""
 DIFFERENCE = 0.02
-"""Step of the differences: displacement over the gap or the eccentricity, velocity over the wedge velocity."""
+"""Step of finite differences: displacement over the gap or the eccentricity, velocity over the wedge velocity."""
 OPEN = 0.5
-"""Least gap of a rough film over the roughness that the oil sees: flow factors are published down to there."""
+"""Least gap of a rough film over the roughness, down to which flow factors are published."""
 OPENINGS = 30
-"""Attempts to find a film that carries less, at the start and by shorter steps."""
+"""Limit of attempts to find a film that carries less load, at the start and by shorter steps."""
 TOWARDS_CAP = -0.5 * math.pi
-"""Direction of x, which the load or the given place has, in an elastic bore's own axes: down onto the cap."""
+"""Angle of x (direction of the load or the given position) in the axes of an elastic bore: down onto the cap."""
 GROWTH = 3.0
-"""Times as much as before that may be missing after a step."""
+"""Largest factor by which a step may increase the residual."""
 CLOSING = 0.5
 """Fraction of the film thickness, or of the roughness, by which a Newton step may close the film."""
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Effects in addition to the journal's motion.
+    """Models of cavitation, oil, surfaces and bore.
 
     Attributes
     ----------
-    cavitation : of :func:`cranktrain.film.reynolds.field.solve_film`
-    oil : gives ``pressure_law`` and ``compressibility``; None: constant properties
-    roughness : of the surfaces; None: smooth
-    contact : constants of :func:`cranktrain.film.contact.asperity.contact_constants`; None: asperities carry nothing
-    bore : elastic bore; None: rigid
-    thinning : η over the journal's viscosity at angles (n,) from x, rad, for oil that is warmer there; None: 1
+    cavitation : model of :func:`cranktrain.film.reynolds.field.solve_film`
+    oil : oil with ``pressure_law`` and ``compressibility``; None for constant properties
+    roughness : roughness of the surfaces; None for smooth surfaces
+    contact : constants of :func:`cranktrain.film.contact.asperity.contact_constants`; None for no contact
+    bore : elastic bore; None for a rigid bore
+    thinning : function of angles (n,) from x, rad, that returns η over the journal's viscosity; None for 1
     """
 
     cavitation: str = "mass-conserving"
@@ -85,7 +85,7 @@ class Surroundings:
     thinning: Callable[[Array], Array] | None = None
 
     def laws(self, viscosity: float) -> tuple[Law | None, Density | None]:
-        """Factors of viscosity and density by pressure, for an oil of ``viscosity`` (Pa s) at ambient pressure."""
+        """Return the factors of viscosity and density over pressure, for ``viscosity`` (Pa s) at ambient pressure."""
         if self.oil is None:
             return None, None
         law, first, second = pressure_constants(self.oil, viscosity)
@@ -105,26 +105,26 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Loads:
-    """Of one film, SI: forces (F_x, F_y, ∫ζ dF_x, ∫ζ dF_y) of film and asperities, shapes' amplitudes they make."""
+    """Loads of one film, SI: forces (F_x, F_y, ∫ζ dF_x, ∫ζ dF_y) of film and asperities, resulting shape amplitudes."""
 
     force: Array
     touching: Array
     shapes: Array
     film: FilmSolution
     gap: Array
-    rubbing: float  # torque of the asperities, N m
-    pressing: float  # largest pressure of the asperities, Pa
-    area: float  # that truly touches, m²
+    rubbing: float  # friction torque of the asperities, N m
+    pressing: float  # largest contact pressure, Pa
+    area: float  # real contact area, m²
     rows: Array  # friction force of the asperities at each angle, N
 
 
 class MixedBearing:
-    """Steady bearings in the same surroundings.
+    """Analysis of steady bearings with the same models.
 
     Parameters
     ----------
     around : Surroundings
-    supply, grid, groove : widest-gap, none or two-axial; intervals around and across; extent of a groove, rad
+    supply, grid, groove : widest-gap, none or two-axial; grid intervals (around, across); extent of a groove, rad
     """
 
     def __init__(self, around: Surroundings, supply: str, grid: tuple[int, int], groove: float = 0.0) -> None:
@@ -139,16 +139,16 @@ class MixedBearing:
         moment: tuple[float, float] | None = None,
         place: tuple[float, float] = (0.0, 0.0),
     ) -> SteadyState:
-        """Equilibrium under ``load`` (N, along x) and ``moment`` as :meth:`SteadyBearing.state`; None: at ``place``.
+        """Find the equilibrium under ``load`` and ``moment``, as :meth:`SteadyBearing.state`, or at ``place``.
 
-        ``place`` is the eccentricity over the clearance; the load is then the result.
+        If ``load`` is None, ``place`` is the eccentricity over the clearance, and the load is a result.
 
         Raises
         ------
         InputError
-            a load that is not above zero, a grid or grooves that cannot be
+            if the load is not above zero, or grid or grooves are invalid
         SolverError
-            where no film is found that carries the load
+            if no film is found that carries the load
         """
         running, y, steps = self.solved(journal, load, moment, place)
         return running.result(y, steps)
@@ -160,7 +160,7 @@ class MixedBearing:
         moment: tuple[float, float] | None = None,
         place: tuple[float, float] = (0.0, 0.0),
     ) -> tuple[Running, Array, int]:
-        """Newton's method at the equilibrium of :meth:`state`, its unknowns and steps."""
+        """Solve the equilibrium of :meth:`state`; return Newton's method, its unknowns and number of steps."""
         count = 0 if load is None else 2 if moment is None else 4
         wanted = np.zeros(4)
         y = np.zeros(4 + self.shapes)
@@ -184,7 +184,7 @@ class MixedBearing:
         return running, y, steps
 
     def _guess(self, journal: Journal, load: float, moment: tuple[float, float] | None) -> Array:
-        """Place of a smooth rigid journal, (4,); of one that asperities carry where no film could."""
+        """Return the position (4,) in a smooth rigid bearing, or in contact if no film carries the load."""
         rigid = bearing_grid(self.supply, n_phi=96, groove=self.groove, tilted=moment is not None)
         try:
             guess = SteadyBearing(rigid).state(journal, load, moment)
@@ -195,12 +195,12 @@ class MixedBearing:
         return np.concatenate((guess.eccentricity, guess.tilt))
 
     def _nodes(self, journal: Journal, y: Array) -> ConservingGrid:
-        """Grid for a journal near ``y``."""
+        """Make the grid for a journal near ``y``."""
         return conserving_grid(y[:2], journal.width / journal.diameter, self.supply, *self.grid, self.groove)
 
 
 class Running:
-    """Newton's method for one journal; unknowns y over the clearance: eccentricity, tilt, shapes."""
+    """Newton's method for one journal, with unknowns y over the clearance: eccentricity, tilt, shapes."""
 
     def __init__(self, bearing: MixedBearing, journal: Journal, wanted: Array, count: int) -> None:
         self.bearing, self.journal, self.wanted = bearing, journal, wanted
@@ -212,7 +212,7 @@ class Running:
         self.hint = ", or an elastic bore or less pressure_viscosity: oil may stiffen without bound" if stiffens else ""
 
     def place(self, nodes: ConservingGrid) -> None:
-        """Take a grid: normals, shapes of the bore and their weights on it."""
+        """Set the grid, and compute normals, bore shapes and their weights on it."""
         bore = self.bearing.around.bore
         self.nodes, self.last = nodes, None
         self.normal = np.array([np.cos(nodes.phi), np.sin(nodes.phi)])
@@ -224,12 +224,12 @@ class Running:
             self.weights = bore.compliance[:, None, None] * bore.weights(angles, nodes.zeta)
 
     def gap(self, y: Array) -> Array:
-        """h over the clearance, (n_φ, n_ζ)."""
+        """Return h over the clearance, (n_φ, n_ζ)."""
         tilt = np.outer(y[2:4] @ self.normal, self.nodes.zeta)
         return np.asarray(1.0 - (y[:2] @ self.normal)[:, None] - tilt + np.tensordot(y[4:], self.forms, 1))
 
     def loads(self, y: Array, rate: Array | None = None) -> Loads:
-        """Forces of the film at ``y`` and, where given, at a ``rate`` (4,) of eccentricity and tilt, 1/s."""
+        """Compute the loads of the film at ``y`` and, if given, at a ``rate`` (4,) of eccentricity and tilt, 1/s."""
         journal, around, nodes = self.journal, self.bearing.around, self.nodes
         c, radius, width = journal.clearance, journal.radius, journal.width
         gap = c * self.gap(y)
@@ -265,13 +265,13 @@ class Running:
         return Loads(parts[0] + parts[1], parts[1], shapes, film, gap, float(rows.sum()) * radius, pressing, area, rows)
 
     def residual(self, y: Array, loads: Loads) -> Array:
-        """Residual: forces over the largest applied force, shapes over the clearance; (free,)."""
+        """Return the residual (free,): forces over the largest applied force, shapes over the clearance."""
         missing = (loads.force - self.wanted) / self.unit
         shapes = y[4:] - loads.shapes / self.journal.clearance
         return np.concatenate((missing, shapes))[self.free]
 
     def opened(self, nodes: ConservingGrid, y: Array) -> Array:
-        """A place towards the centre from ``y`` whose film does not carry far too much: from there Newton closes it."""
+        """Return a position between ``y`` and the centre whose film force is moderate, as start of Newton's method."""
         self.place(nodes)
         rough = self.bearing.around.roughness
         for _ in range(OPENINGS):
@@ -286,7 +286,7 @@ class Running:
         return y
 
     def approached(self, nodes: ConservingGrid, y: Array) -> Array:
-        """The shapes at the position of ``y``, which may lie beyond the undeformed bore because the bore opens."""
+        """Find the shapes at the position of ``y``, which may lie beyond the undeformed bore, by steps towards it."""
         place, reached = y[:2].copy(), 0.0
         share = min(1.0, 0.8 / max(float(np.hypot(*place)), 1e-12))
         for _ in range(2 * OPENINGS):
@@ -302,9 +302,9 @@ class Running:
         raise SolverError(f"no film found at eccentricity {np.hypot(*place):.4g}, only up to {reached:.3g} times that")
 
     def jacobian(self, y: Array, at: Array) -> Array:
-        """Its derivatives by the free unknowns, by differences that open the film.
+        """Return derivatives of the residual by the free unknowns, by finite differences that open the film.
 
-        Rough surfaces may be pressed together until their mean planes meet; their gap counts from OPEN on.
+        Rough surfaces may approach until their mean planes meet; the gap of the oil is at least OPEN.
         """
         columns, rough = [], self.bearing.around.roughness
         least = float(self.gap(y).min())
@@ -318,7 +318,7 @@ class Running:
         return np.array(columns).T
 
     def settle(self, nodes: ConservingGrid, y: Array) -> tuple[Array, int]:
-        """Newton's method on one grid; the unknowns and its steps."""
+        """Iterate Newton's method on one grid; return the unknowns and the number of steps."""
         self.place(nodes)
         here = self.residual(y, self.loads(y))
         if not self.free.size:
@@ -346,7 +346,7 @@ class Running:
         )
 
     def _tried(self, y: Array, change: Array, before: float) -> tuple[Array, Array]:
-        """The unknowns after a step, shortened until the residual is not far above ``before``, and their film."""
+        """Return unknowns and film after a step that is shortened until the residual is not far above ``before``."""
         for _ in range(OPENINGS):
             try:
                 there = self.residual(y + change, self.loads(y + change))
@@ -358,7 +358,7 @@ class Running:
         return y, np.full(self.free.size, before)
 
     def _share(self, y: Array, change: Array) -> float:
-        """Fraction of a step that leaves the film open."""
+        """Return the fraction of a step that keeps the film open."""
         rough = self.bearing.around.roughness
         gap = self.gap(y)
         least = 0.0 if rough is None else rough.height / self.journal.clearance
@@ -367,7 +367,7 @@ class Running:
         return min(1.0, CLOSING / max(closing, 1e-12), 0.3 / max(float(np.abs(change).max()), 1e-12))
 
     def coefficients(self, y: Array, count: int) -> tuple[Array, Array]:
-        """Stiffness and damping over c and c/ω, (count, count) N: the bore's answer eliminated."""
+        """Return stiffness times c and damping times c ω, (count, count) N, with the bore's response eliminated."""
         k = self.bearing.shapes
         size = float(np.hypot(*y[:2]))
         away = DIFFERENCE * min(max(float(self.gap(y).min()), 1e-4), max(size, 1e-4))
@@ -391,9 +391,9 @@ class Running:
         return found[0], found[1] * self.journal.speed
 
     def side_flow(self, film: FilmSolution) -> float:
-        """Flow out of both ends, m³/s; the end strips' squeeze flow counts where the film has pressure next to them.
+        """Return the flow out of both ends, m³/s, with the squeeze flow of end strips next to a film under pressure.
 
-        For the solver the strips are full all around, and their squeeze flow then sums to zero.
+        The solver takes the strips as full all around, so that their squeeze flow sums to zero.
         """
         flow = film.flows["z0"] + film.flows["z1"]
         for end, inside in ((0, 1), (-1, -2)):
@@ -403,13 +403,13 @@ class Running:
         return flow
 
     def result(self, y: Array, steps: int) -> SteadyState:
-        """The state at the solution ``y``."""
+        """Return the steady state at the solution ``y``."""
         journal = self.journal
         c, radius = journal.clearance, journal.radius
         count = 4 if 3 in self.free else 2
         stiffness, damping = self.coefficients(y, count)
         here = self.loads(y)
-        # Axes along the load, which is not where x was if the place was given.
+        # Results are in axes along the load, which differ from x if the position was given.
         towards = math.atan2(-here.force[1], -here.force[0])
         turn_back = np.array([[math.cos(towards), math.sin(towards)], [-math.sin(towards), math.cos(towards)]])
         turned = np.kron(np.eye(count // 2), turn_back)
@@ -447,21 +447,21 @@ class Running:
 
 @kernel
 def _viscosities(law, pressures, first, second, out):
-    """η/η₀ at every pressure (n,) into ``out`` (n,)."""
+    """Compute η/η₀ at every pressure (n,), in ``out`` (n,)."""
     for k in range(pressures.shape[0]):
         out[k], _ = pressure_factor(law, pressures[k], first, second)
 
 
 @kernel
 def _densities(pressures, out):
-    """ρ/ρ₀ and its derivative at every pressure (n,) into ``out`` (2, n)."""
+    """Compute ρ/ρ₀ and its derivative at every pressure (n,), in ``out`` (2, n)."""
     for k in range(pressures.shape[0]):
         out[0, k], out[1, k] = density_factor(pressures[k])
 
 
 @kernel
 def _touch(gaps, constants, table, out):
-    """Contact pressure (Pa) and fraction of the area in contact at every gap (n,), m, into ``out`` (2, n)."""
+    """Compute contact pressure (Pa) and fraction of area in contact at every gap (n,), m, in ``out`` (2, n)."""
     for k in range(gaps.shape[0]):
         p, _, area = contact_pressure(gaps[k], constants, table)
         out[0, k] = p

@@ -1,4 +1,4 @@
-"""One plain bearing in steady rotation, under a load or at a place, in engineering units.
+"""Plain bearing in steady rotation, under a load or at a given position, in engineering units.
 
 Films between smooth rigid surfaces with constant oil properties and without oil conservation are solved by
 :mod:`cranktrain.film.steady.bearing`. All other films, and all films at a given journal position, are solved by
@@ -29,13 +29,13 @@ from cranktrain.film.steady.warm_bearing import warm_bearing
 
 ZERO_CELSIUS = 273.15
 HEAT_CAPACITY = 2000.0
-"""Of the oil, J/(kg K)."""
+"""Default heat capacity of the oil, J/(kg K)."""
 HEAT_SHARES = {"heat-balance": 0.8, "adiabatic": 1.0}
-"""Ways to the film's temperature, and the usual fraction of the friction that heats the oil."""
+"""Models of the film temperature, with the default fraction of friction that heats the oil."""
 CONSERVING = "mass-conserving"
 ELASTIC_GRID = (96, 12)
 FILM_STEP = 5.0
-"""Between two angles of a result's film temperatures, degrees."""
+"""Angular spacing of film temperatures in a result, degrees."""
 COMPRESSIBILITIES = ("none", "dowson-higginson")
 _BOUNDS = {
     "diameter_mm": (0.1, 1e4, "mm"),
@@ -58,28 +58,28 @@ Moment = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Bearing(Surfaces):
-    """A plain bearing whose oil is given by its viscosity, or by its inlet temperature and Walther's law (ASTM D341).
+    """Plain bearing whose oil is given by viscosity, or by inlet temperature and Walther's law (ASTM D341).
 
     Attributes
     ----------
-    diameter_mm, width_mm : of the bore
-    clearance_um : radial
-    speed_rpm : of the journal in a bore at rest, rev/min
-    viscosity_mpas, viscosity_pas : dynamic, mPa s or Pa s
-    inlet_temperature_c : instead of the viscosity; the film's temperature follows from its heat balance
+    diameter_mm, width_mm : diameter and width of the bore
+    clearance_um : radial clearance
+    speed_rpm : speed of the journal in a bore at rest, rev/min
+    viscosity_mpas, viscosity_pas : dynamic viscosity, mPa s or Pa s
+    inlet_temperature_c : inlet temperature, instead of the viscosity; the film temperature follows from heat balance
     oil_viscosity_40, oil_viscosity_100 : kinematic viscosities at 40 and 100 °C, mm²/s
     oil_density : kg/m³
     heat_share : fraction of the friction power that heats the oil; None: 0.8 in a heat balance, 1 in an adiabatic film
-    film_temperature : heat-balance, one temperature for the film, or adiabatic, warming along the circumference
-    carry_over : fraction of the hot oil that an adiabatic film carries past its supply; None: all
+    film_temperature : heat-balance (one temperature for the film) or adiabatic (warming along the circumference)
+    carry_over : fraction of the hot oil that an adiabatic film carries past its supply; None for all
     cavitation : reynolds, guembel, full or mass-conserving
-    supply : widest-gap or none; None as the cavitation suggests
+    supply : widest-gap or none; None for the default of the cavitation model
     grooves : two-axial, at ±90° to the load, each of ``groove_deg``
-    grid : intervals around and over the width
-    roughness_um and the surfaces' other values : see :class:`cranktrain.film.steady.surfaces.Surfaces`
+    grid : grid intervals around and over the width
+    roughness_um and other values of the surfaces : see :class:`cranktrain.film.steady.surfaces.Surfaces`
     pressure_law : none, barus or roelands, with ``pressure_viscosity``, 1/GPa
     compressibility : none or dowson-higginson
-    bore : elastic, see :func:`cranktrain.structure.block.saddle.bore_compliance`; rigid by default
+    bore : elastic bore, see :func:`cranktrain.structure.block.saddle.bore_compliance`; rigid by default
     """
 
     diameter_mm: float
@@ -106,12 +106,12 @@ class Bearing(Surfaces):
     bore: BoreCompliance | None = None
 
     def equilibrium(self, load_n: float, moment_nm: Moment | None = None) -> dict[str, Any]:
-        """Eccentricity over c, attitude, least film, stiffness and damping, flow, friction, largest pressure.
+        """Compute the equilibrium: eccentricity, attitude, least film, stiffness, damping, flow, friction, pressure.
 
         Parameters
         ----------
-        load_n : N, along x; y 90° on in the sense of rotation
-        moment_nm : of the load about x and y, N m; the result then has ``tilt`` and matrices of four motions
+        load_n : load along x, N; y is at 90° in the sense of rotation
+        moment_nm : moments of the load about x and y, N m; adds ``tilt`` and gives matrices of four motions
 
         Returns
         -------
@@ -119,20 +119,20 @@ class Bearing(Surfaces):
         −∂F/∂x and −∂F/∂x', ``whirl_threshold`` ω_s √(c m/W), ``flow`` (m³/s), ``friction_torque`` (N m), ``p_max``
         (Pa); with a heat balance ``effective_temperature_c``, ``outlet_temperature_c`` and ``viscosity`` (Pa s);
         of an adiabatic film also ``largest_temperature_c`` at ``largest_temperature_deg`` from the load,
-        ``supply_mixture_temperature_c`` behind the supply, ``heat`` (W) and the film's temperatures over the angle;
-        between rough surfaces ``contact_load`` (N) and ``contact_friction_torque`` (N m), their parts,
-        ``friction_coefficient`` (torque over load and radius), ``contact_pressure_max_mpa`` and ``contact_area_mm2``,
-        the area that truly touches; in an elastic bore ``bore_displacement_um``, the largest
+        ``supply_mixture_temperature_c`` after the supply, ``heat`` (W) and film temperatures over the angle; for rough
+        surfaces ``contact_load`` (N) and ``contact_friction_torque`` (N m), the parts of the asperities,
+        ``friction_coefficient`` (torque over load and radius), ``contact_pressure_max_mpa`` and ``contact_area_mm2``
+        (real contact area); for an elastic bore ``bore_displacement_um``, the largest displacement
 
         Raises
         ------
         InputError
-            values that cannot be used
+            if values are invalid
         """
         return self.analysis(load_n, moment_nm)()
 
     def at_eccentricity(self, eccentricity: float) -> dict[str, Any]:
-        """The same, with ``load`` (N), of a journal at an eccentricity over the clearance; x is along that load."""
+        """Compute :meth:`equilibrium` and ``load`` (N) of a journal at ``eccentricity``; x is along this load."""
         return self.analysis(None, None, eccentricity=eccentricity)()
 
     def analysis(
@@ -142,12 +142,12 @@ class Bearing(Surfaces):
         label: Callable[[str], str] = str,
         eccentricity: float = 0.0,
     ) -> Callable[[], dict[str, Any]]:
-        """What :meth:`equilibrium` computes, ready to run; ``label`` says what a user calls a field in an error.
+        """Return the analysis of :meth:`equilibrium` as a function; ``label`` gives a field's name in errors.
 
-        Without a load the journal is at the ``eccentricity``.
+        If ``load_n`` is None, the journal is at ``eccentricity``.
         """
         supply = self._checked(moment_nm, label)
-        # About x and y; the film's own pair is ∫z dF = (M_y, −M_x).
+        # Users give moments about x and y; the film uses ∫z dF = (M_y, −M_x).
         moment = None if moment_nm is None else (moment_nm[1], -moment_nm[0])
         run = self._states(load_n, eccentricity, supply, moment)
         if load_n is None and not (math.isfinite(eccentricity) and eccentricity > 0.0):
@@ -172,7 +172,7 @@ class Bearing(Surfaces):
         return warm
 
     def _checked(self, moment: Moment | None, label: Callable[[str], str]) -> str:
-        """Oil supply; ``InputError`` for an invalid combination."""
+        """Return the oil supply; ``InputError`` for an invalid combination of values."""
         for name, (low, high, what) in _BOUNDS.items():
             value = getattr(self, name)
             if value is not None:
@@ -210,7 +210,7 @@ class Bearing(Surfaces):
         return supply
 
     def _check_heat(self, moment: Moment | None, label: Callable[[str], str]) -> None:
-        """Refuse a way to the film's temperature that cannot be taken with ``InputError``."""
+        """Raise ``InputError`` for a model of film temperature that does not fit the other values."""
         if self.film_temperature not in HEAT_SHARES:
             near = nearest(self.film_temperature, HEAT_SHARES)
             raise InputError(f"{label('film_temperature')} '{self.film_temperature}' does not exist; {near}")
@@ -232,7 +232,7 @@ class Bearing(Surfaces):
     def _adiabatic(
         self, oil: Oil, load: float | None, eccentricity: float, supply: str
     ) -> Callable[[], dict[str, Any]]:
-        """The bearing whose film warms along the circumference, ready to run."""
+        """Return the analysis of a bearing whose film warms along the circumference, as a function."""
         grid = self.grid or (ELASTIC_GRID if self.bore is not None else DEFAULT_GRID)
         groove = math.radians(20.0 if self.groove_deg is None else self.groove_deg)
         bearing = MixedBearing(self._surroundings(), supply, (grid[0], grid[1]), groove)
@@ -255,12 +255,12 @@ class Bearing(Surfaces):
         return run
 
     def _journal(self, viscosity: float) -> Journal:
-        """The journal at a viscosity, Pa s."""
+        """Return the journal at a viscosity, Pa s."""
         diameter, width = 1e-3 * self.diameter_mm, 1e-3 * self.width_mm
         return Journal(diameter, width, 1e-6 * self.clearance_um, viscosity, self.speed_rpm * RPM)
 
     def _check_surroundings(self, label: Callable[[str], str]) -> None:
-        """Refuse surfaces, laws or a bore that do not go together with ``InputError``."""
+        """Raise ``InputError`` for surfaces, oil laws or a bore that do not fit together."""
         self.check_surfaces(label)
         if (self.pressure_law != "none") != (self.pressure_viscosity is not None):
             raise InputError(
@@ -277,7 +277,7 @@ class Bearing(Surfaces):
             )
 
     def _surroundings(self) -> Surroundings:
-        """Effects in addition to the journal's motion."""
+        """Return the models of cavitation, oil, surfaces and bore."""
         roughness, contact = self.rough()
         oil = None
         if self.pressure_law != "none" or self.compressibility != "none":
@@ -293,7 +293,7 @@ class Bearing(Surfaces):
     def _states(
         self, load: float | None, eccentricity: float, supply: str, moment: Moment | None
     ) -> Callable[[float], SteadyState]:
-        """The bearing as a function of its viscosity, Pa s."""
+        """Return the steady state as a function of viscosity, Pa s."""
         groove = math.radians(20.0 if self.groove_deg is None else self.groove_deg)
 
         around = self._surroundings()
@@ -311,7 +311,7 @@ class Bearing(Surfaces):
         return lambda eta: steady.state(self._journal(eta), load, moment)
 
     def _values(self, state: SteadyState, moment: Moment | None, placed: bool) -> dict[str, Any]:
-        """Results in the units of users."""
+        """Return the results in the units of users."""
         found = _values(state, moment)
         if placed:
             found["load"] = state.load
@@ -328,7 +328,7 @@ class Bearing(Surfaces):
         return found
 
     def _oil(self) -> Oil:
-        """Walther's oil."""
+        """Return the oil by Walther's law."""
         inlet, thin, thick = self.inlet_temperature_c, self.oil_viscosity_40, self.oil_viscosity_100
         assert inlet is not None and thin is not None and thick is not None  # checked before
         return Oil(

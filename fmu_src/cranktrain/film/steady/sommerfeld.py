@@ -1,14 +1,14 @@
-"""The film at a given eccentricity, as tables print it: Sommerfeld number, attitude, side flow, friction.
+"""Dimensionless film at a given eccentricity, as in tables: Sommerfeld number, attitude, side flow, friction.
 
-Axes: x along the eccentricity, y 90° on in the sense of rotation. With ψ = c/R, width B, diameter D, rotation ω of the
-journal in a bore at rest (for pure squeeze, ω stands for the rate of eccentricity ε̇ in every norm):
+Axes: x along the eccentricity, y at 90° in the sense of rotation. With ψ = c/R, width B, diameter D, rotation ω of the
+journal in a bore at rest (for pure squeeze, ω is the rate of eccentricity ε̇ in every norm):
 
     So = F ψ²/(B D η ω),   forces the same way,   moments M ψ²/(B² D η ω),   pressure p ψ²/(η ω),
     side flow Q/((D/2)³ ψ ω) of both ends,
     friction μ_f/ψ = S/(2 So) + ½ ε sin β  with  S = ½∫∫ dφ dζ/H of a filled gap, 2π/√(1 − ε²) without tilt,
 
-the friction being that of the journal: shear of the whole circumference, and half of e × F (Butenschön 1976, whose
-tables of steady rotation hold p = 0 on the line of the widest gap; the friction formula is theirs).
+The friction is that of the journal: shear of the whole circumference plus half of e × F. This formula is from
+Butenschön (1976), whose tables of steady rotation have p = 0 on the line of the widest gap.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CAVITATION = (*RUPTURES, "mass-conserving")
 
 @dataclass(frozen=True)
 class PrescribedFilm:
-    """Dimensionless result, in the norms above; force and moment (true moment vector) on the journal, (2,) each."""
+    """Dimensionless result in the norms of the module; force and moment vector on the journal, (2,) each."""
 
     sommerfeld: float
     attitude: float
@@ -52,27 +52,27 @@ def prescribed_film(
     supply: str | None = None,
     grid: tuple[int, int] | None = None,
 ) -> PrescribedFilm:
-    """Film of a journal at a given eccentricity.
+    """Solve the film of a journal at a given eccentricity.
 
     Parameters
     ----------
     length_ratio : B/D
     eccentricity : ε in [0, 1)
-    squeeze : ε̇/ω, besides the rotation
-    squeeze_only : no rotation, ε̇ > 0
-    tilt : displacement of the journal's axis at the end ζ = +1, over the clearance, along x and y; at rest
+    squeeze : ε̇/ω, in addition to the rotation
+    squeeze_only : whether the motion is pure squeeze, ε̇ > 0, without rotation
+    tilt : constant displacement of the journal's axis at the end ζ = +1, over the clearance, along x and y
     cavitation : reynolds, guembel, full or mass-conserving
     supply : widest-gap or none; by default widest-gap for rotation with reynolds (with squeeze ≥ 0) or mass-conserving
-    grid : intervals around and over the width
+    grid : grid intervals around and over the width
 
     Raises
     ------
     InputError
-        for input that has no film
+        if no film exists for the input
     """
     _check(length_ratio, eccentricity, squeeze, squeeze_only, tilt, cavitation)
     feeds = cavitation in ("reynolds", "mass-conserving") and not squeeze_only
-    # A journal that moves away from the wall displaces oil in the widest gap; a groove there would let it out.
+    # A journal that moves away from the wall displaces oil in the widest gap, which a groove there would drain.
     by_default = feeds and (squeeze >= 0.0 or cavitation == "mass-conserving")
     chosen = supply or ("widest-gap" if by_default else "none")
     if chosen not in SUPPLIES[:2]:
@@ -106,7 +106,7 @@ def prescribed_film(
 
 
 def _result(eps: float, force: Array, leverage: Array, flow: float, p_max: float, shear: float) -> PrescribedFilm:
-    """``leverage`` is ∫z dF in the norm of moments."""
+    """Return the result with all norms; ``leverage`` is ∫z dF in the norm of moments."""
     load = math.hypot(*force)
     fx, fy = float(force[0]), float(force[1])
     return PrescribedFilm(

@@ -1,4 +1,4 @@
-"""Rough surfaces of one plain bearing as a user has them: roughness, asperities, contact modulus, hardness, friction.
+"""Rough surfaces of a plain bearing in engineering units: roughness, asperities, contact modulus, hardness, friction.
 
 Greenwood and Tripp's contact needs the products ηβσ and σ/β. A measured profile gives either these products, or the
 density η of the asperities and the radius β of their tips. Both forms are accepted:
@@ -36,25 +36,25 @@ BOUNDS = {
     "boundary_friction": (0.0, 1.0, "of the contact pressure"),
     "boundary_shear_mpa": (0.0, 1e4, "MPa"),
 }
-"""Lowest and highest value of each field, and the text of a refusal."""
+"""Lowest and highest value of each field, and explanation in the error message."""
 EITHER = (("asperity_factor", "asperity_density"), ("asperity_ratio", "asperity_radius_um"))
-"""Pairs of fields that say the same."""
+"""Pairs of alternative fields for the same property."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Surfaces:
-    """Surfaces of journal and bore together; None: as in the engine files, and smooth without ``roughness_um``.
+    """Combined surfaces of journal and bore; None: as in the engine files, and smooth without ``roughness_um``.
 
     Attributes
     ----------
-    roughness_um : σ, standard deviation of the heights of both surfaces together
+    roughness_um : σ, standard deviation of the combined heights of both surfaces
     roughness_pattern : Peklenik's γ; 1 isotropic, above 1 stretched along the motion, below 1 across it
     asperity_factor or asperity_density : ηβσ, or η in 1/mm²
     asperity_ratio or asperity_radius_um : σ/β, or the radius β of the tips
     contact_modulus_gpa : E' = 1/((1 − ν₁²)/E₁ + (1 − ν₂²)/E₂)
-    hardness_mpa : of the softer surface; the contact pressure approaches it
+    hardness_mpa : hardness of the softer surface, the limit of the contact pressure
     boundary_friction : coefficient of friction of the asperities
-    boundary_shear_mpa : shear stress on the area that truly touches, besides
+    boundary_shear_mpa : additional shear stress on the real contact area
     """
 
     roughness_um: float | None = None
@@ -69,7 +69,7 @@ class Surfaces:
     boundary_shear_mpa: float | None = None
 
     def check_surfaces(self, label: Callable[[str], str]) -> None:
-        """Refuse values that cannot be used with ``InputError``; ``label`` says what a user calls a field."""
+        """Raise ``InputError`` for invalid values; ``label`` gives the user's name of a field."""
         for name, (low, high, what) in BOUNDS.items():
             value = getattr(self, name)
             if value is not None:
@@ -91,7 +91,7 @@ class Surfaces:
                 )
 
     def asperities(self) -> tuple[float, float]:
-        """ηβσ and σ/β of rough surfaces."""
+        """Return ηβσ and σ/β of rough surfaces."""
         assert self.roughness_um is not None
         sigma = 1e-6 * self.roughness_um
         ratio = _given(self.asperity_ratio, "asperity_ratio")
@@ -103,7 +103,7 @@ class Surfaces:
         return factor, ratio
 
     def rough(self) -> tuple[Roughness | None, Array | None]:
-        """Roughness that the oil sees, and constants of the contact, of :mod:`cranktrain.film.contact.asperity`."""
+        """Return the roughness for the flow, and the contact constants of :mod:`cranktrain.film.contact.asperity`."""
         if self.roughness_um is None:
             return None, None
         factor, ratio = self.asperities()
@@ -122,5 +122,5 @@ _USUAL: dict[str, Any] = {field.name: field.default for field in fields(PlainBea
 
 
 def _given(value: float | None, name: str, unit: float = 1.0) -> float:
-    """A value in ``unit``, or that of the engine files."""
+    """Return a value converted from ``unit``, or the default of the engine files if it is None."""
     return float(_USUAL[name]) if value is None else unit * value

@@ -1,4 +1,4 @@
-"""A steady bearing whose viscosity follows from its own heat: equilibrium and heat balance together."""
+"""Steady bearing whose viscosity follows from its friction heat: equilibrium and heat balance solved together."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cranktrain.film.steady.heat_balance import MEAN, effective_temperature
 
 @dataclass(frozen=True)
 class WarmBearing:
-    """Equilibrium at the ``viscosity`` (Pa s) of the ``effective`` temperature; oil leaves at ``outlet`` (both K)."""
+    """Result: equilibrium at the ``viscosity`` (Pa s) of the ``effective`` temperature; ``outlet`` temperature (K)."""
 
     state: SteadyState
     effective: float
@@ -22,19 +22,19 @@ class WarmBearing:
 
 
 def warm_bearing(oil: Oil, inlet: float, speed: float, run: Callable[[float], SteadyState]) -> WarmBearing:
-    """Bearing at which λ P = ρ c_p Q (T_out − T_in), viscosity taken at the mean of both temperatures.
+    """Solve a bearing with the heat balance λ P = ρ c_p Q (T_out − T_in), viscosity at the mean of both temperatures.
 
     Parameters
     ----------
-    oil : viscosity law, density, heat capacity and the share λ of the friction that warms it
-    inlet : temperature of the oil supplied, K
-    speed : of the journal, rad/s
-    run : equilibrium at a viscosity (Pa s); its flow out of the ends carries the heat
+    oil : oil with viscosity law, density, heat capacity and the fraction λ of the friction that heats the oil
+    inlet : temperature of the supplied oil, K
+    speed : speed of the journal, rad/s
+    run : function that returns the equilibrium at a viscosity (Pa s); its flow out of the ends carries the heat
 
     Raises
     ------
     InputError, SolverError
-        of :func:`cranktrain.film.steady.heat_balance.effective_temperature` and of ``run``
+        those of :func:`cranktrain.film.steady.heat_balance.effective_temperature` and of ``run``
     """
     states: dict[float, SteadyState] = {}
 

@@ -1,1 +1,1 @@
-"""Journal films in a rigid bore, read from a table."""
+"""Fluid films of journals in a rigid bore, read from a table."""

@@ -1,6 +1,6 @@
-"""Force on an aligned journal read from a film table, handed over to the film solved online as ε → 1.
+"""Force on an aligned journal, read from a film table or, for ε → 1, solved online.
 
-Conventions, hand-over and status as in :mod:`cranktrain.film.table.law`, with two degrees of freedom.
+Conventions, transition and status are those of :mod:`cranktrain.film.table.law`, with two degrees of freedom.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from cranktrain.film.table.interpolation import (
 from cranktrain.film.table.law import BLENDED, CENTRED, FAILED, SOLVED, TABLED, fall, turned_block
 
 ALIGNED_MARGIN = 0.005
-"""Margin inside the edge in ε where the table and the film solved online are blended."""
+"""Width in ε, inside the edge of the table, of the transition from the table to the film solved online."""
 
 
 SOLVED_SHARE = PLANE_ECCENTRICITY + 1
-"""Value that aligned_force writes after a film of the plane: the weight of the solved film."""
+"""Index of the weight of the solved film in the result of aligned_force."""
 
 
 @kernel
 def aligned_force(place, velocity, half_speed, c, factor, tabled, out):
-    """Force on a journal without tilt, in axes at rest with the bore, from the aligned table.
+    """Compute the force on a journal without tilt from the aligned table, in axes fixed to the bore.
 
-    Arguments and result as in :func:`table_force`, of which only the first two of ``place`` and ``velocity`` count; the
-    grid may be one of half the width. ``out`` (≥ 12,): force (N); from PLANE_BY_PLACE on ∂F/∂(x, y), from
+    Arguments and result are those of :func:`table_force`, with only two entries of ``place`` and ``velocity``; the grid
+    may be one of half the width. ``out`` (≥ 12,): force (N); from PLANE_BY_PLACE on ∂F/∂(x, y), from
     PLANE_BY_VELOCITY on ∂F/∂(vx, vy), row-major; PLANE_ECCENTRICITY; SOLVED_SHARE.
     """
     x = place[0]
@@ -85,7 +85,7 @@ def aligned_force(place, velocity, half_speed, c, factor, tabled, out):
     out[1] = factor * (fr * ny + ft * nx)
     k_xx, k_xy, k_yx, k_yy = scaled(stiff, turned_block((k_rr, k_rt), (k_tr, k_tt), nx, ny))
     d_xx, d_xy, d_yx, d_yy = scaled(stiff, turned_block((d_rr, d_rt), (d_tr, d_tt), nx, ny))
-    # The velocity of pure squeeze depends on the place through the surface speeds.
+    # The velocity of pure squeeze depends on the position through the surface speeds.
     by_place = k_xx - half_speed * d_xy, k_xy + half_speed * d_xx, k_yx - half_speed * d_yy, k_yy + half_speed * d_yx
     put_four(out, PLANE_BY_PLACE, by_place)
     put_four(out, PLANE_BY_VELOCITY, (d_xx, d_xy, d_yx, d_yy))
@@ -96,7 +96,7 @@ def aligned_force(place, velocity, half_speed, c, factor, tabled, out):
 
 @kernel
 def _tabled(eps, vr, vt, table, f):
-    """Force (r, t) on the line of centres, its derivatives by (r, t) and by (v_r, v_t); ``f`` is scratch."""
+    """Return the force (r, t) on the line of centres, derivatives by (r, t) and by (v_r, v_t); ``f`` is scratch."""
     speed = math.sqrt(vr * vr + vt * vt)
     cos = 1.0
     sin = 0.0
@@ -128,7 +128,7 @@ def _tabled(eps, vr, vt, table, f):
 
 @kernel
 def aligned_observables(place, velocity, half_speed, bearing, table, out):
-    """Largest pressure (Pa) and flow out of both ends (m³/s) of a film without tilt, frozen beyond the table's edge.
+    """Return largest pressure (Pa) and flow out of both ends (m³/s) without tilt; ε is limited to the table's edge.
 
     ``bearing`` are the parameters of :mod:`cranktrain.film.laws.parameters`; ``out`` (6,) is scratch.
     """

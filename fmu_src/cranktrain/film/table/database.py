@@ -1,30 +1,31 @@
 """Film table: force, moments and damping of a rigid-bore journal film over eccentricity, squeeze direction and tilt.
 
 A plain or fully circumferentially grooved film at ambient pressure is homogeneous in its velocities, so its
-dimensionless force (:mod:`cranktrain.film.journal.film`) depends on numbers only. In axes along and across the line of
-centres, with the velocity of pure squeeze v = |v|(cos γ, sin γ) and the tilt t = (a, b), all over the clearance:
+dimensionless force (:mod:`cranktrain.film.journal.film`) depends on dimensionless numbers only. In axes along and
+across the line of centres, with the velocity of pure squeeze v = |v|(cos γ, sin γ) and the tilt t = (a, b), all over
+the clearance:
 
 * aligned, over (ε, γ): ln M, β, ln p̂, ln q̂ of F = −|v| M (cos(γ + β), sin(γ + β)), the largest Π = |v| p̂ and the
   flow out of both ends |v| q̂ (as in :mod:`cranktrain.film.laws.impedance`, from the two-dimensional film);
-* tilted, over (ε, γ, a, b): ln M, β, the moments over |F|, and what tilt rates off the sampled family add
-  (:mod:`cranktrain.film.table.family`); ln p̂ apart.
+* tilted, over (ε, γ, a, b): ln M, β, the moments over |F|, and the effect of tilt rates outside the sampled family
+  (:mod:`cranktrain.film.table.family`); ln p̂ in a separate array.
 
-A velocity has four components, but a table with tilt has room for one direction only. The family defines the sampled
-rates of tilt, and how two of its points represent any other rate.
+A velocity has four components, but a table with tilt can resolve only one direction. The family defines the sampled
+rates of tilt and represents any other rate by two of its points.
 
-The tilted films are extrapolated (Richardson) from two axial divisions, spaced by a sine towards the ends: at a strong
-tilt the pressure lies within a few per cent of the width, where even intervals err by 5 to 10 %. The
-interpolation (:mod:`cranktrain.film.table.interpolation`) is measured against the same films at every cell's centre.
+The tilted films are extrapolated (Richardson) from two axial grids, with nodes concentrated at the ends by a sine. At a
+strong tilt the pressure extends over a few per cent of the width, where even intervals have errors of 5 to 10 %. The
+error of interpolation (:mod:`cranktrain.film.table.interpolation`) is measured at the centre of every cell.
 
 Accuracy of a table of L/D 0.353 (``python -m benchmarks film_table``; the error is the larger of force error over |F|
 and moment error over |F| L/2, against films of twice as many nodes):
 
-* without tilt, 2000 random states: at most 0.08 % to ε 0.95, 0.16 % to 0.99, of the films it was made of;
-* on the family, 600 random states to ε 0.95 and the tilt range, touching edges included: 0.4 % at the 95th percentile,
-  0.03 % in the median, at most 5.3 % (against the films it was made of 0.3, 0.03 and 1.2 %);
-* at places and velocities of a running six the two points leave 2 % of the bearing's largest force at the 95th
-  percentile, 0.02 % in the median, at most 18 % (500 states at each of 1000 to 2600 rev/min, films themselves in place
-  of the table). Pure tilt rate is 15 % too stiff.
+* without tilt, 2000 random states: at most 0.08 % up to ε 0.95, 0.16 % up to 0.99, against films on the table's grid;
+* on the family, 600 random states up to ε 0.95 and the tilt range, edge contact included: 0.4 % at the 95th percentile,
+  0.03 % in the median, at most 5.3 % (against films on the table's grid 0.3, 0.03 and 1.2 %);
+* at positions and velocities of a running six-cylinder engine the error of the two points is 2 % of the bearing's
+  largest force at the 95th percentile, 0.02 % in the median, at most 18 % (500 states at each of 1000 to 2600 rev/min,
+  films solved instead of tabled). The damping of a pure tilt rate is 15 % too large.
 """
 
 from __future__ import annotations
@@ -68,27 +69,27 @@ from cranktrain.film.table.sampling import aligned_errors, sample_aligned, sampl
 SCHEMA = 5
 GROOVES = ("none", "circumferential")
 RESOLUTIONS = {"coarse": (20, 28, 4), "default": (40, 54, 9), "fine": (48, 72, 11)}
-"""Nodes over ε, γ and (from zero to the tilt range) each of A, B of the tilted table."""
+"""Numbers of nodes of the tilted table in ε, γ and each of A, B (from zero to the tilt range)."""
 N_ALIGNED = (49, 96)
 ALIGNED_GRID = (144, 24)
 TILT_GRIDS = ((64, 12), (64, 24))
-"""Intervals around and over the whole width of the two films that are extrapolated."""
+"""Grid intervals (around, over the whole width) of the two films of Richardson's extrapolation."""
 ONLINE_GRID = (48, 12)
 AXIAL_SINE = 0.98
 RUN_IN_RANGE = 1.0
-"""Tilt range of an engine's bearings: their edges touch."""
+"""Tilt range of an engine's bearings, at which their edges touch."""
 
 
 @dataclass(frozen=True)
 class TableSettings:
     """Settings of a table; equal settings give equal tables.
 
-    length_ratio : L/D, the whole width
-    groove : none, or circumferential: zero pressure all round at z = 0
+    length_ratio : L/D with the whole width L
+    groove : none, or circumferential (zero pressure around the bore at z = 0)
     resolution : coarse, default or fine
     tilt : whether the tilted table is built
     tilt_range : largest A and B, as fraction of the possible tilt
-    relief_depth, relief_share, relief_exponent : profile of the shell, its depth over the clearance
+    relief_depth, relief_share, relief_exponent : profile of the shell (depth over the clearance, width fraction)
     roughness : σ over the clearance, see :mod:`cranktrain.film.contact.gap`
     """
 
@@ -120,32 +121,32 @@ class TableSettings:
 
     @property
     def digest(self) -> str:
-        """Of everything that the table's numbers depend on."""
+        """Digest of all settings and constants that the numbers of the table depend on."""
         constants = (SCHEMA, N_ALIGNED, TILT_GRIDS, ALIGNED_GRID, AXIAL_SINE, GATHERED, STRETCH, LOW_SHARE, LOW_WIDTH)
         family = (TILT_STRETCH, CENTRED_TURN, LEVER, DEEPEST, ALIGNED_MAX, TILTED_MAX, RESOLUTIONS[self.resolution])
         return sha256(repr((sorted(asdict(self).items()), constants, family)).encode()).hexdigest()
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Nodes over ε, γ and each tilt of the tilted table."""
+        """Numbers of nodes of the tilted table in ε, γ and each tilt."""
         return RESOLUTIONS[self.resolution]
 
     @property
     def profile(self) -> tuple[float, float, float]:
-        """Profile of the shell, its depth over the clearance."""
+        """Relief profile of the shell, with its depth over the clearance."""
         return self.relief_depth, self.relief_share, self.relief_exponent
 
     def on_shell(self, grid: JournalGrid) -> JournalGrid:
-        """The grid of a film on this shell."""
+        """Return ``grid`` with the relief and roughness of this shell."""
         return shell_grid(grid, self.profile, self.roughness)
 
     def ends(self) -> Array:
-        """Terms of the place to which an end may tilt, see :mod:`cranktrain.film.table.reach`."""
+        """Coefficients of the reach ρ of a tilted end, see :mod:`cranktrain.film.table.reach`."""
         return np.array(reach_terms(self.profile, self.roughness, TILTED_MAX))
 
 
 def bearing_settings(bearing: PlainBearing, resolution: str = "default", tilt: bool = True) -> TableSettings:
-    """Settings of the table that a plain bearing's films are read from."""
+    """Return the settings of the table for the films of a plain bearing."""
     depth, share, exponent = over(bearing.relief, bearing.clearance)
     numbers = (bearing.width / bearing.diameter, depth, bearing.roughness / bearing.clearance)
     ratio, depth, roughness = (float(f"{number:.12g}") for number in numbers)
@@ -157,7 +158,7 @@ def bearing_settings(bearing: PlainBearing, resolution: str = "default", tilt: b
 
 @dataclass(frozen=True)
 class FilmTable:
-    """A built table and its interpolation error.
+    """Film table with its interpolation error.
 
     aligned_error : (n_ε − 1, n_γ) force error at cell centres over |F|
     tilted_error : (n_ε − 1, n_γ, n_t − 1, n_t − 1) the larger of force error over |F| and moment error over |F| L/2
@@ -170,13 +171,13 @@ class FilmTable:
 
     @property
     def cells(self) -> int:
-        """Cells of both tables, counting the stored quarter only."""
+        """Number of cells of both tables, counting the stored quarter only."""
         return int(self.aligned_error.size + self.tilted_error.size)
 
     def worst(self, eccentricity: float = 1.0, tilt: float = 1.0) -> dict[str, float]:
-        """Maximum and 95th percentile of the interpolation error of cells with centres up to ``eccentricity``.
+        """Return maximum and 95th percentile of the interpolation error of cells with centres up to ``eccentricity``.
 
-        With tilt of those up to a share ``tilt`` of its range; beyond 1 − ``law.SHARE_MARGIN`` films are solved too.
+        Tilted cells count up to the fraction ``tilt`` of the range; above 1 − ``law.SHARE_MARGIN`` films are blended.
         """
         result = {}
         for name, error, top in (
@@ -194,14 +195,14 @@ class FilmTable:
 
 
 def tilt_shares(settings: TableSettings, middle: bool = False) -> Array:
-    """Relative tilts A or B of the nodes, or of the cells' middles."""
+    """Return the relative tilts A or B of the nodes or, if ``middle``, of the cell centres."""
     n = settings.shape[2]
     s = (np.arange(n - 1) + 0.5) / (n - 1) if middle else np.linspace(0.0, 1.0, n)
     return settings.tilt_range * np.tanh(s * math.atanh(TILT_STRETCH)) / TILT_STRETCH
 
 
 def table_grid(settings: TableSettings, n_phi: int = ONLINE_GRID[0], n_z: int = ONLINE_GRID[1]) -> JournalGrid:
-    """Grid of a tilted film with axial nodes gathered at the ends (and at the groove).
+    """Make the grid of a tilted film with axial nodes concentrated at the ends (and at the groove).
 
     The weights are scaled so that the force of a parabola, the short bearing, is exact.
     """
@@ -235,7 +236,7 @@ def table_grid(settings: TableSettings, n_phi: int = ONLINE_GRID[0], n_z: int = 
 
 
 def aligned_grid(settings: TableSettings, n_phi: int = ALIGNED_GRID[0], n_z: int = ALIGNED_GRID[1]) -> JournalGrid:
-    """Grid of an aligned film, of half the width; between grooves all round it is that of a straight shell."""
+    """Make the grid of an aligned film on half the width; with a circumferential groove, that of a straight shell."""
     grid = journal_grid(n_phi, n_z, half=True)
     profile = settings.profile if settings.groove == "none" else STRAIGHT
     return shell_grid(grid, profile, settings.roughness)
@@ -247,16 +248,16 @@ def _sine(n: int) -> Array:
 
 
 def aligned_norms(settings: TableSettings) -> tuple[float, float]:
-    """(D/L)² of the aligned film, and its flow out of the outer ends over 2 R³/L |v| q̂.
+    """Return (D/L)² of the aligned film, and its flow out of the outer ends over 2 R³/L |v| q̂.
 
-    A groove makes two films of half the width: together they carry in the norm of the whole width, each lets half of
-    its flow out at the outer end.
+    A groove makes two films of half the width. Their common force is in the norm of the whole width, and half of the
+    flow of each leaves at the outer end.
     """
     return (1.0 / settings.length_ratio**2, 1.0) if settings.groove == "none" else (4.0 / settings.length_ratio**2, 2.0)
 
 
 def slab_names(settings: TableSettings) -> list[str]:
-    """Names of the pieces that are sampled one by one, in any order, independent of each other."""
+    """Return the names of the slabs, the parts of a table that are sampled independently and in any order."""
     names = [f"aligned {i}" for i in range(N_ALIGNED[0])] + [f"aligned middle {i}" for i in range(N_ALIGNED[0] - 1)]
     if settings.tilt:
         n = settings.shape[0]
@@ -265,12 +266,12 @@ def slab_names(settings: TableSettings) -> list[str]:
 
 
 def sample_slab(settings: TableSettings, name: str) -> Array:
-    """Solve all films of one slab: (n_γ, 4), or (n_γ, n_t, n_t, 13) with tilt.
+    """Solve all films of one slab; returns (n_γ, 4), or (n_γ, n_t, n_t, 13) with tilt.
 
     Raises
     ------
     SolverError
-        where a film did not converge
+        if a film did not converge
     """
     kind, *middle, index = name.split()
     aligned = kind == "aligned"
@@ -299,7 +300,7 @@ def sample_slab(settings: TableSettings, name: str) -> Array:
 
 
 def compile_sampling() -> None:
-    """Compile the kernels of :func:`sample_slab`; processes compiling at the same time would corrupt the cache."""
+    """Compile the kernels of :func:`sample_slab` once, because parallel compilation would corrupt the cache."""
     one, out = np.array([0.5]), np.zeros(2 * OUT_SIZE)
     grid = journal_grid(12, 6, half=True)
     sample_aligned(0.5, one, 4.0, solved_film(grid), out, np.zeros((1, 4)))
@@ -308,7 +309,7 @@ def compile_sampling() -> None:
 
 
 def slab_shape(settings: TableSettings, name: str) -> tuple[int, ...]:
-    """Shape of the slab of a name, see :func:`sample_slab`."""
+    """Return the array shape of a slab, see :func:`sample_slab`."""
     if name.startswith("aligned"):
         return N_ALIGNED[1], 4
     _, n_gamma, n_tilt = settings.shape
@@ -317,7 +318,7 @@ def slab_shape(settings: TableSettings, name: str) -> tuple[int, ...]:
 
 
 def table_axes(settings: TableSettings) -> Array:
-    """Axes of :class:`cranktrain.film.table.interpolation.TableArrays`."""
+    """Return the axes of :class:`cranktrain.film.table.interpolation.TableArrays`."""
     tops = [float(stretched(top)[0]) for top in (ALIGNED_MAX, TILTED_MAX)]
     return np.array(
         [1.0 / settings.length_ratio**2, settings.tilt_range, *tops, *aligned_norms(settings), *settings.ends()]
@@ -325,7 +326,7 @@ def table_axes(settings: TableSettings) -> Array:
 
 
 def what_is_wrong(table: FilmTable) -> str:
-    """Contradiction between a table that was read and its settings; empty if there is none."""
+    """Return the contradiction between a table that was read and its settings; empty if there is none."""
     n_eps, n_gamma = N_ALIGNED
     n, g, t = table.settings.shape
     tilt, axes = table.settings.tilt, table_axes(table.settings)
@@ -347,7 +348,7 @@ def what_is_wrong(table: FilmTable) -> str:
 
 
 def assemble(settings: TableSettings, slabs: Mapping[str, Array]) -> FilmTable:
-    """Fit the splines through all slabs of :func:`slab_names` and measure their error at cell centres."""
+    """Make the table: fit splines to all slabs of :func:`slab_names` and measure the error at cell centres."""
     n_eps, n_gamma = N_ALIGNED
     aligned = aligned_spline(np.stack([slabs[f"aligned {i}"] for i in range(n_eps)]))
     axes = table_axes(settings)

@@ -1,29 +1,31 @@
-"""The velocities that the tilted film table samples, and how it represents all others.
+"""Family of velocities that the tilted film table samples, and representation of all other velocities by it.
 
-A film's force depends on two velocities of pure squeeze: v of the journal's middle and w of its tilt (in axes along and
+A film's force depends on two velocities of pure squeeze, v of the journal's middle and w of its tilt (in axes along and
 across the line of centres, over the clearance). The table has only the direction of v as a coordinate. It is sampled
-for a tilt that turns with the line of centres,
+for a tilt that rotates with the line of centres,
 
     w_ref = ρ v_t e_z×t,    ρ = ε³/(ε⁴ + δ⁴),
 
-which a journal keeps whose tilt is at rest while both surfaces turn (for ε ≫ δ; nearer to the centre the line of
-centres may turn at any rate, and δ keeps the family finite). With the rest d = w − w_ref any velocity of the surface is
+as for a journal whose tilt is at rest in space while the surfaces rotate (for ε ≫ δ; near the centre the line of
+centres may rotate at any rate, and δ keeps the family finite). With the remainder d = w − w_ref any velocity of the
+surface is
 
     v + ζ w = (v + λ d) + ζ w_ref + (ζ − λ) d :
 
-λ is free. If the pressure is concentrated around ζ = λ the last term is small, so the film is that of the family at v +
-λ d with a small linear remainder. The pressure is centred at a lever ζ_c, which a tilt moves to the narrow end. Two
-points of the family, λ = ζ_c ± σ, also represent a nonlinear effect: d adds pressure at one end, but at the other end
-it cannot remove more pressure than there is, so the force grows with |d| for either sign of d.
+for any λ. If the pressure is concentrated around ζ = λ, the last term is small, and the film is that of the family at
+v + λ d with a small linear correction. The pressure is centred at a lever ζ_c, which a tilt moves to the narrow end.
+Two points of the family, λ = ζ_c ± σ, also represent a nonlinear effect: d adds pressure at one end, but at the other
+end it cannot remove more pressure than exists, so the force grows with |d| for either sign of d.
 
     F = ½ Σ_± [F_family(v + λ_± d) + R(v + λ_± d) d],    R = ∂F/∂w − ζ_c ∂F_family/∂v,
 
-ζ_c = LEVER ρ ε A with A the tilt along the line of centres as a share of the possible one. R is tabled, so damping is
-exact on the family. For |d| ≪ |v| the two points merge: σ rises from zero between the rates |d|/|v| in ONE_POINT,
-and one point is read below. R depends on the direction of v + λ d only; it fades out where |v + λ d| < FADED |d|.
+ζ_c = LEVER ρ ε A with the tilt A along the line of centres as a fraction of the possible tilt. R is tabled, so damping
+is exact on the family. For |d| ≪ |v| the two points merge: σ rises from zero between the ratios |d|/|v| in ONE_POINT,
+and below these only one point is evaluated. R depends on the direction of v + λ d only; it fades out for
+|v + λ d| < FADED |d|.
 
-LEVER and SPREAD are chosen for least error over states of a running six from 1000 to 2600 rev/min, in shells relieved
-by 0.15 clearances (``python benchmarks/film_table.py`` states what is left).
+LEVER and SPREAD are chosen for least error over states of a running six-cylinder engine from 1000 to 2600 rev/min, in
+shells relieved by 0.15 clearances (``python benchmarks/film_table.py`` prints the remaining error).
 """
 
 from __future__ import annotations
@@ -31,17 +33,17 @@ from __future__ import annotations
 from cranktrain.core.kernel import kernel
 
 CENTRED_TURN = 0.15
-"""δ: eccentricity below which the tilt of the sampled family no longer turns with the line of centres."""
+"""Eccentricity δ below which the tilt of the sampled family no longer rotates with the line of centres."""
 LEVER = 0.35
 SPREAD = (0.28, 0.12)
-"""σ = s₀ (1 − s₁ q/(1 + q)) with q = |d|²/|v|²."""
+"""Constants (s₀, s₁) of the distance σ = s₀ (1 − s₁ q/(1 + q)) with q = |d|²/|v|²."""
 FADED = 0.1
 ONE_POINT = (0.05, 0.1)
 
 
 @kernel
 def turning(eps):
-    """ρ(ε) and its slope."""
+    """Return ρ(ε) of the sampled family and its slope."""
     d4 = CENTRED_TURN * CENTRED_TURN * CENTRED_TURN * CENTRED_TURN
     e3 = eps * eps * eps
     inverse = 1.0 / (e3 * eps + d4)
@@ -51,7 +53,7 @@ def turning(eps):
 
 @kernel
 def spread(ratio2):
-    """σ of the two points at |d|²/|v|², and its slope by that."""
+    """Return the distance σ of the two points at ``ratio2`` = |d|²/|v|², and its slope."""
     low = ONE_POINT[0] * ONE_POINT[0]
     span = ONE_POINT[1] * ONE_POINT[1] - low
     if ratio2 <= low:

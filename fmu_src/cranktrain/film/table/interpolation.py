@@ -1,16 +1,16 @@
-"""Splines of the film table: their axes, their fit and their evaluation with exact derivatives.
+"""Splines of the film table: axes, fit, and evaluation with exact derivatives.
 
-Axes: x = −ln(1 − 0.97 ε) + 0.6 ln(1 + ε/0.1) and y = γ − 0.2 sin γ − 0.1 sin 2γ, uniform, y periodic (nodes gather
-where a thin film passes from squeeze to wedge, about γ = ±95°, and where the surfaces part); the tilt as shares
+Axes: x = −ln(1 − 0.97 ε) + 0.6 ln(1 + ε/0.1) and y = γ − 0.2 sin γ − 0.1 sin 2γ, uniform, y periodic (nodes are
+concentrated at the change of a thin film from squeeze to wedge, about γ = ±95°, and at separating surfaces); the tilts
 
     A = a/(√(ρ² − b²) − ε),  B = b/√(ρ² − ε²)
 
-of what is possible before an end lies at ρ(ε) (:mod:`cranktrain.film.table.reach`), both stretched by artanh. The
-box |A|, |B| ≤ tilt range fills the lens of possible tilts without a kink. Two mirrors, z → −z and about the line of
-centres, leave a quarter of it to store; the splines are those of the whole.
+as fractions of the tilt at which an end lies at ρ(ε) (:mod:`cranktrain.film.table.reach`), both stretched by artanh.
+The box |A|, |B| ≤ tilt range covers the region of possible tilts smoothly. By the two symmetries z → −z and about the
+line of centres only a quarter of the box is stored; the splines are those of the whole box.
 
-Cubic in x and y (C²), quadratic in A and B (C¹). Coefficients of all functions lie side by side, so that four of
-them are contracted at once.
+Splines are cubic in x and y (C²), quadratic in A and B (C¹). Coefficients of all functions are adjacent in memory, so
+that four functions are evaluated at once.
 """
 
 from __future__ import annotations
@@ -32,40 +32,40 @@ GATHERED = (0.2, 0.1)
 TILT_STRETCH = 0.98
 ALIGNED_MAX = 0.995
 TILTED_MAX = 0.98
-"""Largest eccentricities of the two tables."""
+"""Largest eccentricities of the aligned and of the tilted table."""
 
-# Functions of the aligned and of the tilted table.
+# Indices of the functions of the aligned and of the tilted table.
 LN_FORCE, TURN, LN_ALIGNED_PRESSURE, LN_FLOW = 0, 1, 2, 3
 MOMENT_R, MOMENT_T, REST = 2, 3, 4
 BY_E, BY_G, BY_A, BY_B = 1, 2, 3, 4
-"""Rows of their derivatives by ε, γ, A, B."""
+"""Rows of the derivatives of all functions by ε, γ, A, B."""
 FUNCTIONS = 12
-"""Of the tilted table: ln M, β, both moments over |F|, and R (4, 2) of :mod:`cranktrain.film.table.family` over M."""
+"""Number of tilted functions: ln M, β, moments over |F|, R (4, 2) of :mod:`cranktrain.film.table.family` over M."""
 ACROSS = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0)
 ENDS = (1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0)
-"""Signs that these functions take in the mirrors about the line of centres and z → −z."""
-# Entries of TableArrays.axes.
+"""Signs of the tilted functions under the symmetries about the line of centres (ACROSS) and z → −z (ENDS)."""
+# Indices of TableArrays.axes.
 RATIO2, TILT_RANGE, ALIGNED_TOP, TILTED_TOP, ALIGNED_RATIO2, FLOW_NORM, REACH = range(7)
 AXES = REACH + TERMS
-# Place on the tilted table's axes: cells, then weights and their derivatives along each axis.
+# Layout of a position on the tilted table's axes: cells, then weights and their derivatives along each axis.
 CELL_E, CELL_A, CELL_B, ALONG_E, ALONG_A, ALONG_B, PLACE = 0, 1, 2, 3, 11, 17, 23
 NODE = 4 * FUNCTIONS
-"""All functions at one node of γ, and their derivatives by ε, A and B."""
+"""Number of values at one node of γ: all functions and their derivatives by ε, A and B."""
 KEPT_NODES = 8
 TAGS = KEPT_NODES * NODE
 PLACE_AT = TAGS + KEPT_NODES
 SCRATCH = PLACE_AT + PLACE
-"""Length of the memory that :func:`interpolate_tilted` works in: nodes of γ, which these are, the place in ε, A, B."""
+"""Length of the scratch of :func:`interpolate_tilted`: values of γ nodes, numbers of these nodes, place in ε, A, B."""
 
 
 class TableArrays(NamedTuple):
-    """Arrays that kernels read: contiguous, float64 except ``tilted``, float32 because its memory limits speed.
+    """Contiguous arrays of the kernels: float64, but float32 for ``tilted``, whose memory traffic limits the speed.
 
     aligned : (4, n_ε + 2, n_γ + 3) spline coefficients
-    tilted : (n_ε + 2, n_γ + 3, n_t + 2, 12 (n_t + 2)) spline coefficients; (1, 1, 1, 1) where not built
-    pressure : (n_ε + 2, n_γ + 3, n_t + 2, n_t + 2) the same of ln p̂
+    tilted : (n_ε + 2, n_γ + 3, n_t + 2, 12 (n_t + 2)) spline coefficients; (1, 1, 1, 1) if not built
+    pressure : (n_ε + 2, n_γ + 3, n_t + 2, n_t + 2) spline coefficients of ln p̂
     axes : (AXES,) (D/L)² of the film, tilt range, largest x of the aligned and the tilted table, :func:`aligned_norms`,
-        and the terms of the reach ρ of ends whose tilt is called possible
+        and the coefficients of the reach ρ that limits possible tilts
     """
 
     aligned: Array
@@ -75,11 +75,11 @@ class TableArrays(NamedTuple):
 
 
 UNTILTED: Any = np.zeros((1, 1, 1, 1), dtype=np.float32)
-"""In place of a tilted table that was not built."""
+"""Placeholder of a tilted table that was not built."""
 
 
 def eccentricity_nodes(count: int, top: float) -> Array:
-    """Eccentricities, uniform in x, from 0 to ``top``."""
+    """Return eccentricities from 0 to ``top``, uniform in x."""
     x = np.linspace(0.0, float(stretched(top)[0]), count)
     eps = top * x / x[-1]
     for _ in range(60):
@@ -89,12 +89,12 @@ def eccentricity_nodes(count: int, top: float) -> Array:
 
 
 def centres(eccentricities: Array) -> Array:
-    """Eccentricities half-way in x between ``eccentricities``."""
+    """Return the eccentricities half-way, in x, between ``eccentricities``."""
     return eccentricity_nodes(2 * len(eccentricities) - 1, float(eccentricities[-1]))[1::2]
 
 
 def directions(count: int, shift: float = 0.0) -> Array:
-    """Angles γ of the nodes, uniform in y from −π, moved by a ``shift`` of cells."""
+    """Return angles γ of the nodes, uniform in y from −π, shifted by ``shift`` cells."""
     y = -math.pi + 2.0 * math.pi * (np.arange(count) + shift) / count
     gamma = y.copy()
     for _ in range(60):
@@ -104,7 +104,7 @@ def directions(count: int, shift: float = 0.0) -> Array:
 
 
 def aligned_spline(values: Array) -> Array:
-    """Coefficients (4, n_ε + 2, n_γ + 3) through values (n_ε, n_γ, 4), made symmetric about the line of centres."""
+    """Return spline coefficients (4, n_ε + 2, n_γ + 3) of values (n_ε, n_γ, 4), symmetric about the line of centres."""
     n_eps, n_gamma, _ = values.shape
     values = 0.5 * (values + values[:, _opposite(n_gamma)] * np.array([1.0, -1.0, 1.0, 1.0]))
     ends = np.zeros((2, n_gamma, 4))
@@ -114,16 +114,16 @@ def aligned_spline(values: Array) -> Array:
 
 
 def _opposite(n: int) -> Any:
-    """Index of −γ on the circle that starts at −π."""
+    """Return the indices of −γ on a circle of nodes that starts at −π."""
     return (-np.arange(n)) % n
 
 
 def tilted_spline(values: Array, across: tuple[float, ...] = ACROSS, ends_sign: tuple[float, ...] = ENDS) -> Array:
-    """Coefficients of the stored quarter, from values (n_ε, n_γ, n_t, n_t, m) of m functions on it, and their signs."""
+    """Return spline coefficients of the stored quarter from values (n_ε, n_γ, n_t, n_t, m) and signs of m functions."""
     n_eps, n_gamma, n_tilt, _, functions = values.shape
     line, ends = np.array(across), np.array(ends_sign)
     back = _opposite(n_gamma)
-    # Solved on both sides of a mirror, equal to rounding; from here on to the last bit.
+    # Values on a symmetry line exist twice and agree within rounding; their mean makes them exactly symmetric.
     values = values.copy()
     values[:, :, :, 0] = 0.5 * (values + line * values[:, back])[:, :, :, 0]
     values[:, :, 0] = 0.5 * (values + ends * line * values[:, back])[:, :, 0]
@@ -144,7 +144,7 @@ def tilted_spline(values: Array, across: tuple[float, ...] = ACROSS, ends_sign: 
 
 
 def _quadratic(n: int) -> Array:
-    """Matrix from n + 2 quadratic coefficients to n values and no jump of f'' next to the ends."""
+    """Return the matrix of n + 2 quadratic coefficients: n values, and no jump of f'' next to the ends."""
     rows = np.zeros((n + 2, n + 2))
     for i in range(n):
         rows[i, i : i + 3] = [0.125, 0.75, 0.125]
@@ -154,14 +154,14 @@ def _quadratic(n: int) -> Array:
 
 @kernel
 def stretched(eps):
-    """x of an eccentricity, and its slope."""
+    """Return x of an eccentricity, and its slope."""
     x = -math.log(1.0 - STRETCH * eps) + LOW_SHARE * math.log(1.0 + eps / LOW_WIDTH)
     return x, STRETCH / (1.0 - STRETCH * eps) + LOW_SHARE / (LOW_WIDTH + eps)
 
 
 @kernel
 def _around(cos, sin, count):
-    """Cell of an angle γ on a circle of ``count`` cells that starts at −π, the place in it, and its slope by γ."""
+    """Return the cell of γ on a circle of ``count`` cells from −π, the position in the cell, and its slope by γ."""
     scale = count / (2.0 * math.pi)
     gamma = math.atan2(sin, cos)
     y = (gamma - (GATHERED[0] + 2.0 * GATHERED[1] * cos) * sin + math.pi) * scale
@@ -174,9 +174,9 @@ def _around(cos, sin, count):
 
 @kernel
 def interpolate_aligned(eps, cos, sin, table, first, out):
-    """Two functions of the aligned table from ``first`` on, at ε ≤ ALIGNED_MAX and the angle γ of (cos, sin).
+    """Evaluate aligned functions ``first`` and ``first + 1`` at ε ≤ ALIGNED_MAX and the angle γ of (cos, sin).
 
-    ``out[0:6]`` = f, ∂ε, ∂γ, g, ∂ε, ∂γ, in the slots of :func:`cranktrain.core.spline.bicubic`.
+    ``out[0:6]`` = f, ∂ε, ∂γ, g, ∂ε, ∂γ, in the order of :func:`cranktrain.core.spline.bicubic`.
     """
     n = table.aligned.shape[1] - 2
     count = table.aligned.shape[2] - 3
@@ -192,19 +192,19 @@ def interpolate_aligned(eps, cos, sin, table, first, out):
 
 @kernel
 def _put(row, at, values):
-    """Write three numbers from ``row[at]`` on."""
+    """Write three values to ``row`` from index ``at`` on."""
     row[at], row[at + 1], row[at + 2] = values
 
 
 @kernel
 def _three(row, at):
-    """Three numbers of ``row`` from ``at`` on."""
+    """Return three values of ``row`` from index ``at`` on."""
     return row[at], row[at + 1], row[at + 2]
 
 
 @kernel
 def _share_place(share, tilt_range, cells, place):
-    """Nearest node of A or B in [0, tilt range]; ``place[0:6]`` receives three weights and their slopes."""
+    """Return the nearest node of A or B in [0, tilt range]; ``place[0:6]`` receives three weights and their slopes."""
     z = share * TILT_STRETCH / tilt_range
     scale = cells / math.atanh(TILT_STRETCH)
     s = math.atanh(z) * scale
@@ -220,10 +220,10 @@ def _share_place(share, tilt_range, cells, place):
 
 @kernel
 def tilted_place(eps, share_a, share_b, table, scratch):
-    """Find ε ≤ TILTED_MAX and 0 ≤ A, B ≤ tilt range on the tilted table's axes, for the interpolations below.
+    """Locate ε ≤ TILTED_MAX and 0 ≤ A, B ≤ tilt range on the axes of the tilted table, for later interpolations.
 
-    ``scratch`` keeps it in its last numbers: three cells, weights and their derivatives along ε, A and B. Values of
-    nodes elsewhere are discarded.
+    The result is stored from PLACE_AT of ``scratch`` on: three cells, weights and their derivatives along ε, A and B.
+    Stored values of γ nodes are discarded.
     """
     c = table.tilted
     n = c.shape[0] - 2
@@ -247,17 +247,17 @@ def tilted_place(eps, share_a, share_b, table, scratch):
 
 @kernel
 def towards(cos, sin, table):
-    """Place of the angle γ of (cos, sin) on the tilted table's axis: cell, place in it, and its slope."""
+    """Return the cell of the angle γ of (cos, sin) on the tilted table's axis, the position in it, and its slope."""
     return _around(cos, sin, table.tilted.shape[1] - 3)
 
 
 @kernel
 def interpolate_tilted(direction, table, scratch, functions, slopes):
-    """All functions of the tilted table and their derivatives by ε, γ, A, B: ``functions`` (5, 12), rows BY_E to BY_B.
+    """Evaluate all tilted functions and their derivatives by ε, γ, A, B: ``functions`` (5, 12), rows BY_E to BY_B.
 
-    At the angle γ that :func:`towards` placed and the rest as :func:`tilted_place` left it. Nodes of γ are contracted
-    over ε, A and B and kept in ``scratch``: the family's second point mostly needs the same ones. Without ``slopes``
-    row 0 alone.
+    ``direction`` is the result of :func:`towards`, ``scratch`` that of :func:`tilted_place`. Nodes of γ are contracted
+    over ε, A and B and kept in ``scratch``, because the family's second point mostly needs the same nodes. Without
+    ``slopes`` only row 0 is computed.
     """
     count = table.tilted.shape[1] - 3
     tags = scratch[TAGS:PLACE_AT]
@@ -291,7 +291,7 @@ def interpolate_tilted(direction, table, scratch, functions, slopes):
 
 @inlined_kernel
 def _add_share(share, behind, functions, row, q):
-    """Add a share of four numbers of a node, ``behind`` its values, to four functions of a row."""
+    """Add ``share`` times four values of a node, at the offset ``behind``, to four functions of a row."""
     b, scratch, at = share
     store(functions, (row, q), load(functions, (row, q)) + b * load(scratch, at + behind))
 
@@ -300,7 +300,7 @@ def _add_share(share, behind, functions, row, q):
 def _node(c, j, where, at, out):
     """Contract the tilted table ``c`` at its node j of γ over ε, A and B.
 
-    ``out[at:]`` receives all functions, then their derivatives by ε, by A and by B: NODE numbers.
+    ``out[at:]`` receives all functions, then their derivatives by ε, by A and by B: NODE values.
     """
     i = int(where[CELL_E])
     k = int(where[CELL_A])
@@ -339,7 +339,7 @@ def _node(c, j, where, at, out):
 
 @kernel
 def _node_values(c, j, where, at, out):
-    """What :func:`_node` finds, without derivatives."""
+    """Contract the tilted table as :func:`_node` does, without derivatives."""
     i = int(where[CELL_E])
     k = int(where[CELL_A])
     first = int(where[CELL_B]) * FUNCTIONS
@@ -361,7 +361,7 @@ def _node_values(c, j, where, at, out):
 
 @kernel
 def interpolate_pressure(cos, sin, table, scratch):
-    """Ln p̂ at the angle γ of (cos, sin) and the rest as :func:`tilted_place` left it."""
+    """Return ln p̂ at the angle γ of (cos, sin) and the place stored by :func:`tilted_place`."""
     c = table.pressure
     where = scratch[PLACE_AT:]
     i = int(where[CELL_E])

@@ -1,13 +1,13 @@
-"""Force of a tilted journal read from a film table, handed over to the film solved online at the table's edges.
+"""Force on a tilted journal, read from a film table or, beyond the table's edges, solved online.
 
 Position and tilt are the displacements of the journal's middle and of its axis at the end z = +L/2 (m), against the
-bore; forces are conjugate to them: F = −∫∫ P n and Q = −∫∫ P ζ n, both in N (the moment ∫ z dF is Q L/2). The film sees
-the velocities of pure squeeze v = ė − ω̄ e_z×e and w = ṫ − ω̄ e_z×t, ω̄ half the sum of the surface speeds.
+bore. The conjugate forces are F = −∫∫ P n and Q = −∫∫ P ζ n, both in N (the moment ∫ z dF is Q L/2). The film depends
+on the velocities of pure squeeze v = ė − ω̄ e_z×e and w = ṫ − ω̄ e_z×t, with half the sum ω̄ of the surface speeds.
 
-Inside, the film is read from the table (:mod:`cranktrain.film.table.tilted`). Outside (eccentricity or tilt) it is
-solved online. Within a margin inside the edge both answers are blended, f = W f_table + (1 − W) f_solved with W falling
-from 1 to 0 without a kink; the tangents carry the slope of W. So forces and tangents are continuous across the
-hand-over, and nothing is extrapolated. The law says which of them answered: :data:`TABLED`, :data:`BLENDED` or
+Inside the table's range of eccentricity and tilt, the film is read from the table
+(:mod:`cranktrain.film.table.tilted`); outside it is solved online. Within a margin inside the edge both are blended,
+f = W f_table + (1 − W) f_solved, with W falling smoothly from 1 to 0; tangents include the slope of W. Forces and
+tangents are therefore continuous, and nothing is extrapolated. The status is :data:`TABLED`, :data:`BLENDED` or
 :data:`SOLVED`.
 """
 
@@ -51,17 +51,17 @@ from cranktrain.film.table.tilted import (
 TABLED, BLENDED, SOLVED, FAILED = 0, 1, 2, -1
 TILTED_MARGIN = 0.01
 SHARE_MARGIN = 0.03
-"""Margins inside the edges, in ε, and in A and B as a fraction of the tilt range."""
+"""Widths of the transitions inside the edges, in ε, and in A and B as a fraction of the tilt range."""
 CENTRED = 1.0e-3
-"""Below this eccentricity the line of centres has no direction to speak of: its turning is taken at this radius."""
+"""Least eccentricity used in the angular rate of the line of centres, which is singular for a centred journal."""
 
-# After the tangents, in the layout of journal_film, table_force writes the eccentricity and the solved film's weight.
+# Result of table_force: that of journal_film up to the tangents, then eccentricity and weight of the solved film.
 ECCENTRICITY, SOLVED_SHARE, FORCE_SIZE = range(OUT_SIZE, OUT_SIZE + 3)
 
 
 @kernel
 def fall(u):
-    """Smooth step from 1 (u ≤ 0) to 0 (u ≥ 1), and its slope."""
+    """Return a smooth step from 1 (u ≤ 0) to 0 (u ≥ 1), and its slope."""
     if u <= 0.0:
         return 1.0, 0.0
     if u >= 1.0:
@@ -70,7 +70,7 @@ def fall(u):
 
 
 class Tabled(NamedTuple):
-    """One film that is read from a table: the table, the film solved beyond its edges, and memory."""
+    """Data of one film that is read from a table: the table, the film solved beyond its edges, and memory."""
 
     table: TableArrays
     grid: JournalGrid
@@ -81,7 +81,7 @@ class Tabled(NamedTuple):
 
 @kernel
 def _table_weight(at, axes, slopes):
-    """Weight of the table at one state; ``slopes[0:7]`` its derivatives by (ε, a, b, v_r, v_t, w_r, w_t)."""
+    """Return the table's weight at a state; ``slopes[0:7]`` are its derivatives by (ε, a, b, v_r, v_t, w_r, w_t)."""
     eps, _, a, b, _, _, _, _ = at
     for k in range(LEVEL):
         slopes[k] = 0.0
@@ -117,14 +117,14 @@ def _table_weight(at, axes, slopes):
 
 @kernel
 def _weight_turned(row, arm, at):
-    """Derivative of the weight by a step across the line of centres, in axes at rest: all else turns the other way."""
+    """Return the derivative of the weight by a step across the line of centres, which rotates tilt and velocities."""
     _, _, a, b, vr, vt, wr, wt = at
     return (row[TILT_A] * b - row[TILT_B] * a + row[V_R] * vt - row[V_T] * vr + row[W_R] * wt - row[W_T] * wr) / arm
 
 
 @inlined_kernel
 def _centre(local, arm, at, out, centred):
-    """Derivatives on the line of centres of the force ``out[0:4]``: those by ε and tilt turn with it."""
+    """Compute derivatives of the force ``out[0:4]`` in axes of the line of centres, including its rotation."""
     _, _, a, b, vr, vt, wr, wt = at
     by_a = load(local, (TILT_A, 0))
     by_b = load(local, (TILT_B, 0))
@@ -146,7 +146,7 @@ def _centre(local, arm, at, out, centred):
 
 @kernel
 def _solved(at, weight, tabled, out):
-    """Blend the film solved online into ``out[0:4]`` and ``work.centred``; 0, or negative where it failed."""
+    """Blend the film solved online into ``out[0:4]`` and ``work.centred``; returns 0, or a negative value if it failed."""
     film = tabled.work.film
     if journal_film(tabled.grid, tabled.table.axes[RATIO2], at, tabled.journal, tabled.active, film) < 0:
         return FAILED
@@ -169,10 +169,10 @@ def _solved(at, weight, tabled, out):
 
 @kernel
 def on_line_of_centres(place, velocity, half_speed, inverse):
-    """State on the line of centres, over the clearance 1/``inverse``, and the direction of that line.
+    """Return the state in axes of the line of centres, over the clearance 1/``inverse``, and the line's direction.
 
-    ``place`` (4,) (m) and ``velocity`` (4,) (m/s) of the journal against the bore in axes at rest, ``half_speed`` half
-    the sum of the surface speeds, rad/s.
+    ``place`` (4,) (m) and ``velocity`` (4,) (m/s) are those of the journal against the bore in axes at rest,
+    ``half_speed`` is half the sum of the surface speeds, rad/s.
     """
     x, y, ax, ay = four(place, 0)
     vx, vy, wx, wy = four(velocity, 0)
@@ -196,11 +196,11 @@ def on_line_of_centres(place, velocity, half_speed, inverse):
 
 @kernel
 def table_force(place, velocity, half_speed, c, factor, tabled, out, tangents):
-    """Forces on a journal with tilt, in axes at rest with the bore, with tangents.
+    """Compute forces and tangents of a journal with tilt, in axes fixed to the bore.
 
     Parameters
     ----------
-    place : (4,) displacement of the middle, and of the axis at z = +L/2 against it, m
+    place : (4,) displacement of the middle, and of the axis at z = +L/2 against the middle, m
     velocity : (4,) their rates against the bore, m/s
     half_speed : half the sum of the surface speeds, rad/s
     c : radial clearance, m
@@ -208,11 +208,11 @@ def table_force(place, velocity, half_speed, c, factor, tabled, out, tangents):
     tabled : Tabled, with a tilted table
     out : (≥ FORCE_SIZE,) ``[0:4]`` F and Q, N; from STIFFNESS on their derivatives by place, N/m, and from DAMPING on
         by velocity, N s/m, both (4, 4) row-major; ECCENTRICITY; SOLVED_SHARE
-    tangents : whether they are wanted; else they may be left as they were
+    tangents : whether tangents are computed; otherwise they may keep old values
 
     Returns
     -------
-    TABLED, BLENDED, SOLVED, or FAILED where the film solved online did not converge
+    TABLED, BLENDED, SOLVED, or FAILED if the film solved online did not converge
     """
     inverse = 1.0 / c
     at, nx, ny = on_line_of_centres(place, velocity, half_speed, inverse)
@@ -247,7 +247,7 @@ def table_force(place, velocity, half_speed, c, factor, tabled, out, tangents):
 
 @inlined_kernel
 def _put_tangents(line, back, stiff, half_speed, centred, out):
-    """Write tangents in axes of the bore, from those on the line of centres (``line``).
+    """Transform tangents from axes of the line of centres (direction ``line``) to those of the bore, and write them.
 
     The velocities of pure squeeze depend on position and tilt through the surfaces' half speed.
     """
@@ -262,7 +262,7 @@ def _put_tangents(line, back, stiff, half_speed, centred, out):
 
 @inlined_kernel
 def _turned_columns(centred, q, line, back, unit):
-    """Derivatives by two components, given along and across the line of centres, in axes at rest."""
+    """Transform derivatives by a vector along and across the line of centres to axes of the bore."""
     nx, ny = line
     along = load(centred, (q, 0))
     across = load(centred, (q + 1, 0))
@@ -273,16 +273,16 @@ def _turned_columns(centred, q, line, back, unit):
 
 @inlined_kernel
 def _put_column(out, at, column):
-    """Write a column of a (4, 4) matrix that is kept row-major from ``out[at]`` on."""
+    """Write a column of a (4, 4) matrix that is stored row-major from ``out[at]`` on."""
     out[at], out[at + 4], out[at + 8], out[at + 12] = unpack(column)
 
 
 @kernel
 def turned_block(upper, lower, nx, ny):
-    """A 2 × 2 matrix of the line of centres (nx, ny), given by its rows, in axes at rest, row-major."""
+    """Transform a 2 × 2 matrix, given by rows, from axes of the line of centres (nx, ny) to axes at rest, row-major."""
     rr, rt = upper
     tr, tt = lower
-    # First the columns, then the rows.
+    # Columns are transformed first, then rows.
     rx = rr * nx - rt * ny
     ry = rr * ny + rt * nx
     tx = tr * nx - tt * ny
@@ -292,9 +292,10 @@ def turned_block(upper, lower, nx, ny):
 
 @kernel
 def tilted_pressure(place, velocity, half_speed, bearing, table, work):
-    """Largest pressure (Pa) of a tilted film on the sampled family; negative where the state lies outside the table.
+    """Return the largest pressure (Pa) of a tilted film on the sampled family; negative outside the table.
 
-    ``bearing`` are the parameters of :mod:`cranktrain.film.laws.parameters`, the rest as in :func:`table_force`.
+    ``bearing`` holds the parameters of :mod:`cranktrain.film.laws.parameters`; other arguments as in
+    :func:`table_force`.
     """
     inverse = 1.0 / bearing[CLEARANCE]
     (eps, _, a, b, vr, vt, _, _), _, _ = on_line_of_centres(place, velocity, half_speed, inverse)

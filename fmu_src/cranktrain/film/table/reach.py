@@ -1,9 +1,9 @@
 """Range of possible tilts of a film table.
 
-A journal tilted by a along its line of centres has the gap 1 + g(ζ) − ε − ζ a there. The tilt is possible until the
-least gap is one roughness below zero, at a_max(ε). In a straight shell the journal's end then lies at ρ = ε + a_max = 1
-+ σ; a relieved shell allows more tilt at a small eccentricity. With any tilt (a, b) the end may lie on the circle of
-ρ(ε). ρ is a polynomial through that, and the table is made for the polynomial.
+A journal tilted by a along its line of centres has the gap 1 + g(ζ) − ε − ζ a on this line. The largest possible tilt
+a_max(ε) is that whose least gap is one roughness below zero. In a straight shell the journal's end then lies at
+ρ = ε + a_max = 1 + σ; a relieved shell allows more tilt at a small eccentricity. For any tilt (a, b) the end may lie
+within the circle of radius ρ(ε). ρ is approximated by a polynomial, and the table is made for this polynomial.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from cranktrain.film.contact.gap import least_gap
 DEGREE = 4
 TERMS = DEGREE + 1
 DEEPEST = 1.0
-"""Least gap of a possible tilt below zero, over the roughness; chosen: contact of the six stays above it."""
+"""Overlap of the surfaces at the largest possible tilt, over the roughness; chosen above that of a running six."""
 _SAMPLES, _HALVINGS = 60, 50
 
 
 @cache
 def reach_terms(profile: tuple[float, float, float], roughness: float, top: float) -> tuple[float, ...]:
-    """Coefficients of ρ(ε), from ε⁰ on, for eccentricities up to ``top``; profile and roughness over the clearance."""
+    """Return coefficients of ρ(ε) from ε⁰ on, for ε up to ``top``; profile and roughness are over the clearance."""
     eccentricities = np.linspace(0.0, top, _SAMPLES)
     ends = []
     for eps in eccentricities:
@@ -42,7 +42,7 @@ def reach_terms(profile: tuple[float, float, float], roughness: float, top: floa
 
 @kernel
 def reach(eps, terms):
-    """ρ² and half its slope by ε; ``terms`` start with those of :func:`reach_terms`."""
+    """Return ρ² and half its slope by ε; ``terms`` start with those of :func:`reach_terms`."""
     value = 0.0
     slope = 0.0
     for k in range(DEGREE, -1, -1):

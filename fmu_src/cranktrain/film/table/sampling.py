@@ -1,4 +1,4 @@
-"""Kernels that make the film table: films of one eccentricity at every direction and tilt, and the table's error there.
+"""Kernels that sample the film table at one eccentricity, for every direction and tilt, and measure its error.
 
 Tilted films are extrapolated (Richardson) from two axial divisions; their velocities are those of
 :mod:`cranktrain.film.table.family`.
@@ -21,7 +21,7 @@ from cranktrain.film.table.reach import reach
 
 @kernel
 def sample_aligned(eps, gamma, ratio2, film, out, values):
-    """Solve the aligned table's four functions at one eccentricity into ``values`` (n_γ, 4); negative where one failed.
+    """Sample the four aligned functions at one eccentricity, in ``values`` (n_γ, 4); negative result if a film failed.
 
     ``film`` is a JournalFilm, ``out`` (36,) scratch.
     """
@@ -44,9 +44,9 @@ def sample_aligned(eps, gamma, ratio2, film, out, values):
 
 @kernel
 def sample_tilted(where, gamma, share, ratio2, coarse, fine, out, values):
-    """Solve all functions and ln p̂ at one eccentricity into ``values`` (n_γ, n_t, n_t, 13); negative where one failed.
+    """Sample tilted functions and ln p̂ at one eccentricity, in ``values`` (n_γ, n_t, n_t, 13); negative on failure.
 
-    ``where`` is that eccentricity, and the terms of the reach of ends whose tilt is called possible.
+    ``where`` is the eccentricity and the coefficients of the reach that limits possible tilts.
 
     ``coarse`` and ``fine`` are JournalFilms; ``out`` (72,) receives the results of both films.
     """
@@ -82,7 +82,7 @@ def sample_tilted(where, gamma, share, ratio2, coarse, fine, out, values):
 
 @kernel
 def _functions(motion, rate, lever, film, value):
-    """All functions (FUNCTIONS,) of a tilted film into ``value``; ``film`` is its result with the sign turned."""
+    """Compute all functions (FUNCTIONS,) of a tilted film, in ``value``; ``film`` is its result with reversed sign."""
     fr, ft, qr, qt = four(film, 0)
     radial = fr * motion.vx + ft * motion.vy
     across = ft * motion.vx - fr * motion.vy
@@ -91,7 +91,7 @@ def _functions(motion, rate, lever, film, value):
     value[at.TURN] = math.atan2(across, radial)
     value[at.MOMENT_R] = qr / force
     value[at.MOMENT_T] = qt / force
-    # R: damping by w minus the family's slope at the lever.
+    # R is the damping by w minus the family's slope at the lever.
     for q in range(4):
         by_r, by_t, by_a, by_b = four(film, DAMPING + 4 * q)
         value[at.REST + 2 * q] = (by_a - lever * by_r) / force
@@ -100,7 +100,7 @@ def _functions(motion, rate, lever, film, value):
 
 @kernel
 def aligned_errors(solved, eps, gamma, table, out, errors):
-    """Force error over |F| of the films ``solved`` at one eccentricity."""
+    """Compute the table's force error over |F| against films ``solved`` at one eccentricity."""
     for j in range(gamma.shape[0]):
         interpolate_aligned(eps, math.cos(gamma[j]), math.sin(gamma[j]), table, at.LN_FORCE, out)
         size = math.exp(out[VALUE] - solved[j, at.LN_FORCE])
@@ -112,7 +112,7 @@ def aligned_errors(solved, eps, gamma, table, out, errors):
 
 @kernel
 def tilted_errors(solved, eps, gamma, share, table, scratch, functions, errors):
-    """The larger of force error over |F| and moment error over |F| L/2 of the films ``solved`` at one eccentricity."""
+    """Compute the larger of force error over |F| and moment error over |F| L/2 against films ``solved`` at one ε."""
     n = share.shape[0]
     for k in range(n):
         for m in range(n):

@@ -1,7 +1,7 @@
-"""Film of a tilted journal on the line of centres, read from the table, with its derivatives.
+"""Force of a tilted film in axes of the line of centres, read from the table, with its derivatives.
 
-Two points of the sampled family represent any velocity (:mod:`cranktrain.film.table.family`); two mirrors bring any
-state into the quarter of the table that is stored.
+Two points of the sampled family represent any velocity (:mod:`cranktrain.film.table.family`); two symmetries map any
+state to the stored quarter of the table.
 """
 
 from __future__ import annotations
@@ -34,30 +34,30 @@ from cranktrain.film.table.interpolation import (
 )
 from cranktrain.film.table.reach import reach
 
-# Rows of TableWork.slopes and .local: derivatives by ε, a, b and the velocities; slopes has d in place of w, then ζ_c
-# and σ. TableWork.centred has (r, t, a, b) on the line of centres in place of the first three.
+# Rows of TableWork.slopes and .local: derivatives by ε, a, b and the velocities; slopes has d instead of w, then ζ_c
+# and σ. TableWork.centred has (r, t, a, b) on the line of centres instead of the first three.
 E, TILT_A, TILT_B, V_R, V_T, W_R, W_T, LEVEL, APART = range(9)
 CENTRED_BY_PLACE, CENTRED_BY_VELOCITY = 8, 12
-"""Second half of TableWork.weight."""
+"""Indices of the second half of TableWork.weight, the derivatives on the line of centres."""
 
 
 class TableWork(NamedTuple):
-    """Memory of :func:`table_force`, one for each thread.
+    """Scratch memory of :func:`table_force`, one for each thread.
 
-    The four forces lie side by side in rows of derivatives, so that kernels compute them at once.
+    Each row of derivatives holds the four forces, so that kernels compute them at once.
     """
 
     scratch: Array
-    functions: Array  # (2, 5, 12) of both points
-    slopes: Array  # (9, 4) derivatives of a family's film by ε, a, b, v_r, v_t, d_r, d_t, ζ_c, σ
+    functions: Array  # (2, 5, 12) functions of both points and their derivatives
+    slopes: Array  # (9, 4) derivatives of the family's force by ε, a, b, v_r, v_t, d_r, d_t, ζ_c, σ
     local: Array  # (7, 4) derivatives by ε, a, b, v_r, v_t, w_r, w_t
     centred: Array  # (8, 4) derivatives on the line of centres
-    weight: Array  # (16,) of the table: derivatives by the seven, then by the eight
-    film: Array  # (36,)
+    weight: Array  # (16,) derivatives of the table's weight: the seven of ``local``, then the eight of ``centred``
+    film: Array  # (36,) result of the film solved online
 
 
 def table_work() -> TableWork:
-    """Memory for :func:`table_force` and ``aligned_force``."""
+    """Make the scratch memory of :func:`table_force` and ``aligned_force``."""
     return TableWork(
         zeros(SCRATCH), zeros((2, 5, FUNCTIONS)), zeros((9, 4)), zeros((7, 4)), zeros((8, 4)), zeros(16),
         zeros(OUT_SIZE),
@@ -66,10 +66,10 @@ def table_work() -> TableWork:
 
 @inlined_kernel
 def _by(functions, row, force, across, moments, rates, ways):
-    """One derivative of a family's force and of its remainder, over the speed.
+    """Return one derivative of the family's force, over the speed, and of its remainder R d.
 
-    ``row`` of ``functions``; ``force``, the same across, and what multiplies the moments' own derivatives; ``rates`` d;
-    ``ways`` the rest, size and by how much γ itself turns.
+    ``row`` is that of ``functions``; ``across`` the force rotated by 90°, ``moments`` the factor of the moments'
+    derivatives; ``rates`` are d; ``ways`` holds the remainder, the force's size and the derivative of γ.
     """
     dr, dt = rates
     rest, size, turns = ways
@@ -83,7 +83,7 @@ def _by(functions, row, force, across, moments, rates, ways):
 
 @inlined_kernel
 def _point(rates, lever, table):
-    """The rates v + λ d at a point of the family: components, size, its inverse, direction, and the place of that."""
+    """Return the velocity v + λ d of a family point (components, size, inverse, direction), and its position in γ."""
     vr, vt, dr, dt = rates
     sr = vr + lever * dr
     st = vt + lever * dt
@@ -100,15 +100,15 @@ def _point(rates, lever, table):
 
 @kernel
 def _add_family(rates, point, squeeze, f, work, out, slopes):
-    """Add a share of the family's film at v + λ d and its rest R d.
+    """Add a fraction of the family's force at v + λ d, and of its remainder R d.
 
-    ``rates`` v and d; ``point`` λ = ζ_c ± σ, the sign of σ, and the share; ``squeeze`` as :func:`_point` found it, and
-    ``f`` (5, 12) its functions. Adds to ``out[0:4]``, and with ``slopes`` to ``work.slopes``.
+    ``rates`` are v and d; ``point`` is λ = ζ_c ± σ, the sign of σ, and the fraction; ``squeeze`` is the velocity of
+    :func:`_point`, ``f`` (5, 12) the functions. Adds to ``out[0:4]`` and, with ``slopes``, to ``work.slopes``.
     """
     _, _, dr, dt = rates
     lever, side, share = point
     sr, st, speed, inverse, cos, sin = squeeze
-    # The rest fades where the direction is lost; slopes by sr and st, and by dr and dt.
+    # The remainder fades out for v + λ d → 0, where the direction is undefined; slopes by sr and st, and by dr and dt.
     faded = FADED * FADED * (dr * dr + dt * dt)
     fade = 1.0
     by_s = 0.0
@@ -157,14 +157,14 @@ def _add_family(rates, point, squeeze, f, work, out, slopes):
 
 @inlined_kernel
 def _subtract(rows, row, what):
-    """Subtract four numbers from a row."""
+    """Subtract four values from a row."""
     store(rows, (row, 0), load(rows, (row, 0)) - what)
 
 
 @kernel
 def tabled_film(at, table, work, out, slopes):
-    """Force and moments on the line of centres from the table, ``out[0:4]``; with ``slopes`` ``work.local`` (7, 4)."""
-    # The two mirrors bring every state into the stored quarter.
+    """Compute force and moments on the line of centres, ``out[0:4]``, and with ``slopes`` ``work.local`` (7, 4)."""
+    # The two symmetries map every state to the stored quarter.
     eps, _, a, b, vr, vt, wr, wt = at
     ends = 1.0
     line = 1.0
@@ -193,7 +193,7 @@ def tabled_film(at, table, work, out, slopes):
     store(out, 0, signs * load(out, 0))
     if not slopes:
         return
-    # From shares of the possible tilt to the tilt.
+    # Derivatives by fractions of the possible tilt become derivatives by the tilt.
     a_a = 1.0 / gap
     a_e = share * a_a * (1.0 - widened / root)
     a_b = share * b / root * a_a
@@ -222,7 +222,7 @@ def tabled_film(at, table, work, out, slopes):
 
 @kernel
 def _family_sum(rates, lever, table, work, out, slopes):
-    """Film at the two points ζ_c ± σ, ζ_c = ``lever``: force and moment to ``out[0:4]``, slopes to ``work.slopes``.
+    """Compute the mean force of the family's points ζ_c ± σ (ζ_c is ``lever``), ``out[0:4]``, and ``work.slopes``.
 
     Returns twice ∂σ/∂q over |v|², and q = |d|²/|v|².
     """
@@ -243,7 +243,7 @@ def _family_sum(rates, lever, table, work, out, slopes):
     if slopes:
         for row in range(APART + 1):
             store(work.slopes, (row, 0), splat(0.0))
-    # Both points are read, then both added: neither waits for the other.
+    # Both points are read before both are added, so that the two evaluations can overlap in the processor.
     first = work.functions[0]
     second = work.functions[1]
     if apart == 0.0:
