@@ -1,13 +1,13 @@
-"""Rigid articulated rod and its piston, eliminated onto the crank pin through the master rod.
+"""Force of a rigid articulated rod and its piston on the crank pin, transferred through the master rod.
 
-Motion of the knuckle pin and symbols: :mod:`cranktrain.engine.articulated_rod`. The rod presses on the knuckle pin by
-the F of :mod:`cranktrain.loads.slider_crank`, there with the knuckle pin's motion. As ∂K/∂P = I + (h/s) ⊗ e_x, the
-crank pin feels
+Motion of the knuckle pin and symbols are those of :mod:`cranktrain.engine.articulated_rod`. The force F of the rod on
+the knuckle pin is that of :mod:`cranktrain.loads.slider_crank` with the motion of the knuckle pin. With
+∂K/∂P = I + (h/s) ⊗ e_x the force on the crank pin is
 
     f = F + e_x (h·F)/s
 
-F goes through the big end; the couple h·F is held by the master's piston, on which the liner presses by (h·F)/s more
-across the cylinder. Tangents are exact: directional derivatives, with dφ = dx/s, dK = dP + dφ h, dh = −dφ r and
+F acts through the big end. The couple h·F is balanced at the master's piston by an additional liner force (h·F)/s
+across the cylinder. Tangents are exact directional derivatives, with dφ = dx/s, dK = dP + dφ h, dh = −dφ r and
 
     df = dF + e_x [(h·dF)/s + dx (h·F X/s³ − r·F/s²)]
 """
@@ -23,25 +23,26 @@ from cranktrain.core.types import Array
 from cranktrain.engine.articulated_rod import Articulation, knuckle_motion
 from cranktrain.loads.slider_crank import BY_ACCELERATION, BY_VX, BY_X
 
-# Slots of a joint: length of the master rod and offset of its cylinder (m), place of the knuckle pin in the master
-# rod's axes (m), cosine and sine of the own bank's angle from the master's.
+# Indices of a joint: length of the master rod and offset of its cylinder (m), position of the knuckle pin in the axes
+# of the master rod (m), cosine and sine of the angle from the master's bank to the own bank.
 MASTER_LENGTH, MASTER_OFFSET, KNUCKLE_X, KNUCKLE_Y, COS_TURN, SIN_TURN, JOINT = range(7)
 
-# Slots of a master rod's motion: the crank pin's place, velocity and acceleration, then h, s, φ̇ and φ̈.
+# Indices of a master rod's motion: position, velocity and acceleration of the crank pin, then h, s, φ̇ and φ̈.
 X, Y, VX, VY, AX, AY, H_X, H_Y, S, RATE, CHANGE, MASTERS_PIN = range(12)
 
 
 def joint_values(joint: Articulation) -> Array:
-    """Slots of a joint, (JOINT,)."""
+    """Return the constants of a joint as kernels read them, (JOINT,)."""
     cos, sin = math.cos(joint.turn), math.sin(joint.turn)
     return np.array([joint.length, joint.offset, joint.x, joint.y, cos, sin])
 
 
 @kernel
 def hang(joint, own, pin):
-    """Turn the crank pin's motion ``own`` (6,) in axes of the master's cylinder into that of the knuckle pin.
+    """Replace the crank pin's motion ``own`` (6,), in axes of the master's cylinder, by that of the knuckle pin.
 
-    The latter is in axes of its rod's cylinder; ``pin`` (MASTERS_PIN,) keeps the former and what else is needed.
+    The motion of the knuckle pin is in axes of its rod's cylinder. ``pin`` (MASTERS_PIN,) stores the motion of the
+    crank pin, h, s, φ̇ and φ̈.
     """
     for j in range(H_X):
         pin[j] = own[j]
@@ -63,9 +64,10 @@ def hang(joint, own, pin):
 
 @kernel
 def force_on_pin(joint, pin, out):
-    """Force on the crank pin in axes of the master's cylinder, N, from F in ``out`` as of rod_force; ``pin`` of hang.
+    """Return the force on the crank pin in axes of the master's cylinder, N, from F in ``out`` and ``pin`` of hang.
 
-    Returns its components and (h·F)/s, the part of the first that the master's piston holds.
+    ``out`` is the result of rod_force. Returns both components, and (h·F)/s, the part of the first component that acts
+    on the master's piston.
     """
     f_x = joint[COS_TURN] * out[0] - joint[SIN_TURN] * out[1]
     f_y = joint[SIN_TURN] * out[0] + joint[COS_TURN] * out[1]
@@ -75,7 +77,7 @@ def force_on_pin(joint, pin, out):
 
 @kernel
 def force_change(joint, pin, out, dx, dy, dvx, dvy, dax, day):
-    """Change of :func:`force_on_pin` by a small change of the pin's place, velocity and acceleration."""
+    """Return the change of :func:`force_on_pin` by small changes of the pin's position, velocity and acceleration."""
     h_x = pin[H_X]
     h_y = pin[H_Y]
     s = pin[S]

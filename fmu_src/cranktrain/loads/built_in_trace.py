@@ -1,4 +1,4 @@
-"""The built-in pressure trace as kernels: a single-zone cycle, its periodic spline, and where that is least smooth.
+"""Kernels of the built-in pressure trace: single-zone cycle, periodic spline, and its least smooth angles (kinks).
 
 Equations and sources: :mod:`cranktrain.loads.gas_pressure`. The closed cycle is integrated by the classical Runge–Kutta
 method. A periodic cubic spline through uniform values f has second derivatives s with (s₋ + 4 s + s₊)/6 = f₋ − 2 f + f₊
@@ -13,32 +13,32 @@ from cranktrain.core.kernel import inlined_kernel, kernel
 
 CYCLE = 4.0 * math.pi
 SAMPLES = 720
-# Slots of an engine's constants: bore, compression ratio, throw, length of the rod, offset of the pin; then of its
-# combustion, see engine.parts.Combustion; 1 where a model's trace is the built-in one; angle of a cycle.
+# Indices of an engine's constants: bore, compression ratio, throw, length of the rod, offset of the pin; values of
+# engine.parts.Combustion; 1 if a model uses the built-in trace; angle of a cycle.
 TRACE_BORE, TRACE_COMPRESSION, TRACE_THROW, TRACE_ROD, TRACE_OFFSET, HEAT, INTAKE_PRESSURE = range(7)
 INTAKE_TEMPERATURE, EXHAUST_PRESSURE, INTAKE_CLOSES, EXHAUST_OPENS, BURN_START, BURN_DURATION = range(7, 13)
 WIEBE_A, WIEBE_M, WALL_TEMPERATURE, TRACE_SPEED, BUILT_IN, TRACE_CYCLE, TRACE_CONSTANTS = range(13, 20)
-# Columns of a spline's table, and rows of the scratch of :func:`renew_trace`.
+# Number of columns of a spline's table, and of rows of the scratch of :func:`renew_trace`.
 VALUE, LINEAR, SQUARE, CUBE = range(4)
 MOTORED, FIRED, SECOND, TRACE_ROWS = range(4)
 
 KINKS, APART = 4, math.radians(5.0)
-"""Largest number of kinks of a trace, and their least distance."""
+"""Largest number of kinks of a trace, and least angle between them (rad)."""
 NO_KINK = -1.0
-"""Placeholder if a trace has fewer."""
+"""Placeholder for a missing kink."""
 LEAST_KINK = 0.1
-"""Jump of the third derivative, over the largest, from which on it counts."""
+"""Least jump of the third derivative that counts as a kink, over the largest jump."""
 STEPS = 4
-"""Steps of an interval: the pressure is then converged far below the width of a line."""
+"""Runge–Kutta steps in each interval of the trace; the error is then invisible in a plot."""
 BLEND = math.radians(40.0)
-"""Width of a join: short against the cycle, long against a degree."""
+"""Width (rad) of a transition between phases, short compared with the cycle and long compared with a degree."""
 ROOT = math.sqrt(3.0) - 2.0
-"""λ of the spline's recursion."""
+"""Factor λ of the spline's recursion."""
 
 
 @kernel
 def renew_trace(constants, rows, gas, kinks):
-    """Fill a model's splines ``gas`` (2, SAMPLES, 4), motored and rise by combustion, and its ``kinks`` (KINKS,).
+    """Compute a model's splines ``gas`` (2, SAMPLES, 4), motored and rise by combustion, and ``kinks`` (KINKS,).
 
     ``rows`` (TRACE_ROWS, SAMPLES) is scratch.
     """
@@ -54,9 +54,9 @@ def renew_trace(constants, rows, gas, kinks):
 
 @kernel
 def fill_trace(constants, heat, intake, samples):
-    """Pressure over 720°, ``samples`` (SAMPLES,) Pa, for a ``heat`` (J) and an ``intake`` pressure (Pa).
+    """Compute the pressure over 720°, ``samples`` (SAMPLES,) Pa, for a ``heat`` (J) and an ``intake`` pressure (Pa).
 
-    A two-stroke has its cycle of 360° twice in it.
+    The cycle of 360° of a two-stroke occurs twice.
     """
     closes = constants[INTAKE_CLOSES]
     opens = constants[EXHAUST_OPENS]
@@ -65,19 +65,19 @@ def fill_trace(constants, heat, intake, samples):
     cycle = constants[TRACE_CYCLE]
     count = SAMPLES
     blow_down = 1.5 * BLEND
-    # Exhaust to intake across the dead centre of gas exchange; complete long before the blow-down, where it has to
-    # turn back to exhaust pressure.
+    # Transition from exhaust to intake pressure about the dead centre of gas exchange; it ends long before the
+    # blow-down, where the pressure must be back at exhaust.
     exchange_at = 2.0 * math.pi
     early = 0.5 * BLEND
     exchange_width = BLEND
     if cycle < CYCLE:
-        # A two-stroke exchanges its gas about the other dead centre: blow-down, then scavenging.
+        # A two-stroke exchanges its gas about the other dead centre, by blow-down and scavenging.
         count = SAMPLES // 2
         blow_down = min(blow_down, 0.5 * (closes + cycle - opens))
         exchange_at = cycle - opens - blow_down
         early = 0.0
         exchange_width = closes + exchange_at
-    # From intake to blow-down on one branch.
+    # Angles run continuously over one cycle that ends with the blow-down.
     end = opens + blow_down
     first = 0
     while first * pitch < end:
@@ -106,7 +106,7 @@ def fill_trace(constants, heat, intake, samples):
 
 @inlined_kernel
 def quintic(x):
-    """Step from 0 to 1 over x ∈ [0, 1] with two vanishing derivatives at both ends."""
+    """Return a smooth step from 0 to 1 over x ∈ [0, 1] with two vanishing derivatives at both ends."""
     if x <= 0.0:
         return 0.0
     if x >= 1.0:
@@ -116,7 +116,7 @@ def quintic(x):
 
 @kernel
 def trace_volume(constants, angle):
-    """Volume above the piston (m³) at a crank angle after dead centre, rad, and its derivative by that."""
+    """Return the volume above the piston (m³) at a crank angle after dead centre, rad, and its derivative (m³/rad)."""
     r = constants[TRACE_THROW]
     length = constants[TRACE_ROD]
     offset = constants[TRACE_OFFSET]
@@ -131,7 +131,7 @@ def trace_volume(constants, angle):
 
 @kernel
 def compressed_to(constants, heat, mass_r, before, after, pressure):
-    """Pressure at the angle ``after`` from that at ``before``; ``mass_r`` is the gas' mass times its constant, J/K."""
+    """Integrate the pressure from angle ``before`` to ``after``; ``mass_r`` is gas mass times gas constant, J/K."""
     h = (after - before) / STEPS
     for k in range(STEPS):
         begin = before + k * h
@@ -148,7 +148,7 @@ def compressed_to(constants, heat, mass_r, before, after, pressure):
 
 @kernel
 def pressure_slope(constants, heat, mass_r, angle, pressure, place):
-    """dp/dθ (Pa/rad) of the single zone; ``place`` holds its volume and the derivative."""
+    """Return dp/dθ (Pa/rad) of the single zone; ``place`` holds the volume and its derivative."""
     volume, derivative = place
     speed = constants[TRACE_SPEED]
     temperature = pressure * volume / mass_r
@@ -168,9 +168,9 @@ def pressure_slope(constants, heat, mass_r, angle, pressure, place):
 
 @kernel
 def fill_spline(samples, second, table):
-    """Periodic cubic spline through uniform ``samples`` (n,): ``table`` (n, 4); ``second`` (n,) is scratch."""
+    """Fit a periodic cubic spline through uniform ``samples`` (n,): ``table`` (n, 4); ``second`` (n,) is scratch."""
     n = samples.shape[0]
-    # All images of a period at once: the contribution of the previous turn is multiplied by λⁿ.
+    # All periodic images are summed at once, because each further period multiplies a contribution by λⁿ.
     turn = 1.0 / (1.0 - ROOT**n)
     ahead = 0.0
     behind = 0.0
@@ -198,7 +198,7 @@ def fill_spline(samples, second, table):
 
 @inlined_kernel
 def bend(samples, i):
-    """Second difference of the samples at i, periodic."""
+    """Return the periodic second difference of the samples at i."""
     n = samples.shape[0]
     before = samples[i - 1] if i > 0 else samples[n - 1]
     after = samples[i + 1] if i + 1 < n else samples[0]
@@ -207,7 +207,7 @@ def bend(samples, i):
 
 @kernel
 def fill_kinks(tables, kinks):
-    """Crank angles (rad) at which the sum of two splines is least smooth, rising; NO_KINK fills up ``kinks`` (k,)."""
+    """Find increasing crank angles (rad) at which the sum of two splines is least smooth, ``kinks`` (k,) or NO_KINK."""
     n = tables.shape[1]
     pitch = CYCLE / n
     largest = 0.0
@@ -224,7 +224,7 @@ def fill_kinks(tables, kinks):
         largest = max(largest, best)
         if best <= LEAST_KINK * largest:
             break
-        # In their order.
+        # Sort the kinks by angle.
         at = count
         while at > 0 and kinks[at - 1] > place * pitch:
             kinks[at] = kinks[at - 1]
@@ -234,7 +234,7 @@ def fill_kinks(tables, kinks):
 
 @inlined_kernel
 def apart(kinks, count, angle):
-    """Whether an angle lies far enough from the first ``count`` kinks."""
+    """True if an angle is far enough from the first ``count`` kinks."""
     for k in range(count):
         away = angle - kinks[k]
         away -= CYCLE * math.floor(away / CYCLE + 0.5)

@@ -1,4 +1,4 @@
-"""Volume above a piston over the crank angle, and the work of a pressure on it."""
+"""Volume above a piston over the crank angle, and mean effective pressure."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from cranktrain.loads.built_in_trace import CYCLE
 
 
 def cylinder_volume(engine: Engine, angle: Array, cylinder: int = 0) -> tuple[Array, Array]:
-    """Volume above the piston and its derivative by the crank angle.
+    """Return the volume above the piston and its derivative by the crank angle.
 
     Parameters
     ----------
     angle : (n,) crank angle after firing dead centre, rad
-    cylinder : from 0; counts where it has an articulated rod, others are as the first
+    cylinder : number from 0; it matters for an articulated rod only, because all other cylinders are equal
 
     Returns
     -------
@@ -39,7 +39,7 @@ def cylinder_volume(engine: Engine, angle: Array, cylinder: int = 0) -> tuple[Ar
 
 
 def _over_articulated_rod(engine: Engine, angle: Array, cylinder: int) -> tuple[Array, Array]:
-    """The same above the piston of an articulated rod, by its true path."""
+    """Return volume and derivative above the piston of an articulated rod, by the exact path of this piston."""
     area = 0.25 * math.pi * engine.cylinders.bore**2
     height, rate = piston_height(engine, cylinder, angle + engine.firing_angles[cylinder])
     top, bottom = dead_centre_heights(engine, cylinder).tolist()
@@ -48,8 +48,8 @@ def _over_articulated_rod(engine: Engine, angle: Array, cylinder: int) -> tuple[
 
 
 def mean_effective_pressure(engine: Engine, pressure: Array) -> float:
-    """∮ p dV / V_displaced over a cycle, from uniform samples (n,) Pa over 720°; the trapezoidal rule is spectral."""
+    """Return ∮ p dV / V_displaced over a cycle, from uniform samples (n,) Pa over 720°, by the trapezoidal rule."""
     volume, derivative = cylinder_volume(engine, np.arange(pressure.size, dtype=np.float64) * (CYCLE / pressure.size))
-    # crankcase pressure and any constant drop out of the closed integral
+    # crankcase pressure, like any constant, has no work over a closed cycle
     work = np.sum(pressure * derivative) * (engine.cylinders.cycle / pressure.size)
     return float(work / (volume.max() - volume.min()))

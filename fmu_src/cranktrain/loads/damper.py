@@ -1,26 +1,26 @@
-"""Torsional damper: the torque between its housing, which turns with the hub, and its ring.
+"""Torsional damper: torque between the housing, which rotates with the hub, and the ring.
 
 With the twist ψ = hub rotation − ring rotation the torque on the hub is
 
     T = −[k ψ + c ψ̇ + Σ_i w_i η(s_i ψ̇) ψ̇]
 
 *Viscous*. The fluid in a thin gap h at radius r shears at γ̇ = r ψ̇/h (Couette flow without inertia), so the gaps give
-∫ r² η dA/h: faces 2 · 2π ∫ r³ η dr/h, cylinders 2π r³ b η/h. The faces are integrated by Gauss with four points, hence
-the layers of weight w_i and shear ratio s_i = r_i/h; with one viscosity Σ w_i = S, the area moment over the gaps. Its
-viscosity without shear falls with temperature as η₀(T) = η₂₅ exp[B (1/T − 1/298.15 K)], and
+∫ r² η dA/h: faces 2 · 2π ∫ r³ η dr/h, cylinders 2π r³ b η/h. The faces are integrated by Gauss with four points, which
+gives layers of weight w_i and shear ratio s_i = r_i/h. Σ w_i = S is the area moment over the gaps. The zero-shear
+viscosity falls with temperature as η₀(T) = η₂₅ exp[B (1/T − 1/298.15 K)]. Three laws of the fluid exist:
 
-* ``newtonian`` keeps it: c = S η₀;
+* ``newtonian`` has a constant viscosity: c = S η₀;
 * ``shear-thinning`` follows Carreau at every instant, η = η₀ [1 + (λγ̇)²]^((n−1)/2);
 * ``complex-modulus`` has G* = iω η₀ / [1 + (iωλ)^(1−n)] (Cole and Cole). Its modulus over ω falls over ω like Carreau's
-  viscosity over γ̇ (the rule of Cox and Merz). In time it is the pair k = S G'(ω₀), c = S G''(ω₀)/ω₀ (Kelvin and Voigt)
-  of the frequency ω₀ at which it is linearised; it is exact at ω₀ only.
+  viscosity over γ̇ (the rule of Cox and Merz). In the time domain it is the pair k = S G'(ω₀), c = S G''(ω₀)/ω₀ (Kelvin
+  and Voigt) for the frequency ω₀ at which it is linearised, and is exact at ω₀ only.
 
-The time λ = η₀(T)/τ* with a critical stress τ* that temperature leaves alone (time–temperature superposition).
+The time constant is λ = η₀(T)/τ* with a critical stress τ* independent of temperature (time–temperature superposition).
 
-*Linear*: k and c as given, or over the frequency ω as makers of steel-spring (leaf-spring) dampers state them, straight
-between their points; in time k(ω₀) and c(ω₀).
+*Linear*: k and c are given, either constant or over the frequency ω with linear interpolation, as makers of
+steel-spring (leaf-spring) dampers state them. In the time domain they are k(ω₀) and c(ω₀).
 
-*Rubber*: k as given and c = d k/ω₀ with the loss factor d at ω₀, the same at all temperatures of its range.
+*Rubber*: k is given, and c = d k/ω₀ with the loss factor d at ω₀. Both are constant within the temperature range.
 
 The temperature of the damper comes from a table over speed, or from the heat balance T = T_a + P/(α A).
 
@@ -48,16 +48,16 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Damper
 from cranktrain.engine.quantities import COMPLEX_MODULUS, DAMPER_LAWS, SHEAR_THINNING
 
-# Places of the parameters; LAYERS weights (N m s) follow from WEIGHTS, their shear ratios from SHEARS.
+# Indices of the parameters; LAYERS weights (N m s) start at WEIGHTS, their shear ratios at SHEARS.
 STIFFNESS, DAMPING, EXPONENT, TIME = range(4)
 LAYERS = 6
 WEIGHTS, SHEARS = 4, 4 + LAYERS
 PARAMETERS = 4 + 2 * LAYERS
 REFERENCE_TEMPERATURE = 298.15
 _CELSIUS = 273.15
-# Slots of :func:`damper_constants`: kind of damper, range of its temperature (K) and the frequency (rad/s) at which it
-# is linearised; a rubber's stiffness and loss factor; of a fluid the viscosity and its slope, critical stress and flow
-# exponent, the sum of its layers' moments; these moments and the shear ratios.
+# Indices of :func:`damper_constants`: kind of damper, temperature range (K), frequency of linearisation (rad/s); for
+# rubber stiffness and loss factor; for a fluid viscosity and its temperature slope, critical stress, flow exponent, sum
+# of the layers' moments; moments and shear ratios of the layers.
 KIND, LOWEST, HIGHEST, OMEGA, SPRING, LOSS_FACTOR, FLUID, SLOPE, STRESS, FLOW, MOMENT = range(11)
 MOMENTS, RATIOS, DAMPER_CONSTANTS = 11, 11 + LAYERS, 11 + 2 * LAYERS
 NO_DAMPER, RUBBER, NEWTONIAN, THINNING, COMPLEX = range(5)
@@ -65,14 +65,14 @@ _FLUIDS = {SHEAR_THINNING: THINNING, COMPLEX_MODULUS: COMPLEX}
 
 
 def damper_parameters(damper: Damper, temperature: float, frequency: float | None = None) -> Array:
-    """Parameters of :func:`damper_torque`, (16,), at ``temperature``, K.
+    """Return the parameters of :func:`damper_torque`, (16,), at ``temperature``, K.
 
-    ``frequency`` (Hz) is where complex modulus and rubber are linearised, in place of the damper's own.
+    ``frequency`` (Hz) replaces the damper's own frequency for the linearisation of complex modulus and rubber.
 
     Raises
     ------
     InputError
-        a temperature outside the damper's law, an unknown law, a frequency that is not positive
+        if the temperature is outside the range of the law, the law is unknown, or the frequency is not positive
     """
     check_temperature(damper, temperature)
     parameters = np.zeros(PARAMETERS)
@@ -81,7 +81,7 @@ def damper_parameters(damper: Damper, temperature: float, frequency: float | Non
 
 
 def damper_constants(damper: Damper, frequency: float | None = None) -> Array:
-    """Constants of a damper for :func:`damper_at`, (DAMPER_CONSTANTS,); raises like :func:`damper_parameters`."""
+    """Return constants of a damper for :func:`damper_at`, (DAMPER_CONSTANTS,); raises as :func:`damper_parameters`."""
     omega = 2.0 * math.pi * (damper.frequency if frequency is None else frequency)
     if not 0.0 < omega < math.inf:
         raise InputError(f"a damper is linearised at a positive frequency, got {omega / (2.0 * math.pi):g} Hz")
@@ -92,7 +92,7 @@ def damper_constants(damper: Damper, frequency: float | None = None) -> Array:
         return constants
     if damper.kind == "linear":
         [value] = linear_stiffness(damper, np.array([omega]))
-        # A fluid whose viscosity is c over a moment of 1, the same at every temperature.
+        # A linear damper is stored as a fluid of viscosity c and unit moment, independent of temperature.
         constants[[KIND, FLUID, MOMENT, SPRING]] = NEWTONIAN, value.imag / omega, 1.0, value.real
         return constants
     if damper.law not in DAMPER_LAWS:
@@ -107,7 +107,7 @@ def damper_constants(damper: Damper, frequency: float | None = None) -> Array:
 
 
 def linear_stiffness(damper: Damper, omega: Array) -> NDArray[np.complex128]:
-    """Complex stiffness k + iωc (N m/rad) of a damper of kind ``linear`` at angular frequencies, rad/s."""
+    """Return the complex stiffness k + iωc (N m/rad) of a ``linear`` damper at angular frequencies ``omega``, rad/s."""
     if not damper.frequencies:
         return np.asarray(damper.stiffness + 1j * omega * damper.damping)
     k, c = (np.interp(omega / (2.0 * math.pi), damper.frequencies, of) for of in (damper.stiffnesses, damper.dampings))
@@ -115,18 +115,18 @@ def linear_stiffness(damper: Damper, omega: Array) -> NDArray[np.complex128]:
 
 
 def silicone_viscosity(damper: Damper, temperature: float) -> float:
-    """Dynamic viscosity of the fluid without shear, Pa s, at ``temperature``, K."""
+    """Return the zero-shear dynamic viscosity of the fluid, Pa s, at ``temperature``, K."""
     return float(fluid_viscosity(temperature, damper.viscosity, damper.viscosity_slope))
 
 
 def complex_modulus(damper: Damper, temperature: float, omega: float) -> complex:
-    """G' + iG'' of the fluid, Pa, at ``temperature``, K, and angular frequency ``omega``, rad/s."""
+    """Return G' + iG'' of the fluid, Pa, at ``temperature``, K, and angular frequency ``omega``, rad/s."""
     eta = silicone_viscosity(damper, temperature)
     return complex(*modulus_parts(eta, omega, damper.critical_stress, damper.flow_exponent))
 
 
 def shear_layers(damper: Damper) -> tuple[Array, Array]:
-    """Weights ∫ r² dA/h (6,) m³ and shear ratios r/h (6,): four layers of the faces, outer and inner cylinder."""
+    """Return weights ∫ r² dA/h (6,) m³ and shear ratios r/h (6,): four layers of the faces, outer, inner cylinder."""
     outer, inner, width = damper.ring_outer_radius, damper.ring_inner_radius, damper.ring_width
     nodes, shares = np.polynomial.legendre.leggauss(LAYERS - 2)
     r = 0.5 * (outer + inner) + 0.5 * (outer - inner) * nodes
@@ -137,32 +137,32 @@ def shear_layers(damper: Damper) -> tuple[Array, Array]:
 
 
 def damping_coefficient(parameters: Array) -> float:
-    """Damping at zero rate, N m s/rad."""
+    """Return the damping at zero rate, N m s/rad."""
     return float(parameters[DAMPING] + parameters[WEIGHTS:SHEARS].sum())
 
 
 def equivalent_damping(parameters: Array, rate: float) -> float:
-    """Damping (N m s/rad) of a linear damper that dissipates as much at the harmonic rate of amplitude ``rate``, rad/s.
+    """Return the linear damping (N m s/rad) of equal dissipation at a harmonic rate of amplitude ``rate``, rad/s.
 
-    The describing function (1/π X) ∮ T cos φ dφ of the torque at ψ̇ = X cos φ.
+    It is the describing function (1/π X) ∮ T cos φ dφ of the torque at ψ̇ = X cos φ.
     """
-    phase = np.arange(64) * (math.pi / 128.0)  # a quarter: the torque is odd, the sum spectral
+    phase = np.arange(64) * (math.pi / 128.0)  # a quarter period suffices for an odd torque
     cosine = np.cos(phase)
     sums = np.zeros_like(phase)
     for w, s in zip(parameters[WEIGHTS:SHEARS], parameters[SHEARS:], strict=True):
         sums += w * (1.0 + (parameters[TIME] * s * rate * cosine) ** 2) ** parameters[EXPONENT]
-    weights = np.where(np.arange(64) == 0, 0.5, 1.0)  # trapezoidal rule; the integrand vanishes at the other end
+    weights = np.where(np.arange(64) == 0, 0.5, 1.0)  # trapezoidal rule; the integrand vanishes at the upper end
     return float(parameters[DAMPING] + np.sum(weights * sums * cosine**2) / np.sum(weights * cosine**2))
 
 
 def damper_temperature(damper: Damper, speed: float) -> float:
-    """Temperature of the damper, K, at engine speed ``speed``, rad/s, from its table."""
+    """Return the temperature of the damper, K, at engine speed ``speed``, rad/s, from its table."""
     table = (np.array(column, dtype=float) for column in (damper.temperature_speeds, damper.temperatures))
     return float(temperature_at(speed, *table))
 
 
 def balanced_temperature(damper: Damper, power: float) -> float:
-    """Temperature, K, at which the damper gives off the mean dissipated ``power``, W; refuses one beyond its law."""
+    """Return the temperature, K, that dissipates the mean ``power``, W; ``InputError`` beyond the range of the law."""
     if not damper.heat_transfer * damper.cooling_area:
         raise InputError(
             "damper: a heat balance needs damper.heat_transfer and damper.cooling_area; give them, or take the "
@@ -180,7 +180,7 @@ def balanced_temperature(damper: Damper, power: float) -> float:
 
 
 def check_temperature(damper: Damper, temperature: float) -> None:
-    """Refuse a temperature (K) at which the damper's law is not valid, with ``InputError``."""
+    """Raise ``InputError`` for a temperature (K) outside the range of the damper's law."""
     if damper.lowest_temperature <= temperature <= damper.highest_temperature:
         return
     way = "colder" if temperature < damper.lowest_temperature else "hotter"
@@ -192,7 +192,7 @@ def check_temperature(damper: Damper, temperature: float) -> None:
 
 
 def power_warning(damper: Damper, power: float) -> str | None:
-    """One line where the mean dissipated ``power`` (W) exceeds the limit of the cooling area, else None."""
+    """Return a warning if the mean dissipated ``power`` (W) exceeds the limit of the cooling area, else None."""
     if not damper.cooling_area:
         return None
     flux = power / damper.cooling_area
@@ -205,28 +205,28 @@ def power_warning(damper: Damper, power: float) -> str | None:
 
 
 def with_damper_housing(engine: Engine) -> Engine:
-    """The engine with its damper on the pulley: mass, housing inertia, and the ring's inertia in tilting.
+    """Return the engine with its damper added to the pulley: mass, housing inertia, tilting inertia of the ring.
 
-    The ring's own rotation is an additional coordinate; across and in tilt it moves with the housing.
+    The rotation of the ring is a separate coordinate; in translation and tilt the ring moves with the housing.
 
     Raises
     ------
     InputError
-        an engine without ``[damper]``
+        if the engine has no ``[damper]``
     """
     damper = required_damper(engine)
     pulley = replace(
         engine.pulley,
         mass=engine.pulley.mass + damper.mass,
         polar_inertia=engine.pulley.polar_inertia + damper.housing_inertia,
-        # A flat ring's inertia about its diameter is half the polar one.
+        # The inertia of a flat ring about a diameter is half the polar inertia.
         diametral_inertia=engine.pulley.diametral_inertia + 0.5 * (damper.housing_inertia + damper.ring_inertia),
     )
     return replace(engine, pulley=pulley)
 
 
 def required_damper(engine: Engine) -> Damper:
-    """The engine's damper; ``InputError`` where it has none."""
+    """Return the engine's damper; ``InputError`` if it has none."""
     if engine.damper is None:
         raise InputError(f"engine '{engine.name}' has no [damper]; add that table as in engine/data/diesel_i6.toml")
     return engine.damper
@@ -234,9 +234,9 @@ def required_damper(engine: Engine) -> Damper:
 
 @kernel
 def damper_at(constants, temperature, parameters):
-    """Fill ``parameters`` (PARAMETERS,) of :func:`damper_torque` at a ``temperature``, K, from its constants.
+    """Compute ``parameters`` (PARAMETERS,) of :func:`damper_torque` at a ``temperature``, K, from the constants.
 
-    Returns 0, or 1 for a temperature outside its range.
+    Returns 0, or 1 for a temperature outside the range.
     """
     for k in range(PARAMETERS):
         parameters[k] = 0.0
@@ -267,13 +267,13 @@ def damper_at(constants, temperature, parameters):
 
 @kernel
 def fluid_viscosity(temperature, reference, slope):
-    """Viscosity of a fluid without shear, Pa s, at a temperature, K, from that at 25 °C and its ``slope``, K."""
+    """Return the zero-shear viscosity, Pa s, at a temperature, K, from ``reference`` at 25 °C and its ``slope``, K."""
     return reference * math.exp(slope * (1.0 / temperature - 1.0 / REFERENCE_TEMPERATURE))
 
 
 @kernel
 def modulus_parts(viscosity, omega, stress, exponent):
-    """G' and G'' (Pa) at the angular frequency ``omega`` (rad/s) of a fluid of ``viscosity`` (Pa s) without shear."""
+    """Return G' and G'' (Pa) at angular frequency ``omega`` (rad/s) for a zero-shear ``viscosity`` (Pa s)."""
     # G* = iωη/(1 + (iωλ)^p), in polar form.
     power = 1.0 - exponent
     size = (omega * viscosity / stress) ** power
@@ -285,10 +285,10 @@ def modulus_parts(viscosity, omega, stress, exponent):
 
 @kernel
 def damper_torque(parameters, twist, rate, out):
-    """Torque on the hub at ``twist`` (rad) and ``rate`` (rad/s), hub less ring, with tangents.
+    """Compute the torque on the hub at ``twist`` (rad) and ``rate`` (rad/s) of the hub relative to the ring.
 
-    ``out`` (4,): torque on the hub, N m (the ring feels its opposite); ∂/∂twist; ∂/∂rate; dissipated power, W, never
-    negative.
+    ``out`` (4,): torque on the hub, N m (the torque on the ring is opposite); ∂/∂twist; ∂/∂rate; dissipated power, W,
+    never negative.
     """
     torque = parameters[DAMPING] * rate
     tangent = parameters[DAMPING]

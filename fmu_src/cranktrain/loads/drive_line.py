@@ -1,15 +1,15 @@
-"""The driven end: the speed that is given, smoothed, and the frame that follows the crank.
+"""Motion of the driven end at a given, smoothed speed, and of the frame that follows the crank.
 
-A speed that arrives in steps is followed by a critically damped second-order filter, Ω̈ = ω_f² (Ω_in − Ω) − 2ω_f Ω̇,
-solved exactly for an input that is linear in time. The crank hangs on that shaft by a torsional spring and damper.
-The frame in which the crank's motion is small turns at Ω + w; its lead δ = ∫w dt over the shaft is re-centred on the
-crank's mean rotation φ within some revolutions, τ₂ ẇ = φ/τ_c − w with τ_c = 4τ₂ (critically damped). Over a step φ is
-extrapolated from its value and derivatives at the start, so every stage knows the frame's motion: any smooth frame
-gives the same physics, this one keeps φ small.
+A stepwise speed input is smoothed by a critically damped second-order filter, Ω̈ = ω_f² (Ω_in − Ω) − 2ω_f Ω̇, solved
+exactly for an input that is linear in time. A torsional spring and damper connect the crank to this shaft. The frame,
+in which the crank's motion is small, rotates at Ω + w. Its lead δ = ∫w dt over the shaft is re-centred on the crank's
+mean rotation φ within some revolutions, τ₂ ẇ = φ/τ_c − w with τ_c = 4τ₂ (critically damped). Over a step φ is
+extrapolated from its value and derivatives at the start, so that the motion of the frame is known at every stage. Any
+smooth frame gives the same physics; this one keeps φ small.
 
-Where a torque loads the shaft's end instead of a given speed, the dynamometer's rotor is free, J ψ̈ = T_shaft − T_load,
-and the frame's base follows the crank, :func:`following_motion`: modes are small motions, so φ must stay small however
-fast the engine speeds up.
+If a load torque is given instead of a speed, the dynamometer's rotor is free, J ψ̈ = T_shaft − T_load, and the base of
+the frame follows the crank, :func:`following_motion`. Modes describe small motions, so φ must stay small even if the
+engine accelerates fast.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from cranktrain.core.kernel import kernel
 RECENTRING_REVOLUTIONS = 2.0
 FOLLOWING, KEEPING = 0.7, 0.15
 SLOWEST_FOLLOWED = 60.0
-"""rad/s below which a frame that follows a free crank keeps the time constants of this speed."""
+"""Least speed (rad/s) used for the time constants of a frame that follows a free crank."""
 
 
 @kernel
 def shaft_motion(angle, speed, acceleration, target, rate, omega, t):
-    """Shaft angle, speed and acceleration after t for the input target + rate·t; ``omega`` ≤ 0 follows it at once."""
+    """Return shaft angle, speed and acceleration after t for the input target + rate·t; no filter if ``omega`` ≤ 0."""
     if omega <= 0.0:
         return angle + target * t + 0.5 * rate * t * t, target + rate * t, rate
-    # Particular solution: the ramp, lagging by 2/ω.
+    # The particular solution is the ramp with a lag of 2/ω.
     lag = target - 2.0 * rate / omega
     a = speed - lag
     b = acceleration - rate + omega * a
@@ -42,16 +42,16 @@ def shaft_motion(angle, speed, acceleration, target, rate, omega, t):
 
 @kernel
 def following_motion(angle, speed, kept, rotation, rotation_rate, rotation_acceleration, t):
-    """Base angle, speed, acceleration and kept acceleration of a frame that follows a free crank, after t.
+    """Return angle, speed, acceleration and stored acceleration of the base of a frame that follows a free crank.
 
-    Ω̇ = A + 0.7 φ/τ_c² with the kept Ȧ = 0.15 φ/τ_c³: with the lead's own law a frame of fourth order, damped well
-    (its slowest roots are −0.34/τ_c and (−0.54 ± 0.63i)/τ_c), that follows any steady acceleration with φ about 0.
-    Taylor's series as in :func:`frame_lead`.
+    Values are those after time t. Ω̇ = A + 0.7 φ/τ_c² with the stored Ȧ = 0.15 φ/τ_c³. Together with the law of the
+    lead this is a well damped frame of fourth order (slowest roots −0.34/τ_c and (−0.54 ± 0.63i)/τ_c), which follows
+    any steady acceleration with φ about 0. The Taylor series is that of :func:`frame_lead`.
     """
     inverse = max(speed, SLOWEST_FOLLOWED) / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
     gain = FOLLOWING * inverse * inverse
     grow = KEEPING * inverse * inverse * inverse
-    # φ and its integrals over t, one to three times.
+    # φ and its single, double and triple integral over t.
     phi = rotation + t * (rotation_rate + 0.5 * t * rotation_acceleration)
     once = t * (rotation + t / 2.0 * (rotation_rate + t / 3.0 * rotation_acceleration))
     twice = t * t / 2.0 * (rotation + t / 3.0 * (rotation_rate + t / 4.0 * rotation_acceleration))
@@ -67,11 +67,11 @@ def following_motion(angle, speed, kept, rotation, rotation_rate, rotation_accel
 
 @kernel
 def frame_lead(lead, lead_rate, rotation, rotation_rate, rotation_acceleration, speed, t):
-    """Lead δ, its rate w and ẇ after t, from δ, w and the crank's mean rotation φ with φ̇, φ̈ (rad) at the start.
+    """Return the lead δ, its rate w and ẇ after t, from δ, w and the crank's mean rotation φ, φ̇, φ̈ at the start.
 
-    Taylor's series of the law to the fourth power of t; with κt ≪ 1 its error is far below any integrator's.
+    It is a Taylor series to the fourth power of t, whose error for κt ≪ 1 is far below that of any integrator.
     """
-    # 1/τ_c = Ω/(2π·revolutions) and κ = 1/τ₂ = 4/τ_c; at standstill the frame is at rest.
+    # 1/τ_c = Ω/(2π·revolutions) and κ = 1/τ₂ = 4/τ_c, so the frame is at rest at standstill.
     inverse = speed / (2.0 * math.pi * RECENTRING_REVOLUTIONS)
     kappa = 4.0 * inverse
     w1 = kappa * (inverse * rotation - lead_rate)

@@ -1,16 +1,16 @@
-"""Cylinder pressure over one cycle: a built-in single-zone cycle with a Wiebe burn, or a measured trace.
+"""Cylinder pressure over one cycle, from the built-in single-zone cycle with a Wiebe burn or from a measured trace.
 
 Between intake closing and exhaust opening a single zone of ideal gas obeys
 
     dp/dθ = [(γ − 1) (dQ_b/dθ − dQ_w/dθ) − γ p dV/dθ] / V,   γ = 1.38 − 0.2 exp(−900 K / T)
 
 with the burn Q_b = Q [1 − exp(−a x^(m+1))], x = (θ − θ_s)/Δθ, and the wall heat of Hohenberg's coefficient. Outside,
-the pressure is that of the intake or exhaust; all joins are blended twice continuously differentiable. Angles are crank
-angles after the cylinder's own firing dead centre, θ ∈ [0, 4π), in which a two-stroke has its cycle twice; pressures
+the pressure is that of the intake or exhaust; all transitions are twice continuously differentiable. Angles are crank
+angles after the cylinder's own firing dead centre, θ ∈ [0, 4π), which contains two cycles of a two-stroke; pressures
 are absolute.
 
-Assumptions: no residual gas dynamics, heat of the walls at the speed of the largest heat per cycle, the form of the
-trace independent of load and speed: p = p_motored + load [1 − falloff (Ω/Ω_best − 1)²] (p_fired − p_motored).
+Assumptions: no residual gas dynamics, wall heat at the speed of the largest heat per cycle, shape of the trace
+independent of load and speed: p = p_motored + load [1 − falloff (Ω/Ω_best − 1)²] (p_fired − p_motored).
 
 Sources: I. Wiebe, Brennverlauf und Kreisprozess von Verbrennungsmotoren (1970); G. Hohenberg, SAE 790825; R. Egnell,
 SAE 982424 (γ of lean diesel gas).
@@ -50,17 +50,17 @@ COMPRESSOR_SOURCE = "polytropic cycle of the compressor"
 
 
 class Gas(Protocol):
-    """Pressures of a run: a trace, or traces over speed and load (:mod:`cranktrain.loads.pressure_map`)."""
+    """Interface of the pressures of a run: a trace, or traces over speed and load (``loads.pressure_map``)."""
 
     def at(self, speed: float, load: float) -> GasTrace:
-        """Trace at ``speed`` (rad/s) and ``load``, the fraction of the full-load burn."""
+        """Return the trace at ``speed`` (rad/s) and ``load``, the fraction of the full-load burn."""
 
     def tell_ends(self, speeds: Sequence[float], load: float) -> None:
-        """Warn of speeds (rad/s) and a load for which the trace is one of other speeds or another load."""
+        """Warn if speeds (rad/s) or load lie outside the measured range, so that the nearest trace is used."""
 
     @property
     def values(self) -> list[Any]:
-        """All that a run takes from the pressures, for digests."""
+        """Values of the pressures that determine a run, for digests."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +69,12 @@ class GasTrace:
 
     Attributes
     ----------
-    motored, fired : (n,) Pa
+    motored, fired : (n,) pressures without and with combustion, Pa
     imep : net indicated mean effective pressure of the fired trace over 720 degrees, Pa
-    best_speed : rad/s, speed of the full-load trace
-    falloff : fraction of the burn's effect that is lost at twice that speed; 0 for a measured trace
+    best_speed : speed of the full-load trace, rad/s
+    falloff : fraction of the burn's effect that is lost at twice ``best_speed``; 0 for a measured trace
     source : origin of the trace, for reports
-    own : trace of each cylinder where they differ, else empty; ``motored``, ``fired`` and ``imep`` are then their means
+    own : trace of each cylinder if these differ, else empty; ``motored``, ``fired`` and ``imep`` are then means
     """
 
     motored: Array
@@ -105,25 +105,25 @@ class GasTrace:
 
     @property
     def built_in(self) -> bool:
-        """Whether it is the trace of the engine's own combustion table."""
+        """True if the trace follows from the engine's combustion table."""
         return self.source == BUILT_IN_SOURCE
 
     def at(self, speed: float, load: float) -> GasTrace:
-        """The trace of a run at ``speed`` (rad/s) and ``load``: this one, whose burn a model scales by itself."""
+        """Return this trace for any ``speed`` (rad/s) and ``load``, because the model scales its burn."""
         return self
 
     def tell_ends(self, speeds: Sequence[float], load: float) -> None:
-        """Nothing: one trace is meant for all speeds and loads."""
+        """Do nothing, because a single trace has no range of speed or load."""
 
     @property
     def values(self) -> list[Any]:
-        """All that a run takes from the trace, for digests."""
+        """Values of the trace that determine a run, for digests."""
         own = [trace.values for trace in self.own]
         return [self.motored.tolist(), self.fired.tolist(), self.best_speed, self.falloff, *([own] if own else [])]
 
     @classmethod
     def mean(cls, traces: Sequence[GasTrace], weights: Sequence[float], source: str) -> GasTrace:
-        """Weighted mean of traces that all have one trace, or one for each of the same cylinders."""
+        """Return the weighted mean of traces, which must all be common traces or all have traces by cylinder."""
         first = traces[0]
 
         def mixed(values: Iterable[Array | float]) -> Any:
@@ -141,7 +141,7 @@ class GasTrace:
 
     @classmethod
     def from_engine(cls, engine: Engine) -> GasTrace:
-        """Built-in trace of the engine's table of combustion, or of a compressor."""
+        """Make the built-in trace from the engine's combustion table, or the cycle of a compressor."""
         if engine.compressor is not None:
             return cls._of_compressor(engine, engine.compressor)
         fired = _trace(engine, engine.burn.heat)
@@ -156,7 +156,7 @@ class GasTrace:
 
     @classmethod
     def _of_compressor(cls, engine: Engine, gas: Compressor) -> GasTrace:
-        """Polytropic compression and re-expansion between suction and discharge; suction alone without load."""
+        """Make polytropic compression and re-expansion between suction and discharge; suction pressure without load."""
         angle = np.arange(SAMPLES, dtype=np.float64) * (CYCLE / SAMPLES)
         volume, rising = cylinder_volume(engine, angle)
         expanded = np.maximum(gas.discharge * (volume.min() / volume) ** gas.exponent, gas.suction)
@@ -169,30 +169,30 @@ class GasTrace:
     def from_csv(
         cls, path: str | Path, engine: Engine, unit: str | None = None, dead_centre_deg: float | None = None
     ) -> GasTrace:
-        """Measured trace from a file of angle (degrees) and pressure; see :mod:`cranktrain.loads.pressure_file`.
+        """Read a measured trace from a file of angle (degrees) and pressure; see :mod:`cranktrain.loads.pressure_file`.
 
         Parameters
         ----------
-        path : text file with a column of angles and one of pressures, or one of pressures for each cylinder
-        engine : gives cycle, firing angles and volumes for dead centres, mean effective pressure and motored trace
-        unit : of the pressures; None takes it from the header or, failing that, from the size of the peak
+        path : text file with a column of angles and one column of pressures, or one for each cylinder
+        engine : engine, for dead centres, mean effective pressure and motored trace
+        unit : unit of the pressures; None takes it from the header or, failing that, from the size of the peak
         dead_centre_deg : angle of the file that is firing dead centre (of cylinder 1); None finds it from the peak
 
         Raises
         ------
         InputError
-            one line that names the file and the row
+            if the file is invalid; one line that names the file and the row
 
-        Warns, one line each, of a trace that is hardly one of this engine, see :mod:`cranktrain.loads.trace_doubts`.
+        Warns, one line each, if the trace hardly fits this engine, see :mod:`cranktrain.loads.trace_doubts`.
         """
-        from cranktrain.loads.pressure_file import read_pressure  # needs SciPy, which the running model does not
+        from cranktrain.loads.pressure_file import read_pressure  # needs SciPy, unlike the running model
 
         rows, source = read_pressure(path, unit, dead_centre_deg, SAMPLES, engine)
         return trace_of(engine, rows, source)
 
 
 def trace_of(engine: Engine, rows: Sequence[Array], source: str) -> GasTrace:
-    """Trace of given pressures: one row (SAMPLES,), Pa, over 720 degrees, or one for each cylinder."""
+    """Make a trace of given pressures: one row (SAMPLES,), Pa, over 720 degrees, or one for each cylinder."""
     traces = [
         GasTrace(
             motored=_motored(engine, fired),
@@ -210,7 +210,7 @@ def trace_of(engine: Engine, rows: Sequence[Array], source: str) -> GasTrace:
 
 
 def spline_coefficients(samples: Array) -> Array:
-    """Periodic cubic spline (C²) through uniform samples.
+    """Fit a periodic cubic spline (C²) through uniform samples.
 
     Parameters
     ----------
@@ -230,16 +230,16 @@ def spline_coefficients(samples: Array) -> Array:
 
 
 def _motored(engine: Engine, fired: Array) -> Array:
-    """What is left of a measured trace (SAMPLES,) without load, Pa."""
-    # The file gives the pressure at the end of the intake stroke, the start of the motored compression.
+    """Estimate the motored trace (SAMPLES,), Pa, of a measured fired trace."""
+    # The motored compression starts from the measured pressure at the end of the intake stroke.
     intake = float(fired[SAMPLES * 3 // 4])
     return np.full(SAMPLES, intake) if engine.compressor is not None else _trace(engine, 0.0, intake_pressure=intake)
 
 
 def gas_tables(gas: GasTrace) -> Array:
-    """Splines (2, n, 4) of the motored pressure and its rise by combustion; (2c, n, 4), by cylinder, where they differ.
+    """Fit splines (2, n, 4) of the motored pressure and its rise by combustion; (2c, n, 4) if cylinders differ.
 
-    For :func:`gas_pressures`.
+    The result is the input of :func:`gas_pressures`.
     """
     traces = gas.own or (gas,)
     return np.array(
@@ -248,7 +248,7 @@ def gas_tables(gas: GasTrace) -> Array:
 
 
 def _trace(engine: Engine, heat: float, intake_pressure: float | None = None) -> Array:
-    """Pressure over one cycle, (SAMPLES,) Pa: closed cycle, blow-down, exhaust, intake."""
+    """Compute the pressure over one cycle, (SAMPLES,) Pa: closed cycle, blow-down, exhaust, intake."""
     samples = np.zeros(SAMPLES)
     intake = engine.burn.intake_pressure if intake_pressure is None else intake_pressure
     fill_trace(trace_constants(engine), heat, intake, samples)
@@ -256,7 +256,7 @@ def _trace(engine: Engine, heat: float, intake_pressure: float | None = None) ->
 
 
 def trace_constants(engine: Engine, built_in: bool = True) -> Array:
-    """Constants of an engine's cycle, (TRACE_CONSTANTS,), see :mod:`cranktrain.loads.built_in_trace`."""
+    """Return the constants of an engine's cycle, (TRACE_CONSTANTS,), see :mod:`cranktrain.loads.built_in_trace`."""
     cylinders = engine.cylinders
     if engine.compressor is not None:
         none = np.zeros(TRACE_CONSTANTS)
@@ -276,7 +276,7 @@ def trace_constants(engine: Engine, built_in: bool = True) -> Array:
 
 @inlined_kernel
 def _cell(theta, n):
-    """Cell of an angle (any real, rad) in a cycle of n cells, and the place in it."""
+    """Return the cell of an angle (any real, rad) in a cycle of n cells, and the position in the cell."""
     x = theta / (4.0 * math.pi)
     s = (x - math.floor(x)) * n
     i = int(s)
@@ -286,7 +286,7 @@ def _cell(theta, n):
 
 
 def gas_pressure(theta: float | Array, table: Array) -> Any:
-    """Pressures (Pa) at crank angles (any shape, rad after firing dead centre) from a spline table (n, 4)."""
+    """Return pressures (Pa) at crank angles (any shape, rad after firing dead centre) from a spline table (n, 4)."""
     n = len(table)
     x = np.asarray(theta) / CYCLE
     s = (x - np.floor(x)) * n
@@ -298,14 +298,14 @@ def gas_pressure(theta: float | Array, table: Array) -> Any:
 
 @kernel
 def gas_pressures(theta, tables, cylinder):
-    """Motored pressure and rise of a cylinder at an angle, from :func:`gas_tables`, as :func:`gas_pressure` has it."""
+    """Return motored pressure and rise of a cylinder, Pa, at an angle ``theta``, rad, from :func:`gas_tables`."""
     motored, rise, _, _ = gas_slopes(theta, tables, cylinder)
     return motored, rise
 
 
 @kernel
 def gas_slopes(theta, tables, cylinder):
-    """Motored pressure and rise of a cylinder at an angle, Pa, and the slopes of both, Pa/rad."""
+    """Return motored pressure and rise of a cylinder at an angle, Pa, and the slopes of both, Pa/rad."""
     n = tables.shape[1]
     i, t = _cell(theta, n)
     per_rad = n / (4.0 * math.pi)

@@ -1,8 +1,8 @@
-"""Cylinder pressures that a script gives: arrays over a cycle, or functions of the crank angle and the speed.
+"""Cylinder pressures given by a script, as arrays over a cycle or functions of crank angle and speed.
 
-An array is measured data and is read as the columns of a pressure file are (:mod:`cranktrain.loads.pressure_file`): the
-same numbers give the same trace, to the bit. A function is no measurement. It is evaluated at the angles of the gas
-tables, and nothing is smoothed. Its angle is that after the firing dead centre of its cylinder, rad.
+An array is treated as measured data, like the columns of a pressure file (:mod:`cranktrain.loads.pressure_file`), so
+equal numbers give exactly equal traces. A function is evaluated at the angles of the gas tables without smoothing. Its
+argument is the angle after the firing dead centre of its cylinder, rad.
 
     pressure = p                          (n,) Pa at equal steps over one cycle, for all cylinders
     pressure = (angle, p)                 angles in rad, in any order; p (n,), or (c, n) for c cylinders
@@ -34,29 +34,29 @@ Function = Callable[..., float]
 Pressures: TypeAlias = ArrayLike | Mapping[int, ArrayLike | Function] | Sequence[Function] | Function
 
 NAME = "pressure"
-"""Keyword, with which messages begin."""
+"""Name of the argument, with which messages begin."""
 REMEDY = "give an array over one cycle, (angle, pressure), a dict by cylinder, or a function of the angle"
 JUMP, SMALL = 3.0, 0.02
-"""A cycle is open if its ends differ by more than this many of its largest steps, and by this fraction of its peak."""
+"""A cycle is not closed if its ends differ by more than JUMP of its largest steps and by SMALL of its peak."""
 CLOSED = 1e-3
-"""Difference of a function's values at both ends of the cycle over its peak that still counts as none."""
+"""Tolerance of the difference of a function's values at both ends of the cycle, over its peak."""
 TOLD_SPEEDS = 33
-"""Speeds at which a function of the speed is told to digests, evenly spaced up to twice the engine's best speed."""
+"""Number of speeds at which digests sample a function of speed, evenly up to twice the engine's best speed."""
 
 
 def given_gas(value: Any, engine: Engine, unit: str | None = None, dead_centre_deg: float | None = None) -> Gas:
-    """Pressures of arrays or functions.
+    """Make the pressures of a run from arrays or functions.
 
     Parameters
     ----------
-    value : as in the module's docstring; quantities of pint and results of runs are converted
-    unit : of the numbers; None: Pa
+    value : see the module docstring; quantities of pint and results of runs are converted
+    unit : unit of the numbers; None means Pa
     dead_centre_deg : angle of the data that is firing dead centre, deg; None as for a file, 0 for a function
 
     Raises
     ------
     InputError
-        one line: too few values, values that are not finite, no pressures of a cylinder, a cycle that does not close
+        one line for too few values, non-finite values, a missing cylinder, or a cycle that does not close
     """
     stated = PressureUnit("Pa", 1.0, 0.0, "Pa") if unit is None else named_unit(unit)
     members = list(value.values()) if isinstance(value, Mapping) else value
@@ -71,7 +71,7 @@ def given_gas(value: Any, engine: Engine, unit: str | None = None, dead_centre_d
 
 @dataclass
 class GivenPoints:
-    """Points of an array as a file's: angles (n,) deg and pressures (n, k) as given; see ``PressurePoints``."""
+    """Points of an array, with the interface of ``PressurePoints``: angles (n,) deg and pressures (n, k) as given."""
 
     angle: Array
     pressures: Array
@@ -79,7 +79,7 @@ class GivenPoints:
     column: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
-        """Find the peaks."""
+        """Find the peaks of the pressures."""
         at = self.pressures.argmax(axis=0)
         self.peaks: Array = self.pressures[at, np.arange(at.size)]
         self.peak_angles: Array = self.angle[at]
@@ -90,12 +90,12 @@ class GivenPoints:
         self.negative = (first, float(least[first])) if least[first] < 0.0 else None
 
     def parts(self) -> Iterator[tuple[Array, Array]]:
-        """All points at once."""
+        """Yield all points in a single part."""
         yield self.angle, self.pressures
 
 
 def _points(value: Any, engine: Engine) -> GivenPoints:
-    """Points of arrays; ``InputError``."""
+    """Convert arrays to points; ``InputError`` for invalid arrays."""
     period, angle = engine.cylinders.cycle, None
     if isinstance(value, tuple) and len(value) == 2 and not np.isscalar(value[0]):
         angle, value = _numbers(value[0], "rad", f"{NAME}: angles"), value[1]
@@ -123,7 +123,7 @@ def _points(value: Any, engine: Engine) -> GivenPoints:
 
 
 def _many(value: Any) -> bool:
-    """Whether a value is a list of arrays."""
+    """True if a value is a list of arrays."""
     return (
         isinstance(value, list | tuple)
         and bool(value)
@@ -132,7 +132,7 @@ def _many(value: Any) -> bool:
 
 
 def _one_cycle(pressures: Array, period: float) -> Array:
-    """One cycle (c, n) at equal steps, without its end if that is there twice; ``InputError`` if it does not close."""
+    """Return one cycle (c, n) at equal steps, without a repeated end; ``InputError`` if it does not close."""
     if pressures.shape[1] % 2 == 1 and np.array_equal(pressures[:, 0], pressures[:, -1]):
         pressures = pressures[:, :-1]
     for row in pressures:
@@ -146,7 +146,7 @@ def _one_cycle(pressures: Array, period: float) -> Array:
 
 
 def _by_cylinder(value: Any, cylinders: int) -> list[Any]:
-    """Members by cylinder; ``InputError`` where one is missing."""
+    """Return the values in the order of cylinders; ``InputError`` if one is missing."""
     if isinstance(value, Mapping):
         wanted = list(range(1, cylinders + 1))
         if sorted(value, key=str) != sorted(wanted, key=str):
@@ -160,7 +160,7 @@ def _by_cylinder(value: Any, cylinders: int) -> list[Any]:
 
 
 def _numbers(value: Any, unit: str, where: str) -> Array:
-    """An array of finite numbers; ``InputError``."""
+    """Convert a value to an array of finite numbers in ``unit``; ``InputError`` if this is not possible."""
     try:
         found = np.array(without_unit(value, unit, where), dtype=float)
     except (TypeError, ValueError):
@@ -176,12 +176,12 @@ def _numbers(value: Any, unit: str, where: str) -> Array:
 
 @dataclass(eq=False)
 class GasFunction:
-    """Pressures by one function of all cylinders, or one of each: ``function(angle)`` or ``function(angle, speed)``.
+    """Pressures by a function for all cylinders, or for each: ``function(angle)`` or ``function(angle, speed)``.
 
     Attributes
     ----------
-    unit : of what they return
-    dead_centre : their angle at firing dead centre, rad
+    unit : unit of the returned pressures
+    dead_centre : argument of the functions at firing dead centre, rad
     """
 
     engine: Engine
@@ -191,12 +191,12 @@ class GasFunction:
     _made: dict[float, GasTrace] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Evaluate once, so that a function that cannot serve is refused at once; ``InputError``."""
+        """Evaluate once, so that an invalid function raises ``InputError`` immediately."""
         self._fast = [takes_two(function) for function in self.functions]
         self.at(self.engine.best_speed, 1.0)
 
     def __getstate__(self) -> dict[str, Any]:
-        """For a worker process that is not a fork of this one; ``InputError`` for a function that cannot go there."""
+        """Return the state for pickling to a worker process; ``InputError`` for a function that cannot be pickled."""
         try:
             pickle.dumps(self.functions)
         except Exception:
@@ -207,7 +207,7 @@ class GasFunction:
         return self.__dict__
 
     def at(self, speed: float, load: float) -> GasTrace:
-        """Trace at ``speed``, rad/s; a model scales its burn by the load."""
+        """Return the trace at ``speed``, rad/s; the model scales its burn by the load."""
         key = speed if any(self._fast) else 0.0
         if key not in self._made:
             rows = [self._sampled(k, speed) for k in range(len(self.functions))]
@@ -217,18 +217,18 @@ class GasFunction:
         return self._made[key]
 
     def tell_ends(self, speeds: Sequence[float], load: float) -> None:
-        """Nothing: a function is there for all speeds."""
+        """Do nothing, because a function has no range of speed."""
 
     @property
     def values(self) -> list[Any]:
-        """All that a run takes from the functions: one trace, or those at speeds that do not depend on the run."""
+        """Values for digests: one trace, or traces at fixed speeds independent of the run."""
         if not any(self._fast):
             return self.at(0.0, 1.0).values
         speeds = np.linspace(0.0, 2.0 * self.engine.best_speed, TOLD_SPEEDS + 1)[1:]
         return [[speed, self.at(speed, 1.0).values] for speed in speeds.tolist()]
 
     def _sampled(self, k: int, speed: float) -> Array:
-        """Pressures (SAMPLES,) Pa of one function over 720 degrees; ``InputError``."""
+        """Return the pressures (SAMPLES,) Pa of function k over 720 degrees; ``InputError`` for invalid values."""
         function, fast, period = self.functions[k], self._fast[k], self.engine.cylinders.cycle
         name = NAME if len(self.functions) == 1 else f"{NAME}, cylinder {k + 1}"
 

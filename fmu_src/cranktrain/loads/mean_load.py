@@ -1,11 +1,11 @@
-"""Burn that balances a mean load: the engine's mean torque equals that of its ``[load]`` at each speed.
+"""Burn fraction at which the engine's mean torque equals the torque of its ``[load]`` at a speed.
 
-The gas of c cylinders has the mean torque M = c ⟨p dV/dθ⟩; rods and pistons have none. With the motored and the
-full-load pressure it is linear in the fraction s of the burn,
+The gas of c cylinders has the mean torque M = c ⟨p dV/dθ⟩; rods and pistons have no mean torque. Between motored and
+full-load pressure M is linear in the fraction s of the burn,
 
     M(s) = M_0 + s (M_1 − M_0),    s = (T(Ω) − M_0)/(M_1 − M_0)
 
-A run burns the fraction s = load (1 − falloff (Ω/Ω_b − 1)²) of the trace, from which its ``load`` follows.
+A run burns the fraction s = load (1 − falloff (Ω/Ω_b − 1)²) of the trace, which gives its ``load``.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _SETTLED, _ROUNDS = 1e-6, 50
 
 
 def mean_torques(engine: Engine, gas: GasTrace) -> tuple[float, float]:
-    """Mean torque of the gas, N m, motored and with the full burn of the trace."""
+    """Return the mean torques of the gas, N m, motored and with the full burn of the trace."""
     angle = np.arange(gas.fired.size, dtype=np.float64) * (4.0 * math.pi / gas.fired.size)
     hung = [c for c, joint in enumerate(engine.articulations) if joint is not None]
     arm = (engine.n_cylinders - len(hung)) * cylinder_volume(engine, angle)[1]
@@ -36,30 +36,30 @@ def mean_torques(engine: Engine, gas: GasTrace) -> tuple[float, float]:
 
 
 def mean_torque(engine: Engine, gas: GasTrace, speed: float) -> float:
-    """Mean torque of the gas at a ``speed``, rad/s, with the burn that the trace has there, N m."""
+    """Return the mean torque of the gas, N m, at a ``speed``, rad/s, with the full-load burn at this speed."""
     motored, full = mean_torques(engine, gas)
     return motored + full_share(gas, speed) * (full - motored)
 
 
 def full_share(gas: GasTrace, speed: float) -> float:
-    """Fraction of the trace's burn that a run at full load has at a ``speed``, rad/s."""
+    """Return the fraction of the trace's burn at full load and a ``speed``, rad/s."""
     return max(1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2, 0.0)
 
 
 def balancing_load(engine: Engine, gas: Gas, speed: float) -> float:
-    """Fraction of the full-load burn that balances the engine's load at a ``speed``, rad/s.
+    """Return the fraction of the full-load burn that balances the engine's load at a ``speed``, rad/s.
 
     Raises
     ------
     InputError
-        an engine without ``[load]``, or one that cannot give the torque there
+        if the engine has no ``[load]``, or cannot give its torque at this speed
     """
     if engine.load is None:
         raise InputError(
             f"engine '{engine.name}' has no [load]; add that table (kind, speed, torque or power), or give a fraction"
         )
     wanted, load = engine.load.torque_at(speed), 1.0
-    for _ in range(_ROUNDS):  # traces over the load differ with it
+    for _ in range(_ROUNDS):  # iterated, because a trace of a map depends on the load
         before, load = load, _balance(engine, gas.at(speed, load), speed, wanted)
         if abs(load - before) <= _SETTLED * load:
             break
@@ -67,7 +67,7 @@ def balancing_load(engine: Engine, gas: Gas, speed: float) -> float:
 
 
 def _balance(engine: Engine, gas: GasTrace, speed: float, wanted: float) -> float:
-    """Fraction of the burn at which one trace gives a mean torque ``wanted``, N m."""
+    """Return the fraction of the burn at which a single trace gives the mean torque ``wanted``, N m."""
     motored, full = mean_torques(engine, gas)
     gain = full_share(gas, speed) * (full - motored)
     most = motored + MOST * gain

@@ -1,20 +1,20 @@
-"""Piston and liner: a rigid piston carried across the cylinder by two layers of springs on its skirt.
+"""Guidance of a rigid piston in its liner by two layers of springs on the skirt.
 
-The piston moves across by x (its axis at the height of the pin) and tilts by τ about the crank's direction. A layer at
-the height y_j above the pin meets the liner's wall, whose position there is w_j, with
+The piston moves across the cylinder by x (its axis at the height of the pin) and tilts by τ about the direction of the
+crank. A layer at the height y_j above the pin acts on the liner's wall, whose position at this height is w_j, with
 
     gap_j = x − τ y_j − w_j,     F_j = −k_j s(gap_j) − c_j gap_j'
 
-where s is the gap itself, or, with skirt clearance, the part of the gap beyond the clearance (a parabola of width
-``SMOOTH`` clearances joins both). The rod pushes the pin across with N and lifts it by L; gas and inertia along the
-cylinder press on the piston's axis, so a pin offset e tilts it:
+where s is the gap itself or, with skirt clearance, the part of the gap beyond the clearance (with a parabolic
+transition of width ``SMOOTH`` clearances). The rod acts on the pin with N across and L along the cylinder; gas and
+inertia along the cylinder act on the piston's axis, so a pin offset e gives a tilting moment:
 
     (m_p + m_s) x'' − m_p y_c τ''         = N + F_1 + F_2
     −m_p y_c x'' + (J + m_p y_c²) τ''     = −y_1 F_1 − y_2 F_2 + e (L − m_s a_P) + m_p y_c τ a_P
 
-with m_s the rod's small end and y_c the height of the piston's centre of mass. Friction along the liner is
-μ (|F_1| + |F_2|) tanh(v/v_0) against the piston's velocity. Terms of second order in the tilt are left out. Without
-springs (a piston locked on its axis) the liner takes N where the pin is.
+with the mass m_s of the rod's small end and the height y_c of the piston's centre of mass. Friction along the liner is
+μ (|F_1| + |F_2|) tanh(v/v_0) against the piston's velocity. Terms of second order in the tilt are neglected. Without
+springs (a piston locked on its axis) N acts on the liner at the height of the pin.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.reduced_body import Array
 from cranktrain.engine.parts import PistonGuidance, Skirt
 
-# Columns of the parameters.
+# Indices of the parameters.
 STIFFNESS, HEIGHT, DAMPING, CLEARANCE, FRICTION, SLIDING, UNBALANCE = 0, 2, 4, 6, 7, 8, 9
 SMOOTH = 0.1
-"""Width of the parabola between free play and contact, in clearances."""
+"""Width of the parabolic transition from free clearance to contact, in clearances."""
 SMALL_FORCE = 10.0
-"""Force (N) below which the friction's |F| is round."""
+"""Force (N) below which |F| in the friction is smoothed."""
 
 
 def skirt_parameters(skirt: Skirt) -> Array:
-    """Pack a piston's skirt for the kernels, (9,): the upper layer first."""
+    """Return the parameters of a piston's skirt as kernels read them, (9,), upper layer first."""
     return np.array(
         [
             skirt.upper_stiffness,
@@ -53,12 +53,12 @@ def skirt_parameters(skirt: Skirt) -> Array:
 
 
 def guidance_parameters(guidance: PistonGuidance, piston_mass: float) -> Array:
-    """Pack a piston's guidance for the kernels, (10,): its skirt, then its mass times the height of that."""
+    """Return the parameters of a piston's guidance, (10,): the skirt, then mass times height of the centre of mass."""
     return np.append(skirt_parameters(guidance), piston_mass * guidance.mass_height)
 
 
 def piston_mass_matrix(guidance: PistonGuidance, piston_mass: float, small_end_mass: float) -> Array:
-    """Mass of a piston with the rod's small end in x and τ, (2, 2)."""
+    """Return the mass matrix (2, 2) of a piston with the rod's small end in x and τ."""
     arm = guidance.mass_height
     coupling = -piston_mass * arm
     return np.array(
@@ -67,13 +67,13 @@ def piston_mass_matrix(guidance: PistonGuidance, piston_mass: float, small_end_m
 
 
 def piston_modes(mass: Array) -> Array:
-    """Shapes (2, 2) of x and τ in modes of unit mass, from the mass in x and τ."""
+    """Return shapes (2, 2) of x and τ that normalise the mass matrix to unity."""
     return np.asarray(np.linalg.inv(np.linalg.cholesky(mass)).T)
 
 
 @kernel
 def layer_force(p, layer, gap, rate, out):
-    """Force F_j on the piston, ``out[0]``, with ∂F/∂gap and ∂F/∂rate in ``out[1:3]``."""
+    """Compute the force F_j on the piston, ``out[0]``, with ∂F/∂gap and ∂F/∂rate in ``out[1:3]``."""
     k = p[STIFFNESS + layer]
     c = p[DAMPING + layer]
     free = p[CLEARANCE]
@@ -99,7 +99,7 @@ def layer_force(p, layer, gap, rate, out):
 
 @kernel
 def liner_friction(p, upper, lower, velocity):
-    """Friction on the piston along the cylinder (N), upwards positive, at side forces of both layers and its speed."""
+    """Return the friction on the piston along the cylinder (N, upwards positive) from side forces and velocity."""
     if p[FRICTION] == 0.0:
         return 0.0
     normal = math.sqrt(upper * upper + SMALL_FORCE * SMALL_FORCE) - SMALL_FORCE

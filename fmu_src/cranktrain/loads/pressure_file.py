@@ -1,14 +1,15 @@
-"""Measured cylinder pressure from a text file: crank angle in degrees, and pressure in a stated unit.
+"""Measured cylinder pressure from a text file of crank angle in degrees and pressure in a stated unit.
 
-One column of pressures is that of all cylinders. As many columns as there are cylinders are one for each, in the order
-of the cylinders' numbers or as numbers in the header say. Their angles count from each cylinder's own firing dead
-centre, or all from that of cylinder 1; the places of the peaks tell which. The angles of a two-stroke are folded into
-its cycle of 360 degrees, which is laid twice over 720.
+A single column of pressures applies to all cylinders. Otherwise each cylinder has a column, in the order of cylinder
+numbers or of numbers in the header. Angles count from each cylinder's own firing dead centre, or all from that of
+cylinder 1; the positions of the peaks decide which. Angles of a two-stroke are folded into its cycle of 360 degrees,
+which is repeated to fill 720.
 
 Points may be irregular, noisy, unordered, doubled, or from several cycles. They are shifted so that 0 is firing dead
 centre, joined by a monotone interpolant (Fritsch–Carlson; no overshoot between sparse points), and smoothed by a
-periodic smoothing spline that minimises ∫ (s − p)² + λ ∫ s″², with λ such that the points are missed by no more than
-their estimated noise. The noise comes from the points' distances to the cubic through their four neighbours.
+periodic smoothing spline that minimises ∫ (s − p)² + λ ∫ s″². λ is chosen so that the deviation from the points equals
+at most their estimated noise. The noise is estimated from the distance of each point to the cubic through its four
+neighbours.
 
 Sources: F. N. Fritsch and R. E. Carlson, SIAM J. Numer. Anal. 17 (1980) 238; C. H. Reinsch, Numer. Math. 10 (1967) 177.
 """
@@ -37,23 +38,23 @@ Array = NDArray[np.float64]
 
 WIDEST_GAP = 40.0
 FARTHEST_PEAK = 60.0
-"""Distance (deg) of the peak from firing dead centre within which dead centre is found by the peak."""
+"""Largest distance (deg) of the peak from 0 or 360 at which dead centre is identified by the peak."""
 LOWEST_PEAK, HIGHEST_PEAK = 3e5, 6e7
-"""Peaks of cylinders, Pa: a stated unit that gives another one is wrong."""
-# Warnings about a trace, issued after it is read.
+"""Range of plausible peak pressures, Pa; a stated unit that gives a peak outside is wrong."""
+# Limits for warnings about a trace.
 LEAST_RATIO = 3.0
-"""Least ratio of peak to lowest pressure: that of the weakest compression of the intake's pressure."""
+"""Least plausible ratio of peak to lowest pressure, that of a weak compression."""
 LARGEST_NOISE = 0.03
-"""Standard deviation of the points over the peak."""
+"""Standard deviation of the points, over the peak, above which a warning is given."""
 SECOND_PEAK, APART = 0.95, 90.0
-"""Height of a second peak over the first, and how far away (deg) it belongs to no pilot burn."""
+"""Height of a second peak over the first that gives a warning, and least distance (deg), beyond any pilot burn."""
 CONFLICT = 0.2
-"""Range of the points at one angle over the peak: more than cycles of one engine differ."""
+"""Range of points at one angle, over the peak, above the difference between cycles of an engine."""
 GAP_AT_PEAK, NEAR_PEAK = 10.0, 15.0
-"""Gap (deg) within so many degrees of the peak in which the true peak may hide."""
+"""Gap between points (deg) and its largest distance from the peak (deg) for which the true peak may be missed."""
 PERIOD = 720.0
 FARTHEST = 1e5
-"""Largest angle of a file, deg: some hundred cycles that follow each other."""
+"""Largest angle of a file, deg, which allows more than a hundred successive cycles."""
 _FINE = 2880
 
 
@@ -64,28 +65,28 @@ def read_pressure(
     n: int,
     engine: Engine,
 ) -> tuple[list[NDArray[np.float64]], str]:
-    """Absolute pressures (Pa) at ``n`` uniform crank angles after firing dead centre, and a line on their origin.
+    """Read absolute pressures (Pa) at ``n`` uniform crank angles after firing dead centre, with a line on their origin.
 
-    One array for all cylinders, or one for each.
+    The pressures are one array for all cylinders, or one for each.
 
     Parameters
     ----------
-    path : text table of any dialect with one point per line (:mod:`cranktrain.core.text_table`); behind a colon the
-        names or numbers of its columns, ``bench.csv:PCYL2``, where the file has others too
-    unit : see :mod:`cranktrain.loads.pressure_units`; None takes it from the header, or from the trace where only one
+    path : text table of any dialect with one point per line (:mod:`cranktrain.core.text_table`); a colon with names or
+        numbers of columns, ``bench.csv:PCYL2``, selects columns of a file with further ones
+    unit : see :mod:`cranktrain.loads.pressure_units`; None takes it from the header, or from the trace if only one
         unit fits (:mod:`cranktrain.loads.pressure_level`)
-    dead_centre_deg : angle of the file that is firing dead centre, of cylinder 1 where all angles count from there;
-        None takes 0 or 360, whichever is within 60 degrees of the peak
-    n : number of samples; divides 2880
-    engine : gives number, firing angles and cycle of its cylinders
+    dead_centre_deg : angle of the file that is firing dead centre (of cylinder 1 if all angles count from there); None
+        takes 0 or 360, whichever is within 60 degrees of the peak
+    n : number of samples, a divisor of 2880
+    engine : engine with number, firing angles and cycle of its cylinders
 
     Raises
     ------
     InputError
-        one line with file and row: not readable, empty, NaN, negative, too short, wrong unit, dead centre not found
+        one line with file and row, if it is unreadable, empty, NaN, negative, too short, of a wrong unit or dead centre
 
-    Warns, one line each, of an unlikely cylinder pressure: constant, noisy, with two peaks, contradictory points, or a
-    gap at the peak; else of one that is hardly of this engine (:mod:`cranktrain.loads.trace_doubts`).
+    Warns, one line each, of an implausible cylinder pressure (constant, noisy, two peaks, contradictory points, a gap
+    at the peak), otherwise of one that hardly fits this engine (:mod:`cranktrain.loads.trace_doubts`).
     """
     place, columns = split_columns(path)
     points = read_points(place, columns, engine.n_cylinders)
@@ -93,7 +94,7 @@ def read_pressure(
 
 
 class Points(Protocol):
-    """Points of traces, each called a ``noun``; see :class:`~cranktrain.loads.pressure_points.PressurePoints`."""
+    """Interface of the points of traces, see ``pressure_points.PressurePoints``; messages call a point ``noun``."""
 
     noun: ClassVar[str]
     peaks: Array
@@ -103,20 +104,20 @@ class Points(Protocol):
 
     @property
     def negative(self) -> tuple[int, float] | None:
-        """Number of the first point with a pressure below zero, and this pressure."""
+        """Number and pressure of the first point with a pressure below zero."""
 
     @property
     def column(self) -> str:
-        """Name of the first column of pressures for messages, behind a comma; empty where there is none."""
+        """Name of the first column of pressures for messages, after a comma; empty if there is none."""
 
     def parts(self) -> Iterator[tuple[Array, Array]]:
-        """Angles (n,) deg and pressures (n, k), part by part."""
+        """Yield angles (n,) deg and pressures (n, k), part by part."""
 
 
 def folded_traces(
     points: Points, stated: PressureUnit | None, dead_centre_deg: float | None, n: int, engine: Engine, name: str
 ) -> tuple[list[Array], str]:
-    """Traces of points as :func:`read_pressure` gives them; errors and warnings begin with ``name``."""
+    """Return the traces of points in the form of :func:`read_pressure`; errors and warnings begin with ``name``."""
     if dead_centre_deg is not None and not abs(dead_centre_deg) <= FARTHEST:
         raise InputError(
             f"{name}: dead centre at {dead_centre_deg:g} deg is no angle of a trace; give one within {FARTHEST:g} deg"
@@ -148,7 +149,7 @@ def folded_traces(
 
 
 def _stated(points: PressurePoints, unit: str | None, name: str) -> PressureUnit | None:
-    """The unit that option or header state, if they do; all columns of pressure have it."""
+    """Return the unit stated by option or header, common to all columns of pressure, or None."""
     if unit is not None:
         return named_unit(unit)
     angle = points.head.names[points.columns[0]] or "deg"
@@ -173,7 +174,7 @@ def _stated(points: PressurePoints, unit: str | None, name: str) -> PressureUnit
 
 
 def _refuse_impossible(points: Points, unit: PressureUnit | None, name: str) -> None:
-    """Refuse too few points, and values that no cylinder has."""
+    """Raise ``InputError`` for too few points, or values that are impossible in a cylinder."""
     if points.negative is not None and (unit is None or unit.zero == 0.0):
         number, value = points.negative
         raise InputError(
@@ -196,7 +197,7 @@ def _refuse_impossible(points: Points, unit: PressureUnit | None, name: str) -> 
 
 
 def _dead_centre(peak: float, name: str) -> float:
-    """Angle of the file that is firing dead centre: the multiple of 360 degrees next to the peak, all in degrees."""
+    """Return the angle of firing dead centre in the file, deg: the multiple of 360 next to the ``peak`` (deg)."""
     centre = 360.0 * round(peak / 360.0)
     if abs(peak - centre) > FARTHEST_PEAK:
         raise InputError(
@@ -207,7 +208,7 @@ def _dead_centre(peak: float, name: str) -> float:
 
 
 def _centres(peaks: Array, first: float, phases: Array, period: float, name: str) -> tuple[Array, str]:
-    """Firing dead centre of each column of pressures by the places of the ``peaks`` (k,), deg; and what tells of it."""
+    """Return the firing dead centre of each column from the angles ``peaks`` (k,), deg, and a text for the report."""
     if len(peaks) == 1:
         return np.array([first]), ""
 
@@ -228,10 +229,10 @@ def _centres(peaks: Array, first: float, phases: Array, period: float, name: str
 
 
 def _cycles(points: Points, centres: Array, name: str, period: float) -> list[tuple[Array, Array, tuple[float, float]]]:
-    """Points of each column folded into [0, 720), ordered, those within a quarter degree averaged.
+    """Fold the points of each column into [0, 720), in order, with points within a quarter degree averaged.
 
-    Of a two-stroke they are folded into 360 and repeated. Also the largest range of points that were averaged, as
-    written, and its angle. ``InputError`` for what leaves a cycle open.
+    Points of a two-stroke are folded into 360 and repeated. Also returns the largest range of averaged points, as
+    written, and its angle. ``InputError`` if the points do not cover a cycle.
     """
     folded = [_Cells(period) for _ in centres]
     for angle, pressures in points.parts():
@@ -242,7 +243,7 @@ def _cycles(points: Points, centres: Array, name: str, period: float) -> list[tu
 
 
 class _Cells:
-    """Sums over the points in each quarter of a degree of a cycle."""
+    """Sums of points in each cell of a quarter degree of a cycle."""
 
     def __init__(self, period: float) -> None:
         self.period, self.count = period, np.zeros(_FINE)
@@ -250,10 +251,10 @@ class _Cells:
         self.low, self.high = np.full(_FINE, np.inf), np.full(_FINE, -np.inf)
 
     def add(self, angle: Array, pressure: Array) -> None:
-        """Add points (n,) deg after firing dead centre, in any cycle."""
+        """Add points (n,) at angles in deg after firing dead centre, of any cycle."""
         turns = round(PERIOD / self.period)
         once = angle % self.period
-        once[once >= self.period] = 0.0  # a remainder that rounding made a whole period
+        once[once >= self.period] = 0.0  # rounding can turn a remainder into a whole period
         folded = np.concatenate([once + k * self.period for k in range(turns)])
         pressure = np.tile(pressure, turns)
         cell = np.floor(folded * (_FINE / PERIOD)).astype(int) % _FINE
@@ -266,7 +267,7 @@ class _Cells:
         self.high[at] = np.maximum(self.high[at], np.maximum.reduceat(pressure[order], start))
 
     def cycle(self, name: str) -> tuple[Array, Array, tuple[float, float]]:
-        """Means (k,) of angle and pressure in cells with points; the largest range of pressures, and its angle."""
+        """Return means (k,) of angle and pressure in cells with points, and the largest pressure range, its angle."""
         filled = self.count > 0.0
         x, y = (sums[filled] / self.count[filled] for sums in (self.x, self.y))
         spread = self.high[filled] - self.low[filled]
@@ -285,7 +286,7 @@ class _Cells:
 def _doubts(
     x: Array, y: Array, noise: float, smooth: Array, conflict: tuple[float, float], period: float
 ) -> Iterator[str]:
-    """Warnings of an unlikely cylinder pressure; angles in messages are those after firing dead centre."""
+    """Yield warnings of an implausible cylinder pressure; angles in messages are those after firing dead centre."""
     peak, at = float(smooth.max()), float(smooth.argmax()) * PERIOD / _FINE
     if peak < LEAST_RATIO * smooth.min():
         yield f"pressures of {1e-5 * smooth.min():.3g} to {1e-5 * peak:.3g} bar are nearly constant: no compression"
@@ -318,7 +319,7 @@ def _doubts(
 
 
 def _noise(x: Array, y: Array) -> float:
-    """Standard deviation of the points' noise, Pa, from their distance to the cubic through four neighbours."""
+    """Estimate the standard deviation of noise, Pa, from distances of points to cubics through four neighbours."""
     at = np.arange(x.size)
     around = [np.take(x, at + k, mode="wrap") + PERIOD * np.floor_divide(at + k, x.size) for k in (-2, -1, 1, 2)]
     value = [np.take(y, at + k, mode="wrap") for k in (-2, -1, 1, 2)]
@@ -334,7 +335,7 @@ def _noise(x: Array, y: Array) -> float:
 
 
 def _smooth(x: Array, y: Array, noise: float) -> Array:
-    """Periodic smoothing spline at 2880 uniform angles that deviates from the points by ``noise`` (RMS) at most."""
+    """Fit a periodic smoothing spline, at 2880 uniform angles, whose RMS deviation from points is at most ``noise``."""
     wrapped = np.concatenate((x[-4:] - PERIOD, x, x[:4] + PERIOD))
     grid = np.arange(_FINE) * (PERIOD / _FINE)
     joined = PchipInterpolator(wrapped, np.concatenate((y[-4:], y, y[:4])))(grid)
@@ -348,7 +349,7 @@ def _smooth(x: Array, y: Array, noise: float) -> Array:
         return float(np.sqrt(np.mean((np.interp(x, grid, values, period=PERIOD) - y) ** 2)))
 
     low, high = -14.0, 0.0
-    floor = missed(joined)  # the grid's own share
+    floor = missed(joined)  # deviation by the grid itself
     for _ in range(40):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if missed(spline(middle)) < max(noise, 1.01 * floor) else (low, middle)

@@ -1,13 +1,13 @@
-"""The unit of a measured pressure that states none, from what a trace of this engine can be.
+"""Unit of a measured pressure without a stated unit, from the plausible range of traces of the engine.
 
-Three marks of a trace have the dimension of a pressure: its peak, its least value, and the level of its compression
-line at bottom dead centre, p (V / V_max)^n with the exponent n fitted where both valves are shut. A unit fits if all
-three are those of an engine. The exponent itself has no unit; outside 1.1 to 1.6 the line is no compression from an
-absolute pressure, or dead centre is wrong, and the level is not used.
+Three features of a trace have the dimension of a pressure: its peak, its least value, and the level of its compression
+line at bottom dead centre, p (V / V_max)^n with the exponent n fitted while the valves are closed. A unit fits if all
+three are plausible for an engine. The exponent itself has no unit. If it is outside 1.1 to 1.6, the line is not a
+compression of absolute pressure, or dead centre is wrong, and the level is not used.
 
-A unit is taken where it is the only one that fits. An engine that compresses 14 to 1 or more and whose file states a
-supercharged intake is a diesel without throttle, so units that put its intake below ``UNTHROTTLED`` are dropped where
-others fit. At a compressor the suction pressure of its file takes the place of the intake.
+A unit is accepted if it is the only one that fits. An engine with a compression ratio of 14 or more and a supercharged
+intake in its file is a diesel without throttle, so units that give an intake below ``UNTHROTTLED`` are dropped if
+others fit. For a compressor the suction pressure of its file replaces the intake pressure.
 """
 
 from __future__ import annotations
@@ -24,32 +24,32 @@ from cranktrain.loads.pressure_units import UNITS, PressureUnit
 
 Array = NDArray[np.float64]
 CANDIDATES = ("Pa", "kPa", "psi", "bar", "MPa")
-"""Units in which cylinder pressures are recorded; at and atm are within 2 % of bar and must be stated."""
+"""Units of recorded cylinder pressures; at and atm differ from bar by 2 % only and must be stated."""
 LOWEST_PEAK, HIGHEST_PEAK = 5e5, 3.5e7
 INTAKE = 2e4, 4e5
-"""Absolute pressures at the beginning of compression, Pa, from a throttled engine that idles to high supercharge."""
+"""Range of absolute pressure at the start of compression, Pa, from throttled idle to high supercharge."""
 LEAST = 5e3
-"""Least pressure of a cycle, Pa; overlap and pulsations go below that of the intake."""
+"""Least pressure of a cycle, Pa; valve overlap and pulsations may lower it below the intake pressure."""
 UNTHROTTLED, DIESEL, SUPERCHARGED = 6e4, 14.0, 1.2e5
-"""Least intake pressure of a diesel, Pa, its least compression ratio, and the stated intake pressure beyond which an
-engine of such a ratio is no throttled one."""
+"""Least intake pressure of a diesel, Pa, least compression ratio of a diesel, and stated intake pressure above which an
+engine of such a ratio has no throttle, Pa."""
 LINE = (-100.0, -45.0)
-"""Crank angles before firing dead centre over which the compression line is fitted, deg."""
+"""Range of crank angle relative to firing dead centre over which the compression line is fitted, deg."""
 EXPONENTS = 1.1, 1.6
 
 
 def unit_of_trace(name: str, engine: Engine, angle: Array, pressure: Array) -> PressureUnit:
-    """The one unit that fits a trace.
+    """Return the only unit that fits a trace.
 
     Parameters
     ----------
-    name : file, for messages
-    angle, pressure : (k,) deg after firing dead centre within a cycle, ordered, and pressure as written
+    name : file name, for messages
+    angle, pressure : (k,) increasing angle after firing dead centre within a cycle, deg, and pressure as written
 
     Raises
     ------
     InputError
-        no unit fits, or several do: they are named with the peaks that they mean
+        if no unit or several units fit; the message lists units with the peaks that they imply
     """
     peak, least = float(pressure.max()), float(np.quantile(pressure, 0.02))
     level = compression_level(engine, angle, pressure)
@@ -86,7 +86,7 @@ def _unthrottled(engine: Engine) -> bool:
 
 
 def refuse_any_unit(name: str, peak: float) -> None:
-    """Refuse a peak, as written, that is none of an engine in any unit; ``InputError``."""
+    """Raise ``InputError`` for a peak, as written, that is implausible for an engine in every unit."""
     if not any(LOWEST_PEAK <= peak * UNITS[unit] <= HIGHEST_PEAK for unit in CANDIDATES):
         raise InputError(
             f"{name}: no unit is stated and none fits a peak of {peak:.4g}: {meant(CANDIDATES, peak)}; state it, "
@@ -95,12 +95,12 @@ def refuse_any_unit(name: str, peak: float) -> None:
 
 
 def meant(units: list[str] | tuple[str, ...], peak: float) -> str:
-    """Candidates with the peak that each of them means."""
+    """Return a list of candidate units with the peak that each implies."""
     return ", ".join(f"{unit} ({1e-5 * peak * UNITS[unit]:.4g} bar)" for unit in units)
 
 
 def compression_level(engine: Engine, angle: Array, pressure: Array) -> float | None:
-    """Pressure as written of the compression line at bottom dead centre; None where there is no such line."""
+    """Return the compression line's pressure, as written, at bottom dead centre; None without such a line."""
     after = (angle + 360.0) % 720.0 - 360.0
     chosen = (after >= LINE[0]) & (after <= LINE[1]) & (pressure > 0.0)
     if np.count_nonzero(chosen) < 5:

@@ -1,8 +1,8 @@
-"""Measured pressures over speed and load: traces of several files, interpolated linearly at the cylinder's own angle.
+"""Measured pressures over speed and load, with traces of several files interpolated linearly at equal angle.
 
-A map is a folder whose files are named by speed in rev/min, or an index file that names speed, load and file of each
-trace. At each load a trace is interpolated between the two nearest speeds, then between the two nearest loads. Beyond
-its ends the map keeps the trace of the end.
+A map is a folder with files named by speed in rev/min, or an index file with speed, load and file of each trace. A
+trace is interpolated between the two nearest speeds at each load, then between the two nearest loads. Outside the range
+of the map the nearest trace is used.
 
     1000.csv  1500rpm.csv  2000_full.csv  2000_50%.csv            names in a folder; without a load: full load
 
@@ -41,7 +41,7 @@ LOWEST_RPM, HIGHEST_RPM, HIGHEST_LOAD = 1.0, 30000.0, 2.0
 
 
 class Point(NamedTuple):
-    """A trace of a map with its speed (rad/s) and its fraction of full load."""
+    """Trace of a map with its speed (rad/s) and its fraction of full load."""
 
     speed: float
     load: float
@@ -63,19 +63,19 @@ class PressureMap:
 
     @property
     def loads(self) -> tuple[float, ...]:
-        """Loads, rising."""
+        """Loads in increasing order."""
         return tuple(sorted({point.load for point in self.points}))
 
     @property
     def values(self) -> list[Any]:
-        """All that a run takes from the map, for digests."""
+        """Values of the map that determine a run, for digests."""
         return [[point.speed, point.load, point.trace.values] for point in self.points]
 
     def at(self, speed: float, load: float) -> GasTrace:
-        """Trace at ``speed`` (rad/s) and ``load``.
+        """Return the trace at ``speed`` (rad/s) and ``load``.
 
-        With several loads the map has gone to the load already: the trace has no rise by combustion that a model would
-        scale once more.
+        A map with several loads already includes the load, so its trace has no rise by combustion, which a model would
+        scale by the load again.
         """
         parts = []
         for level, weight in _between(self.loads, load):
@@ -91,7 +91,7 @@ class PressureMap:
         return _without_rise(found) if len(self.loads) > 1 else found
 
     def tell_ends(self, speeds: Sequence[float], load: float) -> None:
-        """Warn, one line each, of speeds (rad/s) and a load beyond the ends of the map."""
+        """Warn, one line each, of speeds (rad/s) and a load outside the range of the map."""
         low, high = self.speeds
         beyond = [speed for speed in speeds if not low * (1.0 - 1e-9) <= speed <= high * (1.0 + 1e-9)]
         if beyond:
@@ -111,11 +111,11 @@ class PressureMap:
 
 
 def read_gas(path: Any, engine: Engine, unit: str | None = None, dead_centre_deg: float | None = None) -> Gas:
-    """Measured pressures from a file of a trace, an index file or a folder of traces, or those of a script.
+    """Read pressures from a trace file, an index file or a folder of traces, or make those of a script.
 
-    What is no path is an array or a function, see :mod:`cranktrain.loads.given_pressure`.
+    A ``path`` that is no path is an array or a function, see :mod:`cranktrain.loads.given_pressure`.
 
-    Arguments as of :meth:`GasTrace.from_csv`. Raises ``InputError``: one line that names file and row.
+    Other arguments are those of :meth:`GasTrace.from_csv`. Raises ``InputError`` with one line that names file and row.
     """
     if not isinstance(path, str | Path):
         from cranktrain.loads.given_pressure import given_gas
@@ -144,7 +144,7 @@ def read_gas(path: Any, engine: Engine, unit: str | None = None, dead_centre_deg
 
 
 def _folder(place: Path) -> list[tuple[float, float, Path]]:
-    """Speed (rev/min), load and file of each trace in a folder."""
+    """Return speed (rev/min), load and file of each trace in a folder."""
     rows = []
     for file in sorted(place.iterdir()):
         if ending(file) not in TABLES or file.name.startswith("."):
@@ -165,7 +165,7 @@ def _folder(place: Path) -> list[tuple[float, float, Path]]:
 
 
 def _index(place: Path) -> list[tuple[float, float, Path]] | None:
-    """Rows of an index file; None where the file is none."""
+    """Return the rows of an index file; None if the file is not an index."""
     place, _ = split_columns(place)
     if "file" not in first_words(place, WHAT, REMEDY):
         return None
@@ -194,7 +194,7 @@ def _index(place: Path) -> list[tuple[float, float, Path]] | None:
 def _checked(
     where: str, speed: str, load: str, file: Path, number: Callable[[str], float] = float
 ) -> tuple[float, float, Path]:
-    """A row of a map as numbers; ``InputError`` where they are none, or no speed or load of an engine."""
+    """Convert a row of a map to numbers; ``InputError`` for text, or an impossible speed or load."""
     values = []
     for text, what, least, most in (
         (speed, "a speed in rev/min", LOWEST_RPM, HIGHEST_RPM),
@@ -212,7 +212,7 @@ def _checked(
 
 
 def _between(places: Sequence[float], value: float) -> list[tuple[float, float]]:
-    """The one or two of rising ``places`` next to a value, with their weights."""
+    """Return the one or two entries of increasing ``places`` next to a value, with interpolation weights."""
     k = int(np.searchsorted(places, value))
     if k == 0 or k == len(places) or places[k] == value:
         return [(places[min(k, len(places) - 1)], 1.0)]
@@ -221,5 +221,5 @@ def _between(places: Sequence[float], value: float) -> list[tuple[float, float]]
 
 
 def _without_rise(trace: GasTrace) -> GasTrace:
-    """The trace with its fired pressure as that of the motored engine, so that no load scales it."""
+    """Return a trace whose motored pressure equals its fired pressure, so that the load does not scale it."""
     return replace(trace, motored=trace.fired, own=tuple(_without_rise(own) for own in trace.own))

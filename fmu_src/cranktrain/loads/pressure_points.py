@@ -1,6 +1,6 @@
-"""Points of a measured pressure as they stand in a text file: its columns of angle and pressure, checked line by line.
+"""Points of a measured pressure in a text file: columns of angle and pressure, checked line by line.
 
-Files of any size are read in parts. Up to ``KEPT`` lines stay in memory; a longer file is read once more when its
+Files of any size are read in parts. Up to ``KEPT`` lines stay in memory; a longer file is read again when its
 points are folded into a cycle.
 """
 
@@ -24,26 +24,26 @@ from cranktrain.core.units import known_factor
 Array = NDArray[np.float64]
 WHAT, REMEDY = "pressure file", "give a text file of angle in degrees and pressure"
 LARGEST = 1e12
-"""Beyond which a number is no angle or pressure in any unit."""
+"""Largest number that can be an angle or a pressure in any unit."""
 FEWEST = 20
 KEPT = 1_000_000
-"""Lines of a file that stay in memory."""
+"""Number of lines of a file that stay in memory."""
 _INDEX = re.compile(r"(?<=\w)\[\s*(\d+)\s*\]")
 _BRACKETS = re.compile(r"\[[^\]]*\]|\([^)]*\)")
 
 
 @dataclass
 class PressurePoints:
-    """Points of a file, checked.
+    """Checked points of a file.
 
     Attributes
     ----------
-    path : file
-    head : names, units and dialect of its columns
-    columns : numbers (from 0) of the columns of angle and pressures, these by cylinder
+    path : path of the file
+    head : names, units and dialect of the columns
+    columns : numbers (from 0) of the column of angle and of those of pressure, by cylinder
     peaks, peak_angles : (k,) largest pressure of each column as written, and its angle (deg)
     low : least pressure as written
-    negative : number of the first line with a pressure below zero, and this pressure; None where there is none
+    negative : number and pressure of the first line with a pressure below zero; None without such a line
     count : number of points
     """
 
@@ -60,11 +60,11 @@ class PressurePoints:
 
     @property
     def column(self) -> str:
-        """Name of the first column of pressures for messages, behind a comma; empty where the file names none."""
+        """Name of the first column of pressures for messages, after a comma; empty if the file has no names."""
         return f", column {self.names[0]}" if self.names[0] else ""
 
     def __post_init__(self) -> None:
-        """Read the file once, line by line checked."""
+        """Read the file once and check every line."""
         self.peaks = np.full(len(self.columns) - 1, -np.inf)
         self.peak_angles = np.zeros(len(self.columns) - 1)
         for part in self._read():
@@ -88,11 +88,11 @@ class PressurePoints:
 
     @property
     def units(self) -> list[str]:
-        """Units of the columns of pressure that the file states; empty texts where it does not."""
+        """Stated units of the columns of pressure; empty texts if the file states none."""
         return [self.head.units[k] for k in self.columns[1:]]
 
     def parts(self) -> Iterator[tuple[Array, Array]]:
-        """Angles (n,) deg and pressures as written (n, k), part by part."""
+        """Yield angles (n,) deg and pressures as written (n, k), part by part."""
         for part in self._read() if self._kept is None else self._kept:
             yield part.values[:, 0], part.values[:, 1:]
 
@@ -100,7 +100,7 @@ class PressurePoints:
         return table_chunks(self.path, WHAT, REMEDY, columns=[f"#{k + 1}" for k in self.columns])
 
     def _check(self, part: TextTable) -> None:
-        """Refuse lines that hold no numbers of an angle and pressures; note the first negative pressure."""
+        """Raise ``InputError`` for lines without valid numbers, and record the first negative pressure."""
         within = np.abs(part.values) <= LARGEST
         if not within.all():
             number = int(part.lines[np.flatnonzero(~within.all(axis=1))[0]])
@@ -115,9 +115,9 @@ class PressurePoints:
 
 
 def read_points(path: Path, columns: Sequence[str] | None, cylinders: int) -> PressurePoints:
-    """Points of a file; ``columns`` are names or numbers of those wanted, that of the angle may be left out.
+    """Read the points of a file; ``columns`` are names or numbers of the columns, optionally without that of angle.
 
-    Raises ``InputError``: one line that names file, line and text, or the columns that are there.
+    Raises ``InputError`` with one line that names file, line and text, or the existing columns.
     """
     head = table_head(path, WHAT, REMEDY)
     for cell in (cell for cells in head.header for cell in cells):
@@ -127,7 +127,7 @@ def read_points(path: Path, columns: Sequence[str] | None, cylinders: int) -> Pr
 
 
 def _columns(name: str, head: TextHead, wanted: Sequence[str] | None, cylinders: int) -> tuple[int, ...]:
-    """Columns of angle and pressures, these in the order of the cylinders."""
+    """Return the column of angle and the columns of pressure in the order of cylinders."""
     usable = [k for k, numeric in enumerate(head.dialect.numeric) if numeric]
     kinds = {k: _kind(head, k) for k in usable}
     angles = [k for k in usable if kinds[k] == "angle"] or [k for k in usable if kinds[k] == "angle by unit"]
@@ -153,7 +153,7 @@ def _columns(name: str, head: TextHead, wanted: Sequence[str] | None, cylinders:
 
 
 def _kind(head: TextHead, column: int) -> str:
-    """What a column is by its name, else by its unit; empty where neither says."""
+    """Return the kind of a column by its name, otherwise by its unit; empty if unknown."""
     name, unit = head.names[column], head.units[column]
     kind = kind_of(name, ("angle", "pressure", "volume", "speed"))
     if not kind and unit:
@@ -164,7 +164,7 @@ def _kind(head: TextHead, column: int) -> str:
 
 
 def _by_cylinder(names: Sequence[str]) -> list[int]:
-    """Order of the columns of pressure: as numbers 1, 2, … in their names say, else as they stand."""
+    """Return the order of the columns of pressure: by numbers 1, 2, … in their names, otherwise as in the file."""
     plain = [_BRACKETS.sub(" ", _INDEX.sub(r"\1", name)) for name in names]
     found = [re.findall(r"\d+", name) for name in plain]
     numbers = [int(one[0]) for one in found if len(one) == 1 and len(one[0]) < 4]

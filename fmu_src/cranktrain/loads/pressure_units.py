@@ -1,4 +1,4 @@
-"""Units of measured pressures: as an option or as a header states them."""
+"""Units of measured pressures, stated by an option or a header."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ UNITS = {
     "Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "psi": _PSI, "at": _AT, "kgf/cm2": _AT, "bar": 1e5,
     "atm": ATMOSPHERE, "MPa": 1e6, "N/mm2": 1e6,
 }  # fmt: skip
-"""Pa in each unit; followed by g (psig, barg, kPag) it counts from one standard atmosphere, by a it is absolute."""
+"""Factor to Pa of each unit; a suffix g (psig, barg, kPag) means above one standard atmosphere, a means absolute."""
 _SPELT = {unit.lower().replace("/", ""): unit for unit in UNITS}
 FOREIGN = {"v", "mv", "pc"}
-"""What charge amplifiers write, which is no pressure."""
+"""Units of charge amplifiers, which are not units of pressure."""
 _ANGLES = {"deg", "degree", "degrees", "degca", "ca", "cad", "°", "°ca", "grad"}
 _GAUGE, _ABSOLUTE = {"g", "gauge", "rel", "relative"}, {"a", "abs", "absolute"}
 _ENDINGS = {ending: gauge for gauge, endings in ((True, _GAUGE), (False, _ABSOLUTE)) for ending in endings}
 
 
 class PressureUnit(NamedTuple):
-    """Name of a unit, Pa in it, Pa at its zero, and how it was found."""
+    """Pressure unit: name, factor to Pa, pressure (Pa) at its zero, and how it was found."""
 
     name: str
     scale: float
@@ -34,12 +34,12 @@ class PressureUnit(NamedTuple):
 
 
 def known_units() -> str:
-    """The list for messages."""
+    """Return the list of units for messages."""
     return f"{', '.join(UNITS)}; with g for gauge: psig, barg, kPag"
 
 
 def named_unit(text: str) -> PressureUnit:
-    """The unit of an option; ``InputError`` for one that is not known."""
+    """Return the unit named by an option; ``InputError`` if it is unknown."""
     found = _unit(_plain(text)) or _spelt(text)
     if found is None:
         raise InputError(f"unknown pressure unit {shown(text)}; known: {known_units()}")
@@ -47,16 +47,16 @@ def named_unit(text: str) -> PressureUnit:
 
 
 def header_unit(cells: list[str], name: str) -> PressureUnit | None:
-    """The unit that the cells of a header state, the last one that of pressure; None where they state none.
+    """Return the unit stated by the cells of a header, whose last cell is that of pressure; None without a unit.
 
-    Brackets, a last word, or a cell of nothing but a unit state one. Raises ``InputError``: a unit that is not known.
+    A unit is stated in brackets, as last word, or as a whole cell. Raises ``InputError`` for an unknown unit.
     """
     cell = _plain(cells[-1])
     written = [text.strip() for text in re.findall(r"[\[({]([^\])}]*)[\])}]", cells[-1])] or [cells[-1].strip()]
     bracketed = [text.strip() for text in re.findall(r"[\[({]([^\])}]*)[\])}]", cell)]
     words = [word for word in re.split(r"[\s_,;:/\[\](){}]+", cell) if word]
     stated = [unit for word in words for unit in (_unit(word),) if unit is not None]
-    if "at" in words[:-1] and "at" not in bracketed:  # of a header's text, not technical atmospheres
+    if "at" in words[:-1] and "at" not in bracketed:  # the word "at" in a text, not technical atmospheres
         stated = [unit for unit in stated if unit.name != "at"]
     if stated:
         unit, gauge = stated[-1], [_ENDINGS[word] for word in words if word in _ENDINGS]
@@ -75,20 +75,20 @@ def header_unit(cells: list[str], name: str) -> PressureUnit | None:
 
 
 def unit_in_text(text: str) -> PressureUnit | None:
-    """A unit that is the last word of a line, or of a bracket at its end; None where there is none."""
+    """Return the unit that is the last word of a line or of a bracket at its end; None without a unit."""
     words = [word for word in re.split(r"[\s,;:\[\](){}]+", _plain(text)) if word]
     return _unit(words[-1]) if words and words[-1] != "at" else None
 
 
 def _plain(text: str) -> str:
-    """Small letters, with units of force over area as one word."""
+    """Return the text in lower case, with units of force over area as one word."""
     text = re.sub(r"\^2|²", "2", text.strip().lower())
     text = re.sub(r"(kgf|kp|kg)\s*/\s*cm2", "kgfcm2", text)
     return re.sub(r"lbf?\s*/\s*in2", "psi", re.sub(r"n\s*/\s*mm2", "nmm2", text))
 
 
 def _unit(word: str) -> PressureUnit | None:
-    """The unit that a small word names."""
+    """Return the unit of a word in lower case."""
     if word in _SPELT:
         return _with_zero(_SPELT[word], False)
     if word[:-1] in _SPELT and word[-1:] in ("a", "g"):
@@ -97,7 +97,7 @@ def _unit(word: str) -> PressureUnit | None:
 
 
 def _spelt(text: str) -> PressureUnit | None:
-    """A unit that is none of the table, in any spelling of :mod:`cranktrain.core.units`."""
+    """Return a unit outside the table, in any spelling of :mod:`cranktrain.core.units`."""
     found = known_factor(text, "absolute pressure")
     if found is None:
         return None

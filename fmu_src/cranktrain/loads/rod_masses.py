@@ -1,4 +1,4 @@
-"""Mean mass of the rods on a crankshaft, for its natural frequencies.
+"""Mean mass of the rods on a crankshaft, for natural frequencies.
 
 Each pin carries the cycle mean of its rods' masses across the axis, m_b + ½ m_o at each rod's position on the pin: the
 oscillating mass takes part in the pin's motion by cos² θ, half on average.
@@ -15,7 +15,7 @@ from cranktrain.engine.model import Engine
 
 
 def rod_masses(engine: Engine, crankshaft: ReducedBody, without: Collection[int] = ()) -> Array:
-    """Mean mass of the rods (n, n) in a crankshaft's modes, each at its position on the pin."""
+    """Return the mean mass matrix of the rods (n, n) in a crankshaft's modes, each rod at its position on the pin."""
     mass = np.zeros((crankshaft.n_modes, crankshaft.n_modes))
 
     def row(name: str, component: int) -> Array:
@@ -25,7 +25,7 @@ def rod_masses(engine: Engine, crankshaft: ReducedBody, without: Collection[int]
     for cylinder, (pin, offset, rod_mass) in enumerate(own, 1):
         if cylinder in without:
             continue
-        # The rod sits on the pin beside its middle, at (0, 0, offset) from it.
+        # The rod acts at (0, 0, offset) from the middle of the pin.
         for component, tilt in ((0, offset * row(f"pin[{pin}]", 4)), (1, -offset * row(f"pin[{pin}]", 3))):
             at_rod = row(f"pin[{pin}]", component) + tilt
             mass += rod_mass * np.outer(at_rod, at_rod)
@@ -33,9 +33,9 @@ def rod_masses(engine: Engine, crankshaft: ReducedBody, without: Collection[int]
 
 
 def mean_rod_masses(engine: Engine) -> list[float]:
-    """Cycle-mean mass that each cylinder's rod puts on its pin across the axis, m_b + ½ m_o, kg.
+    """Return the cycle-mean mass of each cylinder's rod on its pin across the axis, m_b + ½ m_o, kg.
 
-    Articulated rods count as if their knuckle pins moved like the crank pin.
+    Articulated rods are treated as if their knuckle pins moved like the crank pin.
     """
     piston = engine.cylinders.piston_mass
     return [rod.big_end_mass + 0.5 * (rod.small_end_mass + piston) for rod in engine.rods]

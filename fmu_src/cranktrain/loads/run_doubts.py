@@ -1,4 +1,4 @@
-"""What is unlikely of a run: a fired cycle that takes work, a speed without heat, a load that drives or stalls it."""
+"""Warnings of implausible runs: a fired cycle that takes work, a speed without heat, a load that drives or stalls."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.mean_load import full_share
 
 MOST_LOAD = 1.05
-"""Load torque over the mean torque of the gas from which on an engine cannot hold its speed."""
+"""Largest load torque, over the mean torque of the gas, at which an engine can hold its speed."""
 
 
 def run_doubts(engine: Engine, gas: GasTrace, speed: float, load: float, load_torque: float | None) -> Iterator[str]:
-    """Doubts of a run at ``speed`` (rad/s), ``load`` and a load torque (N m) that is given or not."""
+    """Yield warnings of a run at ``speed`` (rad/s), ``load`` and an optional load torque (N m)."""
     share = max(load, 0.0) * full_share(gas, speed)
     if load > 0.0 and share == 0.0:
         yield (

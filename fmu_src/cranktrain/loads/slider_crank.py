@@ -1,4 +1,4 @@
-"""Rigid connecting rod and piston, eliminated onto the crank pin.
+"""Force of a rigid connecting rod and its piston on the crank pin.
 
 In axes whose y is the cylinder's, with the pin at (x, y), s = √(L² − x²) and g = −x/s, the piston pin sits at y + s and
 accelerates with a_P = g a_x + a_y − v_x² L²/s³. The rod is split into m_b at the big end, its small end with the piston
@@ -18,12 +18,12 @@ from cranktrain.core.kernel import kernel
 from cranktrain.core.lanes import put_four
 from cranktrain.engine.parts import Rod
 
-# Values that rod_force writes after the force.
+# Indices of the result of rod_force after the force.
 BY_X, BY_VX, BY_ACCELERATION, PISTON, PISTON_VELOCITY, PISTON_ACCELERATION = 2, 4, 6, 10, 11, 12
 
 
 def remainder_inertia(rod: Rod) -> float:
-    """ΔJ = J_r − m_r b (L − b), kg m², with b = L m_small/m_r the centre of mass's distance from the big end."""
+    """Return ΔJ = J_r − m_r b (L − b), kg m²; b = L m_small/m_r is the distance from big end to centre of mass."""
     mass = rod.big_end_mass + rod.small_end_mass
     b = rod.length * rod.small_end_mass / mass
     return rod.inertia - mass * b * (rod.length - b)
@@ -31,12 +31,12 @@ def remainder_inertia(rod: Rod) -> float:
 
 @kernel
 def rod_force(x, y, vx, vy, ax, ay, gas, length, m_b, m_o, delta_j, offset, gravity_x, gravity_y, out):
-    """Force on the pin in cylinder axes, with tangents, and the piston's motion.
+    """Compute the force on the pin in cylinder axes, with tangents, and the motion of the piston.
 
     ``gas`` is gauge pressure times piston area (N); gravity_x and gravity_y are the components of the upward
     acceleration that replaces gravity. ``out`` (13,): force; from BY_X on ∂f/∂x, from BY_VX on ∂f/∂v_x, from
-    BY_ACCELERATION on ∂f/∂a row-major; from PISTON on the piston pin's place along the cylinder axis, velocity,
-    acceleration.
+    BY_ACCELERATION on ∂f/∂a row-major; from PISTON on position, velocity and acceleration of the piston pin along the
+    cylinder axis.
     """
     x = x - offset
     s = math.sqrt(length * length - x * x)

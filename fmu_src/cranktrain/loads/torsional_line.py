@@ -1,14 +1,14 @@
-"""The drive line behind the flywheel: the connecting shaft, or a chain of discs, shafts, gears and branches.
+"""Drive line after the flywheel: the connecting shaft, or a chain of discs, shafts, gears and branches.
 
-Discs are rotors that turn freely about the crank's axis. Shafts are force laws between them, like the connecting shaft.
-A disc behind gears runs at g times the crank's speed; its motion ψ is its rotation minus g times the frame's rotation.
+Discs are rotors that rotate freely about the crank's axis. Shafts are force laws between discs, like the connecting
+shaft. A disc after gears runs at g times the crank's speed; its motion ψ is its rotation minus g times the frame's.
 A shaft with a gear of ratio r at its first end twists by r θ₁ − θ₂ (:mod:`cranktrain.engine.torsional_chain`).
 Consistent gears have r g₁ = g₂, so the twist is r ψ₁ − ψ₂ and does not depend on the frame's angle. If the frame leads
 the dynamometer of given speed by δ, the dynamometer's motion is −g δ.
 
 A disc's absolute damping acts on its motion relative to uniform rotation at the given speed, or relative to the frame
-if a torque loads the dynamometer. Loss factors are no part of the laws: their damping depends on the modes of crank and
-line together (:mod:`cranktrain.dynamics.model.hysteresis`).
+if a torque loads the dynamometer. Loss factors are not part of the laws, because their damping depends on the common
+modes of crank and line (:mod:`cranktrain.dynamics.model.hysteresis`).
 
 A line without a shaft to the dynamometer ends freely; ``end_speed`` is then 1 and the line has no stiffness as a whole.
 
@@ -26,24 +26,24 @@ from cranktrain.engine.model import Engine
 from cranktrain.engine.torsional_chain import DYNAMOMETER, FLYWHEEL, Chain, Shaft, coordinates, gear_speeds
 
 STIFFNESS, DAMPING, LEADING, AT_FLYWHEEL, LAW = range(5)
-"""Columns of a shaft's law: N m/rad, N m s/rad, its twist per lead of the frame, and per rotation of the flywheel."""
+"""Columns of a shaft's law: stiffness (N m/rad), damping (N m s/rad), twist per frame lead, per flywheel rotation."""
 
 
 class TorsionalLine(NamedTuple):
-    """A drive line of r rotors and s shafts and absolute dampers (SI).
+    """Drive line of r rotors and s shafts and absolute dampers (SI).
 
     Attributes
     ----------
-    names, inertia, speeds : (r,) of the rotors, each by its first disc, and their speeds over the crank's
-    end_speed : the dynamometer's
+    names, inertia, speeds : (r,) names of the rotors (of the first disc of each), inertia, speeds over the crank's
+    end_speed : speed of the dynamometer over the crank's
     twists : (s, r + 2) twist of each shaft by the rotations of flywheel, rotors and dynamometer
-    laws : (s, LAW)
-    hysteresis : (s,) η k of the rows, N m/rad
-    shafts : the shafts of the first rows of ``twists``, those with stiffness
+    laws : (s, LAW) columns of each shaft's law
+    hysteresis : (s,) η k of each shaft, N m/rad
+    shafts : shafts with stiffness, which are the first rows of ``twists``
     free : whether no shaft leads to the dynamometer
-    last : index of the rotor that has the table's last disc, which the load of a line that ends freely acts on
-    follow : (r,) rotations of the rotors as the flywheel turns slowly by one and the dynamometer stays
-    stiffness, damping : of the whole line at the flywheel, in that motion, without loss factors
+    last : index of the rotor with the table's last disc, on which the load acts if the line ends freely
+    follow : (r,) rotations of the rotors for a slow unit rotation of the flywheel with the dynamometer at rest
+    stiffness, damping : those of the whole line at the flywheel in the motion ``follow``, without loss factors
     """
 
     names: tuple[str, ...]
@@ -67,12 +67,12 @@ class TorsionalLine(NamedTuple):
 
     @property
     def inertia_at_crank(self) -> float:
-        """Inertia of the rotors as the crank feels it when all turn as one, kg m²."""
+        """Inertia of the rotors reduced to the crank, for rigid rotation of the line, kg m²."""
         return float(self.inertia @ self.speeds**2)
 
 
 def torsional_line(engine: Engine) -> TorsionalLine:
-    """An engine's drive line."""
+    """Make an engine's drive line."""
     if engine.drive_line_chain is not None:
         return _line(engine.drive_line_chain.chain)
     line = engine.drive_line
@@ -81,12 +81,12 @@ def torsional_line(engine: Engine) -> TorsionalLine:
 
 
 def windup_stiffness(line: TorsionalLine) -> float:
-    """Sum of the stiffnesses of the shafts that the flywheel turns, as it feels them, N m/rad."""
+    """Return the sum of the stiffnesses, reduced to the flywheel, of the shafts on the flywheel, N m/rad."""
     return float((line.laws[:, STIFFNESS] * line.laws[:, AT_FLYWHEEL] ** 2).sum())
 
 
 def windup_shares(line: TorsionalLine) -> Array:
-    """Fractions (s,) of the shafts' twists in the wind-up; times ``windup_stiffness`` it is the springs' torque."""
+    """Return weights (s,) of the shafts' twists in the wind-up; wind-up times ``windup_stiffness`` is the torque."""
     stiffness = windup_stiffness(line)
     torques = line.laws[:, STIFFNESS] * line.laws[:, AT_FLYWHEEL]
     return torques / stiffness if stiffness > 0.0 else np.zeros_like(torques)
@@ -96,7 +96,7 @@ def _line(chain: Chain) -> TorsionalLine:
     turns, speeds = coordinates(chain), gear_speeds(chain)
     free = DYNAMOMETER not in speeds
     speeds.setdefault(DYNAMOMETER, 1.0)
-    # Rotations of flywheel, discs and dynamometer by those of flywheel, rotors and dynamometer.
+    # Matrix from rotations of flywheel, rotors and dynamometer to those of flywheel, discs and dynamometer.
     whole = np.zeros((len(chain.discs) + 2, turns.shape[1] + 2))
     whole[0, 0] = whole[-1, -1] = 1.0
     whole[1:-1, 1:-1] = turns

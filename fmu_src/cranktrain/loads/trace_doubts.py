@@ -1,13 +1,13 @@
-"""What is unlikely of a measured pressure in a given engine: one line.
+"""Warning, one line, of a measured pressure that is implausible for a given engine.
 
-The pressure at the end of the intake stroke is compared with the engine's own. Between ``COMPRESSION`` the charge is
-closed and does not burn yet, so that p Vⁿ is constant with n from 1.2 (cooled) to 1.4 (air): a wrong zero of the
-pressure or compression ratio shows in n. A fired cycle does work, with its peak after dead centre; angles that run
-backwards show in the sign of the work.
+The pressure at the end of the intake stroke is compared with that of the engine file. Within ``COMPRESSION`` the valves
+are closed and combustion has not begun, so p Vⁿ is constant with n from 1.2 (cooled) to 1.4 (air). A wrong zero of the
+pressure or a wrong compression ratio changes n. A fired cycle does work, with its peak after dead centre; reversed
+angles change the sign of the work.
 
 The exponents on both sides of dead centre are nearly equal. A trace that is late by 5 degrees has 1.25 in compression
-and 1.45 in expansion, one that is early the reverse, and a zero that is too low raises both. A moving average over W
-degrees multiplies the k-th harmonic of a cycle of Z degrees by sin(x)/x, x = π k W/Z: its zeros show in the spectrum.
+and 1.45 in expansion, an early trace the reverse, and a zero that is too low raises both. A moving average over W
+degrees multiplies the k-th harmonic of a cycle of Z degrees by sin(x)/x, x = π k W/Z, so the spectrum has zeros.
 """
 
 from __future__ import annotations
@@ -24,35 +24,35 @@ from cranktrain.loads.built_in_trace import CYCLE
 from cranktrain.loads.cylinder_volume import cylinder_volume, mean_effective_pressure
 
 PEAK = (-10.0, 45.0)
-"""First and last usual place of the peak, deg after firing dead centre: knocking engines to the latest burns."""
+"""Usual range of the peak's angle, deg after firing dead centre, from knocking engines to the latest burns."""
 MOTORED, FIRED = 1.0e5, 2.0
-"""Largest loss of a motored cycle (Pa), whose throttle takes an atmosphere at most; a peak this far after dead centre
-(deg) is one of a burn."""
+"""Largest loss of a motored cycle (Pa), at most an atmosphere by the throttle; least angle of a peak after dead centre
+(deg) that indicates combustion."""
 INTAKE = (0.2, 2.5)
-"""Least and largest pressure at the start of the compression over combustion.intake_pressure: throttled to charged."""
+"""Usual range of pressure at the start of compression over combustion.intake_pressure, throttled to charged."""
 COMPRESSION = (-65.0, -35.0)
-"""Between closed valves or ports and the earliest burn, deg after firing dead centre."""
+"""Range between closing of valves or ports and the earliest burn, deg after firing dead centre."""
 EXPONENTS = (1.05, 1.6)
-"""Least and largest usual exponent n between these."""
+"""Usual range of the exponent n within ``COMPRESSION``."""
 FLANKS = ((-95.0, -50.0), (60.0, 95.0))
-"""Closed part of compression and of expansion, deg after firing dead centre; a margin ``MARGIN`` to the valves."""
+"""Parts of compression and expansion with closed valves, deg after dead centre, ``MARGIN`` away from their events."""
 MARGIN = 10.0
 BOTH = 1.45
-"""Largest usual mean of their exponents; air has 1.4, and walls cool it."""
+"""Largest usual mean of both flanks' exponents; air has 1.4, which wall heat reduces."""
 APART, LATE = 0.03, 3.5
-"""Usual difference of the two exponents, and the shift of dead centre (deg) to this difference that is told."""
+"""Usual difference of both flanks' exponents, and least estimated shift of dead centre (deg) for a warning."""
 AIR = 1.4
-"""Largest exponent of a compression, whose walls cool it. A late burn flattens the expansion as an early trace does:
-only a compression steeper than this tells the two apart."""
+"""Largest exponent of a compression with wall heat. A late burn flattens the expansion like an early trace; only a
+compression steeper than this distinguishes an early trace."""
 SHIFTS = np.arange(-20.0, 20.1, 0.5)
 AVERAGED, DIP = np.arange(25.0, 60.1, 0.5), 0.12
-"""Widths of moving averages that are looked for, deg, and the largest amplitude in a zero over that beside it."""
+"""Candidate widths of moving averages, deg, and largest amplitude at a spectral zero over that next to it."""
 LOBES, NOISE = ((0.5, 0.8), (1.3, 1.7), (2.3, 2.7)), 1e-7
-"""Harmonics beside the first two zeros over that of the first, and their least amplitude over the largest."""
+"""Bands of harmonics next to the first two zeros, over the first zero, and least amplitude over the largest."""
 
 
 def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
-    """Doubts of a cylinder's pressure (n,), Pa, at uniform angles over 720 degrees after its firing dead centre."""
+    """Yield warnings of a cylinder's pressure (n,), Pa, at uniform angles over 720 degrees after firing dead centre."""
     n = pressure.size
     at: Array = np.arange(n, dtype=np.float64) * (720.0 / n)
     burns = not heat_of_air(engine) < COMPRESSOR  # the valves of a compressor open before dead centre
@@ -65,7 +65,7 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
     exponent = _exponent(engine, pressure, COMPRESSION)
     flanks = _flanks(engine)
     squeezed, expanded = (_exponent(engine, pressure, own) for own in flanks)
-    # One cause may show in several of these: the first says most.
+    # One cause may trigger several of these tests; only the first, most informative one is reported.
     if burns and not PEAK[0] <= peak <= PEAK[1]:
         yield (
             f"the peak lies at {peak:.4g} deg after firing dead centre, usual {PEAK[0]:g} to {PEAK[1]:g} deg; check "
@@ -106,7 +106,7 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
 
 
 def _flanks(engine: Engine) -> list[tuple[float, float]]:
-    """Compression and expansion with closed valves or ports, deg after firing dead centre."""
+    """Return the ranges of compression and expansion with closed valves or ports, deg after firing dead centre."""
     (begin, before), (after, end) = FLANKS
     if engine.combustion is not None:
         begin = max(begin, min(math.degrees(engine.combustion.intake_closes) + MARGIN, before - MARGIN))
@@ -115,7 +115,7 @@ def _flanks(engine: Engine) -> list[tuple[float, float]]:
 
 
 def _exponent(engine: Engine, pressure: Array, between: tuple[float, float], shift: float = 0.0) -> float:
-    """Polytropic exponent of a trace (n,) between two angles of it, deg, with dead centre at ``shift`` deg."""
+    """Return the polytropic exponent of a trace (n,) between two angles, deg, with dead centre at ``shift`` deg."""
     at = np.arange(pressure.size) * (720.0 / pressure.size)
     at = np.where(at < 360.0, at, at - 720.0)
     inside = (at >= between[0]) & (at <= between[1])
@@ -124,7 +124,7 @@ def _exponent(engine: Engine, pressure: Array, between: tuple[float, float], shi
 
 
 def _shift(engine: Engine, pressure: Array, flanks: Sequence[tuple[float, float]]) -> float:
-    """Place of dead centre in a trace (n,), deg, at which both flanks' exponents have their usual difference."""
+    """Return the angle of dead centre in a trace (n,), deg, at which both exponents have their usual difference."""
     away = []
     for shift in SHIFTS.tolist():
         squeezed, expanded = (_exponent(engine, pressure, own, shift) for own in flanks)
@@ -133,9 +133,9 @@ def _shift(engine: Engine, pressure: Array, flanks: Sequence[tuple[float, float]
 
 
 def _averaged(pressure: Array, cycle: float) -> float:
-    """Width of the moving average that a trace (n,) went through, deg; 0 where its spectrum has no such zeros.
+    """Return the width of the moving average applied to a trace (n,), deg; 0 if its spectrum has no such zeros.
 
-    ``cycle``: its angle, deg.
+    ``cycle`` is the angle of a cycle, deg.
     """
     sizes = np.abs(np.fft.rfft(pressure)[:: round(720.0 / cycle)])
     best, found = DIP, 0.0

@@ -146,7 +146,7 @@ def _centre(local, arm, at, out, centred):
 
 @kernel
 def _solved(at, weight, tabled, out):
-    """Blend the film solved online into ``out[0:4]`` and ``work.centred``; returns 0, or a negative value if it failed."""
+    """Blend the film solved online into ``out[0:4]`` and ``work.centred``; returns 0, or a negative value if failed."""
     film = tabled.work.film
     if journal_film(tabled.grid, tabled.table.axes[RATIO2], at, tabled.journal, tabled.active, film) < 0:
         return FAILED
