@@ -108,7 +108,7 @@ def temperatures(
     n = fed.size
     if not rows.flow.min() > 0.0:
         raise SolverError(
-            "adiabatic film: the oil of some place runs against the rotation, so its heat has no way on; take a "
+            "adiabatic film: somewhere the oil flows against the rotation, so the temperature is undefined; take a "
             "smaller load or eccentricity, or the heat balance of the whole film"
         )
     start = int(np.flatnonzero(fed & ~np.roll(fed, 1))[0]) if not fed.all() else 0
