@@ -26,7 +26,7 @@ The temperature of the damper comes from a table over speed, or from the heat ba
 
 Sources: P. J. Carreau, Trans. Soc. Rheol. 16 (1972) 99; K. S. Cole, R. H. Cole, J. Chem. Phys. 9 (1941) 341; W. P. Cox,
 E. H. Merz, J. Polym. Sci. 28 (1958) 619; Shin-Etsu, KF-96 performance test results (lg η = 763.1/T + const for
-dimethyl silicones from −25 to 250 °C, so B = 1757 K); silicone oils in dampers have G' in addition to G'': D. Andrä, J. Sound
+dimethyl silicones from −25 to 250 °C, so B = 1757 K); silicone oils in dampers have both G' and G'': D. Andrä, J. Sound
 Vib. 82 (1982) 465; V. Píštěk, L. Klimeš, T. Mauder, Vibroeng. Procedia (2016), Rheological models of high viscosity
 silicone fluids.
 """
