@@ -78,13 +78,13 @@ class Result:
     ``time`` and ``angle`` (rad; of the shaft whose speed is given, else of the crank) are (n,), ``outputs`` maps each
     output's name to (n,); ``counters`` holds steps, newton_iterations, rejected_steps, missed_steps (of adaptive
     control) and limited_steps (communication steps that ``work_limit`` cut short); ``seconds`` is wall time without
-    compilation and start. Samples are uniform in time, ``per_cycle`` of them in 720°. ``settling`` says how settled they
-    are. A run until its outputs repeat keeps the last period only, while ``counters`` and ``seconds`` belong to the whole
-    run. ``film_temperatures`` (b,), K, are those of the main bearings' films and ``passes`` is the number of runs to find
-    them; everything else belongs to the last run. ``complete`` is False if an interrupt cut the run short; ``learned``
-    are the learned data of settling, if expected. ``step`` is the time between two samples, s. ``powers``
-    (per_cycle + 1, POWERS), W, are those of the last cycle, see ``dynamics.model.slots``; None if the speed is free or no
-    cycle was completed. ``film_peaks`` (b, PEAKS) are the largest pressures of elastic films in the last cycle, see
+    compilation and start. Samples are uniform in time, ``per_cycle`` of them in 720°. ``settling`` says how settled
+    they are. A run until its outputs repeat keeps the last period only, while ``counters`` and ``seconds`` belong to
+    the whole run. ``film_temperatures`` (b,), K, are those of the main bearings' films and ``passes`` is the number of
+    runs to find them; everything else belongs to the last run. ``complete`` is False if an interrupt cut the run short;
+    ``learned`` are the learned data of settling, if expected. ``step`` is the time between two samples, s. ``powers``
+    (per_cycle + 1, POWERS), W, are those of the last cycle, see ``dynamics.model.slots``; None if the speed is free or
+    no cycle was completed. ``film_peaks`` (b, PEAKS) are the largest pressures of elastic films in the last cycle, see
     :mod:`cranktrain.film.laws.pressure_peak`; None if films are not elastic.
     """
 

@@ -80,7 +80,7 @@ class LoadTorque:
         self.table = table
 
     def at(self, angle: float, speed: float) -> float:
-        """Torque (N m) at an angle and speed of the loaded end; ``InputError`` if the function returns no valid torque."""
+        """Torque (N m) at an angle and speed of the loaded end; ``InputError`` for an invalid result."""
         if self.table is not None:
             place = (angle / CYCLE) % 1.0 * self.table.size
             k = int(place) % self.table.size

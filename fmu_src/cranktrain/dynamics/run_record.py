@@ -51,8 +51,8 @@ def make_run(
 ) -> Run:  # fmt: skip
     """Make a run at the levels of ``settings``, not prepared yet; compiles the kernels of all integrators.
 
-    Its numbers are those of the settings. Open settings stay open, so that one number may be changed without the others.
-    ``films_made``: see :func:`cranktrain.dynamics.model.arrays.structure`.
+    Its numbers are those of the settings. Open settings stay open, so that one number may be changed without the
+    others. ``films_made``: see :func:`cranktrain.dynamics.model.arrays.structure`.
     ``InputError`` for levels that do not exist, or whose parts are missing.
     """
     model = structure(engine, body, resolved(settings, engine), gas, parts, films_made)

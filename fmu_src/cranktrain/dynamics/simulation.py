@@ -298,7 +298,7 @@ class Simulation(SteppedModel):
         self._observe()
 
     def go_on_at(self, speed: float) -> None:
-        """Make the present state the start of a run at another speed (rad/s), with oil and damper temperatures of that speed.
+        """Make the present state the start of a run at another speed (rad/s), with oil and damper temperatures there.
 
         Motion and films stay as they are. Raises ``InputError`` for an invalid speed.
         """
@@ -319,7 +319,7 @@ class Simulation(SteppedModel):
         state[CONTRACTION] = FIRST_CONTRACTION
 
     def _balanced_temperatures(self) -> Array:
-        """Film temperatures (b,), K, from a run until its outputs repeat, at the present speed and with the gas trace."""
+        """Film temperatures (b,), K, from a run until its outputs repeat, at the present speed with the gas trace."""
         if not self.inputs[0] >= SLOWEST * (1.0 - 1.0e-9):
             raise InputError(
                 f"the heat balance of films needs a start at {SLOWEST_RPM:g} rev/min or more, got "
@@ -494,16 +494,16 @@ def simulate(
     """Run at constant ``speed`` (rad/s) until the outputs repeat, or ``cycles`` cycles, and keep every output.
 
     Without ``cycles`` the run ends when the settling error of every output family is at most ``settle``, or after
-    ``MOST_CYCLES`` cycles (:mod:`cranktrain.dynamics.settled`), and keeps the last period. ``parts`` hold the input that
-    the levels need. With ``film_temperature`` heat-balance or adiabatic the temperature of each main's film follows from
-    its friction (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` that of the damper from its losses. The
-    run is then repeated from where it ended until no temperature changes by more than ``SETTLED``, at most ``PASSES``
-    times, and the last run is the result. At boundary ``torque`` the dynamometer is loaded by ``load_torque`` (N m, or a
-    law over its angle and speed), or by the torque that holds the speed; ``speed`` is then the speed at the start, and a
-    cycle is the time of a cycle at this speed.
+    ``MOST_CYCLES`` cycles (:mod:`cranktrain.dynamics.settled`), and keeps the last period. ``parts`` hold the input
+    that the levels need. With ``film_temperature`` heat-balance or adiabatic the temperature of each main's film
+    follows from its friction (:mod:`cranktrain.dynamics.warm_films`), with ``damper_balance`` that of the damper from
+    its losses. The run is then repeated from where it ended until no temperature changes by more than ``SETTLED``, at
+    most ``PASSES`` times, and the last run is the result. At boundary ``torque`` the dynamometer is loaded by
+    ``load_torque`` (N m, or a law over its angle and speed), or by the torque that holds the speed; ``speed`` is then
+    the speed at the start, and a cycle is the time of a cycle at this speed.
     ``progress`` is called with the fraction of the run done, in [0, 1], ``say`` with cycles and settling error. An
-    interrupt ends the run early and keeps its samples. With a ``sink`` all samples go there, also those of a failing run;
-    the result then holds the last cycles only, so that memory does not grow with their number.
+    interrupt ends the run early and keeps its samples. With a ``sink`` all samples go there, also those of a failing
+    run; the result then holds the last cycles only, so that memory does not grow with their number.
 
     Raises
     ------

@@ -4,9 +4,9 @@ A stage combines them into one block for each connection,
 
     ∂f/∂u = K + (c_v/c_q) C + (1/c_q) M,
 
-so three evaluations with different (c_q, c_v) give K, C and M. This is exact for films, thrust bearing, damper, and rods
-whose pistons run on the axes of their cylinders, because all are affine in both ratios. K and C are the derivatives by
-u and u̇ in axes of the frame; K includes the terms by which the frame's rotation turns displacement into velocity.
+so three evaluations with different (c_q, c_v) give K, C and M. This is exact for films, thrust bearing, damper, and
+rods whose pistons run on the axes of their cylinders, because all are affine in both ratios. K and C are the
+derivatives by u and u̇ in axes of the frame; K includes derivatives by velocity times the frame's rotation.
 """
 
 from __future__ import annotations

@@ -382,7 +382,7 @@ def _film_parts(engine: Engine, parts: Parts) -> FilmParts:
 
 
 def _without_block_shares(engine: Engine) -> Engine:
-    """Engine whose linear bearings and thrust bearing have no compliance of the block, for use with a flexible block."""
+    """Engine with linear bearings and thrust bearing without the block's compliance, for use with a flexible block."""
     mains = engine.main_bearing.in_rigid_bores if engine.main_bearing is not None else None
     return replace(engine, main_bearing=mains, thrust=replace(engine.thrust, block_stiffness=math.inf))
 

@@ -88,7 +88,7 @@ class _Laid:
         self.end = first
 
     def lay(self, shapes: Array, scale: float | None = None) -> int:
-        """Append ports with ``shapes`` (·, n); returns the first. With a scale they are Newton ports, which come first."""
+        """Append ports with ``shapes`` (·, n); returns the first. With a scale they are Newton ports and come first."""
         first = self.end
         self.rows.append(shapes)
         self.end += len(shapes)

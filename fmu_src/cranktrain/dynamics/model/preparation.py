@@ -249,7 +249,7 @@ def written(value, own):
 
 @kernel
 def warm_films(model, temperature, temperatures):
-    """Set the viscosity in films of mains, big ends and thrust bearing at ``temperature`` or the mains' own; a status."""
+    """Set the viscosity of mains, big ends and thrust bearing at ``temperature``, or at the mains' own; a status."""
     basis = model.basis
     eta = oil_viscosity(temperature, basis.oil)
     if basis.films[at.MAINS_OIL] > 0.0:

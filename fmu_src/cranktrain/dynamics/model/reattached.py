@@ -35,7 +35,7 @@ NOW, BEFORE, EXTRA = 8, 12, 16
 
 @kernel
 def part_moments(numbers, slot, extra, out):
-    """Add the moments of the part at a slot to ``out`` (MOMENTS,), with ``extra`` (3,) added to its mass and inertias."""
+    """Add the moments of the part at a slot to ``out`` (MOMENTS,); ``extra`` (3,) is added to its mass and inertias."""
     mass = numbers[slot + to.PART_MASS] + extra[0]
     polar = numbers[slot + to.PART_POLAR] + extra[1]
     diametral = numbers[slot + to.PART_DIAMETRAL] + extra[2]

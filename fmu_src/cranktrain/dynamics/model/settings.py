@@ -45,16 +45,16 @@ class Settings:
     """Choices of one run; angles rad, pressures Pa, temperatures K (0: from the engine's tables at the first speed).
 
     Open settings (auto, 0 or None) get defaults from the level, see :func:`resolved`. ``step`` is in rad of crank
-    angle. ``newton_tolerance`` of the ports is in units of clearance, with elastic films solved in double precision from
+    angle. ``newton_tolerance`` of the ports is in units of clearance; elastic films are solved in double precision from
     1e-6 on. ``film_change`` is the fraction of its thickness by which a film may close in a step. With ``control``
     adaptive, steps are parts of ``step``, short enough for an error of ``tolerance`` per step
     (:mod:`cranktrain.dynamics.time.error_estimate`). With ``dense_output`` on, steps pass over communication points
     that are finer (:mod:`cranktrain.dynamics.time.communication`). ``film_temperature`` is one of
     ``FILM_TEMPERATURES``. ``encoder``, one of ``ENCODERS``, is where the angle of a gas trace was measured.
     ``gas_delay`` is the number of communication steps by which given pressures are late
-    (:mod:`cranktrain.dynamics.time.reconstruction`). ``work_limit`` is the most Newton iterations of a communication step,
-    0 for no limit (:mod:`cranktrain.dynamics.time.work_limit`). ``axial_force`` (N) on the flywheel is the start value
-    of that input; None takes the force of the engine's axial path.
+    (:mod:`cranktrain.dynamics.time.reconstruction`). ``work_limit`` is the most Newton iterations of a communication
+    step, 0 for no limit (:mod:`cranktrain.dynamics.time.work_limit`). ``axial_force`` (N) on the flywheel is the start
+    value of that input; None takes the force of the engine's axial path.
     """
 
     crank: str = "solid"
@@ -132,7 +132,7 @@ def step_each_row(settings: Settings) -> Settings:
 
 
 def ruling_law(bearings: str, big_ends: str, engine: Engine) -> Law:
-    """Law with the shortest step of mains, big ends and added bearings; it sets integrator, step and tolerances of a run.
+    """Ruling law: the one with the shortest step of mains, big ends and added bearings; sets integrator and tolerances.
 
     If several laws have that step, the mains' law is taken.
     """
@@ -152,7 +152,7 @@ def usual_step(law: Law, engine: Engine) -> float:
 
 
 def usual_film_change(law: Law, engine: Engine) -> float:
-    """Default fraction of its thickness by which a film may close in a step: least of the ruling law and added films."""
+    """Default fraction by which a film may close in a step: the least of the ruling law and all added films."""
     films = [bearing_law(table.film.level) for table in engine.connection if table.film is not None]
     return min(row.film_change for row in (law, *films))
 

@@ -76,7 +76,7 @@ BASE, LOADS, LEVER, Q_FREE, BIG_Q, BIG_V, KNOWN, DIFFERENCE, MODAL_VECTORS = ran
 VALUE, RATE, BEND, EXPONENT, ANGLES, FORESEEN, FORESEEN_RATE, INPUT_ROWS = range(8)
 DEVIATIONS = 2
 """Index in row ``ANGLES`` of the mark for deviations of volumes."""
-# Columns of the first row of ``Work.staged``: number of stages given, number of stages of the method, internal step, rad.
+# Columns of the first row of ``Work.staged``: number of given stages, number of the method's stages, step (rad).
 STAGES_GIVEN, STAGES_THERE, STAGE_STEP = range(3)
 # Inputs after speed and pressures: torque on the dynamometer and of the valve train, N m; axial force on the flywheel,
 # N; the crank angle that the pressures belong to, rad; from DEVIATION_INPUT on, for each cylinder, the deviation of the

@@ -76,8 +76,8 @@ class Work(NamedTuple):
     inputs: Array  # (INPUT_ROWS, i) the reconstructed inputs
     input_rates: Array  # (i,) rates of the inputs (1/s) that a driver gives for the next communication step;
     # NaN if not given
-    staged: Array  # (1 + MAX_STAGES, 1 + i) inputs at the stages of the next communication step. Row 0: number of stages
-    # given, number of stages, internal step (rad); then for each stage its time as a fraction of a step, and its inputs
+    staged: Array  # (1 + MAX_STAGES, 1 + i) inputs at the stages of the next communication step. Row 0: number of given
+    # stages, number of stages, internal step (rad); then for each stage its time as fraction of a step, and its inputs
     powers: Array  # (POWERS,) powers of gas, losses and dynamometer as last observed, W, and the energy stored, J
     backup: Array  # (3, state) state at the start of a communication step, at the start of a part of a sub-step, and
     # before a step under way is ended at a communication point

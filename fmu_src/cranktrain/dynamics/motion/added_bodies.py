@@ -70,7 +70,7 @@ def factor_added(model, work, level, c_q, c_v, omega, holding):
 
 @kernel
 def load_added(model, work, frame, displaced, out):
-    """Modal force of frame and gravity on added bodies, and displacement of their centres of mass, ``work.added.axes``."""
+    """Modal force of frame and gravity on added bodies; motion of their centres of mass into ``work.added.axes``."""
     bodies = model.bodies
     turn_frames(model, work, frame[at.THETA])
     square = frame[at.OMEGA] * frame[at.OMEGA]

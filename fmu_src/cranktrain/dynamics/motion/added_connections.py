@@ -259,7 +259,7 @@ def link_law(model, work, frame, pressures, k, action, memory):
 
 @inlined_kernel
 def link_block(row, out, ratio, turning, block):
-    """Tangent (4 × 4) of a connection's forces by its components' displacement in a stage, in axes turning at ``turning``."""
+    """Tangent (4 × 4) of a connection's forces by displacement in a stage, in axes rotating at ``turning``, rad/s."""
     for k in range(16):
         block[k] = out[BY_PLACE + k] + ratio * out[BY_VELOCITY + k]
     if row[added.PAIRS] >= 0.0:
@@ -326,7 +326,7 @@ def follow_links(model, work, step, f):
 
 @kernel
 def link_compliance(model, work, cos, sin, slot, out):
-    """Compliance of added components with all others: rows and columns of ``out`` after the engine's own (transposed)."""
+    """Compliance of added components: rows and columns of ``out`` after those of the engine's own (transposed)."""
     n = model.scales.shape[0]
     count = model.links.scales.shape[0]
     answered = work.added.answered
@@ -419,7 +419,7 @@ def engine_column(model, work, cos, sin, slot, i, out):
 
 @kernel
 def link_size(model, work):
-    """Size of a Newton step of added components in their scales, and of those limited, ``work.added.sizes``."""
+    """Size of a Newton step of added components over their scales, and of limited ones, in ``work.added.sizes``."""
     links = model.links
     step = work.added.gaps[added.STEP]
     size = 0.0

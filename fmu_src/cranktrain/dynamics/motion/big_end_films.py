@@ -79,7 +79,7 @@ def big_end_film(model, work, frame, c, cos, sin, ratio):
 
 @inlined_kernel
 def place_pin(model, film, pin, rod):
-    """Displacement and velocity of a pin in its floating big end, from the motions of both, into row ``film`` of the laws."""
+    """Displacement and velocity of a pin in its floating big end, from the motions of both, into row ``film``."""
     for k in range(2):
         model.laws.place[film, k] = pin[k] - rod[k]
         model.laws.velocity[film, k] = pin[VX + k] - rod[VX + k]
@@ -87,7 +87,7 @@ def place_pin(model, film, pin, rod):
 
 @inlined_kernel
 def tell_big_end(model, row, rod, cos, sin, pin_speed):
-    """Pass speeds and the rod's axes to the law of a floating big end; returns height of the small end (m), rod's speed.
+    """Pass speeds and the rod's axes to the law of a floating big end; returns the small end's height (m), rod's speed.
 
     ``cos`` and ``sin`` are those of the frame's angle relative to the cylinder, ``rod`` is the big end's motion; speeds
     in rad/s. :func:`frame_again` restores the axes.
@@ -103,7 +103,7 @@ def tell_big_end(model, row, rod, cos, sin, pin_speed):
 
 @inlined_kernel
 def turn_to_rod(row, rod, cos, sin, height, numbers):
-    """Cosine and sine of the frame's angle relative to the rod into ``numbers``, from those relative to the cylinder."""
+    """Cosine and sine of the frame's angle relative to the rod, from those to the cylinder, into ``numbers``."""
     lean_sin = (cos * rod[X] - sin * rod[Y] - row[at.OFFSET]) / row[at.ROD]
     lean_cos = height / row[at.ROD]
     numbers[COS] = cos * lean_cos + sin * lean_sin

@@ -94,7 +94,8 @@ def factor_stage(model, work, level, c_q, c_v, omega, holding, block_holding):
 def factor_part(part, level, shapes, transposed):
     """Invert the matrix in ``part.scratch`` and make response and compliance of its ports; 0, or 1 if it is singular.
 
-    No pivoting is needed: for steps much shorter than a turn 1/c_q outweighs centrifugal softening and gyroscopic terms.
+    No pivoting is needed, because for steps much shorter than a turn 1/c_q outweighs centrifugal softening and
+    gyroscopic terms.
     """
     n = part.scratch.shape[0]
     m = shapes.shape[0]
@@ -108,7 +109,7 @@ def factor_part(part, level, shapes, transposed):
 
 @inlined_kernel
 def external_force(model, frame, displaced, out):
-    """Modal force (n,) of the frame's motion, shaft, valve train, gravity on displaced mass, and preload of the mounts."""
+    """Modal force (n,) of frame motion, shaft, valve train, gravity on displaced mass, and preload of the mounts."""
     t = model.ports.shape[1]
     omega = frame[at.OMEGA]
     g_x = -model.scalars[at.GRAVITY] * frame[at.SIN]

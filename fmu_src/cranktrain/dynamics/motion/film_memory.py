@@ -118,7 +118,7 @@ def open_stage(model, work, stage, elapsed, h, gain):
 
 @inlined_kernel
 def close_stage(model, work, frame):
-    """Solve laws with a memory at the final ports of a stage, after the last, linearised Newton step; 0, or a failure."""
+    """Solve laws with a memory at the final ports of a stage, after the linearised Newton step; 0, or a failure."""
     if remembers(model.links):
         status = call_kernel(model.links.hooks[added.AT_CLOSE_STAGE], (model, work, frame))
         if status != 0:

@@ -92,7 +92,7 @@ def given_pressure(model, work, cylinder, angle, elapsed):
 
 @inlined_kernel
 def knows_volumes(work):
-    """True if the partner that gives pressures uses deviations of the volumes, so pressures belong to actual volumes."""
+    """True if the partner uses deviations of the volumes, so that its pressures belong to actual volumes."""
     return work.inputs[at.ANGLES, at.DEVIATIONS] > 0.0
 
 
@@ -107,7 +107,7 @@ def pressure_in(work, cylinder, angle, volume):
 
 @inlined_kernel
 def cylinder_pressure(model, work, frame, cylinder, angle, volume, at_time):
-    """Pressure (Pa, absolute) of a cylinder at its own crank angle, and its derivative by this angle for a trace, Pa/rad.
+    """Pressure (Pa, absolute) of a cylinder at its own crank angle, and for a trace the derivative by it, Pa/rad.
 
     ``volume`` (m³) is the actual volume above the piston, for pressures that depend on it; ``at_time`` is the pressure
     of an input given over time.

@@ -56,7 +56,7 @@ def factor_rows(a, n):
 
     Made for the stage's I − H J: H and −J have positive definite symmetric parts, so pivots stay away from zero. Four
     pivots are made, then subtracted from all rows below, four rows at once, which are independent. Each product is
-    rounded by itself and in order, so the result is bitwise that of the plain loop over pivots. The diagonal is kept inverted.
+    rounded by itself and in order, so the result is bitwise that of a plain loop. The diagonal is kept inverted.
     """
     return factor_by_fours(a, n, False)
 

@@ -53,7 +53,7 @@ def relative_step(model, cos, sin, step):
 def move_axis(model, frame, u):
     """Displacement of the axes of crank and block with the block on its mounts, from the ports u (m,), into ``frame``.
 
-    They are weighted means of the displacements of main journals and bores, with weights for the crank's centre of mass.
+    They are means of the displacements of main journals and bores, weighted for the crank's centre of mass.
     """
     frame[at.CRANK_X] = 0.0
     frame[at.CRANK_Y] = 0.0

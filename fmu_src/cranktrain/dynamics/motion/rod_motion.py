@@ -126,7 +126,7 @@ def axes_of_pin(model, c):
 
 @kernel
 def rod_end_across(model, frame, c, u, ud, udd, out):
-    """Motion of the point about which the rod of cylinder c turns (pin, big end or knuckle pin), in its cylinder's axes.
+    """Motion of the pin, big end or knuckle pin about which the rod of cylinder c turns, in axes of its cylinder.
 
     Writes six values to ``out[CROSS:]``. For an articulated rod ``out[MASTERS_PIN:]`` gets the crank pin's motion in
     axes of the master's cylinder. ``out`` is ``work.scratch``.
@@ -140,7 +140,7 @@ def rod_end_across(model, frame, c, u, ud, udd, out):
 
 @kernel
 def rod_swing(rod, motion, cos, sin):
-    """Height of a rod's small end above its big end (m), and the rod's angular speed (rad/s) by motion of the big end."""
+    """Height of a rod's small end above its big end (m), and the rod's angular speed by that end's motion (rad/s)."""
     side = cos * motion[X] - sin * motion[Y] - rod[at.OFFSET]
     height = math.sqrt(rod[at.ROD] * rod[at.ROD] - side * side)
     return height, (cos * motion[VX] - sin * motion[VY]) / height

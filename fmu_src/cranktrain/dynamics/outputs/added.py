@@ -194,7 +194,7 @@ def observe_bodies(model, work, state):
 
 @kernel
 def body_value(model, work, state, shown):
-    """Speed (rad/s), rotation relative to its frame (rad), or displacement of the centre of mass (m) of an added body."""
+    """Speed (rad/s), rotation relative to its frame (rad), or displacement of the centre (m) of an added body."""
     row = model.bodies.rows[int(shown[added.SHOWN_OF])]
     n = model.omega2.shape[0]
     size = int(row[added.MODES])

@@ -1,7 +1,8 @@
 """Parts of the pulley's axial motion, which add up to ``pulley.axial``.
 
-From the block outwards: motion of the thrust faces with the block on its mounts, motion of the collar between its faces,
-and stretch of the crank between collar and pulley, by axial forces and, because of its throws, by twist and bending.
+From the block outwards: motion of the thrust faces with the block on its mounts, motion of the collar between its
+faces, and stretch of the crank between collar and pulley, by axial forces and, because of its throws, by twist and
+bending.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ FORCE, SLIP = range(2)
 
 @law_kernel
 def observe_axial(model, work, state, members, out):
-    """Displacements along the crank axis: thrust faces in space, collar relative to them, pulley relative to the collar."""
+    """Displacements along the axis: thrust faces in space, collar relative to them, pulley relative to the collar."""
     n = model.omega2.shape[0]
     t = model.ports.shape[1]
     q = state[offset(POSITION, n) : offset(POSITION, n) + n]

@@ -2,8 +2,8 @@
 
 Rods lie behind one another on a pin, each with a film of its own. Pin and bore both rotate, the bore with the swing of
 the rod. Vectors are in axes at rest: x across the engine, y upwards. A rigid big end has a load as well; its other
-outputs are 0. The load of a master rod's big end includes that of the articulated rods on it. The load of an articulated
-rod is that of its knuckle pin.
+outputs are 0. The load of a master rod's big end includes that of the articulated rods on it. The load of an
+articulated rod is that of its knuckle pin.
 """
 
 from __future__ import annotations

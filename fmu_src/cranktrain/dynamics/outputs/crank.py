@@ -114,8 +114,8 @@ def observe_structure(model, work, state):
 def observe_torques(model, work, state, members, out):
     """Torques on the crank as powers over the frame's speed: of the gas, of friction, and of the gas minus all losses.
 
-    The frame's speed is smooth, so mean torques are proportional to mean powers. Losses are those of the energy balance of
-    a run (:mod:`cranktrain.results.energy`). Earlier families have left the powers in ``work``.
+    The frame's speed is smooth, so mean torques are proportional to mean powers. Losses are those of the energy balance
+    of a run (:mod:`cranktrain.results.energy`). Earlier families have left the powers in ``work``.
     """
     speed = work.frames[0, at.OMEGA]
     for k in range(BRAKE + 1):
@@ -141,7 +141,7 @@ def observe_gas(model, work, state, members, out):
 
 @law_kernel
 def observe_solver(model, work, state, members, out):
-    """Worst residual, sub-steps, iterations, films outside their table, 1 if cut short, of the last communication step."""
+    """Worst residual, sub-steps, iterations, films outside their table, and mark if cut short, of the last step."""
     out[0] = state[RESIDUAL]
     out[1] = state[SUBSTEPS]
     out[2] = state[ITERATIONS]

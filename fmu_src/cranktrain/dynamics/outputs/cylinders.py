@@ -53,7 +53,7 @@ def observe_cylinders(model, work, state, members, out):
 
 @kernel
 def sliding_rate(model, work, c, position, rate):
-    """Rate (m/s) at which the pin of piston c rises along its leaning liner, before subtracting the liner's own rise."""
+    """Rate (m/s) at which the pin of piston c rises along its leaning liner; the liner's own rise is not subtracted."""
     liner = int(model.cylinders[c, at.LINER_PORT])
     if liner < 0:
         return rate
@@ -72,7 +72,7 @@ def sliding_rate(model, work, c, position, rate):
 
 @law_kernel
 def observe_pistons(model, work, state, members, out):
-    """Piston motion in the liner, across at the height of the pin and in tilt; forces on the piston, across and along."""
+    """Piston motion in the liner, across at the height of the pin and in tilt; forces on it, across and along."""
     u = work.port[at.STATE_U]
     r = work.scratch
     work.powers[at.LINERS_FRICTION] = 0.0

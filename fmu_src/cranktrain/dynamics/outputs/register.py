@@ -125,8 +125,8 @@ def judged_families(counts: Counts) -> dict[str, list[str]]:
 def output_family(name: str) -> str:
     """Family of an output by which settling is judged: ``bearing.force`` of ``bearing[2].force.x``.
 
-    Connections, which have names in place of numbers, are one family too, so that one with only rounding errors does not
-    keep a run from being periodic.
+    Connections, which have names in place of numbers, are one family too, so that one with only rounding errors does
+    not keep a run from being periodic.
     """
     return re.sub(r"\[[^\]]*\]|\.[xyz]$", "", name)
 

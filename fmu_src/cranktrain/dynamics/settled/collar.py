@@ -3,7 +3,8 @@
 How its displacement z and velocity ż change over a cycle depends on how the collar bounces between the films, for which
 there is no formula. At low speeds a disturbance has almost decayed after a cycle. Near the speed at which the motion
 begins to repeat every second cycle a real multiplier approaches −1. So the 2 × 2 matrix S with y₁ = S y₀, y = (ω z, ż),
-is learned from successive pairs of a change of the start and the change after the cycle (Broyden, Math. Comp. 19, 1965),
+is learned from successive pairs of a change of the start and the change after the cycle (Broyden, Math. Comp. 19,
+1965),
 
     S ← S + (y₁ − S y₀) y₀ᵀ/(y₀ᵀ y₀),
 
@@ -70,7 +71,7 @@ class Collar:
     def correction(self, change: Motion, cycles: int) -> Motion:
         """Correction M (I − M)⁻¹ y after ``cycles`` cycles that changed the motion by ``change``; M is the power of S.
 
-        It is zero if S is near the limit of stability, beyond which it would lead to a periodic motion that is unstable.
+        It is zero if S is near the limit of stability, beyond which it would lead to an unstable periodic motion.
         """
         if not self.stable:
             return self.lift(np.zeros(2))

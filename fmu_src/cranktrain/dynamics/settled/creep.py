@@ -1,10 +1,10 @@
 """Settling of an engine that creeps along the crank's axis, as the spline of its drive line slides in each cycle.
 
 A cycle moves block and crank together by d(s) from the position s, until the mounts balance the mean thrust. Far from
-that position d hardly depends on s, because friction does not. Near it d falls steeply. So at first the next position is
-the root of the secant through the last two, at most the collar's clearance away, until d is small or changes its sign.
-Then all modes settle together by Anderson's method (:mod:`anderson`). With a bolted joint nothing creeps, so only that
-method is used.
+that position d hardly depends on s, because friction does not. Near it d falls steeply. So at first the next position
+is the root of the secant through the last two, at most the collar's clearance away, until d is small or changes its
+sign. Then all modes settle together by Anderson's method (:mod:`anderson`). With a bolted joint nothing creeps, so only
+that method is used.
 """
 
 from __future__ import annotations

@@ -4,7 +4,8 @@ After each cycle r = G(x) − x is the residual of the state x. The next cycle s
 correction for the slow modes only (:mod:`slow_modes`); by plain running the fraction M of the error would remain. In a
 run-up the last cycles correct all other modes (:mod:`anderson`). An engine that creeps along the crank's axis is also
 moved to its final position (:mod:`creep`). If this makes no more progress, the motion may have a longer period. Plain
-cycles then show after how many cycles p it comes nearest to itself, and from then on p are taken at once, with Mᵖ for M.
+cycles then show after how many cycles p it comes nearest to itself, and from then on p are taken at once, with Mᵖ for
+M.
 """
 
 from __future__ import annotations
@@ -153,8 +154,8 @@ def plain_cycles(
 ) -> Recorded:
     """Take ``cycles`` cycles one after the other, settled or not.
 
-    ``samples`` get the rows of each cycle, also of one that fails. Then only the last ``RECENT`` cycles stay in memory, or
-    ``MOST_CYCLES`` if the speed is free, where a cycle's time may be only part of a revolution.
+    ``samples`` get the rows of each cycle, also of one that fails. Then only the last ``RECENT`` cycles stay in memory,
+    or ``MOST_CYCLES`` if the speed is free, where a cycle's time may be only part of a revolution.
     """
     simulation, count = recorder.simulation, recorder.per_cycle
     driven = simulation.model.scalars[at.DRIVEN] > 0.0
@@ -209,8 +210,8 @@ def settled_cycles(
 ) -> Recorded:
     """Take cycles until the residual of every output family is at most ``tolerance``; returns the last that repeat.
 
-    The simulation's time begins at 0 with each cycle. ``progress`` gets the fraction done, ``say`` cycles and residual. If
-    the period is doubtful, it is searched for at once.
+    The simulation's time begins at 0 with each cycle. ``progress`` gets the fraction done, ``say`` cycles and residual.
+    If the period is doubtful, it is searched for at once.
     """
     simulation, tell = recorder.simulation, say or (lambda text: None)
     most = min(most, TRIED) if expected.tries else most
@@ -277,7 +278,7 @@ def settled_cycles(
 
 
 class Plain(NamedTuple):
-    """Cycles without correction: their number, the outputs of the last ``PLAINLY``, nearest period and divergence factor."""
+    """Cycles without correction: number, outputs of the last ``PLAINLY``, nearest period, growth of differences."""
 
     cycles: int
     rows: Array
@@ -285,7 +286,7 @@ class Plain(NamedTuple):
     parting: float
 
     def settling(self, judge: Judge, done: int, tolerance: float) -> Settling:
-        """Settling of a motion without a period after ``done`` cycles; the residual is the difference of the last two."""
+        """Settling of a motion without a period after ``done`` cycles; its error is the difference of the last two."""
         count = len(self.rows) // PLAINLY
         left = judge.left(self.rows[-count:], self.rows[-2 * count : -count])
         return Settling(done, 0, tolerance, left, parting=self.parting)

@@ -1,8 +1,8 @@
 """Estimated distance of the last cycle of a run from the periodic cycle.
 
-Cycle j starts from x_j, changes it by r_j = G(x_j) − x_j and has the outputs o_j. Near the periodic cycle differences of
-all three are linear maps of one another. So factors c_j are sought that minimise r + Σ c_j (r_j − r). The known part of
-the outputs' error is then Σ c_j (o_j − o). The remaining part of r gives an error e of the state by the slow modes'
+Cycle j starts from x_j, changes it by r_j = G(x_j) − x_j and has the outputs o_j. Near the periodic cycle differences
+of all three are linear maps of one another. So factors c_j are sought that minimise r + Σ c_j (r_j − r). The known part
+of the outputs' error is then Σ c_j (o_j − o). The remaining part of r gives an error e of the state by the slow modes'
 formula, (I − M)⁻¹ of it (:mod:`slow_modes`), and is converted to outputs by the largest |o_j − o|/|x_j − x| seen. The
 sizes of both parts are added, by the triangle inequality. States are measured by their energies: of the block for
 outputs that need it, else of crank and pistons.

@@ -117,8 +117,8 @@ class Judge:
     def estimated(self, rows: Array, differences: Array, estimates: Sequence[tuple[Array, Array]]) -> dict[str, float]:
         """Settling error of each family in a cycle's rows, from ``differences`` (k, samples, outputs) of other cycles.
 
-        ``estimates`` belong to crank and block: the known part of the error (samples, outputs), and weights (k,). The unknown
-        part is the largest product of a weight and its difference.
+        ``estimates`` belong to crank and block: the known part of the error (samples, outputs), and weights (k,). The
+        unknown part is the largest product of a weight and its difference.
         """
         apart = np.array([self._norms(difference) for difference in differences])
         crank, block = (self._norms(known) + (weights[:, None] * apart).max(axis=0) for known, weights in estimates)

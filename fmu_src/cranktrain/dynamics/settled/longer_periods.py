@@ -63,11 +63,11 @@ def repeats_every(judge: Judge, samples: Array, block: int, tolerance: float) ->
 
 
 def nearest_period(judge: Judge, cycles: Array, tolerance: float, shortest: int = 2) -> tuple[int, float]:
-    """Number of cycles to take at once: period at which plain cycles (cycles, samples, outputs) come nearest to themselves.
+    """Number of cycles to take at once: period at which plain cycles (cycles, samples, outputs) repeat most closely.
 
-    It is at least ``shortest``. For 2 and 3 it is 6, a multiple of both, until the cycles are near enough to distinguish
-    them. It is 0 if the motion has no period, and negative if more cycles are needed to decide. Also returns
-    :func:`parting`.
+    It is at least ``shortest``. For 2 and 3 it is 6, a multiple of both, until the cycles are near enough to
+    distinguish them. It is 0 if the motion has no period, and negative if more cycles are needed to decide. Also
+    returns :func:`parting`.
     """
     apart = {}
     for every in range(shortest, LONGEST_PERIOD + 1):

@@ -23,7 +23,7 @@ from cranktrain.loads.damper import STIFFNESS
 
 
 class Motion(NamedTuple):
-    """Motion, or change of one: displacement, velocity, acceleration of the modes (n,), lead of the frame (rad), its rate."""
+    """Motion, or its change: displacement, velocity, acceleration of modes (n,), lead of the frame (rad), its rate."""
 
     place: Array
     velocity: Array
@@ -55,8 +55,8 @@ def motion_of(state: Array, modes: int) -> Motion:
 def settling_motion(model: ModelArrays, state: Array) -> Motion:
     """Motion of a state, with the ring of a viscous damper rotated to zero twist.
 
-    The fluid does not hold the ring at an angle, and a shear-thinning fluid lets it slip by some angle each cycle, so its
-    angle does not matter for the motion.
+    The fluid does not hold the ring at an angle, and a shear-thinning fluid lets it slip by some angle each cycle, so
+    its angle does not matter for the motion.
     """
     motion = motion_of(state, model.omega2.size)
     sizes = dimensions(model)
@@ -86,10 +86,10 @@ def add_motion(state: Array, change: Motion) -> None:
 
 
 def correct_motion(model: ModelArrays, state: Array, change: Motion) -> None:
-    """Add a change to the motion of a state such that floating big ends keep displacement and velocity relative to pins.
+    """Add a change to the motion of a state; floating big ends keep displacement and velocity relative to their pins.
 
-    Modes rotate along tangents, but pins move along circles. For a low-speed engine whose crank is a degree ahead of its
-    frame the difference is as large as a clearance.
+    Modes rotate along tangents, but pins move along circles. For a low-speed engine whose crank is a degree ahead of
+    its frame the difference is as large as a clearance.
     """
     floating = [c for c, row in enumerate(model.cylinders) if row[at.END_PORT] >= 0.0]
     if not floating:

@@ -22,7 +22,7 @@ class PowerSamples:
         self._count = 0
 
     def begin(self, powers: Array) -> None:
-        """Begin a new series from a state with these powers (POWERS,), W; older samples are kept until the next step."""
+        """Begin a new series from a state with ``powers`` (POWERS,), W; older samples stay until the next step."""
         self._start = powers.copy()
 
     def add(self, powers: Array) -> None:

@@ -63,7 +63,7 @@ def body_shares(model: ModelArrays, row: Array) -> Array:
 
 
 def frame_change(frame: Array) -> Array:
-    """Derivative, by crank angle, of a frame's angular rate and of its origin's motion, in the frame's own axes (3,)."""
+    """Derivative, by crank angle, of a frame's angular rate and of its origin's motion, in the frame's axes (3,)."""
     turn, x, y = frame[[added.TURN, added.OWN_X1, added.OWN_Y1]]
     return np.array([frame[added.TURN2], frame[added.OWN_X2] + turn * y, frame[added.OWN_Y2] - turn * x])
 
@@ -169,7 +169,7 @@ class BlockOnMounts:
         return found
 
     def _swept(self, place: Array) -> Array:
-        """Velocity in space of a motion that is constant (``place``) in the rotating frame, at the time of equal axes."""
+        """Velocity in space of a constant displacement ``place`` in the rotating frame, at the time of equal axes."""
         out = np.zeros_like(place)
         out[: self._turning] = self._speed * (self._gyroscopic @ place[: self._turning])
         for row in self._bodies.rows:
@@ -244,8 +244,8 @@ class SlowModes:
     def learn(self, before: Motion, after: Motion, first: bool) -> None:
         """Update the free mode or the collar from a change of the start and the change after one cycle.
 
-        The ``first`` change contains all modes, of which mainly the free one is left after the cycle. Later changes, without
-        the free mode, show the collar.
+        The ``first`` change contains all modes, of which mainly the free one is left after the cycle. Later changes,
+        without the free mode, show the collar.
         """
         if self.free is None:
             return
@@ -270,10 +270,10 @@ class SlowModes:
         return change.plus(self.correction(change, cycles))
 
     def coordinates(self, motion: Motion) -> tuple[Array, Array]:
-        """Coordinates of a motion of crank and pistons, and of the block, whose squared lengths are twice their energies, J.
+        """Coordinates of a motion, of crank and pistons and of the block; squared lengths are twice their energies, J.
 
-        The slow modes come first, then all modes of the rest. Springs count as if no mode were slower than ``RATE``, because
-        the collar's position has no energy but matters for axial motion.
+        The slow modes come first, then all modes of the rest. Springs count as if no mode were slower than ``RATE``,
+        because the collar's position has no energy but matters for axial motion.
         """
         rest, slow = motion, []
         for part in (self.drive_line, self.block):

@@ -45,7 +45,7 @@ class Wound(NamedTuple):
 
 
 def line_tangents(model: ModelArrays) -> tuple[Array, Array]:
-    """Stiffness and damping (n_t, n_t), at rest, of added connections with both ends on rotating bodies of the engine."""
+    """Stiffness and damping (n_t, n_t), at rest, of added connections between the engine's rotating bodies."""
     links, turning = model.links, model.ports.shape[0]
     n = model.ports.shape[1]
     found = np.zeros((2, n, n))

@@ -38,21 +38,21 @@ SHORTEST = 1.0e-12
 STARTING_STEPS = 3
 STARTING_STEP = 1.0e-5
 STARTING_TOLERANCE = 1.0e-11
-"""Backward-Euler steps (s) at the first angle, in which velocities of films relax and accelerations become consistent."""
+"""Backward-Euler steps (s) at the first angle: velocities of films relax, and accelerations become consistent."""
 CRANK_RESTRAINT, RESTRAINT_RATE = 1.0e7, 2.0e6
 STATIONARY_RESTRAINT = 1.0e12
-"""Restraint of the crank's rotation during the descent: N m/rad, or (rad/s)² times the inertia of crank and rods if that
-is more, because gas of a large engine would turn the crank by many clearances of its big ends. The last, (rad/s)²,
-restrains the block of a rotating engine, because its momentary forces would move it far on soft mounts if they lasted."""
+"""Restraint of the crank's rotation during the descent: N m/rad, or (rad/s)² times the inertia of crank and rods if
+that is more, because gas of a large engine would turn the crank by many clearances of its big ends. The last, (rad/s)²,
+restrains the block of a rotating engine, because momentary forces would move it far on soft mounts if they lasted."""
 
 
 @kernel
 def settle(model, work, state, inputs, windup, rotation, rate):
     """Find the static equilibrium of shaft, films and loads at the first angle, then set the engine in motion.
 
-    In the equilibrium journals are at rest in their bores and the crank's rotation is restrained, because the shaft's mean
-    wind-up, the crank's rotation relative to it (rad) and its rate (rad/s) are given. Velocities are those of a body whose
-    bending is at rest in space; accelerations are consistent with them. Returns a status.
+    In the equilibrium journals are at rest in their bores and the crank's rotation is restrained, because the shaft's
+    mean wind-up, the crank's rotation relative to it (rad) and its rate (rad/s) are given. Velocities are those of a
+    body whose bending is at rest in space; accelerations are consistent with them. Returns a status.
     """
     pose(model, work, state, inputs)
     status = balance(model, work, state)
@@ -86,9 +86,9 @@ def pose(model, work, state, inputs):
 def balance(model, work, state):
     """Descend to the static equilibrium from any position; returns a status.
 
-    Backward-Euler steps of adapted length are taken in a frame that does not rotate, with films and rods at the engine's
-    speed. The velocity of the descent is dropped at every step. The steps end after SETTLING_TIME at the latest, also if a
-    film cannot carry at all (standstill).
+    Backward-Euler steps of adapted length are taken in a frame that does not rotate, with films and rods at the
+    engine's speed. The velocity of the descent is dropped at every step. The steps end after SETTLING_TIME at the
+    latest, also if a film cannot carry at all (standstill).
     """
     n = model.omega2.shape[0]
     o_q = offset(POSITION, n)
@@ -230,7 +230,7 @@ def added_in_motion(model, work, state, rotation, rate):
 
 @kernel
 def accelerate(model, work, state):
-    """Take short backward-Euler steps at the first angle, so that accelerations fit the velocities; returns a status."""
+    """Take short backward-Euler steps at the first angle, so that accelerations fit velocities; returns a status."""
     n = model.omega2.shape[0]
     omega = work.frames[0, at.OMEGA]
     out = work.stage[0]

@@ -157,7 +157,7 @@ def amplification(name: str) -> float:
 
 
 def settles_films(name: str) -> bool:
-    """True if largest pressures of elastic films converge as the step of a method shrinks, judged by its coefficients."""
+    """True if largest pressures of elastic films converge as a method's step shrinks, judged by its coefficients."""
     return amplification(name) <= LARGEST_FOR_FILMS
 
 

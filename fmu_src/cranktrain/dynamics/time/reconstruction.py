@@ -231,7 +231,7 @@ def polytropic_series(model, work, state, cylinder, least):
 
 @kernel
 def take_stage(work, share):
-    """Set the inputs in ``work.inputs``, apart from the speed, to those at the fraction ``share`` of the communication step.
+    """Set ``work.inputs``, apart from the speed, to the inputs at the fraction ``share`` of the communication step.
 
     They lie on the polynomial through all given stages, so at a stage they equal the given values.
     """

@@ -289,7 +289,7 @@ def press_heads(model, work, stage):
 def newton_step(model, work, stage, keep_matrix):
     """Evaluate the forces at u and the Newton step of the relative motion, ``work.port[U_STEP]``; returns a status.
 
-    The residual is r = u_free + H f − u, and (I − H J) δ = r on the Newton ports. ``keep_matrix`` keeps the last matrix.
+    The residual is r = u_free + H f − u, and (I − H J) δ = r on the Newton ports. ``keep_matrix`` reuses the matrix.
     """
     frame = work.frames[stage.number]
     f = work.port[at.FORCES]

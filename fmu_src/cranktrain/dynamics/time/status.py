@@ -12,7 +12,7 @@ NOT_AHEAD = 10
 INPUT_NOT_FINITE, INPUT_NEGATIVE = 1000, 2000
 """First status of each kind; the index of the input is added."""
 REFUSED, FAILED = "refused", "failed"
-"""Kinds of statuses: a request that is refused, and a step that failed, which other inputs or a shorter step may mend."""
+"""Kinds of statuses: a refused request, and a failed step, which other inputs or a shorter step may mend."""
 REMEDIES = {
     DIVERGED: (
         "the forces at the ports found no balance",

@@ -73,7 +73,7 @@ FILM_HALVINGS = 3
 EVENT_HALVINGS = 1
 """Additional halvings if an event lies within a step."""
 REJECTED = 2.0
-"""Error, in units of the tolerance, above which a step is repeated; an error between 1 and this halves the next step."""
+"""Error, in units of the tolerance, above which a step is repeated; an error from 1 to this halves the next step."""
 MARGIN = 0.5
 """Largest predicted error, in units of the tolerance, at which the next step is doubled."""
 REFACTOR = 0.01
@@ -256,7 +256,7 @@ def sub_step(model, work, state, begin, h, level):
     count_gas(work, table, state, h)
     close_step(model, work, state)
     if cycle_of(angle) != cycle_of(state[SHAFT_ANGLE]):
-        # The contraction estimate fades from stage to stage with a period of its own, which would keep cycles from repeating.
+        # The contraction estimate fades with a period of its own, which would keep cycles from repeating.
         state[CONTRACTION] = FIRST_CONTRACTION
     state[SHAFT_ANGLE] = angle
     state[SHAFT_SPEED] = speed

@@ -28,7 +28,7 @@ def spent(model, work):
 
 @inlined_kernel
 def cut_short(model, work):
-    """True if the work limit is reached where more work would follow; the communication step then counts as cut short."""
+    """True if the work limit is reached with more work to do; the communication step then counts as cut short."""
     if spent(model, work):
         work.counters[at.N_CUT] = 1.0
         return True

@@ -121,7 +121,7 @@ MEET = ("spring", "film", "roller", "thrust", "own")
 
 
 def _warn_of_distances(topology: Topology, base: Base) -> None:
-    """Warn of springs and bearings whose ends lie apart at crank angle 0, because the moment of this distance is missing."""
+    """Warn of springs and bearings whose ends lie apart at crank angle 0, because the moment of this is missing."""
     own = _bodies(topology, base)
     for connection in topology.connections:
         if connection.law not in MEET:

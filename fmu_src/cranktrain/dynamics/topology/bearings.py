@@ -185,7 +185,7 @@ def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece
 
 
 def _journal(frame: Frame, half: float) -> list[tuple[Direction, Direction]]:
-    """Components of a journal: lateral motion of its middle, and of its end at ``half`` (m) relative to that if not 0."""
+    """Components of a journal: lateral motion of its middle, and of its end at ``half`` (m), if any."""
     components = [between(frame, unit(k), np.zeros(3)) for k in range(2)]
     if half:
         ways = (half * unit(1), -half * unit(0))
@@ -199,7 +199,7 @@ def _need_turning(first: Frame, second: Frame, text: str) -> None:
 
 
 def _need_rest(frame: Frame, what: str, moves: bool = True) -> None:
-    """Refuse a second end that rotates, or that swings as a rod if its part ``moves`` with the rotation; ``InputError``."""
+    """Refuse a second end that rotates, or that swings as a rod if its part ``moves`` with rotation; ``InputError``."""
     if frame.rate != 0.0 or (frame.swings and moves):
         raise InputError(
             f"the second end holds the {what}, which does not turn; give its body the frame 'rest', or take block or "

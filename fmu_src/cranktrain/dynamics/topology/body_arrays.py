@@ -35,7 +35,7 @@ class _Body(NamedTuple):
 
 
 def turns_whole(body: ReducedBody, held: int) -> bool:
-    """True if a body's rotation as a whole is a port; for elastic ones, a moment at one interface would bend the body."""
+    """True if a body's rotation as a whole is a port, as for elastic bodies, which a moment at one port would bend."""
     return held > 0 and body.n_modes > PORTS
 
 
@@ -48,7 +48,7 @@ def _ports(body: Body, held: Mapping[str, Mapping[str, None]]) -> int:
 def _in_modes(
     body: Body, frame: Frame, held: Sequence[str], block: ReducedBody | None, part: Array | None, tied: bool
 ) -> _Body:
-    """A body in the modes of its group; ``part`` (n, z) are its own modal coordinates in these, None for its own modes."""
+    """A body in the modes of its group; ``part`` (n, z) are its own modal coordinates in these, or None."""
     reduced, n = body.reduced, body.reduced.n_modes
     turn = np.zeros(n)
     turn[:PORTS] = rigid_coordinates(reduced)[5]
@@ -123,7 +123,7 @@ def body_arrays(
 
 
 def _tied(topology: Topology) -> set[str]:
-    """Bodies that laws make rotate with the crank, directly or through others, and bodies in frames of rods or pistons."""
+    """Bodies that laws rotate with the crank, directly or through others, and bodies in frames of rods or pistons."""
     found = {CRANK} | {body.name for body in topology.bodies if topology.frame(body.frame).slider is not None}
     pairs = [
         {end.body for end in connection.ends}

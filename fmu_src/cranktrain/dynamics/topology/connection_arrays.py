@@ -197,7 +197,7 @@ def _leans(
 
 
 def _slide(pair: tuple[Direction, Direction], frames: Sequence[Frame], numbers_of: FrameNumbers) -> list[float]:
-    """Row of ``slides`` for a component along which frames of pistons or rods move relative to rest or to each other."""
+    """Row of ``slides``, for a component along which frames of pistons or rods move relative to the other end."""
     apart = [frame.slider is not None and not frame.swings for frame in frames]
     resting = [frame == REST for frame in frames]
     slides = any(frame.slider is not None for frame in frames) and (any(resting) or all(apart))

@@ -2,9 +2,9 @@
 
 Frames rotate, or move as the rod or the piston of a rigid crank.
 
-A rotating frame has its axes at the angle s(kθ) + ψ in the engine's axes, and its origin is at rest. For rod and piston,
-let the pin be at (x, y) across and along the cylinder from the crank's axis, s = x − e with the cylinder's offset e, and
-l the rod's length,
+A rotating frame has its axes at the angle s(kθ) + ψ in the engine's axes, and its origin is at rest. For rod and
+piston, let the pin be at (x, y) across and along the cylinder from the crank's axis, s = x − e with the cylinder's
+offset e, and l the rod's length,
 
     rod: origin at the pin, angle β with sin β = s/l;      h = √(l² − s²)
     piston: origin at (e, y + h), no angle
@@ -27,7 +27,7 @@ from cranktrain.dynamics.topology import slots as at
 
 @kernel
 def move_frames(frames: Array, theta: float, out: Array) -> None:
-    """Angle, position and their derivatives of frames (F, FRAME) at the crank angle ``theta``, into ``out`` (F, MOVED)."""
+    """Angle, position and derivatives of frames (F, FRAME) at the crank angle ``theta``, into ``out`` (F, MOVED)."""
     for f in range(frames.shape[0]):
         frame = frames[f]
         moved = out[f]

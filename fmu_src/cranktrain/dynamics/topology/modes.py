@@ -52,7 +52,7 @@ class CrankAtRest(NamedTuple):
 
 @kernel
 def law_at(law, record, index, place, velocity, numbers, out):
-    """Call the law at an address with a motion of its components; forces and tangents into ``out``; returns its status."""
+    """Call the law at an address with a motion of its components; forces and tangents into ``out``; its status."""
     return call_kernel(law, (record, FORCE, index, place, velocity, numbers, out, out))
 
 

@@ -136,7 +136,7 @@ class OwnKernel(Kernel):
         return entry, seconds
 
     def _called(self, address: int) -> int:
-        """Evaluate the Python function on the exchange at an address; 0, or FAILURE with its exception in ``raised``."""
+        """Evaluate the Python function on the exchange at an address; 0, or FAILURE with the error in ``raised``."""
         law = self._law
         size, count = len(law.axes), len(law.parameters)
         told = (ctypes.c_double * (VALUES_AT + count)).from_address(address)

@@ -9,18 +9,18 @@
 The function takes the displacement of the first end relative to the second one, m or rad, its velocity, and parameters
 by name, in SI. It returns the force on the first end, N or N m; the opposite force acts on the second end. With several
 axes the first two arguments and the result are tuples. A parameter called ``angle`` is the angle of the crank's frame
-(rad, whole turns counted), one called ``speed`` the speed of rotation of the first end relative to the second one, about
-z (rad/s).
+(rad, whole turns counted), one called ``speed`` the speed of rotation of the first end relative to the second one,
+about z (rad/s).
 
 Axes are the engine's, like those of a spring (:mod:`cranktrain.dynamics.topology.laws`). Rotations are relative to the
-frames of both ends, which rotate uniformly. So a displacement about z is the relative rotation of the ends minus that of
-their frames; ``speed`` includes the frames.
+frames of both ends, which rotate uniformly. So a displacement about z is the relative rotation of the ends minus that
+of their frames; ``speed`` includes the frames.
 
 Numba compiles the function, and the loop over connections calls it like any law. A function that numba cannot compile,
 or that raises, is called in Python (:mod:`cranktrain.dynamics.topology.own_kernel`), with one warning. Tangents are
 central differences over a thousandth of ``scale``, or come from a function ``tangent`` of the same arguments, which
-returns the derivatives of the force by displacement and by velocity. They are used in the Newton iteration, whose result
-does not depend on them. A law must not remember earlier calls, because calls belong to iterations, not to time.
+returns the derivatives of the force by displacement and by velocity. They are used in the Newton iteration, whose
+result does not depend on them. A law must not remember earlier calls, because calls belong to iterations, not to time.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ def own_law(name: str) -> OwnLaw:
 
 
 def own_pieces(data: Own, first: Frame, second: Frame) -> list[Piece]:
-    """The only piece of a connection, along and about the engine's axes, or for a piston along those of its cylinder."""
+    """The one piece of a connection, along and about the engine's axes, or for a piston those of its cylinder."""
     found = own_law(data.function)
     if len(data.parameters) != len(data.values):
         raise InputError(f"{len(data.parameters)} parameters and {len(data.values)} values; give one for each")

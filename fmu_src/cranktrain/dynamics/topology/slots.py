@@ -60,5 +60,5 @@ AT_CLOSE_STEP, AT_RATE, HOOKS = range(16, 19)
 # at which the frames are, and angle and speed (rad/s) at which the terms' coefficients are; largest rate (1/s) at which
 # the gap of a bearing closes, over itself.
 ANY, LIMITED, FRAMES_ANGLE, TERMS_ANGLE, TERMS_SPEED, CLOSING, SIZES = range(7)
-# Rows of ``AddedWork.gaps``: motion of each component, its rate, force, step of an iteration, change of the force by it.
+# Rows of ``AddedWork.gaps``: motion of each component, its rate, force, step of an iteration, and change of the force.
 D, DD, F, STEP, F_CHANGE, GAPS = range(6)

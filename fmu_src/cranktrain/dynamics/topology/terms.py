@@ -5,8 +5,8 @@ A component is the motion of one end relative to the other along a direction, or
     d = Σ c(θ) u,    ḋ = Σ (c u̇ + Ω c′ u),    c = A cos(α_g − α_o + ψ),    θ the crank's frame
 
 with one *term* for each port. A direction fixed in one frame has a constant component along z in any other frame, and
-lateral components that rotate with the difference of both frames' angles α. A force F of the component acts on the ports
-by the transpose, c F, so one table serves motion, forces and compliance.
+lateral components that rotate with the difference of both frames' angles α. A force F of the component acts on the
+ports by the transpose, c F, so one table serves motion, forces and compliance.
 
 If a body's end slides over a body at rest, as a piston over its block, the contact point moves over the latter by ρ(θ).
 A rotation φ of that body then adds the motion φ×ρ at this point. Such terms are c(θ) times x or y of ρ.
@@ -46,7 +46,7 @@ class Term(NamedTuple):
 class Direction(NamedTuple):
     """Direction of a component at one end: displacement along a vector plus rotation about another one.
 
-    Both vectors are fixed in ``frame`` and given in its axes; ``sign`` is −1 for the end relative to which motion counts.
+    Both vectors are fixed in ``frame`` and given in its axes; ``sign`` is −1 for the end that motion is relative to.
     """
 
     frame: Frame
@@ -56,7 +56,7 @@ class Direction(NamedTuple):
 
 
 def terms_of(end: End, frame: Frame, direction: Direction, sliding: Frame | None = None) -> list[Term]:
-    """Terms of one end, whose body is described in ``frame``; frame ``sliding`` is that of an end sliding over it, if any."""
+    """Terms of one end, whose body is described in ``frame``; ``sliding`` is the frame of an end sliding over it."""
     along, about = (_seen(direction.frame, vector, frame) for vector in (direction.along, direction.about))
     # At an offset ρ from its interface a body moves by u + φ×ρ, so the direction d also measures φ·(ρ×d).
     x, y, z = end.offset

@@ -8,11 +8,11 @@ The engine provides the bodies ``crank`` (with all that rotates with it) and ``b
 A frame rotates about an axis parallel to the crank's, ``ratio`` times as fast. Frames of bodies joined by gears rotate
 with the gear ratio, so motion relative to a frame is small. A body is described in axes of its own frame. Their origin
 lies on the frame's axis, at the z of the engine's origin, and they are those of the engine rotated by ``angle``. If a
-frame rotates backwards, its z and y axes are those of the engine reversed, so that every body rotates forwards about its
-own z axis.
+frame rotates backwards, its z and y axes are those of the engine reversed, so that every body rotates forwards about
+its own z axis.
 
-The frame of a rod or of a piston moves as for a rigid crank (:mod:`.frames`). Its origin is the axis of the crank pin or
-of the piston pin, and its y axis is along the rod or the cylinder.
+The frame of a rod or of a piston moves as for a rigid crank (:mod:`.frames`). Its origin is the axis of the crank pin
+or of the piston pin, and its y axis is along the rod or the cylinder.
 """
 
 from __future__ import annotations
