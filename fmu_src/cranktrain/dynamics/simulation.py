@@ -520,7 +520,7 @@ def simulate(
     if cycles is not None and cycles < 1:
         raise InputError(f"at least one cycle must run, got {cycles}")
     if not 0.0 < settle < 1.0:
-        raise InputError(f"what may be left of settling must lie between 0 and 1, got {settle:g}; e.g. 1e-3")
+        raise InputError(f"the tolerance of the settling error must lie between 0 and 1, got {settle:g}; e.g. 1e-3")
     warmed = settings.film_temperature != "engine"
     if warmed:
         check_level(resolved(settings, engine).bearings)

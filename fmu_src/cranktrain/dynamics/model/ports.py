@@ -63,7 +63,7 @@ class Ports(NamedTuple):
     limited: Array  # (l, 2) ports whose change per iteration is limited; the port it is relative to, or NO_PORT
     judged: Array  # (j,) ports whose error counts in the error of a step
     pairs: Array  # (r, 2) rotating and stationary port of each x whose relative motion a law uses; y follows
-    axial: Array  # (0 or 1, 2) likewise along the axis
+    axial: Array  # (0 or 1, 2) rotating and stationary port along the axis
     layout: Array
 
 

@@ -123,7 +123,7 @@ def elastic_modes(lumps):
 
 @kernel
 def diagonalise(a, v, first, end):
-    """Diagonalise rows and columns ``first`` to ``end`` of symmetric ``a`` by Jacobi rotations, applied also to ``v``."""
+    """Diagonalise rows and columns ``first`` to ``end`` of symmetric ``a`` by Jacobi rotations; ``v`` follows."""
     for _ in range(SWEEPS):
         turned = 0
         for p in range(first, end - 1):

@@ -210,7 +210,7 @@ for _family in (
         units={"crank.angle_cycle": "rad", "crank.angle_next": "rad", "crank.irregularity": "1"},
         unjudged=frozenset(
             {"crank.angle", "crank.angle_cycle", "crank.angle_next", "crank.irregularity", "frame.speed"}
-            | {"pulley.speed", "flywheel.speed"}  # rates of what is judged
+            | {"pulley.speed", "flywheel.speed"}  # rates of judged outputs
         ),
     ),
     Family(
@@ -248,7 +248,7 @@ for _family in (
         f"{_HERE}.axial:observe_axial",
         {"engine": _SHAKES, "bearing": _BENDS, "crank": _BENDS},
         units={"axial.engine": "m", "axial.bearing": "m", "axial.crank": "m"},
-        unjudged=frozenset({"engine", "bearing", "crank"}),  # parts of what is judged
+        unjudged=frozenset({"engine", "bearing", "crank"}),  # parts of a judged output
     ),
     Family(
         "axial_path",
@@ -319,7 +319,7 @@ for _family in (
         f"{_HERE}.crank:observe_torques",
         {"indicated": {}, "friction": _FILM, "brake": {}},
         units={f"torque.{name}": "N m" for name in ("indicated", "friction", "brake")},
-        unjudged=frozenset({"indicated", "friction", "brake"}),  # of what is judged
+        unjudged=frozenset({"indicated", "friction", "brake"}),  # made of judged outputs
         after={
             "indicated": ("cylinder",),
             "friction": ("bearing", "big_end", "piston"),

@@ -25,7 +25,7 @@ NOTHING = 1.0e-13
 
 @dataclass(frozen=True)
 class Settling:
-    """How settled a run is.
+    """Settling of a run: how far it is from periodic motion.
 
     Attributes
     ----------

@@ -132,7 +132,7 @@ def _warn_of_distances(topology: Topology, base: Base) -> None:
         if apart > APART:
             warnings.warn(
                 f"connection '{connection.name}': its ends are {1e3 * apart:.3g} mm apart at crank angle 0, and law "
-                f"'{connection.law}' gives them no moment of that distance; move an interface, or give place",
+                f"'{connection.law}' neglects the moment of this distance; move an interface, or give place",
                 stacklevel=2,
             )
 

@@ -28,7 +28,7 @@ class DamperRecord(NamedTuple):
     """Data of one damper."""
 
     parameters: Array  # (PARAMETERS,) of its law at the present temperature, see loads.damper
-    constants: Array  # (DAMPER_CONSTANTS,) of its law; empty where the parameters are prepared with the model
+    constants: Array  # (DAMPER_CONSTANTS,) of its law; empty if the parameters are prepared with the model
     table: Array  # (2, n) temperatures, K, in the second row over the engine's speed, rad/s
 
 
