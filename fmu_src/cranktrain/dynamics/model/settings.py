@@ -221,7 +221,7 @@ def check_levels(settings: Settings, engine: Engine) -> None:
             "that of a master whose units step at the same time"
         )
     if not 0.0 <= settings.work_limit < math.inf:
-        raise InputError(f"work_limit must be 0 (no limit) or a positive number of iterations, not {settings.work_limit:g}")
+        raise InputError(f"work_limit must be 0 (no limit) or a number of iterations, not {settings.work_limit:g}")
     if settings.block == "flexible" and settings.pistons == "rigid":
         raise InputError(
             "rigid pistons run on an axis at rest and cannot follow a flexible block, which leans on its mounts; "

@@ -85,7 +85,7 @@ def _frame(engine: Engine, table: FrameTable) -> Frame:
 def _rigid(table: BodyTable, frame: Frame) -> ReducedBody:
     """Rigid body of a table, in axes of its frame."""
     if table.made_of_files_or_elements:
-        raise InputError(f"body '{table.name}' is elastic (finite elements or a file) and must be reduced first; use assemble")
+        raise InputError(f"body '{table.name}' is made of finite elements or a file, not here; use assemble")
     places = np.array([table.x, table.y, table.z]).T
     turn = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
     return rigid_body(
